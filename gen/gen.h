@@ -1,0 +1,65 @@
+/*
+ * The generator as one call after another; its pass list is gen.c. The tool and the tests use this header.
+ */
+#ifndef REFDYN_GEN_GEN_H
+#define REFDYN_GEN_GEN_H
+
+#include "memory.h"
+#include "message.h"
+#include "model.h"
+#include "read.h"
+#include "tree.h"
+
+#include <setjmp.h>
+#include <stdio.h>
+
+struct plan;
+
+struct generation {
+    struct memory memory;
+    struct graph graph;
+    struct messages messages;
+    struct model model;
+    struct tree tree;
+    struct plan *plan;
+    jmp_buf out_of_memory;
+};
+
+enum gen_status { GEN_OK, GEN_MODEL_ERROR, GEN_NO_MEMORY, GEN_NOT_WRITTEN };
+
+/* Reads, checks and expands. `allowance` as in memory.h; -1 outside of tests. gen_release in any case. */
+enum gen_status gen_read(struct generation *generation, const struct read_request *request, long allowance);
+/* Derives and plans the functions named in `emit` (comma-separated quantities, NULL: all that the scene has). */
+enum gen_status gen_plan(struct generation *generation, const char *emit);
+/* Writes NAME.h, NAME.c ... into folder `directory` (made when missing); files appear complete or not at all. */
+enum gen_status gen_write(struct generation *generation, const char *directory);
+/* What was emitted: coordinates, operation counts, what was left out. */
+void gen_print_summary(const struct generation *generation, FILE *out);
+/* The tree of links, coordinates, constraints and parameters, as `refdyn check` shows it. */
+void gen_print_model(const struct generation *generation, FILE *out);
+void gen_release(struct generation *generation);
+
+/* The files gen_write writes, as text: for the compile cache and for tests. */
+struct emitted_file {
+    const char *name; /* without folder */
+    const char *text;
+    size_t length;
+};
+int gen_file_count(const struct generation *generation);
+const struct emitted_file *gen_files(const struct generation *generation);
+
+/* Operations of one emitted function, loops counted by their trips. */
+struct operation_count {
+    const char *quantity;
+    long adds, muls, divs, functions, bytes; /* bytes read and written of parameters, state and results */
+};
+int gen_counts(const struct generation *generation, const struct operation_count **counts);
+
+/*
+ * The interpreter of the plan: the judge of the emitted C. Same arguments as the emitted function of that name;
+ * p starts with the parameters, the values derived from them are computed here. 0 when the function exists.
+ */
+int gen_interpret(const struct generation *generation, const char *quantity, const double *p, const double *x, double t,
+                  const double *q, const double *qd, double *out);
+
+#endif

@@ -1,0 +1,125 @@
+/*
+ * The expression graph: every formula of a model, hash-consed.
+ *
+ * An `expression` is a 32-bit index into one growing array; equal handles are equal expressions, and the
+ * operands of a node have smaller indices than the node, so that a plain loop over indices is an order of
+ * evaluation. Handle 0 is the number 0, handle 1 the number 1. Building folds what is exactly safe: 0 and 1, signs,
+ * numbers on both sides; x*0 -> 0 and x-x -> 0 assume that x is finite.
+ */
+#ifndef REFDYN_GEN_GRAPH_H
+#define REFDYN_GEN_GRAPH_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+struct memory;
+
+typedef uint32_t expression;
+
+enum operation {
+    OP_NUMBER,
+    OP_SYMBOL,
+#define OP(name, arity, text, cost, value, da, db, dc) OP_##name,
+#include "ops.def"
+#undef OP
+    OP_COUNT
+};
+
+enum cost { COST_NONE, COST_ADD, COST_MUL, COST_DIV, COST_FUNCTION };
+
+/* What a symbol stands for. `order` counts time derivatives: 0 value, 1 rate, 2 acceleration. */
+enum symbol_kind {
+    SYMBOL_PARAMETER,  /* index: parameter */
+    SYMBOL_INPUT,      /* index: input */
+    SYMBOL_TIME,       /* t */
+    SYMBOL_COORDINATE, /* index: coordinate, order 0..2: q, qd, qdd */
+    SYMBOL_POINT,      /* index: 3 * point + axis, order 0..2, ground frame */
+    SYMBOL_START       /* index: handle of a coordinate, point or time symbol, taken at the start of the motion */
+};
+
+struct symbol {
+    enum symbol_kind kind;
+    int index;
+    int order;
+};
+
+/* What an expression depends on, as a set. */
+enum depends { ON_PARAMETER = 1, ON_TIME = 2, ON_INPUT = 4, ON_STATE = 8, ON_RATE = 16, ON_START = 32 };
+
+struct node {
+    uint8_t operation;
+    uint8_t depends;
+    expression operand[3]; /* OP_NUMBER and OP_SYMBOL: operand[0] is an index into numbers or symbols */
+};
+
+struct graph {
+    struct memory *memory;
+    struct node *nodes;
+    uint32_t count, capacity;
+    double *numbers;
+    uint32_t number_count, number_capacity;
+    struct symbol *symbols;
+    uint32_t symbol_count, symbol_capacity;
+    const char **names; /* by handle: what the value is called in the emitted C, or NULL */
+    expression *table;  /* hash table of handles, a power of two long, 0 empty */
+    uint32_t table_size;
+};
+
+void graph_start(struct graph *g, struct memory *memory);
+
+expression number(struct graph *g, double value);
+expression symbol(struct graph *g, enum symbol_kind kind, int index, int order);
+static inline expression zero(const struct graph *g) {
+    (void)g;
+    return 0;
+}
+static inline expression one(const struct graph *g) {
+    (void)g;
+    return 1;
+}
+expression add(struct graph *g, expression a, expression b);
+expression sub(struct graph *g, expression a, expression b);
+expression mul(struct graph *g, expression a, expression b);
+expression quotient(struct graph *g, expression a, expression b);
+expression neg(struct graph *g, expression a);
+expression power(struct graph *g, expression a, expression b); /* whole exponents up to 16 become products */
+expression root(struct graph *g, expression a);
+expression choose(struct graph *g, expression condition, expression then, expression otherwise); /* condition != 0 ? then : otherwise */
+/* Any operation of ops.def, folded; operands beyond its arity are ignored. */
+expression apply(struct graph *g, enum operation operation, expression a, expression b, expression c);
+expression apply1(struct graph *g, enum operation operation, expression a);
+expression apply2(struct graph *g, enum operation operation, expression a, expression b);
+
+bool is_number(const struct graph *g, expression e, double *value); /* value may be NULL */
+const struct symbol *as_symbol(const struct graph *g, expression e); /* NULL when e is no symbol */
+/* The first name given stays. `text` must live as long as the graph. */
+void name_value(struct graph *g, expression e, const char *text);
+
+int operation_arity(enum operation operation);
+const char *operation_text(enum operation operation);
+enum cost operation_cost(enum operation operation);
+double operation_value(enum operation operation, double a, double b, double c);
+/* Partial derivative of node r by its operand number `which` (0, 1, 2). */
+expression operation_partial(struct graph *g, expression r, int which);
+
+/*
+ * Rewrites: result of `leaf` for each symbol, everything above built anew. `leaf` returns the replacement of
+ * the symbol `e` (itself to keep it).
+ */
+typedef expression leaf_rule(void *context, struct graph *g, expression e);
+void substitute(struct graph *g, leaf_rule *leaf, void *context, const expression *from, expression *to, int count);
+/* Directional derivative (one forward sweep): `leaf` returns the derivative of the symbol `e`. */
+expression differentiate(struct graph *g, expression e, leaf_rule *leaf, void *context);
+/* Derivatives of e by each symbol in `by` (one backward sweep). */
+void gradient(struct graph *g, expression e, const expression *by, expression *result, int count);
+
+/* Calls `visit` for each symbol that e depends on, in order of handles. */
+void visit_symbols(struct graph *g, expression e, void (*visit)(void *context, expression symbol), void *context);
+
+/*
+ * Value of e with the given values of symbols (`value_of` returns one; SYMBOL_START passes the base symbol as is).
+ * For single values, as in checks; whole functions are interpreted from a plan.
+ */
+double evaluate(struct graph *g, expression e, double (*value_of)(void *context, const struct symbol *s), void *context);
+
+#endif

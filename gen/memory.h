@@ -1,0 +1,29 @@
+/*
+ * Memory of the generator: one arena a run.
+ *
+ * Takes sizes, gives zeroed memory that lives until memory_release. A request that cannot be met calls
+ * `fail`, which must not return (it jumps back to gen_* or, while Lua runs, raises a Lua error); no caller
+ * checks for NULL. `allowance` counts allocations down and fails at zero, so that a test can fail each one.
+ */
+#ifndef REFDYN_GEN_MEMORY_H
+#define REFDYN_GEN_MEMORY_H
+
+#include <stddef.h>
+
+struct memory_block;
+
+struct memory {
+    struct memory_block *blocks;
+    long allowance;               /* blocks that may still be taken from malloc; negative: no limit */
+    void (*fail)(void *context);  /* called when memory is short; does not return */
+    void *context;
+};
+
+void *memory_get(struct memory *memory, size_t size);
+/* A larger copy of `old`; the old one stays until release. */
+void *memory_grow(struct memory *memory, const void *old, size_t old_size, size_t new_size);
+char *memory_text(struct memory *memory, const char *text);
+char *memory_format(struct memory *memory, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void memory_release(struct memory *memory);
+
+#endif

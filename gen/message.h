@@ -1,0 +1,35 @@
+/*
+ * Complaints about a model: collected, so that one run tells them all.
+ *
+ * Each is one line `FILE:LINE: what: fact, what is allowed`; warnings start their text with `warning: `.
+ */
+#ifndef REFDYN_GEN_MESSAGE_H
+#define REFDYN_GEN_MESSAGE_H
+
+struct memory;
+
+/* Where something stands in a model file; line 0: the file as a whole. */
+struct place {
+    const char *file;
+    int line;
+};
+
+struct message {
+    struct place place;
+    const char *text;
+    int is_error;
+};
+
+struct messages {
+    struct memory *memory;
+    struct message *list;
+    int count, capacity, errors;
+};
+
+void complain(struct messages *messages, struct place place, const char *format, ...) __attribute__((format(printf, 3, 4)));
+void warn(struct messages *messages, struct place place, const char *format, ...) __attribute__((format(printf, 3, 4)));
+
+/* The entry of `known` (count names) nearest to `name` in edit distance, or NULL when none is near. */
+const char *nearest_name(const char *name, const char *const *known, int count);
+
+#endif

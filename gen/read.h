@@ -1,0 +1,35 @@
+/*
+ * From a Lua file to the model: see model.h for the two steps. Complaints go to `messages`; a model with errors is not
+ * used further.
+ */
+#ifndef REFDYN_GEN_READ_H
+#define REFDYN_GEN_READ_H
+
+#include "model.h"
+#include "tree.h"
+
+struct setting {
+    const char *name, *value;
+};
+
+struct read_request {
+    const char *file;
+    const struct setting *settings; /* --set NAME=VALUE, later ones win */
+    int setting_count;
+    bool fold; /* parameters become numbers; anchored ones stay parameters */
+};
+
+struct script;
+
+/* Opens the file and runs it up to the model's table; NULL when that failed (messages say why). */
+struct script *script_open(struct memory *memory, struct graph *graph, const struct read_request *request,
+                           struct messages *messages);
+void read_scene(struct script *script, struct model *model);
+void read_programme(struct script *script, const struct tree *tree, struct model *model);
+void script_close(struct script *script);
+
+/* Checks that need no Lua: names, values at the parameters' defaults, references. */
+void check_scene(const struct model *model, struct messages *messages);
+void check_programme(const struct model *model, const struct tree *tree, struct messages *messages);
+
+#endif

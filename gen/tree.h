@@ -1,0 +1,44 @@
+/*
+ * The tree: one frame for each elementary coordinate, what is welded merged into the frame that it moves with.
+ *
+ * Takes the links of a model; cuts beams into rigid finite elements (formulation, sect. 2). Frame i belongs to
+ * coordinate i, its parent has a smaller index, -1 is the ground. T_i = T_parent A_i D_i(q_i).
+ */
+#ifndef REFDYN_GEN_TREE_H
+#define REFDYN_GEN_TREE_H
+
+#include "model.h"
+
+/* Inertia about the frame's origin, along its axes: with the mass these are the entries of the pseudo-inertia. */
+struct inertia {
+    expression mass;      /* [kg] */
+    expression moment[3]; /* mass times centre [kg m] */
+    expression tensor[6]; /* xx yy zz xy xz yz about the origin [kg m^2] */
+};
+
+struct frame {
+    const char *name; /* of the coordinate: base_z, arm_psi, arm_psi_1 ... */
+    int parent;
+    int link, element; /* element 0: the link itself or its first element */
+    struct joint joint;
+    struct placement placement; /* A_i */
+    struct inertia inertia;     /* of all that moves with this frame and no later one */
+};
+
+/* Something fixed to a frame (or to the ground, frame -1). */
+struct fixed_frame {
+    int frame;
+    struct placement placement;
+};
+
+struct tree {
+    struct frame *frames;
+    int count;
+    struct fixed_frame *points; /* by the model's points */
+};
+
+void expand(struct memory *memory, const struct model *model, struct tree *tree);
+int find_coordinate(const struct tree *tree, const char *name); /* -1: none */
+const char **coordinate_names(struct memory *memory, const struct tree *tree);
+
+#endif
