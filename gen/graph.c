@@ -173,6 +173,16 @@ void name_value(struct graph *g, expression e, const char *text) {
         g->names[e] = text;
 }
 
+void remark(struct graph *g, const char *text) {
+    if (g->remark_count == g->remark_capacity) {
+        uint32_t capacity = g->remark_capacity ? 2 * g->remark_capacity : 64;
+        g->remarks = memory_grow(g->memory, g->remarks, g->remark_count * sizeof *g->remarks,
+                                 capacity * sizeof *g->remarks);
+        g->remark_capacity = capacity;
+    }
+    g->remarks[g->remark_count++] = (struct remark){g->count, text};
+}
+
 static expression raw(struct graph *g, enum operation operation, expression a, expression b, expression c) {
     uint8_t depends = g->nodes[a].depends;
     if (operators[operation].arity > 1)
