@@ -24,6 +24,10 @@ static struct view_result no_field(const struct view_names *names, const char *p
     return (struct view_result){.fault = fault};
 }
 
+static struct view_result no_acceleration(void) {
+    return (struct view_result){.fault = "s.start: has no accelerations, the state at the start is q and qd"};
+}
+
 static struct view_result found(const struct view_names *names, const struct view *view, expression e) {
     if (view->at_start)
         e = symbol(names->declarations->graph, SYMBOL_START, (int)e, 0);
@@ -41,6 +45,8 @@ static struct view_result state_field(const struct view_names *names, struct vie
     case 3:
         inner.kind = VIEW_COORDINATES;
         inner.order = (int)strlen(field) - 1;
+        if (inner.at_start && inner.order == 2)
+            return no_acceleration();
         break;
     case 4:
         inner.kind = VIEW_POINTS;
