@@ -16,7 +16,7 @@ return rd.model {
       center = { 0, 0.07, 0.11 }, inertia = { xx = 0.02, yy = 0.03, zz = 0.04 } },
   },
   points = { E = "tip" },
-  forces = function(s) return { cart_y = rd.input("push") * rd.sin(s.t) } end,
+  forces = function(s) return { cart_y = s.inputs.push * rd.sin(s.t) } end,
   constraints = function(s)
     local E = s.points.E
     local height = rd.parameter("height", s.start.points.E.z, "m")
