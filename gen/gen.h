@@ -29,9 +29,11 @@ enum gen_status { GEN_OK, GEN_MODEL_ERROR, GEN_NO_MEMORY, GEN_NOT_WRITTEN };
 
 /* Reads, checks and expands. `allowance` as in memory.h; -1 outside of tests. gen_release in any case. */
 enum gen_status gen_read(struct generation *generation, const struct read_request *request, long allowance);
-/* Derives and plans the functions named in `emit` (comma-separated quantities, NULL: all that the scene has). */
+/* Derives and plans the functions named in `emit` (comma-separated quantities, NULL: all that the scene has).
+ */
 enum gen_status gen_plan(struct generation *generation, const char *emit);
-/* Writes NAME.h, NAME.c ... into folder `directory` (made when missing); files appear complete or not at all. */
+/* Writes NAME.h, NAME.c ... into folder `directory` (made when missing); files appear complete or not at all.
+ */
 enum gen_status gen_write(struct generation *generation, const char *directory);
 /* What was emitted: coordinates, operation counts, what was left out. */
 void gen_print_summary(const struct generation *generation, FILE *out);
@@ -56,10 +58,11 @@ struct operation_count {
 int gen_counts(const struct generation *generation, const struct operation_count **counts);
 
 /*
- * The interpreter of the plan: the judge of the emitted C. Same arguments as the emitted function of that name;
- * p starts with the parameters, the values derived from them are computed here. 0 when the function exists.
+ * The interpreter of the plan: the judge of the emitted C. Same arguments as the emitted function of that
+ * name; p starts with the parameters, the values derived from them are computed here. 0 when the function
+ * exists.
  */
-int gen_interpret(const struct generation *generation, const char *quantity, const double *p, const double *x, double t,
-                  const double *q, const double *qd, double *out);
+int gen_interpret(const struct generation *generation, const char *quantity, const double *p, const double *x,
+                  double t, const double *q, const double *qd, double *out);
 
 #endif

@@ -3,8 +3,8 @@
  *
  * An `expression` is a 32-bit index into one growing array; equal handles are equal expressions, and the
  * operands of a node have smaller indices than the node, so that a plain loop over indices is an order of
- * evaluation. Handle 0 is the number 0, handle 1 the number 1. Building folds what is exactly safe: 0 and 1, signs,
- * numbers on both sides; x*0 -> 0 and x-x -> 0 assume that x is finite.
+ * evaluation. Handle 0 is the number 0, handle 1 the number 1. Building folds what is exactly safe: 0 and 1,
+ * signs, numbers on both sides; x*0 -> 0 and x-x -> 0 assume that x is finite.
  */
 #ifndef REFDYN_GEN_GRAPH_H
 #define REFDYN_GEN_GRAPH_H
@@ -34,7 +34,7 @@ enum symbol_kind {
     SYMBOL_TIME,       /* t */
     SYMBOL_COORDINATE, /* index: coordinate, order 0..2: q, qd, qdd */
     SYMBOL_POINT,      /* index: 3 * point + axis, order 0..2, ground frame */
-    SYMBOL_START       /* index: handle of a coordinate, point or time symbol, taken at the start of the motion */
+    SYMBOL_START /* index: handle of a coordinate, point or time symbol, taken at the start of the motion */
 };
 
 struct symbol {
@@ -84,13 +84,14 @@ expression quotient(struct graph *g, expression a, expression b);
 expression neg(struct graph *g, expression a);
 expression power(struct graph *g, expression a, expression b); /* whole exponents up to 16 become products */
 expression root(struct graph *g, expression a);
-expression choose(struct graph *g, expression condition, expression then, expression otherwise); /* condition != 0 ? then : otherwise */
+expression choose(struct graph *g, expression condition, expression then,
+                  expression otherwise); /* condition != 0 ? then : otherwise */
 /* Any operation of ops.def, folded; operands beyond its arity are ignored. */
 expression apply(struct graph *g, enum operation operation, expression a, expression b, expression c);
 expression apply1(struct graph *g, enum operation operation, expression a);
 expression apply2(struct graph *g, enum operation operation, expression a, expression b);
 
-bool is_number(const struct graph *g, expression e, double *value); /* value may be NULL */
+bool is_number(const struct graph *g, expression e, double *value);  /* value may be NULL */
 const struct symbol *as_symbol(const struct graph *g, expression e); /* NULL when e is no symbol */
 /* The first name given stays. `text` must live as long as the graph. */
 void name_value(struct graph *g, expression e, const char *text);
@@ -107,19 +108,22 @@ expression operation_partial(struct graph *g, expression r, int which);
  * the symbol `e` (itself to keep it).
  */
 typedef expression leaf_rule(void *context, struct graph *g, expression e);
-void substitute(struct graph *g, leaf_rule *leaf, void *context, const expression *from, expression *to, int count);
+void substitute(struct graph *g, leaf_rule *leaf, void *context, const expression *from, expression *to,
+                int count);
 /* Directional derivative (one forward sweep): `leaf` returns the derivative of the symbol `e`. */
 expression differentiate(struct graph *g, expression e, leaf_rule *leaf, void *context);
 /* Derivatives of e by each symbol in `by` (one backward sweep). */
 void gradient(struct graph *g, expression e, const expression *by, expression *result, int count);
 
 /* Calls `visit` for each symbol that e depends on, in order of handles. */
-void visit_symbols(struct graph *g, expression e, void (*visit)(void *context, expression symbol), void *context);
+void visit_symbols(struct graph *g, expression e, void (*visit)(void *context, expression symbol),
+                   void *context);
 
 /*
- * Value of e with the given values of symbols (`value_of` returns one; SYMBOL_START passes the base symbol as is).
- * For single values, as in checks; whole functions are interpreted from a plan.
+ * Value of e with the given values of symbols (`value_of` returns one; SYMBOL_START passes the base symbol as
+ * is). For single values, as in checks; whole functions are interpreted from a plan.
  */
-double evaluate(struct graph *g, expression e, double (*value_of)(void *context, const struct symbol *s), void *context);
+double evaluate(struct graph *g, expression e, double (*value_of)(void *context, const struct symbol *s),
+                void *context);
 
 #endif

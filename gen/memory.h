@@ -14,8 +14,8 @@ struct memory_block;
 
 struct memory {
     struct memory_block *blocks;
-    long allowance;               /* blocks that may still be taken from malloc; negative: no limit */
-    void (*fail)(void *context);  /* called when memory is short; does not return */
+    long allowance;              /* blocks that may still be taken from malloc; negative: no limit */
+    void (*fail)(void *context); /* called when memory is short; does not return */
     void *context;
 };
 

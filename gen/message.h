@@ -26,8 +26,10 @@ struct messages {
     int count, capacity, errors;
 };
 
-void complain(struct messages *messages, struct place place, const char *format, ...) __attribute__((format(printf, 3, 4)));
-void warn(struct messages *messages, struct place place, const char *format, ...) __attribute__((format(printf, 3, 4)));
+void complain(struct messages *messages, struct place place, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+void warn(struct messages *messages, struct place place, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
 
 /* The entry of `known` (count names) nearest to `name` in edit distance, or NULL when none is near. */
 const char *nearest_name(const char *name, const char *const *known, int count);

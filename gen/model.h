@@ -5,8 +5,8 @@
  *   read_scene      options, parameters, inputs, links, points, names of dependent and held coordinates
  *   expand          frames and coordinates (tree.h)
  *   read_programme  forces and constraint rows, by calling the author's functions
- * Every quantity is an expression of parameters, or, in forces and rows, of time, inputs, coordinates and points.
- * SI units and radians.
+ * Every quantity is an expression of parameters, or, in forces and rows, of time, inputs, coordinates and
+ * points. SI units and radians.
  */
 #ifndef REFDYN_GEN_MODEL_H
 #define REFDYN_GEN_MODEL_H
@@ -16,7 +16,8 @@
 
 enum { AXIS_X, AXIS_Y, AXIS_Z };
 
-/* A frame in its parent's frame: columns of `rotation` (row-major 3 x 3) are its axes, `position` [m] its origin. */
+/* A frame in its parent's frame: columns of `rotation` (row-major 3 x 3) are its axes, `position` [m] its
+ * origin. */
 struct placement {
     expression rotation[9];
     expression position[3];
@@ -27,29 +28,34 @@ struct joint {
     bool is_turn;
     int axis;
     const char *name; /* as the author calls it: "x" "y" "z" slide, "phi" "theta" "psi" turn about x, y, z */
-    expression start, start_rate;        /* at the start of a motion [m, rad; m/s, rad/s] */
-    expression stiffness, rest, damping; /* linear spring and damper, 0 where there is none [N/m or N m; m or rad; N s/m or N m s] */
+    expression start, start_rate; /* at the start of a motion [m, rad; m/s, rad/s] */
+    expression stiffness, rest,
+        damping; /* linear spring and damper, 0 where there is none [N/m or N m; m or rad; N s/m or N m s] */
     struct place place;
 };
 
 /* Rigid body data in the link's frame. */
 struct solid {
-    expression mass;      /* [kg] */
-    expression center[3]; /* centre of mass [m] */
-    expression inertia[6]; /* about the centre of mass: xx yy zz xy xz yz, products as integrals -int x y dm negated: the tensor's entries [kg m^2] */
+    expression mass;       /* [kg] */
+    expression center[3];  /* centre of mass [m] */
+    expression inertia[6]; /* about the centre of mass: xx yy zz xy xz yz, products as integrals -int x y dm
+                              negated: the tensor's entries [kg m^2] */
 };
 
 /* A straight flexible link along the local x axis (formulation, sect. 2). */
 struct beam {
     bool exists;
-    int rfe; /* number of rigid finite elements, 1: rigid */
-    bool keeps[3]; /* which of psi, theta, phi an element has, in this order */
-    expression length;                   /* [m] */
-    expression area, Iy, Iz, It;         /* section [m^2, m^4]: Iz = int y^2 dA, Iy = int z^2 dA */
-    expression E, nu, rho, eta;          /* [Pa, 1, kg/m^3, s] */
+    int rfe;                     /* number of rigid finite elements, 1: rigid */
+    bool keeps[3];               /* which of psi, theta, phi an element has, in this order */
+    expression length;           /* [m] */
+    expression area, Iy, Iz, It; /* section [m^2, m^4]: Iz = int y^2 dA, Iy = int z^2 dA */
+    expression E, nu, rho, eta;  /* [Pa, 1, kg/m^3, s] */
 };
 
-enum attachment_where { AT_FRAME, AT_TIP }; /* the link's own frame (first element of a beam), or the beam's end */
+enum attachment_where {
+    AT_FRAME,
+    AT_TIP
+}; /* the link's own frame (first element of a beam), or the beam's end */
 
 struct attachment {
     int link; /* -1: the ground */
@@ -81,10 +87,10 @@ struct option {
 struct parameter {
     const char *name, *unit;
     struct place place;
-    double value;       /* given, or default */
-    bool is_anchored;   /* value at the start of a motion, unless is_given */
-    bool is_given;      /* set from outside */
-    expression anchor;  /* of t, q, qd, points, inputs and parameters at the start */
+    double value;      /* given, or default */
+    bool is_anchored;  /* value at the start of a motion, unless is_given */
+    bool is_given;     /* set from outside */
+    expression anchor; /* of t, q, qd, points, inputs and parameters at the start */
 };
 
 struct input {
@@ -116,8 +122,8 @@ struct model {
     const char *file;
     struct place place;
     struct graph *graph;
-    bool printed_form; /* h and Q as the chapter prints them */
-    bool fold;         /* parameters are numbers in the graph */
+    bool printed_form;     /* h and Q as the chapter prints them */
+    bool fold;             /* parameters are numbers in the graph */
     expression gravity[3]; /* [m/s^2], ground frame */
     struct option *options;
     int option_count;

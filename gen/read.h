@@ -1,6 +1,6 @@
 /*
- * From a Lua file to the model: see model.h for the two steps. Complaints go to `messages`; a model with errors is not
- * used further.
+ * From a Lua file to the model: see model.h for the two steps. Complaints go to `messages`; a model with
+ * errors is not used further.
  */
 #ifndef REFDYN_GEN_READ_H
 #define REFDYN_GEN_READ_H

@@ -1,15 +1,17 @@
 /*
- * The tree: one frame for each elementary coordinate, what is welded merged into the frame that it moves with.
+ * The tree: one frame for each elementary coordinate, what is welded merged into the frame that it moves
+ * with.
  *
- * Takes the links of a model; cuts beams into rigid finite elements (formulation, sect. 2). Frame i belongs to
- * coordinate i, its parent has a smaller index, -1 is the ground. T_i = T_parent A_i D_i(q_i).
+ * Takes the links of a model; cuts beams into rigid finite elements (formulation, sect. 2). Frame i belongs
+ * to coordinate i, its parent has a smaller index, -1 is the ground. T_i = T_parent A_i D_i(q_i).
  */
 #ifndef REFDYN_GEN_TREE_H
 #define REFDYN_GEN_TREE_H
 
 #include "model.h"
 
-/* Inertia about the frame's origin, along its axes: with the mass these are the entries of the pseudo-inertia. */
+/* Inertia about the frame's origin, along its axes: with the mass these are the entries of the
+ * pseudo-inertia. */
 struct inertia {
     expression mass;      /* [kg] */
     expression moment[3]; /* mass times centre [kg m] */

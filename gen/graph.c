@@ -1,0 +1,377 @@
+/* The expression graph: hash-consing and exact folding. See graph.h; operators come from ops.def. */
+#include "graph.h"
+#include "memory.h"
+
+#include <math.h>
+#include <string.h>
+
+struct operator_entry {
+    const char *text;
+    int arity;
+    enum cost cost;
+};
+
+static const struct operator_entry operators[OP_COUNT] = {
+    [OP_NUMBER] = {"", 0, COST_NONE},
+    [OP_SYMBOL] = {"", 0, COST_NONE},
+#define OP(name, arity, text, cost, value, da, db, dc) [OP_##name] = {text, arity, cost},
+#include "ops.def"
+#undef OP
+};
+
+int operation_arity(enum operation operation) {
+    return operators[operation].arity;
+}
+
+const char *operation_text(enum operation operation) {
+    return operators[operation].text;
+}
+
+enum cost operation_cost(enum operation operation) {
+    return operators[operation].cost;
+}
+
+double operation_value(enum operation operation, double a, double b, double c) {
+    switch (operation) {
+#define OP(name, arity, text, cost, value, da, db, dc) \
+    case OP_##name:                                    \
+        return value;
+#include "ops.def"
+#undef OP
+    default:
+        return NAN;
+    }
+}
+
+static uint32_t hash_node(const struct node *node) {
+    uint64_t h = node->operation;
+    for (int i = 0; i < 3; i++)
+        h = (h ^ node->operand[i]) * 0x9E3779B97F4A7C15u, h ^= h >> 29;
+    return (uint32_t)(h ^ h >> 32);
+}
+
+static bool same_node(const struct node *a, const struct node *b) {
+    return a->operation == b->operation && !memcmp(a->operand, b->operand, sizeof a->operand);
+}
+
+static void grow_table(struct graph *g) {
+    uint32_t size = g->table_size ? 2 * g->table_size : 1024;
+    g->table = memory_get(g->memory, size * sizeof *g->table);
+    g->table_size = size;
+    for (expression e = 1; e < g->count; e++) {
+        uint32_t slot = hash_node(&g->nodes[e]) & (size - 1);
+        while (g->table[slot])
+            slot = (slot + 1) & (size - 1);
+        g->table[slot] = e;
+    }
+}
+
+static void grow_nodes(struct graph *g) {
+    uint32_t capacity = g->capacity ? 2 * g->capacity : 512;
+    g->nodes = memory_grow(g->memory, g->nodes, g->count * sizeof *g->nodes, capacity * sizeof *g->nodes);
+    g->names = memory_grow(g->memory, g->names, g->count * sizeof *g->names, capacity * sizeof *g->names);
+    g->capacity = capacity;
+}
+
+/* The handle of an equal node, or a new one. */
+static expression intern(struct graph *g, struct node node) {
+    if (4 * g->count >= 3 * g->table_size)
+        grow_table(g);
+    uint32_t slot = hash_node(&node) & (g->table_size - 1);
+    for (; g->table[slot]; slot = (slot + 1) & (g->table_size - 1))
+        if (same_node(&g->nodes[g->table[slot]], &node))
+            return g->table[slot];
+    if (g->count == g->capacity)
+        grow_nodes(g);
+    g->nodes[g->count] = node;
+    g->table[slot] = g->count;
+    return g->count++;
+}
+
+static uint32_t store_number(struct graph *g, double value) {
+    if (g->number_count == g->number_capacity) {
+        uint32_t capacity = g->number_capacity ? 2 * g->number_capacity : 64;
+        g->numbers = memory_grow(g->memory, g->numbers, g->number_count * sizeof *g->numbers,
+                                 capacity * sizeof *g->numbers);
+        g->number_capacity = capacity;
+    }
+    g->numbers[g->number_count] = value;
+    return g->number_count++;
+}
+
+void graph_start(struct graph *g, struct memory *memory) {
+    memset(g, 0, sizeof *g);
+    g->memory = memory;
+    grow_table(g);
+    grow_nodes(g);
+    /* The number 0 is handle 0; it stands in no slot of the table, where 0 means empty. */
+    g->nodes[g->count++] = (struct node){.operation = OP_NUMBER, .operand = {store_number(g, 0)}};
+    number(g, 1);
+}
+
+expression number(struct graph *g, double value) {
+    if (value == 0)
+        return 0; /* -0.0 too: the sign of a zero is not kept */
+    uint32_t i = 1;
+    while (i < g->number_count && memcmp(&g->numbers[i], &value, sizeof value))
+        i++;
+    if (i == g->number_count)
+        i = store_number(g, value);
+    return intern(g, (struct node){.operation = OP_NUMBER, .operand = {i}});
+}
+
+static uint8_t symbol_depends(const struct symbol *s) {
+    switch (s->kind) {
+    case SYMBOL_PARAMETER:
+        return ON_PARAMETER;
+    case SYMBOL_INPUT:
+        return ON_INPUT;
+    case SYMBOL_TIME:
+        return ON_TIME;
+    case SYMBOL_START:
+        return ON_START;
+    case SYMBOL_COORDINATE:
+        return s->order ? ON_RATE : ON_STATE;
+    case SYMBOL_POINT:
+        return s->order ? ON_STATE | ON_RATE : ON_STATE;
+    }
+    return 0;
+}
+
+expression symbol(struct graph *g, enum symbol_kind kind, int index, int order) {
+    uint32_t i = 0;
+    while (i < g->symbol_count &&
+           !(g->symbols[i].kind == kind && g->symbols[i].index == index && g->symbols[i].order == order))
+        i++;
+    if (i == g->symbol_count) {
+        if (g->symbol_count == g->symbol_capacity) {
+            uint32_t capacity = g->symbol_capacity ? 2 * g->symbol_capacity : 64;
+            g->symbols = memory_grow(g->memory, g->symbols, g->symbol_count * sizeof *g->symbols,
+                                     capacity * sizeof *g->symbols);
+            g->symbol_capacity = capacity;
+        }
+        g->symbols[g->symbol_count++] = (struct symbol){kind, index, order};
+    }
+    return intern(
+        g, (struct node){.operation = OP_SYMBOL, .depends = symbol_depends(&g->symbols[i]), .operand = {i}});
+}
+
+bool is_number(const struct graph *g, expression e, double *value) {
+    if (g->nodes[e].operation != OP_NUMBER)
+        return false;
+    if (value)
+        *value = g->numbers[g->nodes[e].operand[0]];
+    return true;
+}
+
+const struct symbol *as_symbol(const struct graph *g, expression e) {
+    return g->nodes[e].operation == OP_SYMBOL ? &g->symbols[g->nodes[e].operand[0]] : NULL;
+}
+
+void name_value(struct graph *g, expression e, const char *text) {
+    if (operators[g->nodes[e].operation].arity && !g->names[e])
+        g->names[e] = text;
+}
+
+static expression raw(struct graph *g, enum operation operation, expression a, expression b, expression c) {
+    uint8_t depends = g->nodes[a].depends;
+    if (operators[operation].arity > 1)
+        depends |= g->nodes[b].depends;
+    if (operators[operation].arity > 2)
+        depends |= g->nodes[c].depends;
+    return intern(g,
+                  (struct node){.operation = (uint8_t)operation, .depends = depends, .operand = {a, b, c}});
+}
+
+static bool is_negated(const struct graph *g, expression e) {
+    return g->nodes[e].operation == OP_NEG;
+}
+
+/* x of a node -x. */
+static expression inside(const struct graph *g, expression e) {
+    return g->nodes[e].operand[0];
+}
+
+static bool both_numbers(const struct graph *g, expression a, expression b, double *x, double *y) {
+    return is_number(g, a, x) && is_number(g, b, y);
+}
+
+expression neg(struct graph *g, expression a) {
+    double x;
+    if (is_number(g, a, &x))
+        return number(g, -x);
+    if (is_negated(g, a))
+        return inside(g, a);
+    if (g->nodes[a].operation == OP_SUB)
+        return sub(g, g->nodes[a].operand[1], g->nodes[a].operand[0]);
+    return raw(g, OP_NEG, a, 0, 0);
+}
+
+expression add(struct graph *g, expression a, expression b) {
+    double x, y;
+    if (both_numbers(g, a, b, &x, &y))
+        return number(g, x + y);
+    if (a == 0)
+        return b;
+    if (b == 0)
+        return a;
+    if (is_negated(g, b))
+        return sub(g, a, inside(g, b));
+    if (is_negated(g, a))
+        return sub(g, b, inside(g, a));
+    return a < b ? raw(g, OP_ADD, a, b, 0) : raw(g, OP_ADD, b, a, 0);
+}
+
+expression sub(struct graph *g, expression a, expression b) {
+    double x, y;
+    if (both_numbers(g, a, b, &x, &y))
+        return number(g, x - y);
+    if (a == b)
+        return 0; /* assumes a finite value */
+    if (b == 0)
+        return a;
+    if (a == 0)
+        return neg(g, b);
+    if (is_negated(g, b))
+        return add(g, a, inside(g, b));
+    if (is_negated(g, a))
+        return neg(g, add(g, inside(g, a), b));
+    return raw(g, OP_SUB, a, b, 0);
+}
+
+/* The sign of a factor moves in front of the product: |a| and whether it was negative. */
+static bool take_sign(struct graph *g, expression *a) {
+    double x;
+    bool negative = is_number(g, *a, &x) ? x < 0 : is_negated(g, *a);
+    if (negative)
+        *a = neg(g, *a);
+    return negative;
+}
+
+expression mul(struct graph *g, expression a, expression b) {
+    double x, y;
+    if (both_numbers(g, a, b, &x, &y))
+        return number(g, x * y);
+    if (a == 0 || b == 0)
+        return 0; /* assumes a finite value */
+    bool negative = take_sign(g, &a);
+    negative ^= take_sign(g, &b);
+    expression product = a == 1 ? b : b == 1 ? a : a < b ? raw(g, OP_MUL, a, b, 0) : raw(g, OP_MUL, b, a, 0);
+    return negative ? neg(g, product) : product;
+}
+
+expression quotient(struct graph *g, expression a, expression b) {
+    double x, y;
+    if (both_numbers(g, a, b, &x, &y))
+        return number(g, x / y);
+    if (a == 0 && b != 0)
+        return 0; /* assumes a divisor that is not zero */
+    bool negative = take_sign(g, &a);
+    negative ^= take_sign(g, &b);
+    expression result = b == 1 ? a : a == b ? 1 : raw(g, OP_DIV, a, b, 0);
+    return negative ? neg(g, result) : result;
+}
+
+static expression whole_power(struct graph *g, expression a, int exponent) {
+    if (exponent == 0)
+        return 1;
+    if (exponent == 1)
+        return a;
+    expression half = whole_power(g, a, exponent / 2);
+    expression square = mul(g, half, half);
+    return exponent % 2 ? mul(g, square, a) : square;
+}
+
+expression power(struct graph *g, expression a, expression b) {
+    enum { LARGEST = 16 };
+    double x, y;
+    if (both_numbers(g, a, b, &x, &y))
+        return number(g, pow(x, y));
+    if (is_number(g, b, &y) && y == floor(y) && fabs(y) <= LARGEST) {
+        expression p = whole_power(g, a, (int)fabs(y));
+        return y < 0 ? quotient(g, 1, p) : p;
+    }
+    if (is_number(g, b, &y) && y == 0.5)
+        return root(g, a);
+    return raw(g, OP_POW, a, b, 0);
+}
+
+expression root(struct graph *g, expression a) {
+    return apply1(g, OP_SQRT, a);
+}
+
+expression choose(struct graph *g, expression condition, expression then, expression otherwise) {
+    double x;
+    if (is_number(g, condition, &x))
+        return x != 0 ? then : otherwise;
+    return then == otherwise ? then : raw(g, OP_WHERE, condition, then, otherwise);
+}
+
+/* Functions that are odd or even in their only operand lose its sign. */
+static bool fold_parity(struct graph *g, enum operation operation, expression a, expression *result) {
+    if (!is_negated(g, a))
+        return false;
+    switch (operation) {
+    case OP_SIN:
+    case OP_TAN:
+    case OP_ASIN:
+    case OP_ATAN:
+    case OP_SINH:
+    case OP_TANH:
+        *result = neg(g, apply1(g, operation, inside(g, a)));
+        return true;
+    case OP_COS:
+    case OP_COSH:
+    case OP_ABS:
+        *result = apply1(g, operation, inside(g, a));
+        return true;
+    default:
+        return false;
+    }
+}
+
+/* Any function without algebra of its own: numbers are computed, equal operands of min, max and < are folded.
+ */
+static expression apply_function(struct graph *g, enum operation operation, expression a, expression b) {
+    int arity = operators[operation].arity;
+    double x = 0, y = 0;
+    expression result;
+    if (is_number(g, a, &x) && (arity < 2 || is_number(g, b, &y)))
+        return number(g, operation_value(operation, x, y, 0));
+    if (a == b && (operation == OP_MIN || operation == OP_MAX))
+        return a;
+    if (a == b && operation == OP_LESS)
+        return 0;
+    if (fold_parity(g, operation, a, &result))
+        return result;
+    return raw(g, operation, a, arity > 1 ? b : 0, 0);
+}
+
+expression apply(struct graph *g, enum operation operation, expression a, expression b, expression c) {
+    switch (operation) {
+    case OP_ADD:
+        return add(g, a, b);
+    case OP_SUB:
+        return sub(g, a, b);
+    case OP_MUL:
+        return mul(g, a, b);
+    case OP_DIV:
+        return quotient(g, a, b);
+    case OP_NEG:
+        return neg(g, a);
+    case OP_POW:
+        return power(g, a, b);
+    case OP_WHERE:
+        return choose(g, a, b, c);
+    default:
+        return apply_function(g, operation, a, b);
+    }
+}
+
+expression apply1(struct graph *g, enum operation operation, expression a) {
+    return apply(g, operation, a, 0, 0);
+}
+
+expression apply2(struct graph *g, enum operation operation, expression a, expression b) {
+    return apply(g, operation, a, b, 0);
+}

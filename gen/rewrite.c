@@ -1,0 +1,125 @@
+/*
+ * Sweeps over the graph: substitution, derivatives, values. Declared in graph.h.
+ *
+ * All are plain loops over handles: operands have smaller handles than results, so that ascending order
+ * evaluates and descending order propagates derivatives backward. Nothing recurses.
+ */
+#include "graph.h"
+#include "memory.h"
+
+#include <math.h>
+
+expression operation_partial(struct graph *g, expression r, int which) {
+    const struct node node = g->nodes[r];
+    const expression a = node.operand[0], b = node.operand[1];
+    switch (node.operation) {
+#define OP(name, arity, text, cost, value, da, db, dc) \
+    case OP_##name:                                    \
+        return which == 0 ? da : which == 1 ? db : dc;
+#include "ops.def"
+#undef OP
+    default:
+        return 0;
+    }
+    (void)b;
+}
+
+/* marks[e] for all that the `count` roots need; the array has `limit` entries, limit the largest root + 1. */
+static bool *mark_needed(struct graph *g, const expression *roots, int count, uint32_t *limit) {
+    *limit = 0;
+    for (int i = 0; i < count; i++)
+        if (roots[i] >= *limit)
+            *limit = roots[i] + 1;
+    bool *marks = memory_get(g->memory, (*limit + 1) * sizeof *marks);
+    for (int i = 0; i < count; i++)
+        marks[roots[i]] = true;
+    for (uint32_t e = *limit; e-- > 0;)
+        if (marks[e])
+            for (int k = 0; k < operation_arity(g->nodes[e].operation); k++)
+                marks[g->nodes[e].operand[k]] = true;
+    return marks;
+}
+
+void substitute(struct graph *g, leaf_rule *leaf, void *context, const expression *from, expression *to,
+                int count) {
+    uint32_t limit;
+    bool *needed = mark_needed(g, from, count, &limit);
+    expression *image = memory_get(g->memory, (limit + 1) * sizeof *image);
+    for (expression e = 0; e < limit; e++) {
+        if (!needed[e])
+            continue;
+        const struct node node = g->nodes[e];
+        if (node.operation == OP_NUMBER)
+            image[e] = e;
+        else if (node.operation == OP_SYMBOL)
+            image[e] = leaf(context, g, e);
+        else
+            image[e] = apply(g, node.operation, image[node.operand[0]], image[node.operand[1]],
+                             image[node.operand[2]]);
+    }
+    for (int i = 0; i < count; i++)
+        to[i] = image[from[i]];
+}
+
+expression differentiate(struct graph *g, expression root_of, leaf_rule *leaf, void *context) {
+    uint32_t limit;
+    bool *needed = mark_needed(g, &root_of, 1, &limit);
+    expression *rate = memory_get(g->memory, (limit + 1) * sizeof *rate);
+    for (expression e = 0; e < limit; e++) {
+        if (!needed[e])
+            continue;
+        const struct node node = g->nodes[e];
+        if (node.operation == OP_SYMBOL)
+            rate[e] = leaf(context, g, e);
+        for (int k = 0; k < operation_arity(node.operation); k++)
+            if (rate[node.operand[k]])
+                rate[e] = add(g, rate[e], mul(g, operation_partial(g, e, k), rate[node.operand[k]]));
+    }
+    return rate[root_of];
+}
+
+void gradient(struct graph *g, expression root_of, const expression *by, expression *result, int count) {
+    uint32_t limit;
+    bool *needed = mark_needed(g, &root_of, 1, &limit);
+    expression *weight = memory_get(g->memory, (limit + 1) * sizeof *weight);
+    weight[root_of] = 1;
+    for (expression e = limit; e-- > 0;) {
+        if (!needed[e] || !weight[e])
+            continue;
+        const struct node node = g->nodes[e];
+        for (int k = 0; k < operation_arity(node.operation); k++) {
+            const expression into = node.operand[k];
+            if (g->nodes[into].depends) /* numbers have no derivative */
+                weight[into] = add(g, weight[into], mul(g, weight[e], operation_partial(g, e, k)));
+        }
+    }
+    for (int i = 0; i < count; i++)
+        result[i] = by[i] < limit ? weight[by[i]] : 0;
+}
+
+void visit_symbols(struct graph *g, expression e, void (*visit)(void *context, expression symbol),
+                   void *context) {
+    uint32_t limit;
+    bool *needed = mark_needed(g, &e, 1, &limit);
+    for (expression i = 0; i < limit; i++)
+        if (needed[i] && as_symbol(g, i))
+            visit(context, i);
+}
+
+double evaluate(struct graph *g, expression e, double (*value_of)(void *context, const struct symbol *s),
+                void *context) {
+    uint32_t limit;
+    bool *needed = mark_needed(g, &e, 1, &limit);
+    double *value = memory_get(g->memory, (limit + 1) * sizeof *value);
+    for (expression i = 0; i < limit; i++) {
+        if (!needed[i])
+            continue;
+        const struct node *node = &g->nodes[i];
+        if (node->operation == OP_SYMBOL)
+            value[i] = value_of(context, as_symbol(g, i));
+        else if (!is_number(g, i, &value[i]))
+            value[i] = operation_value(node->operation, value[node->operand[0]], value[node->operand[1]],
+                                       value[node->operand[2]]);
+    }
+    return value[e];
+}
