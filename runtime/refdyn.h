@@ -1,0 +1,356 @@
+/*
+ * The runtime core: accelerations under programme constraints, consistent states, motions, equilibria.
+ *
+ * Takes a constant model (refdyn_model.h) and a workspace that the caller owns; gives results as arrays.
+ * Needs the C library and libm alone, allocates nothing, prints nothing, keeps no state of its own: two
+ * workspaces can be used in two threads. SI units and radians; generalized quantities in the order and units
+ * of the coordinates; points in the ground frame; matrices row-major.
+ *
+ * Symbols: n coordinates q, rates qd, accelerations qdd; m constraint rows u qdd + v = 0, stabilised u qdd =
+ * k; M mass matrix; f = h + Q; r = M qdd - f = u^T lambda the programme force.
+ *
+ * Memory: size, init, use. `memory` is aligned as malloc's and stays with the caller; it must outlive its
+ * user. Status: every int function that can fail returns 0 (done), > 0 (a smaller step may help) or < 0
+ * (stop).
+ */
+#ifndef REFDYN_H
+#define REFDYN_H
+
+#include <stddef.h>
+
+#include "refdyn_model.h"
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+enum refdyn_status {
+    REFDYN_OK = 0,
+    /* > 0: these may go away with a smaller step or another state */
+    REFDYN_NOT_FINITE = 1, /* the equations gave an infinity or NaN; fault.coordinate or fault.row */
+    REFDYN_MASS_NOT_POSITIVE =
+        2, /* mass matrix not positive definite for the admissible motions; fault.coordinate */
+    REFDYN_ROWS_INCONSISTENT = 3, /* a row depends on others but asks for something else; fault.row */
+    REFDYN_NO_CONVERGENCE =
+        4, /* projection or statics; fault.row or fault.coordinate: the largest residual */
+    /* < 0: stop */
+    REFDYN_STEP_TOO_SMALL = -1,   /* an adaptive step fell below the resolution of t; drive.cause says why */
+    REFDYN_TANGENT_SINGULAR = -2, /* statics: nothing holds fault.coordinate */
+    REFDYN_BAD_OPTION = -3,       /* an option is out of its range; refdyn_options_validate says which */
+    REFDYN_BAD_MEMORY = -4,       /* memory is NULL, misaligned or smaller than the size asked for */
+    REFDYN_FUNCTION_MISSING = -5, /* the model lacks an emitted function that this call needs */
+    REFDYN_TOO_MANY_STEPS = -6    /* options.step_limit reached */
+};
+
+/* One line for a status, without a full stop. Never NULL. */
+const char *refdyn_status_text(int status);
+
+/* Where a call failed: indices, -1 when they do not apply. */
+struct refdyn_fault {
+    int row;
+    int coordinate;
+};
+
+/* ---- Workspace
+ * --------------------------------------------------------------------------------------------- */
+
+/*
+ * Index partition: K qdd = k with K = [K_d K_i], columns scaled by 1/sqrt(M_jj), rows by their largest entry.
+ * The solution does not depend on it, the condition of K_d does.
+ */
+struct refdyn_partition {
+    int *column; /* (n) coordinates: the first `rank` are dependent, in the order of elimination; then the
+                    independent ones, ascending */
+    int *row; /* (m) rows: the first `rank` are used, in the order of elimination; the others are redundant */
+    int rank; /* independent rows, -1: not chosen yet */
+    int is_declared;  /* the dependent coordinates are the model's declared ones */
+    int changes;      /* how often the dependent coordinates were changed since the first choice */
+    double condition; /* estimate for K_d (scaled) at the last accelerations: |[1 -P]| / smallest pivot */
+    double condition_chosen; /* the same when it was chosen */
+    double pivot;         /* smallest pivot of K_d (scaled) at the last accelerations: 1 best, 0 singular */
+    double pivot_min;     /* smallest of these since refdyn_workspace_init */
+    double condition_max; /* largest condition since refdyn_workspace_init */
+};
+
+/*
+ * Everything of one model instance that changes, and the room to compute in. Caller's to read; caller's to
+ * write are p (then refdyn_prepare), x, rank_tol and consistency_tol.
+ */
+struct refdyn_workspace {
+    const struct refdyn_model *model;
+    int n, m;
+    double *p; /* (parameter_count + derived_count) parameters; their defaults after init */
+    double *x; /* (input_count) inputs; their defaults after init */
+
+    double rank_tol;        /* a scaled pivot below this makes a row redundant; default sqrt(DBL_EPSILON) */
+    double consistency_tol; /* redundant rows may disagree by this part of their largest term; default
+                               DBL_EPSILON^(1/4) */
+
+    /* written by refdyn_equations */
+    double *equations; /* M f u v phi psi k in this order, contiguous */
+    double *M;         /* (n x n) mass matrix [kg, kg m, kg m^2] */
+    double *f;         /* (n) h + Q [N, N m] */
+    double *u;         /* (m x n) row coefficients */
+    double *v;         /* (m) u qdd + v = 0 */
+    double *phi;       /* (m) residual of position rows, 0 for the others */
+    double *psi;       /* (m) velocity-level residual, 0 for acceleration rows */
+    double *k;         /* (m) stabilised right side */
+    long evaluations;  /* calls of refdyn_equations since init */
+
+    /* written by refdyn_solve */
+    struct refdyn_partition partition;
+    struct refdyn_fault fault; /* of the last call that failed */
+
+    /* room to compute in */
+    double *P;       /* (rank x (n - rank)) dq_d = P dq_i; column order of the partition */
+    double *c;       /* (rank) K_d^-1 k */
+    double *rows;    /* (m x (n + 1)) rows in elimination, scaled, [K_d K_i k] */
+    double *lower;   /* (m x m) elimination factors of K_d */
+    double *reduced; /* (n x n) P^T M P in the independent coordinates, then its factor; projection: factor of
+                        M */
+    double *weight;  /* (n) 1/sqrt(M_jj) */
+    double *permuted; /* (n x n) M in the order of the partition */
+    double *side;     /* (n) right side, solution */
+    double *residual; /* (n) */
+    double *answer;   /* (n) qdd in the order of the partition */
+    double *row_size; /* (m) largest scaled entry of each row */
+    double *schur;    /* (m x m) u M^-1 u^T of the rows in projection */
+    double *impulse;  /* (m) multipliers */
+    double *spread;   /* (m x n) L^-1 u^T of the rows in projection, row by row */
+    double *q_trial;  /* (n) */
+    int *mark;        /* (n + m) */
+};
+
+/* Bytes that refdyn_workspace_init needs for this model. */
+size_t refdyn_workspace_size(const struct refdyn_model *model);
+/* Lays the workspace out in memory and sets parameters and inputs to their defaults.
+ * Errors: BAD_MEMORY; FUNCTION_MISSING when the model has neither `equations` nor all of M h Q u v phi psi k.
+ */
+int refdyn_workspace_init(struct refdyn_workspace *work, const struct refdyn_model *model, void *memory,
+                          size_t size);
+
+/* After work->p was changed: computes the derived parameters behind it. */
+void refdyn_prepare(struct refdyn_workspace *work);
+/* q (n) and qd (n) at the start of a motion, from work->p. */
+void refdyn_initial_state(const struct refdyn_workspace *work, double *q, double *qd);
+/* Sets the anchored parameters from the state from which a motion starts, then prepares. `given`
+ * (anchored_count) is non-zero for those that keep the caller's value; NULL: none. */
+void refdyn_anchor(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                   const int *given);
+
+/* Index of a name in a table of names, -1 when absent. */
+int refdyn_find_name(const struct refdyn_name *names, int count, const char *name);
+
+/* ---- Accelerations
+ * ----------------------------------------------------------------------------------------- */
+
+enum refdyn_stabilise {
+    REFDYN_NONE,      /* u qdd = -v */
+    REFDYN_BAUMGARTE, /* u qdd = k = -v - 2 alpha psi - beta^2 phi (Baumgarte, CMAME 1:1-16, 1972) */
+    REFDYN_PROJECT    /* u qdd = -v, and refdyn_project after each step */
+};
+
+/* Evaluates M f u v phi psi k at a state into the workspace. Error: NOT_FINITE. */
+int refdyn_equations(struct refdyn_workspace *work, double t, const double *q, const double *qd);
+/*
+ * qdd (n) from the equations in the workspace: the generalized programme motion equations
+ *     (M_i + P^T M_d) qdd = f_i + P^T f_d,   K qdd = k,   P = -K_d^-1 K_i
+ * with the partition chosen at the first call, kept while its condition stays within ten times the value at
+ * choice, and changed when it does not. Redundant rows are left out and stand in work->partition.row behind
+ * `rank`. Unconstrained: M qdd = f. Errors: NOT_FINITE, MASS_NOT_POSITIVE, ROWS_INCONSISTENT.
+ */
+int refdyn_solve(struct refdyn_workspace *work, enum refdyn_stabilise stabilise, double *qdd);
+/* Both of the above. */
+int refdyn_accelerate(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                      enum refdyn_stabilise stabilise, double *qdd);
+/* Programme force r (n) = M qdd - f [N, N m] of the equations in the workspace, after refdyn_solve gave qdd.
+ * It is formed as u^T lambda with K_d^T lambda = (M qdd - f)_d, so it lies exactly in the space of the rows.
+ * lambda (m, or NULL): multipliers, 0 for redundant rows. */
+void refdyn_programme_force(struct refdyn_workspace *work, const double *qdd, double *force, double *lambda);
+/* Power of the programme force, r . qd = lambda . (u qd) [W]; same conditions. */
+double refdyn_programme_power(struct refdyn_workspace *work, const double *qdd, const double *qd);
+/* Forgets the partition: the next refdyn_solve starts from the declared set again. */
+void refdyn_partition_reset(struct refdyn_workspace *work);
+
+/* ---- Consistent states
+ * ------------------------------------------------------------------------------------- */
+
+struct refdyn_residual {
+    double phi; /* largest |phi| of the position rows, */
+    int phi_row;
+    double psi;  /* largest |psi| of position and velocity rows, */
+    int psi_row; /* and where; -1: no such row */
+};
+
+/* Largest residuals in the workspace (of the last refdyn_equations). */
+struct refdyn_residual refdyn_residuals(const struct refdyn_workspace *work);
+/* True when every residual in the workspace is at most tol times the size of its row's terms, sum_j |u_j|
+ * max(|q_j|, unit) and sum_j |u_j qd_j| + |u_j|: unit 1 m or 1 rad, and 1 per second. */
+int refdyn_is_consistent(const struct refdyn_workspace *work, double tol, const double *q, const double *qd);
+/*
+ * Moves q until phi = 0, then qd until psi = 0, both by the smallest change in the metric M:
+ *     dq = -M^-1 u^T (u M^-1 u^T)^-1 phi,   dqd = -M^-1 u^T (u M^-1 u^T)^-1 psi
+ * by Newton (velocity rows may be nonlinear in qd). At the end the workspace holds the equations at the new
+ * state. before (or NULL): residuals of the state that was given. Errors: NOT_FINITE, MASS_NOT_POSITIVE,
+ * NO_CONVERGENCE.
+ */
+int refdyn_project(struct refdyn_workspace *work, double t, double *q, double *qd,
+                   struct refdyn_residual *before);
+
+/* ---- Motions
+ * ----------------------------------------------------------------------------------------------- */
+
+enum refdyn_method {
+    REFDYN_RK4,  /* the classical Runge-Kutta method of order 4 (Kutta 1901), fixed step */
+    REFDYN_RK54, /* Dormand and Prince 5(4) (J. Comput. Appl. Math. 6:19-26, 1980), adaptive */
+    REFDYN_METHOD_COUNT
+};
+
+/* "rk4", "rk54"; NULL outside the range. */
+const char *refdyn_method_name(int method);
+/* The method of that name, -1 when there is none. */
+int refdyn_method_find(const char *name);
+
+struct refdyn_options {
+    enum refdyn_method method;
+    double step;     /* fixed step, or first step of an adaptive method (0: found) [s] */
+    double step_max; /* adaptive: largest step [s]; 0: none */
+    double tol;      /* adaptive: error of a step, as a change of positions in units of 1 rad and `length` */
+    double length;   /* what 1 rad weighs against in translations [m] */
+    enum refdyn_stabilise stabilise;
+    int project_start; /* make the start consistent first */
+    int balance;     /* integrate the work of non-conservative and programme forces along (drive.work_done) */
+    long step_limit; /* steps tried per motion; 0: none */
+};
+
+/* Defaults of a method: step 1e-3 s, Baumgarte (rk4); step found, tol 1e-6, projection (rk54). */
+struct refdyn_options refdyn_options_default(enum refdyn_method method);
+/* 0 or BAD_OPTION; then *fact (fact may be NULL) is a static text such as "step must be positive". */
+int refdyn_options_validate(const struct refdyn_options *options, const char **fact);
+
+struct refdyn_statistics {
+    long steps; /* accepted */
+    long rejected;
+    long evaluations; /* of the equations */
+    double phi_max;   /* largest |phi| and |psi| over all accepted steps, the start included */
+    double psi_max;
+    int phi_row, psi_row; /* and in which row; -1: none */
+    int partition_changes;
+    double pivot_min;                   /* smallest scaled pivot of K_d, 1 without rows */
+    double condition_max;               /* largest condition estimate of K_d, 1 without rows */
+    double step_smallest, step_largest; /* of the accepted steps [s] */
+};
+
+/*
+ * One motion. After start and after every step the state is the accepted one, qdd its accelerations and
+ * work's equations those of that state.
+ */
+struct refdyn_drive {
+    struct refdyn_workspace *work;
+    struct refdyn_options options;
+    double t;                     /* [s] */
+    double *q;                    /* (n) */
+    double *qd;                   /* (n) */
+    double *qdd;                  /* (n) */
+    double work_done;             /* by non-conservative and programme forces since the start [J]; 0 unless
+                                     options.balance */
+    struct refdyn_residual start; /* residuals of the state that was given to refdyn_drive_start */
+    int start_is_off; /* that state was not on the programme: refdyn_is_consistent with sqrt(DBL_EPSILON) */
+    struct refdyn_statistics statistics;
+
+    /* when a step has failed */
+    int cause;       /* status of the last failure of an evaluation or projection, 0: none */
+    double failed_t; /* where it failed; work->fault says in which row or coordinate; q, qd stay the last
+                        accepted state [s] */
+
+    /* the step's own */
+    double *stages;                     /* (stages x (2 n + 1)) qd, qdd, power of each stage */
+    double *state_new;                  /* (2 n + 1) q, qd, work at the end of the step */
+    double *stage_state;                /* (2 n + 1) q, qd, work of a stage */
+    double *error;                      /* (2 n) q, qd of the embedded formula minus those of the step */
+    double step_next;                   /* adaptive: proposed step [s] */
+    double error_last;                  /* adaptive: error norm of the last accepted step */
+    double from, to;                    /* output interval in progress [s] */
+    long interval_steps, interval_done; /* fixed step: steps of that interval */
+    long evaluations_before;
+    int changes_before;
+};
+
+/* Bytes that refdyn_drive_init needs. */
+size_t refdyn_drive_size(const struct refdyn_model *model, const struct refdyn_options *options);
+/* Errors: BAD_OPTION, BAD_MEMORY. */
+int refdyn_drive_init(struct refdyn_drive *drive, struct refdyn_workspace *work,
+                      const struct refdyn_options *options, void *memory, size_t size);
+/* Sets the state (copied) and evaluates it; clears the statistics. With options.project_start the state is
+ * projected first. Errors: those of refdyn_accelerate and refdyn_project. */
+int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, const double *qd);
+/* One accepted step towards t_out, never past it; lands on it exactly. Fixed step: the interval from the last
+ * output to t_out is cut into ceil(interval/step) equal steps, the i-th begins at from + i (to - from)/count.
+ * Errors: > 0 from a fixed step whose evaluation failed; STEP_TOO_SMALL, TOO_MANY_STEPS. The drive then stays
+ * at the last accepted state, with cause and failed_t set. */
+int refdyn_drive_step(struct refdyn_drive *drive, double t_out);
+/* Steps until t_out. Same errors. */
+int refdyn_drive_to(struct refdyn_drive *drive, double t_out);
+/* After the caller has changed work->x, work->p or the drive's q, qd between steps: evaluates anew. */
+int refdyn_drive_refresh(struct refdyn_drive *drive);
+
+/* ---- Energy balance
+ * ---------------------------------------------------------------------------------------- */
+
+struct refdyn_energy {
+    double kinetic, potential; /* at the last refdyn_energy_add [J] */
+    double kinetic_start, potential_start;
+    double largest_change; /* of kinetic energy, potential energy or work [J] */
+    double largest_error;  /* of |change of kinetic + potential - work| [J] */
+};
+
+/* Kinetic and potential energy at a state into energy (2). Error: FUNCTION_MISSING. */
+int refdyn_energies(const struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                    double *energy);
+/* Begins a balance at the drive's state, adds its state at an output. Error: FUNCTION_MISSING. */
+int refdyn_energy_start(struct refdyn_energy *energy, const struct refdyn_drive *drive);
+int refdyn_energy_add(struct refdyn_energy *energy, const struct refdyn_drive *drive);
+/* Largest |change of kinetic + potential - work| over the largest change of kinetic, potential or work; 0
+ * when nothing changed. */
+double refdyn_energy_error(const struct refdyn_energy *energy);
+
+/* ---- Equilibria
+ * -------------------------------------------------------------------------------------------- */
+
+struct refdyn_statics_options {
+    double tol;        /* largest last Newton correction [rad, or `length`] */
+    double length;     /* what 1 rad weighs against in translations [m] */
+    int iterations;    /* Newton iterations for each load */
+    double load_step;  /* first part of the load that is tried, 0 < load_step <= 1 */
+    double load_least; /* smallest part that is tried after failures */
+};
+
+struct refdyn_statics_result {
+    double residual; /* largest |Q| of the coordinates not held [N, N m] */
+    int iterations;  /* Newton iterations in all */
+    int loads;       /* load steps that converged */
+    double load;     /* part of the load that was reached, 1 when done */
+};
+
+struct refdyn_statics_options refdyn_statics_default(void);
+int refdyn_statics_validate(const struct refdyn_statics_options *options, const char **fact);
+size_t refdyn_statics_size(const struct refdyn_model *model);
+/*
+ * Equilibrium: Q(q, qd = 0, t = 0) = 0 over the coordinates not held, by damped Newton on
+ *     Q(q) - (1 - s) Q(q0) = 0,   s from 0 to 1,
+ * the step of s halved on failure. Constraint rows do not act.
+ * held (held_count): coordinates kept at their value in q; model->held and model->held_count, or others.
+ * q (n): start, then the equilibrium. hold_force (n, or NULL): -Q at held coordinates, 0 elsewhere.
+ * A coordinate without any stiffness or load (its row and column of dQ/dq and its Q are 0) stays where it is.
+ * Errors: NOT_FINITE, NO_CONVERGENCE, TANGENT_SINGULAR (work->fault.coordinate), BAD_OPTION, BAD_MEMORY,
+ * FUNCTION_MISSING (Q or Q_q); q then is the last state that was in equilibrium under result->load.
+ */
+int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_options *options,
+                   const int *held, int held_count, double *q, double *hold_force,
+                   struct refdyn_statics_result *result, void *memory, size_t size);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif
