@@ -15,11 +15,13 @@
 enum { PROCESSES = 2, FIXED_WORDS = 16 };
 
 /*
- * -ffp-contract=off: a multiplication and an addition are two roundings on every machine and with every compiler, as
- * in the generator's interpreter. -fno-math-errno: sqrt is one instruction; nothing reads errno. Neither -ffast-math
- * nor -march=native: the first changes results, the second breaks a cache that two machines share.
+ * -ffp-contract=off: a multiplication and an addition are two roundings on every machine and with every
+ * compiler, as in the generator's interpreter. -fno-math-errno: sqrt is one instruction; nothing reads errno.
+ * Neither -ffast-math nor -march=native: the first changes results, the second breaks a cache that two
+ * machines share.
  */
-const char *const compile_flags[] = {"-std=c11", "-O2", "-fPIC", "-ffp-contract=off", "-fno-math-errno", NULL};
+const char *const compile_flags[] = {"-std=c11",        "-O2", "-fPIC", "-ffp-contract=off",
+                                     "-fno-math-errno", NULL};
 
 /* The file of a program as PATH finds it; the name itself when it does not. */
 static char *find_program(const char *name) {
@@ -116,8 +118,8 @@ static void object_job(struct job *job, const struct toolchain *chain, const cha
     add_word(job, job->object);
 }
 
-static void link_job(struct job *job, const struct toolchain *chain, const struct build *build, const struct job *objects,
-                     int count) {
+static void link_job(struct job *job, const struct toolchain *chain, const struct build *build,
+                     const struct job *objects, int count) {
     start_job(job, chain, count);
     job->source = job->object = NULL;
     job->log = text_format("%s.log", build->library);
@@ -148,7 +150,8 @@ static void show_log(const struct job *job) {
         fclose(file);
 }
 
-/* Runs all jobs, PROCESSES at a time; after a failure no new one is started. Returns whether all went well. */
+/* Runs all jobs, PROCESSES at a time; after a failure no new one is started. Returns whether all went well.
+ */
 static bool run_jobs(const struct job *jobs, int count, long *peak_kb) {
     struct process running[PROCESSES] = {{.pid = 0}};
     const struct job *of[PROCESSES] = {NULL};
@@ -157,7 +160,8 @@ static bool run_jobs(const struct job *jobs, int count, long *peak_kb) {
         while (is_good && next < count && active < PROCESSES) {
             int free_place = running[0].pid == 0 ? 0 : 1;
             of[free_place] = &jobs[next++];
-            is_good = process_start(&running[free_place], of[free_place]->argv, NULL, of[free_place]->log) == 0;
+            is_good =
+                process_start(&running[free_place], of[free_place]->argv, NULL, of[free_place]->log) == 0;
             active += is_good;
         }
         int done = active ? process_wait(running, PROCESSES) : -1;
@@ -199,8 +203,8 @@ static bool is_source(const char *name) {
     return length > 2 && strcmp(name + length - 2, ".c") == 0;
 }
 
-bool build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files, int count,
-               struct build_cost *cost) {
+bool build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,
+               int count, struct build_cost *cost) {
     struct build_cost own = {.seconds = 0};
     struct job *jobs = allocate((size_t)count, sizeof *jobs);
     int job_count = 0;

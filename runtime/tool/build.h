@@ -33,8 +33,8 @@ struct build {
 
 bool build_start(struct build *build, const char *parent);
 /* Complains on stderr, with the compiler's own output, and returns false when it fails. cost may be NULL. */
-bool build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files, int count,
-               struct build_cost *cost);
+bool build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,
+               int count, struct build_cost *cost);
 void build_release(struct build *build);
 
 #endif

@@ -1,4 +1,5 @@
-/* Emitted C to a loaded library: see compile.h. What the compiler is told, the cache and loading; build.c compiles. */
+/* Emitted C to a loaded library: see compile.h. What the compiler is told, the cache and loading; build.c
+ * compiles. */
 #include "compile.h"
 #include "build.h"
 #include "output.h"
@@ -85,8 +86,8 @@ static bool load(struct compiled *compiled, const char *name, const char *path) 
 }
 
 /* Builds beside `path` and renames; two processes that do so at once make the same file. */
-static bool build_into(const struct toolchain *chain, const struct emitted_file *files, int count, const char *folder,
-                       const char *path) {
+static bool build_into(const struct toolchain *chain, const struct emitted_file *files, int count,
+                       const char *folder, const char *path) {
     struct build build;
     if (!build_start(&build, folder))
         return false;

@@ -1,4 +1,5 @@
-/* The command line of `refdyn`: see options.h. One table of options; each command names those that it knows. */
+/* The command line of `refdyn`: see options.h. One table of options; each command names those that it knows.
+ */
 #include "options.h"
 #include "message.h"
 
@@ -25,19 +26,24 @@ struct rule {
 static const struct rule rules[] = {
     {"output", "FILE", KIND_TEXT, FIELD(output), "where results go (short: -o; default: stdout)"},
     {"emit", "M,h,...", KIND_TEXT, FIELD(emit), "emit these quantities only"},
-    {"state", "STATE.json", KIND_TEXT, FIELD(state), "t, q, qd, inputs, parameters; what is left out is the model's"},
+    {"state", "STATE.json", KIND_TEXT, FIELD(state),
+     "t, q, qd, inputs, parameters; what is left out is the model's"},
     {"until", "T", KIND_POSITIVE, FIELD(until), "end of the motion [s]"},
     {"method", "NAME", KIND_TEXT, FIELD(method), "rk4 (default with --step) or rk54 (default without)"},
     {"step", "H", KIND_POSITIVE, FIELD(step), "step size [s]"},
-    {"tol", "TOL", KIND_POSITIVE, FIELD(tolerance), "tolerance of rk54, relative and absolute (default 1e-8)"},
+    {"tol", "TOL", KIND_POSITIVE, FIELD(tolerance), "error of a step of rk54 [rad, m] (default 1e-6)"},
     {"every", "DT", KIND_POSITIVE, FIELD(every), "time between outputs [s] (default T/200)"},
     {"from", "WHERE", KIND_TEXT, FIELD(from), "initial (default), statics, or a STATE.json"},
-    {"stabilise", "HOW", KIND_TEXT, FIELD(stabilise), "none, baumgarte (default with rk4) or project (default with rk54)"},
+    {"stabilise", "HOW", KIND_TEXT, FIELD(stabilise),
+     "none, baumgarte (default with rk4) or project (default with rk54)"},
     {"start", "HOW", KIND_TEXT, FIELD(start), "as-is (default) or project: moved onto the programme first"},
-    {"hold", "a,b", KIND_TEXT, FIELD(hold), "coordinates held in statics, instead of the model's ('' frees all)"},
+    {"hold", "a,b", KIND_TEXT, FIELD(hold),
+     "coordinates held in statics, instead of the model's ('' frees all)"},
     {"summary", "FILE.json", KIND_TEXT, FIELD(summary), "the summary as JSON"},
-    {"steps", "a,b,c", KIND_TEXT, FIELD(steps), "step sizes to try [s] (default: from the largest stable one downward)"},
-    {"vary", "OPTION=V1,V2", KIND_TEXT, FIELD(vary), "repeat the study for these values of a structural option"},
+    {"steps", "a,b,c", KIND_TEXT, FIELD(steps),
+     "step sizes to try [s] (default: from the largest stable one downward)"},
+    {"vary", "OPTION=V1,V2", KIND_TEXT, FIELD(vary),
+     "repeat the study for these values of a structural option"},
     {"set", "NAME=VALUE", KIND_SETTING, 0, "set an option or a parameter of the model (repeatable)"},
     {"fold", NULL, KIND_FLAG, FIELD(fold), "turn parameters into numbers in the C"},
     {"help", NULL, KIND_HELP, 0, "this text"},
@@ -134,7 +140,8 @@ static const struct command *find_command(const char *name) {
     return NULL;
 }
 
-/* getopt_long's tables: the long options of this command; each option's value is its place in `rules`, plus one. */
+/* getopt_long's tables: the long options of this command; each option's value is its place in `rules`, plus
+ * one. */
 static void option_table(const struct command *command, struct option *table) {
     for (int i = 0; i < RULE_COUNT; i++) {
         bool needed;
@@ -155,7 +162,8 @@ static const char *nearest_option(const struct option *table, const char *given)
 }
 
 /* getopt_long answered `answer`, '?' or ':'; optopt is a letter, or at most RULE_COUNT for a long option. */
-static enum status wrong_option(const struct command *command, const struct option *table, char **argv, int answer) {
+static enum status wrong_option(const struct command *command, const struct option *table, char **argv,
+                                int answer) {
     char letter[] = {'-', (char)optopt, '\0'};
     bool is_letter = optopt > RULE_COUNT;
     const char *given = is_letter ? letter : argv[optind - 1];
@@ -164,10 +172,12 @@ static enum status wrong_option(const struct command *command, const struct opti
     const char *near = is_letter || optopt ? NULL : nearest_option(table, given + 2);
     if (near)
         return usage_error(command, "unknown option %s, the nearest is --%s", given, near);
-    return usage_error(command, optopt && !is_letter ? "%s: this option takes no value" : "unknown option %s", given);
+    return usage_error(command, optopt && !is_letter ? "%s: this option takes no value" : "unknown option %s",
+                       given);
 }
 
-static enum status read_positive(const struct command *command, const char *name, const char *text, double *value) {
+static enum status read_positive(const struct command *command, const char *name, const char *text,
+                                 double *value) {
     char *end;
     *value = strtod(text, &end);
     if (end == text || *end || !isfinite(*value) || *value <= 0)
@@ -212,12 +222,13 @@ static enum status check_complete(const struct options *options) {
     if (options->operand_count == 0)
         return usage_error(command, "%s is missing", command->operands);
     if (options->operand_count > 1 && !many)
-        return usage_error(command, "'%s' is too much, one %s is taken", options->operands[1], command->operands);
+        return usage_error(command, "'%s' is too much, one %s is taken", options->operands[1],
+                           command->operands);
     for (int i = 0; i < RULE_COUNT; i++) {
         bool needed;
         if (knows(command, &rules[i], &needed) && needed && !is_given(options, &rules[i]))
-            return usage_error(command, "%s%s is missing", strcmp(shown_name(&rules[i]), "-o") == 0 ? "" : "--",
-                               shown_name(&rules[i]));
+            return usage_error(command, "%s%s is missing",
+                               strcmp(shown_name(&rules[i]), "-o") == 0 ? "" : "--", shown_name(&rules[i]));
     }
     return STATUS_DONE;
 }

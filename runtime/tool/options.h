@@ -33,7 +33,8 @@ struct command {
     const char *name;
     enum status (*run)(const struct options *options);
     const char *operands; /* as in the usage line: "MODEL.lua" or "RUN.csv..." */
-    const char *options;  /* long names that it knows, in the order of the help, blanks between; '!' behind a needed one */
+    const char *options;  /* long names that it knows, in the order of the help, blanks between; '!' behind a
+                             needed one */
     const char *purpose;  /* one line */
     const char *help;     /* what more a user should know, with examples */
 };

@@ -7,7 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Digits that a double keeps in decimal, and that always bring it back (C11 5.2.4.2.2: DBL_DIG and DBL_DECIMAL_DIG). */
+/* Digits that a double keeps in decimal, and that always bring it back (C11 5.2.4.2.2: DBL_DIG and
+ * DBL_DECIMAL_DIG). */
 enum { FEWEST_DIGITS = 15, MOST_DIGITS = 17 };
 
 const char *number_text(double value, char text[static NUMBER_LENGTH]) {
@@ -39,71 +40,71 @@ static void print_quoted(FILE *out, const char *text) {
 }
 
 /* What stands before an entry: a comma, a new line at the outermost level, the key. */
-static void start_entry(struct json *json, const char *key) {
-    if (json->has_entry)
-        fputc(',', json->out);
-    if (json->depth == 1 && !json->one_line)
-        fputs("\n  ", json->out);
-    else if (json->has_entry)
-        fputc(' ', json->out);
-    json->has_entry = true;
+static void start_entry(struct document *document, const char *key) {
+    if (document->has_entry)
+        fputc(',', document->out);
+    if (document->depth == 1 && !document->one_line)
+        fputs("\n  ", document->out);
+    else if (document->has_entry)
+        fputc(' ', document->out);
+    document->has_entry = true;
     if (key) {
-        print_quoted(json->out, key);
-        fputs(": ", json->out);
+        print_quoted(document->out, key);
+        fputs(": ", document->out);
     }
 }
 
-void json_open(struct json *json, const char *key, char bracket) {
-    start_entry(json, key);
-    fputc(bracket, json->out);
-    json->depth++;
-    json->has_entry = false;
+void put_open(struct document *document, const char *key, char bracket) {
+    start_entry(document, key);
+    fputc(bracket, document->out);
+    document->depth++;
+    document->has_entry = false;
 }
 
-void json_close(struct json *json, char bracket) {
-    json->depth--;
-    if (json->depth == 0 && !json->one_line)
-        fputc('\n', json->out);
-    fputc(bracket, json->out);
-    json->has_entry = json->depth > 0;
-    if (json->depth == 0)
-        fputc('\n', json->out);
+void put_close(struct document *document, char bracket) {
+    document->depth--;
+    if (document->depth == 0 && !document->one_line)
+        fputc('\n', document->out);
+    fputc(bracket, document->out);
+    document->has_entry = document->depth > 0;
+    if (document->depth == 0)
+        fputc('\n', document->out);
 }
 
-void json_number(struct json *json, const char *key, double value) {
-    start_entry(json, key);
+void put_number(struct document *document, const char *key, double value) {
+    start_entry(document, key);
     if (isfinite(value))
-        print_number(json->out, value);
+        print_number(document->out, value);
     else
-        fputs("null", json->out);
+        fputs("null", document->out);
 }
 
-void json_whole(struct json *json, const char *key, long value) {
-    start_entry(json, key);
-    fprintf(json->out, "%ld", value);
+void put_whole(struct document *document, const char *key, long value) {
+    start_entry(document, key);
+    fprintf(document->out, "%ld", value);
 }
 
-void json_text(struct json *json, const char *key, const char *text) {
-    start_entry(json, key);
-    print_quoted(json->out, text);
+void put_text(struct document *document, const char *key, const char *text) {
+    start_entry(document, key);
+    print_quoted(document->out, text);
 }
 
-void json_null(struct json *json, const char *key) {
-    json_number(json, key, NAN);
+void put_null(struct document *document, const char *key) {
+    put_number(document, key, NAN);
 }
 
-void json_array(struct json *json, const char *key, const double *values, int count) {
-    json_open(json, key, '[');
+void put_array(struct document *document, const char *key, const double *values, int count) {
+    put_open(document, key, '[');
     for (int i = 0; i < count; i++)
-        json_number(json, NULL, values[i]);
-    json_close(json, ']');
+        put_number(document, NULL, values[i]);
+    put_close(document, ']');
 }
 
-void json_matrix(struct json *json, const char *key, const double *values, int rows, int columns) {
-    json_open(json, key, '[');
+void put_matrix(struct document *document, const char *key, const double *values, int rows, int columns) {
+    put_open(document, key, '[');
     for (int i = 0; i < rows; i++)
-        json_array(json, NULL, values + (size_t)i * (size_t)columns, columns);
-    json_close(json, ']');
+        put_array(document, NULL, values + (size_t)i * (size_t)columns, columns);
+    put_close(document, ']');
 }
 
 static bool complain_file(const char *path, const char *what) {

@@ -1,5 +1,6 @@
 /*
- * Text that goes out: numbers that read back exactly, a small JSON writer, and files that appear complete or not at all.
+ * Text that goes out: numbers that read back exactly, a small JSON writer, and files that appear complete or
+ * not at all.
  */
 #ifndef REFDYN_TOOL_OUTPUT_H
 #define REFDYN_TOOL_OUTPUT_H
@@ -14,21 +15,22 @@ const char *number_text(double value, char text[static NUMBER_LENGTH]);
 void print_number(FILE *out, double value);
 
 /* A JSON document being written: one entry a line at the outermost level, all else in line. */
-struct json {
+struct document {
     FILE *out;
     int depth;
     bool has_entry; /* at the present level */
     bool one_line;
 };
 
-void json_open(struct json *json, const char *key, char bracket); /* key NULL: in an array or at the top */
-void json_close(struct json *json, char bracket);
-void json_number(struct json *json, const char *key, double value); /* null when not finite */
-void json_whole(struct json *json, const char *key, long value);
-void json_text(struct json *json, const char *key, const char *text);
-void json_null(struct json *json, const char *key);
-void json_array(struct json *json, const char *key, const double *values, int count);
-void json_matrix(struct json *json, const char *key, const double *values, int rows, int columns);
+void put_open(struct document *document, const char *key,
+              char bracket); /* key NULL: in an array or at the top */
+void put_close(struct document *document, char bracket);
+void put_number(struct document *document, const char *key, double value); /* null when not finite */
+void put_whole(struct document *document, const char *key, long value);
+void put_text(struct document *document, const char *key, const char *text);
+void put_null(struct document *document, const char *key);
+void put_array(struct document *document, const char *key, const double *values, int count);
+void put_matrix(struct document *document, const char *key, const double *values, int rows, int columns);
 
 /* An output file: written as PATH.part and renamed by output_close; path NULL is stdout. */
 struct output {

@@ -8,11 +8,12 @@
 
 enum { BAR_WIDTH = 40 };
 
-static const double silent_seconds = 1;   /* shorter work shows no bar */
+static const double silent_seconds = 1;    /* shorter work shows no bar */
 static const double refresh_seconds = 0.1; /* ten drawings a second look smooth and cost nothing */
 
 void progress_start(struct progress *progress, const char *what) {
-    *progress = (struct progress){.what = what, .started = wall_seconds(), .is_terminal = isatty(STDERR_FILENO) == 1};
+    *progress =
+        (struct progress){.what = what, .started = wall_seconds(), .is_terminal = isatty(STDERR_FILENO) == 1};
 }
 
 void progress_show(struct progress *progress, double fraction) {
@@ -26,7 +27,8 @@ void progress_show(struct progress *progress, double fraction) {
     filled = filled < 0 ? 0 : filled > BAR_WIDTH ? BAR_WIDTH : filled;
     memset(bar, '#', (size_t)filled);
     double left = fraction > 0 ? elapsed * (1 - fraction) / fraction : 0;
-    fprintf(stderr, "\r%s [%-*s] %3.0f %%, %.0f s left \033[K", progress->what, BAR_WIDTH, bar, 100 * fraction, left);
+    fprintf(stderr, "\r%s [%-*s] %3.0f %%, %.0f s left \033[K", progress->what, BAR_WIDTH, bar,
+            100 * fraction, left);
     fflush(stderr);
     progress->drawn = now;
     progress->is_shown = true;
