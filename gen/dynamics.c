@@ -33,7 +33,8 @@ static expression on_joint(const struct kinematics *k, int i, struct wrench w) {
 
 /* Sum over all bodies beyond each joint of `own`, felt by the joint's coordinate. */
 static expression *sum_inward(const struct kinematics *k,
-                              struct wrench (*own)(const struct kinematics *k, int i), const char *what) {
+                              struct wrench (*own)(const struct kinematics *k, int i),
+                              const char *moment_name, const char *force_name, const char *what) {
     const int n = k->tree->count;
     struct wrench *sums = memory_get(k->memory, ((size_t)n + 1) * sizeof *sums);
     expression *felt = new_values(k, (size_t)n);
@@ -41,8 +42,8 @@ static expression *sum_inward(const struct kinematics *k,
         const int parent = k->tree->frames[i].parent;
         remark(k->g, memory_format(k->memory, "%s: %s, inward", k->tree->frames[i].name, what));
         const struct wrench sum = wrench_add(k->g, own(k, i), sums[i]);
-        name_vector(k, i, "moment", sum.moment);
-        name_vector(k, i, "force", sum.force);
+        name_vector(k, i, moment_name, sum.moment);
+        name_vector(k, i, force_name, sum.force);
         felt[i] = on_joint(k, i, sum);
         if (parent >= 0)
             sums[parent] = wrench_add(k->g, sums[parent], wrench_to_parent(k, i, sum));
@@ -74,8 +75,9 @@ static struct wrench falling_wrench(const struct kinematics *k, int i) {
 }
 
 expression *derive_bias_forces(const struct kinematics *k, bool falling) {
-    return sum_inward(k, falling ? falling_wrench : bias_wrench,
-                      falling ? "bias and gravity forces c + g" : "bias forces c");
+    if (falling)
+        return sum_inward(k, falling_wrench, "load_moment", "load_force", "bias and gravity forces c + g");
+    return sum_inward(k, bias_wrench, "bias_moment", "bias_force", "bias forces c");
 }
 
 static struct inertia inertia_to_parent(const struct kinematics *k, int i, const struct inertia *inner) {
