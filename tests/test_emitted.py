@@ -112,7 +112,7 @@ def test_plane_elements_cost_nothing_elsewhere(tmp_path):
     files = emit(tmp_path, REFERENCE, "--set", "dofs=psi")
     assert "arm_psi_3" in "\n".join(files.values())
     assert not re.search(r"theta|phi_\d|_phi\b(?!\()", code({name: text for name, text in files.items() if name.endswith(".c")})
-                         .replace("manipulator_flexible_phi", "")), "theta or phi in a plane scene"
+                         .replace("manipulator_phi", "")), "theta or phi in a plane scene"
     assert "nu" not in parameters(files), "the shear modulus is not needed without torsion"
     whole = emit(tmp_path / "whole", REFERENCE)
     assert len(code(files)) < 0.5 * len(code(whole))
