@@ -25,10 +25,14 @@ static const char *setting_of(struct declarations *declarations, const char *nam
     return value;
 }
 
+/* `value` stays as it is when the text is no finite number. */
 static bool parse_number(const char *text, double *value) {
     char *end;
-    *value = strtod(text, &end);
-    return end != text && *end == 0 && isfinite(*value);
+    double parsed = strtod(text, &end);
+    if (end == text || *end != 0 || !isfinite(parsed))
+        return false;
+    *value = parsed;
+    return true;
 }
 
 static struct place command_line(const struct declarations *declarations) {

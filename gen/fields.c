@@ -70,6 +70,9 @@ void check_value(const struct checker *checker, const struct value *value, enum 
         complain(checker->messages, value->place, "%s: value %.6g, a positive number is needed", path, x);
     else if (range == RANGE_NOT_NEGATIVE && x < 0)
         complain(checker->messages, value->place, "%s: value %.6g, a number not below 0 is needed", path, x);
+    else if (range == RANGE_POISSON && !(x > -1 && x <= 0.5))
+        complain(checker->messages, value->place, "%s: value %.6g, a number above -1 and up to 0.5 is needed",
+                 path, x);
 }
 
 static void check_vector(const struct checker *checker, const struct value *value, const char *path) {

@@ -33,7 +33,7 @@ enum field_type {
     TYPE_FUNCTION
 };
 
-enum field_range { RANGE_ANY, RANGE_POSITIVE, RANGE_NOT_NEGATIVE };
+enum field_range { RANGE_ANY, RANGE_POSITIVE, RANGE_NOT_NEGATIVE, RANGE_POISSON };
 
 struct field_rule {
     enum owner owner;
