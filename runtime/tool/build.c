@@ -160,8 +160,8 @@ static bool run_jobs(const struct job *jobs, int count, long *peak_kb) {
         while (is_good && next < count && active < PROCESSES) {
             int free_place = running[0].pid == 0 ? 0 : 1;
             of[free_place] = &jobs[next++];
-            is_good =
-                process_start(&running[free_place], of[free_place]->argv, NULL, of[free_place]->log) == 0;
+            is_good = process_start(&running[free_place], of[free_place]->argv, NULL, of[free_place]->log,
+                                    NULL) == 0;
             active += is_good;
         }
         int done = active ? process_wait(running, PROCESSES) : -1;

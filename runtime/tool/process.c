@@ -11,7 +11,9 @@
 
 extern char **environ;
 
-int process_start(struct process *process, const char *const *argv, const char *input, const char *output) {
+int process_start(struct process *process, const char *const *argv, const char *input, const char *output,
+                  const char *errors) {
+    const int flags = O_WRONLY | O_CREAT | O_TRUNC;
     posix_spawn_file_actions_t actions;
     int error = posix_spawn_file_actions_init(&actions);
     if (error)
@@ -19,9 +21,10 @@ int process_start(struct process *process, const char *const *argv, const char *
     error =
         posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, input ? input : "/dev/null", O_RDONLY, 0);
     if (!error)
-        error = posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, output ? output : "/dev/null",
-                                                 O_WRONLY | O_CREAT | O_TRUNC, 0666);
-    if (!error)
+        error = posix_spawn_file_actions_addopen(&actions, STDOUT_FILENO, output, flags, 0666);
+    if (!error && errors)
+        error = posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, errors, flags, 0666);
+    if (!error && !errors)
         error = posix_spawn_file_actions_adddup2(&actions, STDOUT_FILENO, STDERR_FILENO);
     *process = (struct process){.pid = 0};
     if (!error) /* posix_spawnp does not write to argv */

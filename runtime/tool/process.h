@@ -13,10 +13,12 @@ struct process {
 };
 
 /*
- * Starts argv[0], found along PATH. Standard input is file `input` (NULL: empty), standard output and error
- * go to file `output` (NULL: discarded). Returns 0, or errno when it could not be started.
+ * Starts argv[0], found along PATH. Standard input is file `input` (NULL: empty), standard output goes to
+ * file `output`, standard error to file `errors` (NULL: to the same). Returns 0, or errno when it could not
+ * be started.
  */
-int process_start(struct process *process, const char *const *argv, const char *input, const char *output);
+int process_start(struct process *process, const char *const *argv, const char *input, const char *output,
+                  const char *errors);
 /* Waits until one of the running ones ends and returns its index, -1 when none runs. */
 int process_wait(struct process *processes, int count);
 

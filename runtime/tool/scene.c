@@ -133,7 +133,7 @@ static char *emit_list(const struct model *model, unsigned needs) {
 static enum status emit_and_load(struct scene *scene, const struct options *options, unsigned needs) {
     struct generation *generation = &scene->generation;
     int seen = generation->messages.count;
-    char *emit = emit_list(&generation->model, needs);
+    char *emit = needs & NEEDS_ALL ? NULL : emit_list(&generation->model, needs);
     enum gen_status status = gen_plan(generation, emit);
     free(emit);
     print_messages(generation, seen);
