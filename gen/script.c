@@ -6,6 +6,7 @@
  */
 #include "script.h"
 #include "pool.h"
+#include "sandbox.h"
 #include "source_lines.h"
 #include "view.h"
 #include "vocabulary.h"
@@ -132,6 +133,14 @@ static bool get_expression(lua_State *L, int index, expression *e) {
     if (handle)
         *e = *handle;
     return handle;
+}
+
+static expression expression_argument(lua_State *L, int index, const char *function) {
+    expression e = 0;
+    if (!get_expression(L, index, &e))
+        luaL_error(L, "rd.%s: argument %d is %s, a number or an expression is needed", function, index,
+                   described(L, index));
+    return e;
 }
 
 static int arithmetic(lua_State *L) {
@@ -416,24 +425,17 @@ static int tag_table(lua_State *L) {
     return 1;
 }
 
-static void expression_arguments(lua_State *L, const char *function, int count, expression *e) {
-    for (int i = 0; i < count; i++)
-        if (!get_expression(L, i + 1, &e[i]))
-            luaL_error(L, "rd.%s: argument %d is %s, a number or an expression is needed", function, i + 1,
-                       described(L, i + 1));
-}
-
 static int module_ramp(lua_State *L) {
-    expression e[3];
-    expression_arguments(L, "ramp", 3, e);
-    push_expression(L, ramp(script_of(L)->graph, e[0], e[1], e[2]));
+    expression t = expression_argument(L, 1, "ramp"), t0 = expression_argument(L, 2, "ramp"),
+               t1 = expression_argument(L, 3, "ramp");
+    push_expression(L, ramp(script_of(L)->graph, t, t0, t1));
     return 1;
 }
 
 static int module_smoothstep(lua_State *L) {
-    expression e[3];
-    expression_arguments(L, "smoothstep", 3, e);
-    push_expression(L, smoothstep(script_of(L)->graph, e[0], e[1], e[2]));
+    expression t = expression_argument(L, 1, "smoothstep"), t0 = expression_argument(L, 2, "smoothstep"),
+               t1 = expression_argument(L, 3, "smoothstep");
+    push_expression(L, smoothstep(script_of(L)->graph, t, t0, t1));
     return 1;
 }
 
@@ -451,15 +453,12 @@ static int push_section(lua_State *L, struct section section) {
 }
 
 static int module_round(lua_State *L) {
-    expression e[1];
-    expression_arguments(L, "round", 1, e);
-    return push_section(L, round_section(script_of(L)->graph, e[0]));
+    return push_section(L, round_section(script_of(L)->graph, expression_argument(L, 1, "round")));
 }
 
 static int module_tube(lua_State *L) {
-    expression e[2];
-    expression_arguments(L, "tube", 2, e);
-    return push_section(L, tube_section(script_of(L)->graph, e[0], e[1]));
+    expression outer = expression_argument(L, 1, "tube"), inner = expression_argument(L, 2, "tube");
+    return push_section(L, tube_section(script_of(L)->graph, outer, inner));
 }
 
 static const luaL_Reg module_functions[] = {{"option", module_option},
@@ -519,119 +518,22 @@ static void push_module(lua_State *L) {
 
 /* ---- the sandbox ---- */
 
-static int require_module(lua_State *L) {
-    if (lua_type(L, 1) != LUA_TSTRING || strcmp(lua_tostring(L, 1), "refdyn") != 0)
-        return luaL_error(L, "require: only \"refdyn\" can be required");
-    lua_pushvalue(L, lua_upvalueindex(1));
+static int is_expression(lua_State *L) {
+    lua_pushboolean(L, luaL_testudata(L, 1, EXPRESSION) != NULL);
     return 1;
 }
 
-/* math.* of an expression would freeze nothing but fail with a puzzle: name the function to use. */
-static int guarded_math(lua_State *L) {
-    const char *name = lua_tostring(L, lua_upvalueindex(2));
-    for (int i = 1; i <= lua_gettop(L); i++) {
-        if (!luaL_testudata(L, i, EXPRESSION))
-            continue;
-        lua_pushvalue(L, lua_upvalueindex(3));
-        lua_pushvalue(L, lua_upvalueindex(2));
-        if (lua_rawget(L, -2) != LUA_TNIL)
-            return luaL_error(L, "math.%s of an expression: use rd.%s", name, name);
-        return luaL_error(L, "math.%s of an expression: its value is not known while the model is read",
-                          name);
-    }
-    lua_pushvalue(L, lua_upvalueindex(1));
-    lua_insert(L, 1);
-    lua_call(L, lua_gettop(L) - 1, LUA_MULTRET);
-    return lua_gettop(L);
-}
-
-/* Replaces the functions of `math` by guarded ones; the module is at `module`. (-0, +0) */
-static void guard_math(lua_State *L, int module) {
-    static const char *const names[] = {"abs", "acos",  "asin", "atan", "ceil",      "cos", "deg",
-                                        "exp", "floor", "fmod", "log",  "max",       "min", "modf",
-                                        "rad", "sin",   "sqrt", "tan",  "tointeger", "ult"};
-    lua_getglobal(L, "math");
-    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
-        lua_getfield(L, -1, names[i]);
-        lua_pushstring(L, names[i]);
-        lua_pushvalue(L, module);
-        lua_pushcclosure(L, guarded_math, 3);
-        lua_setfield(L, -2, names[i]);
-    }
-    lua_pushnil(L);
-    lua_setfield(L, -2, "random");
-    lua_pushnil(L);
-    lua_setfield(L, -2, "randomseed");
-    lua_pop(L, 1);
-}
-
-/* Upvalues: list of keys, how many have been given out. */
-static int next_sorted(lua_State *L) {
-    lua_Integer at = lua_tointeger(L, lua_upvalueindex(2));
-    for (;;) {
-        lua_pushinteger(L, ++at);
-        lua_replace(L, lua_upvalueindex(2));
-        lua_settop(L, 1);
-        if (lua_rawgeti(L, lua_upvalueindex(1), at) == LUA_TNIL)
-            return 1;
-        lua_pushvalue(L, 2);
-        if (lua_rawget(L, 1) != LUA_TNIL)
-            return 2;
-    }
-}
-
-/* `pairs` in one order on every run: numbers upward, then names. Upvalue: table.sort. */
-static int sorted_pairs(lua_State *L) {
-    luaL_checktype(L, 1, LUA_TTABLE);
-    lua_settop(L, 1);
-    lua_newtable(L); /* 2: numbers, later all keys */
-    lua_newtable(L); /* 3: names */
-    lua_pushnil(L);
-    while (lua_next(L, 1)) {
-        lua_pop(L, 1);
-        int type = lua_type(L, -1);
-        if (type != LUA_TNUMBER && type != LUA_TSTRING)
-            return luaL_error(L, "pairs: a key of type %s, numbers and names have an order",
-                              luaL_typename(L, -1));
-        int list = type == LUA_TNUMBER ? 2 : 3;
-        lua_pushvalue(L, -1);
-        lua_rawseti(L, list, (lua_Integer)lua_rawlen(L, list) + 1);
-    }
-    for (int list = 2; list <= 3; list++) {
-        lua_pushvalue(L, lua_upvalueindex(1));
-        lua_pushvalue(L, list);
-        lua_call(L, 1, 0);
-    }
-    lua_Integer count = (lua_Integer)lua_rawlen(L, 2);
-    for (lua_Integer i = 1; lua_rawgeti(L, 3, i) != LUA_TNIL; i++)
-        lua_rawseti(L, 2, count + i);
-    lua_pushvalue(L, 2);
-    lua_pushinteger(L, 0);
-    lua_pushcclosure(L, next_sorted, 2);
-    lua_pushvalue(L, 1);
-    return 2;
-}
-
-static void open_libraries(lua_State *L) {
-    static const char *const removed[] = {"collectgarbage", "dofile", "load", "loadfile", "next",
-                                          "pcall",          "print",  "warn", "xpcall"};
+static void open_sandbox(lua_State *L) {
     luaL_requiref(L, LUA_GNAME, luaopen_base, 1);
     luaL_requiref(L, LUA_STRLIBNAME, luaopen_string, 1);
     luaL_requiref(L, LUA_TABLIBNAME, luaopen_table, 1);
     luaL_requiref(L, LUA_MATHLIBNAME, luaopen_math, 1);
     lua_pop(L, 4);
-    for (size_t i = 0; i < sizeof removed / sizeof *removed; i++) {
-        lua_pushnil(L);
-        lua_setglobal(L, removed[i]);
-    }
-    lua_getglobal(L, "string");
-    lua_pushnil(L);
-    lua_setfield(L, -2, "dump");
-    lua_getglobal(L, "table");
-    lua_getfield(L, -1, "sort");
-    lua_pushcclosure(L, sorted_pairs, 1);
-    lua_setglobal(L, "pairs");
-    lua_pop(L, 2);
+    if (luaL_loadbufferx(L, sandbox_source, sizeof sandbox_source - 1, "=sandbox", "t") != LUA_OK)
+        lua_error(L);
+    push_module(L);
+    lua_pushcfunction(L, is_expression);
+    lua_call(L, 2, 0);
 }
 
 static void make_metatables(lua_State *L) {
@@ -761,14 +663,10 @@ static void load_source(lua_State *L, struct script *script) {
 static int run_file(lua_State *L) {
     struct job *job = job_of(L);
     struct script *script = job->script;
-    open_libraries(L);
     make_metatables(L);
+    open_sandbox(L);
     script->marks = weak_table(L);
     script->tags = weak_table(L);
-    push_module(L);
-    guard_math(L, 1);
-    lua_pushcclosure(L, require_module, 1);
-    lua_setglobal(L, "require");
     lua_pushcfunction(L, mark_table);
     lua_setglobal(L, TABLE_MARK);
     load_source(L, script);
