@@ -101,24 +101,24 @@ struct refdyn_workspace {
     struct refdyn_partition partition;
     struct refdyn_fault fault; /* of the last call that failed */
 
-    /* room to compute in */
-    double *P;       /* (rank x (n - rank)) dq_d = P dq_i; column order of the partition */
-    double *c;       /* (rank) K_d^-1 k */
-    double *rows;    /* (m x (n + 1)) rows in elimination, scaled, [K_d K_i k] */
-    double *lower;   /* (m x m) elimination factors of K_d */
-    double *reduced; /* (n x n) P^T M P in the independent coordinates, then its factor; projection: factor of
-                        M */
-    double *weight;  /* (n) 1/sqrt(M_jj) */
-    double *permuted; /* (n x n) M in the order of the partition */
-    double *side;     /* (n) right side, solution */
-    double *residual; /* (n) */
-    double *answer;   /* (n) qdd in the order of the partition */
-    double *row_size; /* (m) largest scaled entry of each row */
-    double *schur;    /* (m x m) u M^-1 u^T of the rows in projection */
-    double *impulse;  /* (m) multipliers */
-    double *spread;   /* (m x n) L^-1 u^T of the rows in projection, row by row */
-    double *q_trial;  /* (n) */
-    int *mark;        /* (n + m) */
+    /* room to compute in; "ordered": in the order of partition.row and partition.column */
+    double
+        *rows; /* (m x (n + 1)) ordered [K_d K_i k], eliminated: [factors of K_d, K_d^-1 K_i, c = K_d^-1 k] */
+    double *P; /* (m x n) ordered, first rank x (n - rank): dq_d = P dq_i */
+    double *mass_d;   /* (m x n) ordered, first rank rows: [M_dd M_di] */
+    double *coupling; /* (m x n) M_di + M_dd P / 2 */
+    double *reduced;  /* (n x n) mass matrix of the independent coordinates, then its factor; projection:
+                         factor of M */
+    double *weight;   /* (n) ordered 1/sqrt(M_jj), of the state where the partition was chosen */
+    double *row_size; /* (m) ordered largest |u_aj| weight_j */
+    double *anchored; /* (anchored_count) values of the anchored parameters */
+    double *side;     /* (n) ordered right side, then solution */
+    double *residual; /* (n) f - M qdd */
+    double *lambda;   /* (m) ordered multipliers */
+    double *basis;    /* (m x n) projection: rows in the metric M, orthonormalised */
+    double *wanted;   /* (m) projection: change asked for in each row */
+    double *change;   /* (2 n) projection: of q, of qd */
+    int *mark;        /* (n + m) sets of coordinates, of rows */
 };
 
 /* Bytes that refdyn_workspace_init needs for this model. */
@@ -150,7 +150,8 @@ enum refdyn_stabilise {
     REFDYN_PROJECT    /* u qdd = -v, and refdyn_project after each step */
 };
 
-/* Evaluates M f u v phi psi k at a state into the workspace. Error: NOT_FINITE. */
+/* Evaluates M f u v phi psi k at a state into the workspace. Error: NOT_FINITE (f v phi psi k; M and u are
+ * looked at where they are used). */
 int refdyn_equations(struct refdyn_workspace *work, double t, const double *q, const double *qd);
 /*
  * qdd (n) from the equations in the workspace: the generalized programme motion equations

@@ -8,7 +8,7 @@ MODELS = {"manipulator_rigid": 1, "manipulator_flexible": 4}
 
 @pytest.mark.parametrize("name", MODELS)
 def test_committed_files(name, tmp_path):
-    refdyn("gen", REFERENCE, "--set", f"n_rfe={MODELS[name]}", "-o", tmp_path)
+    refdyn("gen", REFERENCE, "--set", f"name={name}", "--set", f"n_rfe={MODELS[name]}", "-o", tmp_path)
     fresh = {path.name: path.read_bytes() for path in tmp_path.iterdir()}
     committed = {path.name: path.read_bytes() for path in (SOURCE / "generated").glob(f"{name}*.[ch]")}
     assert f"{name}.h" in fresh and f"{name}.c" in fresh

@@ -20,7 +20,7 @@ def installed(tmp_path_factory):
     folder = tmp_path_factory.mktemp("install")
     run("cmake", "--install", BUILD, "--prefix", folder / "first")
     (folder / "first").rename(folder / "prefix")
-    refdyn("gen", REFERENCE, "--set", "n_rfe=1", "-o", folder / "emitted")
+    refdyn("gen", REFERENCE, "--set", "name=manipulator_rigid", "--set", "n_rfe=1", "-o", folder / "emitted")
     refdyn("sim", REFERENCE, "--set", "n_rfe=1", "--method", "rk4", "--step", "1e-3", "--until", "0.1", "--every", "0.1",
            "-o", folder / "run.csv")
     return folder

@@ -1,0 +1,151 @@
+/*
+ * Accelerations under programme constraints, and the force that keeps the programme.
+ *
+ * Takes M f u v k of the workspace; gives qdd and r = M qdd - f. Generalized programme motion equations
+ * (formulation, sect. 4): (M_i + P^T M_d) qdd = f_i + P^T f_d with K qdd = k. Eliminating qdd_d = P qdd_i +
+ * c, c = K_d^-1 k, leaves n - rank equations with a symmetric positive definite matrix: R qdd_i = [P^T 1] (f
+ * - M_d^T c),   R = M_ii + P^T M_di + M_id P + P^T M_dd P.
+ */
+#include "core.h"
+
+#include <float.h>
+#include <math.h>
+
+#include "dense.h"
+
+/* R = M_ii + P^T Y + Y^T P with Y = M_di + M_dd P / 2, upper triangle; mass_d = [M_dd M_di] on the way. */
+static void reduce_mass(struct refdyn_workspace *work) {
+    const int n = work->n, rank = work->partition.rank, count = n - rank;
+    const int *restrict column = work->partition.column;
+    for (int a = 0; a < rank; a++) {
+        const double *restrict from = work->M + column[a] * n;
+        double *restrict row = work->mass_d + a * n;
+        for (int b = 0; b < n; b++)
+            row[b] = from[column[b]];
+    }
+    for (int a = 0; a < rank; a++) {
+        double *restrict Y = work->coupling + a * count;
+        const double *row = work->mass_d + a * n;
+        for (int b = 0; b < count; b++)
+            Y[b] = row[rank + b];
+        for (int k = 0; k < rank; k++)
+            dense_add(Y, 0.5 * row[k], work->P + k * count, count);
+    }
+    for (int i = 0; i < count; i++) {
+        const double *restrict from = work->M + column[rank + i] * n;
+        double *restrict row = work->reduced + i * count;
+        for (int j = i; j < count; j++)
+            row[j] = from[column[rank + j]];
+        for (int k = 0; k < rank; k++) {
+            const double *restrict P = work->P + k * count;
+            const double *restrict Y = work->coupling + k * count;
+            const double p = P[i], y = Y[i];
+            for (int j = i; j < count; j++)
+                row[j] += p * Y[j] + y * P[j];
+        }
+    }
+}
+
+/* side (n, in the order of the partition) := its independent part plus P^T times the dependent one, from
+ * `rank` on. */
+static void fold_dependent(struct refdyn_workspace *work) {
+    const int rank = work->partition.rank, count = work->n - rank;
+    for (int k = 0; k < rank; k++)
+        dense_add(work->side + rank, work->side[k], work->P + k * count, count);
+}
+
+/* side := [P^T 1] (f - M_d^T c) */
+static void reduce_force(struct refdyn_workspace *work) {
+    const int n = work->n, rank = work->partition.rank;
+    for (int b = 0; b < n; b++)
+        work->side[b] = work->f[work->partition.column[b]];
+    for (int k = 0; k < rank; k++)
+        dense_add(work->side, -work->rows[k * (n + 1) + n], work->mass_d + k * n, n);
+    fold_dependent(work);
+}
+
+/* qdd_d = P qdd_i + c, both into the order of the model. */
+static void expand(const struct refdyn_workspace *work, double *qdd) {
+    const int n = work->n, rank = work->partition.rank, count = n - rank;
+    const int *restrict column = work->partition.column;
+    for (int b = 0; b < count; b++)
+        qdd[column[rank + b]] = work->side[rank + b];
+    for (int k = 0; k < rank; k++)
+        qdd[column[k]] =
+            work->rows[k * (n + 1) + n] + dense_dot(work->P + k * count, work->side + rank, count);
+}
+
+/* A failure that infinities or NaN have caused is told as that. */
+static int explain(struct refdyn_workspace *work, int status, struct refdyn_fault fault) {
+    if (refdyn_fault_not_finite(work))
+        return REFDYN_NOT_FINITE;
+    work->fault = fault;
+    return status;
+}
+
+int refdyn_solve(struct refdyn_workspace *work, enum refdyn_stabilise stabilise, double *qdd) {
+    const int baumgarte = stabilise == REFDYN_BAUMGARTE;
+    const int status = refdyn_partition_update(work, baumgarte ? work->k : work->v, baumgarte ? 1 : -1);
+    if (status)
+        return explain(work, status, work->fault);
+    const int rank = work->partition.rank, count = work->n - rank;
+    reduce_mass(work);
+    reduce_force(work);
+    const int failed = refdyn_factor(work->reduced, count, count);
+    if (failed >= 0)
+        return explain(work, REFDYN_MASS_NOT_POSITIVE,
+                       (struct refdyn_fault){.row = -1, .coordinate = work->partition.column[rank + failed]});
+    refdyn_factor_solve(work->reduced, count, count, work->side + rank);
+    expand(work, qdd);
+    if (refdyn_is_finite(qdd, work->n))
+        return REFDYN_OK;
+    return explain(work, REFDYN_NOT_FINITE, (struct refdyn_fault){.row = -1, .coordinate = -1});
+}
+
+int refdyn_accelerate(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                      enum refdyn_stabilise stabilise, double *qdd) {
+    const int status = refdyn_equations(work, t, q, qd);
+    return status ? status : refdyn_solve(work, stabilise, qdd);
+}
+
+/* U^T L^T lambda = (M qdd - f)_d with the factors L U = K_d; lambda in the order of the partition. */
+static void find_multipliers(struct refdyn_workspace *work, const double *qdd) {
+    const int n = work->n, stride = n + 1, rank = work->partition.rank;
+    const int *column = work->partition.column;
+    double *lambda = work->lambda;
+    for (int k = 0; k < rank; k++)
+        lambda[k] = dense_dot(work->M + column[k] * n, qdd, n) - work->f[column[k]];
+    for (int k = 0; k < rank; k++) {
+        const double *row = work->rows + k * stride;
+        lambda[k] /= row[k];
+        for (int b = k + 1; b < rank; b++)
+            lambda[b] -= row[b] * lambda[k];
+    }
+    for (int k = rank - 1; k >= 0; k--)
+        for (int a = 0; a < k; a++)
+            lambda[a] -= work->rows[k * stride + a] * lambda[k];
+}
+
+void refdyn_programme_force(struct refdyn_workspace *work, const double *qdd, double *force, double *lambda) {
+    const int n = work->n;
+    find_multipliers(work, qdd);
+    for (int j = 0; j < n; j++)
+        force[j] = 0;
+    for (int a = 0; lambda && a < work->m; a++)
+        lambda[a] = 0;
+    for (int k = 0; k < work->partition.rank; k++) {
+        const int row = work->partition.row[k];
+        dense_add(force, work->lambda[k], work->u + row * n, n);
+        if (lambda)
+            lambda[row] = work->lambda[k];
+    }
+}
+
+double refdyn_programme_power(struct refdyn_workspace *work, const double *qdd, const double *qd) {
+    const int n = work->n;
+    double power = 0;
+    find_multipliers(work, qdd);
+    for (int k = 0; k < work->partition.rank; k++)
+        power += work->lambda[k] * dense_dot(work->u + work->partition.row[k] * n, qd, n);
+    return power;
+}

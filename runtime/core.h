@@ -1,0 +1,21 @@
+/* What the files of the core share and no one else needs. */
+#ifndef REFDYN_CORE_H
+#define REFDYN_CORE_H
+
+#include "refdyn.h"
+
+/* NOT_FINITE with the fault at the first coordinate or row whose equations are infinite or NaN; OK when there
+ * is none. */
+int refdyn_fault_not_finite(struct refdyn_workspace *work);
+
+/* K_d factored and [K_d^-1 K_i, K_d^-1 right] into work->rows, P into work->P; right (m) is multiplied by
+ * sign. Chooses and changes the partition. Errors: NOT_FINITE, ROWS_INCONSISTENT. */
+int refdyn_partition_update(struct refdyn_workspace *work, const double *right, double sign);
+
+/* refdyn_project, with the equations of the given state already in the workspace. */
+int refdyn_project_evaluated(struct refdyn_workspace *work, double t, double *q, double *qd);
+
+/* What 1 rad weighs against in coordinate j: `length` for a translation, 1 for a rotation. */
+double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double length);
+
+#endif

@@ -1,0 +1,205 @@
+/*
+ * The workspace of one model instance: layout, parameters, start of a motion, evaluation of the equations.
+ *
+ * Takes a model and memory of the caller; gives a workspace whose arrays lie in that memory.
+ */
+#include "refdyn.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "core.h"
+#include "dense.h"
+#include "room.h"
+
+const char *refdyn_status_text(int status) {
+    switch (status) {
+    case REFDYN_OK:
+        return "done";
+    case REFDYN_NOT_FINITE:
+        return "the equations gave an infinite or undefined value";
+    case REFDYN_MASS_NOT_POSITIVE:
+        return "the mass matrix is not positive definite for the admissible motions";
+    case REFDYN_ROWS_INCONSISTENT:
+        return "a constraint row depends on others but contradicts them";
+    case REFDYN_NO_CONVERGENCE:
+        return "Newton's iteration did not converge";
+    case REFDYN_STEP_TOO_SMALL:
+        return "the step fell below the resolution of the time";
+    case REFDYN_TANGENT_SINGULAR:
+        return "the tangent stiffness is singular: nothing holds the coordinate";
+    case REFDYN_BAD_OPTION:
+        return "an option is out of its range";
+    case REFDYN_BAD_MEMORY:
+        return "the memory given is missing, misaligned or too small";
+    case REFDYN_FUNCTION_MISSING:
+        return "the model lacks a function that is needed";
+    case REFDYN_TOO_MANY_STEPS:
+        return "the limit on the number of steps was reached";
+    default:
+        return "unknown status";
+    }
+}
+
+/* M f u v phi psi k, in the order of the model's `equations` */
+static void lay_out_equations(struct refdyn_workspace *work, struct room *room) {
+    const int n = work->n, m = work->m;
+    work->M = work->equations = room_doubles(room, n * n);
+    work->f = room_doubles(room, n);
+    work->u = room_doubles(room, m * n);
+    work->v = room_doubles(room, m);
+    work->phi = room_doubles(room, m);
+    work->psi = room_doubles(room, m);
+    work->k = room_doubles(room, m);
+}
+
+/* The one list of what a workspace holds; returns its bytes. */
+static size_t lay_out(struct refdyn_workspace *work, char *base) {
+    const struct refdyn_model *model = work->model;
+    const int n = work->n, m = work->m;
+    struct room room = {base, 0};
+    work->p = room_doubles(&room, model->parameter_count + model->derived_count);
+    work->x = room_doubles(&room, model->input_count);
+    lay_out_equations(work, &room);
+    work->anchored = room_doubles(&room, model->anchored_count);
+    work->rows = room_doubles(&room, m * (n + 1));
+    work->P = room_doubles(&room, m * n);
+    work->mass_d = room_doubles(&room, m * n);
+    work->coupling = room_doubles(&room, m * n);
+    work->reduced = room_doubles(&room, n * n);
+    work->weight = room_doubles(&room, n);
+    work->row_size = room_doubles(&room, m);
+    work->side = room_doubles(&room, n);
+    work->residual = room_doubles(&room, n);
+    work->lambda = room_doubles(&room, m);
+    work->basis = room_doubles(&room, m * n);
+    work->wanted = room_doubles(&room, m);
+    work->change = room_doubles(&room, 2 * n);
+    work->partition.column = room_ints(&room, n);
+    work->partition.row = room_ints(&room, m);
+    work->mark = room_ints(&room, n + m);
+    return room.used;
+}
+
+size_t refdyn_workspace_size(const struct refdyn_model *model) {
+    struct refdyn_workspace work = {.model = model, .n = model->n, .m = model->m};
+    return lay_out(&work, NULL);
+}
+
+static int has_equations(const struct refdyn_model *model) {
+    if (model->equations)
+        return 1;
+    return model->M && model->h && model->Q && (model->m == 0 || (model->u && model->v && model->k));
+}
+
+int refdyn_workspace_init(struct refdyn_workspace *work, const struct refdyn_model *model, void *memory,
+                          size_t size) {
+    *work = (struct refdyn_workspace){.model = model, .n = model->n, .m = model->m};
+    if (!has_equations(model))
+        return REFDYN_FUNCTION_MISSING;
+    if (!room_fits(memory, size, refdyn_workspace_size(model)))
+        return REFDYN_BAD_MEMORY;
+    memset(memory, 0, refdyn_workspace_size(model));
+    lay_out(work, memory);
+    /* a pivot that has lost half of the digits cannot be told from the drift of the rows that it comes from
+     */
+    work->rank_tol = sqrt(DBL_EPSILON);
+    /* stabilisation multiplies that drift, so that dependent rows agree to half of those digits again */
+    work->consistency_tol = sqrt(sqrt(DBL_EPSILON));
+    work->fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
+    work->partition.pivot_min = work->partition.condition_max = 1;
+    refdyn_partition_reset(work);
+    for (int i = 0; i < model->parameter_count; i++)
+        work->p[i] = model->parameters[i].value;
+    for (int i = 0; i < model->input_count; i++)
+        work->x[i] = model->inputs[i].value;
+    refdyn_prepare(work);
+    return REFDYN_OK;
+}
+
+void refdyn_prepare(struct refdyn_workspace *work) {
+    if (work->model->prepare)
+        work->model->prepare(work->p);
+}
+
+void refdyn_initial_state(const struct refdyn_workspace *work, double *q, double *qd) {
+    const struct refdyn_model *model = work->model;
+    const int n = work->n;
+    for (int j = 0; j < n; j++) {
+        q[j] = model->coordinates[j].value;
+        qd[j] = 0;
+    }
+    if (model->start) {
+        double *state = work->change; /* (2 n) */
+        model->start(work->p, work->x, 0, q, qd, state);
+        memcpy(q, state, (size_t)n * sizeof *q);
+        memcpy(qd, state + n, (size_t)n * sizeof *qd);
+    }
+}
+
+void refdyn_anchor(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                   const int *given) {
+    const struct refdyn_model *model = work->model;
+    if (!model->anchor)
+        return;
+    model->anchor(work->p, work->x, t, q, qd, work->anchored);
+    for (int i = 0; i < model->anchored_count; i++)
+        if (!given || !given[i])
+            work->p[model->anchored[i]] = work->anchored[i];
+    refdyn_prepare(work);
+}
+
+int refdyn_find_name(const struct refdyn_name *names, int count, const char *name) {
+    for (int i = 0; i < count; i++)
+        if (strcmp(names[i].name, name) == 0)
+            return i;
+    return -1;
+}
+
+static void call(refdyn_function *function, const struct refdyn_workspace *work, double t, const double *q,
+                 const double *qd, double *out) {
+    if (function)
+        function(work->p, work->x, t, q, qd, out);
+}
+
+/* The same from one function for each quantity; what the model lacks stays 0. */
+static void call_each(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
+    const struct refdyn_model *model = work->model;
+    call(model->M, work, t, q, qd, work->M);
+    call(model->h, work, t, q, qd, work->f);
+    call(model->Q, work, t, q, qd, work->side);
+    dense_add(work->f, 1, work->side, work->n);
+    call(model->u, work, t, q, qd, work->u);
+    call(model->v, work, t, q, qd, work->v);
+    call(model->phi, work, t, q, qd, work->phi);
+    call(model->psi, work, t, q, qd, work->psi);
+    call(model->k, work, t, q, qd, work->k);
+}
+
+int refdyn_fault_not_finite(struct refdyn_workspace *work) {
+    const int n = work->n, m = work->m;
+    for (int i = 0; i < n; i++)
+        if (!isfinite(work->f[i]) || !refdyn_is_finite(work->M + i * n, n)) {
+            work->fault = (struct refdyn_fault){.row = -1, .coordinate = i};
+            return REFDYN_NOT_FINITE;
+        }
+    for (int a = 0; a < m; a++)
+        if (!refdyn_is_finite(work->u + a * n, n) ||
+            !isfinite(work->v[a] + work->phi[a] + work->psi[a] + work->k[a])) {
+            work->fault = (struct refdyn_fault){.row = a, .coordinate = -1};
+            return REFDYN_NOT_FINITE;
+        }
+    return REFDYN_OK;
+}
+
+int refdyn_equations(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
+    work->evaluations++;
+    if (work->model->equations)
+        work->model->equations(work->p, work->x, t, q, qd, work->equations);
+    else
+        call_each(work, t, q, qd);
+    if (refdyn_is_finite(work->f, work->n) && refdyn_is_finite(work->v, 4 * work->m))
+        return REFDYN_OK;
+    return refdyn_fault_not_finite(work);
+}
