@@ -69,6 +69,8 @@ static struct pivot pivot_of(struct graph *g, const struct joint *joint, const s
     p.D_inverse = quotient(g, one(g), D);
     p.U_over_D.moment = vector_scale(g, p.D_inverse, p.U.moment);
     p.U_over_D.force = vector_scale(g, p.D_inverse, p.U.force);
+    /* Along the joint's own axis U is D. */
+    (joint->is_turn ? &p.U_over_D.moment : &p.U_over_D.force)->at[axis] = one(g);
     return p;
 }
 

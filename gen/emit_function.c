@@ -31,7 +31,7 @@ static const char *result_name(const struct function *function) {
 static void emit_result_type(struct emission *x, struct text *text, const struct function *function) {
     const struct field *field = &function->fields[0];
     if (has_fields(function))
-        text_add(text, "struct %s_%s *out", x->name, function->quantity);
+        text_add(text, "struct %s_%s_result *out", x->name, function->quantity);
     else if (field->columns)
         text_add(text, "double %s[%d * %d]", field->name, field->count / field->columns, field->columns);
     else

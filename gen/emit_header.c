@@ -84,7 +84,7 @@ static void emit_input_struct(struct emission *x, struct text *text) {
 static void emit_result_struct(struct emission *x, struct text *text, const struct function *function) {
     if (function->field_count < 2)
         return;
-    text_add(text, "struct %s_%s {\n", x->name, function->quantity);
+    text_add(text, "struct %s_%s_result {\n", x->name, function->quantity);
     for (int i = 0; i < function->field_count; i++) {
         const struct field *field = &function->fields[i];
         text_add(text, "    double %s[%d]; /* %s */\n", field->name, field->count, field->about);

@@ -121,7 +121,7 @@ static void emit_adapters(struct emission *x, struct text *text) {
                  "*)(const void *)x, t, q, qd, ",
                  x->name, function->quantity, x->name, x->name);
         if (function->field_count > 1)
-            text_add(text, "(struct %s_%s *)(void *)", x->name, function->quantity);
+            text_add(text, "(struct %s_%s_result *)(void *)", x->name, function->quantity);
         text_add(text, "out);\n}\n\n");
     }
 }

@@ -8,8 +8,8 @@
 
 enum {
     LONGEST_EXPRESSION = 12, /* operations in one emitted line */
-    LONGEST_FUNCTION = 2000, /* statements: compilers are more than linear beyond some thousand */
-    LONGEST_PIECE = 1200
+    LONGEST_FUNCTION = 2000,  /* statements: compilers are more than linear beyond some thousand */
+    LONGEST_PIECE = 400
 };
 
 bool is_output_copied(const struct field *field, int entry) {
