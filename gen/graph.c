@@ -173,6 +173,16 @@ void name_value(struct graph *g, expression e, const char *text) {
         g->names[e] = text;
 }
 
+void remark(struct graph *g, const char *text) {
+    if (g->remark_count == g->remark_capacity) {
+        uint32_t capacity = g->remark_capacity ? 2 * g->remark_capacity : 64;
+        g->remarks = memory_grow(g->memory, g->remarks, g->remark_count * sizeof *g->remarks,
+                                 capacity * sizeof *g->remarks);
+        g->remark_capacity = capacity;
+    }
+    g->remarks[g->remark_count++] = (struct remark){g->count, text};
+}
+
 static expression raw(struct graph *g, enum operation operation, expression a, expression b, expression c) {
     uint8_t depends = g->nodes[a].depends;
     if (operators[operation].arity > 1)
@@ -190,6 +200,12 @@ static bool is_negated(const struct graph *g, expression e) {
 /* x of a node -x. */
 static expression inside(const struct graph *g, expression e) {
     return g->nodes[e].operand[0];
+}
+
+/* A node -x or a negative number: its sign can move. */
+static bool is_negative(const struct graph *g, expression e) {
+    double x;
+    return is_number(g, e, &x) ? x < 0 : is_negated(g, e);
 }
 
 static bool both_numbers(const struct graph *g, expression a, expression b, double *x, double *y) {
@@ -215,10 +231,10 @@ expression add(struct graph *g, expression a, expression b) {
         return b;
     if (b == 0)
         return a;
-    if (is_negated(g, b))
-        return sub(g, a, inside(g, b));
-    if (is_negated(g, a))
-        return sub(g, b, inside(g, a));
+    if (is_negative(g, b))
+        return sub(g, a, neg(g, b));
+    if (is_negative(g, a))
+        return sub(g, b, neg(g, a));
     return a < b ? raw(g, OP_ADD, a, b, 0) : raw(g, OP_ADD, b, a, 0);
 }
 
@@ -232,17 +248,16 @@ expression sub(struct graph *g, expression a, expression b) {
         return a;
     if (a == 0)
         return neg(g, b);
-    if (is_negated(g, b))
-        return add(g, a, inside(g, b));
-    if (is_negated(g, a))
-        return neg(g, add(g, inside(g, a), b));
+    if (is_negative(g, b))
+        return add(g, a, neg(g, b));
+    if (is_negative(g, a))
+        return neg(g, add(g, neg(g, a), b));
     return raw(g, OP_SUB, a, b, 0);
 }
 
 /* The sign of a factor moves in front of the product: |a| and whether it was negative. */
 static bool take_sign(struct graph *g, expression *a) {
-    double x;
-    bool negative = is_number(g, *a, &x) ? x < 0 : is_negated(g, *a);
+    bool negative = is_negative(g, *a);
     if (negative)
         *a = neg(g, *a);
     return negative;

@@ -52,8 +52,16 @@ struct node {
     expression operand[3]; /* OP_NUMBER and OP_SYMBOL: operand[0] is an index into numbers or symbols */
 };
 
+/* A line for the reader of the emitted C: what the nodes from here on compute. */
+struct remark {
+    expression from;
+    const char *text;
+};
+
 struct graph {
     struct memory *memory;
+    struct remark *remarks; /* in ascending order */
+    uint32_t remark_count, remark_capacity;
     struct node *nodes;
     uint32_t count, capacity;
     double *numbers;
@@ -95,6 +103,9 @@ bool is_number(const struct graph *g, expression e, double *value);  /* value ma
 const struct symbol *as_symbol(const struct graph *g, expression e); /* NULL when e is no symbol */
 /* The first name given stays. `text` must live as long as the graph. */
 void name_value(struct graph *g, expression e, const char *text);
+
+/* Starts a section of the graph. `text` must live as long as the graph. */
+void remark(struct graph *g, const char *text);
 
 int operation_arity(enum operation operation);
 const char *operation_text(enum operation operation);

@@ -21,10 +21,8 @@ static struct memory_block *new_block(struct memory *memory, size_t size) {
         block = malloc(header_size + size);
     if (memory->allowance > 0)
         memory->allowance--;
-    if (!block) {
-        memory->fail(memory->context);
-        abort(); /* fail does not return */
-    }
+    if (!block)
+        return NULL;
     block->next = memory->blocks;
     block->used = 0;
     block->size = size;
@@ -32,14 +30,25 @@ static struct memory_block *new_block(struct memory *memory, size_t size) {
     return block;
 }
 
-void *memory_get(struct memory *memory, size_t size) {
+void *memory_try(struct memory *memory, size_t size) {
     struct memory_block *block = memory->blocks;
     size = (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
     if (!block || block->size - block->used < size)
         block = new_block(memory, size > BLOCK_SIZE ? size : BLOCK_SIZE);
+    if (!block)
+        return NULL;
     char *data = (char *)block + header_size + block->used;
     block->used += size;
     return memset(data, 0, size);
+}
+
+void *memory_get(struct memory *memory, size_t size) {
+    void *data = memory_try(memory, size);
+    if (!data) {
+        memory->fail(memory->context);
+        abort(); /* fail does not return */
+    }
+    return data;
 }
 
 void *memory_grow(struct memory *memory, const void *old, size_t old_size, size_t new_size) {
@@ -47,6 +56,14 @@ void *memory_grow(struct memory *memory, const void *old, size_t old_size, size_
     if (old_size)
         memcpy(data, old, old_size);
     return data;
+}
+
+void *memory_room(struct memory *memory, void *list, int count, int *capacity, size_t size) {
+    if (count < *capacity)
+        return list;
+    size_t old = (size_t)*capacity * size;
+    *capacity = *capacity ? 2 * *capacity : 8;
+    return memory_grow(memory, list, old, (size_t)*capacity * size);
 }
 
 char *memory_text(struct memory *memory, const char *text) {

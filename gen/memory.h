@@ -20,8 +20,13 @@ struct memory {
 };
 
 void *memory_get(struct memory *memory, size_t size);
+/* The same, but NULL when memory is short: for Lua, which wants to be told. */
+void *memory_try(struct memory *memory, size_t size);
 /* A larger copy of `old`; the old one stays until release. */
 void *memory_grow(struct memory *memory, const void *old, size_t old_size, size_t new_size);
+/* Room for one more entry behind the `count` of a list with entries of `size` bytes: the list, or a larger
+ * copy. */
+void *memory_room(struct memory *memory, void *list, int count, int *capacity, size_t size);
 char *memory_text(struct memory *memory, const char *text);
 char *memory_format(struct memory *memory, const char *format, ...) __attribute__((format(printf, 2, 3)));
 void memory_release(struct memory *memory);

@@ -141,8 +141,10 @@ struct model {
     int row_count;
     const char **dependent; /* coordinate names, row_count of them, or none: chosen at run time */
     int dependent_count;
+    struct place dependent_place;
     const char **hold; /* coordinates held in statics */
     int hold_count;
+    struct place hold_place;
 };
 
 #endif

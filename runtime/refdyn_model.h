@@ -76,7 +76,7 @@ struct refdyn_model {
     refdyn_function *qdd_free; /* (n) accelerations without constraints, O(n) */
     refdyn_function *qdd;      /* (n) accelerations with constraints and stabilisation, O(n m) */
     refdyn_function *force;    /* (n) programme force r = M qdd - h - Q at that qdd */
-    refdyn_function *equations; /* struct NAME_equations as doubles: M (n x n), f = h + Q (n), u (m x n), v (m), phi (m), psi (m), k (m) */
+    refdyn_function *equations; /* struct NAME_equations_result as doubles: M (n x n), f = h + Q (n), u (m x n), v (m), phi (m), psi (m), k (m) */
 };
 
 #endif

@@ -1,0 +1,48 @@
+/*
+ * Options, parameters and inputs of a model, as its file declares them, with the settings (--set) applied.
+ *
+ * Takes values with their places; gives the value of an option, or the symbol of a parameter or input. A name
+ * may be declared once within its kind; check.c complains about doubles.
+ */
+#ifndef REFDYN_GEN_DECLARE_H
+#define REFDYN_GEN_DECLARE_H
+
+#include "memory.h"
+#include "model.h"
+#include "read.h"
+#include "value.h"
+
+struct declarations {
+    struct memory *memory;
+    struct graph *graph;
+    struct messages *messages;
+    const struct read_request *request;
+    bool *setting_used; /* by setting */
+    struct option *options;
+    int option_count, option_capacity;
+    struct parameter *parameters;
+    int parameter_count, parameter_capacity;
+    struct input *inputs;
+    int input_count, input_capacity;
+};
+
+void declarations_start(struct declarations *declarations, struct memory *memory, struct graph *graph,
+                        const struct read_request *request, struct messages *messages);
+/* The option's value, of the type of `standard`; `allowed` is a list or NULL. */
+struct value declare_option(struct declarations *declarations, struct place place, const char *name,
+                            const struct value *standard, const struct value *allowed);
+/* `standard`: a number, or an expression of other parameters and of values at the start of a motion. */
+expression declare_parameter(struct declarations *declarations, struct place place, const char *name,
+                             const struct value *standard, const char *unit);
+/* A list of { name, value, unit }. */
+void declare_parameters(struct declarations *declarations, const struct value *list);
+expression declare_input(struct declarations *declarations, struct place place, const char *name,
+                         const struct value *standard, const char *unit);
+/* The expression that stands for parameter number `index`: a number when parameters are folded. */
+expression parameter_expression(const struct declarations *declarations, int index);
+/* Value of an expression of parameters. */
+double value_at_parameters(struct graph *graph, const struct parameter *parameters, expression e);
+/* To be called when all is declared. */
+void complain_of_unknown_settings(const struct declarations *declarations);
+
+#endif

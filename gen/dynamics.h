@@ -1,0 +1,44 @@
+/*
+ * Dynamics: mass matrix, bias forces, gravity, energy and the solution of M x = f, from the tips inward.
+ *
+ * Takes kinematics, gives expressions; each function is one recursion of formulation, sect. 7, written in
+ * link frames with 3-vectors. A wrench is taken about the origin of the frame in whose axes it is given.
+ */
+#ifndef REFDYN_GEN_DYNAMICS_H
+#define REFDYN_GEN_DYNAMICS_H
+
+#include "kinematics.h"
+
+struct wrench {
+    struct vector moment, force; /* [N m], [N] */
+};
+
+/* Composite pseudo-inertia of all beyond each joint, in the joint's frame; entry [n] is the ground's. */
+struct inertia *derive_composites(const struct kinematics *k);
+
+/* M (n x n, both halves). */
+expression *derive_mass_matrix(const struct kinematics *k, const struct inertia *composites);
+
+/*
+ * c_i = tr{X_i Gc_i}: the generalized forces of the bias accelerations; with `falling` gravity's
+ * generalized forces are in it (c + g).
+ */
+expression *derive_bias_forces(const struct kinematics *k, bool falling);
+
+/* g_i = dEp_g/dq_i, and its derivatives g_i,j (n x n). */
+expression *derive_gravity_forces(const struct kinematics *k, const struct inertia *composites);
+expression *derive_gravity_tangent(const struct kinematics *k, const struct inertia *composites);
+
+/* s_i = dEk/dq_i, the second sum of the printed form of h. */
+expression *derive_printed_sum(const struct kinematics *k);
+
+expression derive_kinetic_energy(const struct kinematics *k);
+expression derive_gravity_energy(const struct kinematics *k, const struct inertia *composites);
+
+/* M = factors: articulated inertias eliminated from the tips; then any right side costs O(n). */
+struct elimination;
+struct elimination *eliminate(const struct kinematics *k);
+expression *solve_eliminated(const struct kinematics *k, const struct elimination *elimination,
+                             const expression *f);
+
+#endif

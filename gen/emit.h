@@ -1,0 +1,39 @@
+/*
+ * What the parts of the C printer share: names of values and the text of expressions.
+ */
+#ifndef REFDYN_GEN_EMIT_H
+#define REFDYN_GEN_EMIT_H
+
+#include "plan.h"
+#include "text.h"
+
+struct emission {
+    struct plan *plan;
+    struct graph *g;
+    const char *name; /* of the model */
+    const char *
+        *value_names; /* by handle: names given by the derivation, unique; NULL: numbered in its function */
+    int *temporary;   /* by handle: number of a value without a name in the function being printed */
+    int *piece_of;    /* by handle: piece that computes it in the function being printed */
+    bool *is_carried; /* by handle: used in a later piece */
+    int piece;        /* being printed; -1 in `prepare` */
+    bool uses_p, uses_x, uses_t, uses_q, uses_qd, uses_carried;
+};
+
+/* The expression of e, its own value spelled out even when it is a statement. */
+void emit_definition(struct emission *emission, struct text *text, expression e);
+/* A reference to e: its name where it has one, else its expression. */
+void emit_value(struct emission *emission, struct text *text, expression e);
+/* The name of the value that a statement defines. */
+void emit_name(struct emission *emission, struct text *text, expression e);
+void name_values(struct emission *emission);
+
+/* The parts of a model's files. */
+void emit_header(struct emission *emission, struct text *text);
+void emit_function(struct emission *emission, struct text *text, const struct function *function);
+
+void emit_tables(struct emission *emission, struct text *text, const char *hash);
+/* "void NAME_M(const struct NAME_parameters *p, ..., double M[9])" */
+void emit_signature(struct emission *emission, struct text *text, const struct function *function);
+
+#endif

@@ -1,0 +1,198 @@
+/*
+ * The C text of expressions: takes nodes of the plan, gives C in which every rounding stands where the graph
+ * has it.
+ */
+#include "emit.h"
+
+#include <string.h>
+
+enum { WIDTH = 104 }; /* a line is broken after an operator from here on */
+
+/* How tightly an operator binds in C. */
+enum binding { BINDS_SUM = 1, BINDS_PRODUCT, BINDS_ATOM };
+
+static enum binding binding_of(const struct node *node) {
+    switch (node->operation) {
+    case OP_ADD:
+    case OP_SUB:
+        return BINDS_SUM;
+    case OP_MUL:
+    case OP_DIV:
+    case OP_NEG: /* -a b is (-a) b: the same value */
+        return BINDS_PRODUCT;
+    default:
+        return BINDS_ATOM;
+    }
+}
+
+static bool is_named(const struct emission *x, expression e) {
+    return x->plan->is_statement[e] || x->plan->is_derived[e];
+}
+
+static void emit_operand(struct emission *x, struct text *text, expression e, enum binding at_least) {
+    const bool bare = is_named(x, e) || binding_of(&x->g->nodes[e]) >= at_least;
+    text_add(text, bare ? "" : "(");
+    emit_value(x, text, e);
+    text_add(text, bare ? "" : ")");
+}
+
+static void break_long_line(struct text *text) {
+    text_add(text, "%s", text_column(text) > WIDTH ? "\n        " : " ");
+}
+
+/* a + b + c is (a + b) + c: a right operand of equal binding needs its parentheses. */
+static void emit_infix(struct emission *x, struct text *text, const struct node *node) {
+    const enum binding own = binding_of(node);
+    emit_operand(x, text, node->operand[0], own);
+    text_add(text, " %s", operation_text(node->operation));
+    break_long_line(text);
+    emit_operand(x, text, node->operand[1], own + 1);
+}
+
+static void emit_symbol(struct emission *x, struct text *text, const struct symbol *s) {
+    switch (s->kind) {
+    case SYMBOL_PARAMETER:
+        x->uses_p = true;
+        text_add(text, "p->%s", x->plan->model->parameters[s->index].name);
+        return;
+    case SYMBOL_INPUT:
+        x->uses_x = true;
+        text_add(text, "x->%s", x->plan->model->inputs[s->index].name);
+        return;
+    case SYMBOL_TIME:
+        x->uses_t = true;
+        text_add(text, "t");
+        return;
+    default:
+        *(s->order ? &x->uses_qd : &x->uses_q) = true;
+        text_add(text, "%s[%d]", s->order ? "qd" : "q", s->index);
+    }
+}
+
+static void emit_condition(struct emission *x, struct text *text, expression e) {
+    const struct node *node = &x->g->nodes[e];
+    if (node->operation != OP_LESS || is_named(x, e)) {
+        emit_operand(x, text, e, BINDS_SUM);
+        text_add(text, " != 0.0");
+        return;
+    }
+    emit_operand(x, text, node->operand[0], BINDS_SUM);
+    text_add(text, " < ");
+    emit_operand(x, text, node->operand[1], BINDS_SUM);
+}
+
+static void emit_choice(struct emission *x, struct text *text, expression condition, expression then,
+                        expression otherwise) {
+    text_add(text, "(");
+    emit_condition(x, text, condition);
+    text_add(text, " ? ");
+    emit_value(x, text, then);
+    text_add(text, " : ");
+    emit_value(x, text, otherwise);
+    text_add(text, ")");
+}
+
+static void emit_call(struct emission *x, struct text *text, const struct node *node) {
+    text_add(text, "%s(", operation_text(node->operation));
+    for (int k = 0; k < operation_arity(node->operation); k++) {
+        text_add(text, k ? ", " : "");
+        emit_value(x, text, node->operand[k]);
+    }
+    text_add(text, ")");
+}
+
+void emit_definition(struct emission *x, struct text *text, expression e) {
+    const struct node node = x->g->nodes[e];
+    double value;
+    char digits[32];
+    switch (node.operation) {
+    case OP_NUMBER:
+        is_number(x->g, e, &value);
+        text_add(text, "%s", number_text(value, digits));
+        return;
+    case OP_SYMBOL:
+        emit_symbol(x, text, as_symbol(x->g, e));
+        return;
+    case OP_ADD:
+    case OP_SUB:
+    case OP_MUL:
+    case OP_DIV:
+        emit_infix(x, text, &node);
+        return;
+    case OP_NEG:
+        text_add(text, "-");
+        emit_operand(x, text, node.operand[0], BINDS_PRODUCT);
+        return;
+    case OP_LESS:
+        emit_choice(x, text, e, one(x->g), zero(x->g));
+        return;
+    case OP_WHERE:
+        emit_choice(x, text, node.operand[0], node.operand[1], node.operand[2]);
+        return;
+    default:
+        emit_call(x, text, &node);
+    }
+}
+
+void emit_name(struct emission *x, struct text *text, expression e) {
+    if (x->value_names[e])
+        text_add(text, "%s", x->value_names[e]);
+    else
+        text_add(text, "t%d", x->temporary[e]);
+}
+
+void emit_value(struct emission *x, struct text *text, expression e) {
+    if (x->plan->is_derived[e]) {
+        x->uses_p = true;
+        text_add(text, "p->derived.%s", x->value_names[e]);
+    } else if (!x->plan->is_statement[e]) {
+        emit_definition(x, text, e);
+    } else {
+        if (x->piece_of[e] != x->piece) {
+            x->uses_carried = x->is_carried[e] = true;
+            text_add(text, "s->");
+        }
+        emit_name(x, text, e);
+    }
+}
+
+/* A slot of a hash table of texts: the name's own, or the empty one where it belongs. */
+static size_t slot_of(const char **table, size_t size, const char *name) {
+    size_t h = 5381;
+    for (const char *c = name; *c; c++)
+        h = h * 33 + (unsigned char)*c;
+    h &= size - 1;
+    while (table[h] && strcmp(table[h], name))
+        h = (h + 1) & (size - 1);
+    return h;
+}
+
+/* The name itself, or the first of name_2, name_3 ... that is free. */
+static const char *unique_name(struct emission *x, const char **table, size_t size, const char *name) {
+    const char *candidate = name;
+    size_t slot = slot_of(table, size, candidate);
+    for (int copy = 2; table[slot]; copy++) {
+        candidate = memory_format(x->plan->memory, "%s_%d", name, copy);
+        slot = slot_of(table, size, candidate);
+    }
+    table[slot] = candidate;
+    return candidate;
+}
+
+/* Each name of the derivation once; values of parameters alone always have one. */
+void name_values(struct emission *x) {
+    struct memory *memory = x->plan->memory;
+    size_t size = 1024;
+    int derived = 0;
+    while (size < 4 * (size_t)x->g->count)
+        size *= 2;
+    const char **table = memory_get(memory, size * sizeof *table);
+    x->value_names = memory_get(memory, x->g->count * sizeof *x->value_names);
+    for (expression e = 0; e < x->g->count; e++) {
+        const char *name = x->g->names[e];
+        if (!name && x->plan->is_derived[e])
+            name = memory_format(memory, "constant_%d", ++derived);
+        if (name)
+            x->value_names[e] = unique_name(x, table, size, name);
+    }
+}

@@ -1,0 +1,224 @@
+/*
+ * The constant tables of a model: names, units, defaults, the tree, and all functions in the one form of
+ * refdyn_model.h.
+ */
+#include "emit.h"
+
+#include <string.h>
+
+static double default_value(void *context, const struct symbol *s) {
+    const struct model *model = context;
+    return s->kind == SYMBOL_PARAMETER ? model->parameters[s->index].value : 0;
+}
+
+static void emit_name_entry(struct text *text, const char *name, const char *unit, double value) {
+    char digits[32];
+    text_add(text, "    {\"%s\", \"%s\", %s},\n", name, unit, number_text(value, digits));
+}
+
+static void open_names(struct emission *x, struct text *text, const char *what) {
+    text_add(text, "static const struct refdyn_name %s_%s[] = {\n", x->name, what);
+}
+
+static void emit_names(struct emission *x, struct text *text) {
+    const struct model *model = x->plan->model;
+    const struct tree *tree = x->plan->tree;
+    open_names(x, text, "coordinate_names");
+    for (int i = 0; i < tree->count; i++) {
+        const struct joint *joint = &tree->frames[i].joint;
+        const double start = evaluate(x->g, joint->start, default_value, (void *)model);
+        emit_name_entry(text, tree->frames[i].name, joint->is_turn ? "rad" : "m", start);
+    }
+    text_add(text, "};\n\n");
+    if (x->plan->parameter_count) {
+        open_names(x, text, "parameter_names");
+        for (int i = 0; i < x->plan->parameter_count; i++) {
+            const struct parameter *p = &model->parameters[x->plan->parameters[i]];
+            emit_name_entry(text, p->name, p->unit, p->is_anchored && !p->is_given ? 0 : p->value);
+        }
+        text_add(text, "};\n\n");
+    }
+    if (model->input_count) {
+        open_names(x, text, "input_names");
+        for (int i = 0; i < model->input_count; i++)
+            emit_name_entry(text, model->inputs[i].name, model->inputs[i].unit, model->inputs[i].value);
+        text_add(text, "};\n\n");
+    }
+}
+
+static void emit_integers(struct emission *x, struct text *text, const char *what, const int *values,
+                          int count) {
+    if (!count)
+        return;
+    text_add(text, "static const int %s_%s[] = {", x->name, what);
+    for (int i = 0; i < count; i++)
+        text_add(text, "%s%d", !i ? "" : i % 20 ? ", " : ",\n    ", values[i]);
+    text_add(text, "};\n\n");
+}
+
+static int *coordinate_indices(struct emission *x, const char **names, int count) {
+    int *indices = memory_get(x->plan->memory, ((size_t)count + 1) * sizeof *indices);
+    for (int i = 0; i < count; i++)
+        indices[i] = find_coordinate(x->plan->tree, names[i]);
+    return indices;
+}
+
+/* Position of each anchored parameter among the emitted ones. */
+static int *anchored_indices(struct emission *x) {
+    const struct plan *plan = x->plan;
+    int *indices = memory_get(plan->memory, ((size_t)plan->anchored_count + 1) * sizeof *indices);
+    for (int i = 0; i < plan->anchored_count; i++)
+        while (plan->parameters[indices[i]] != plan->anchored[i])
+            indices[i]++;
+    return indices;
+}
+
+static void emit_index_tables(struct emission *x, struct text *text) {
+    const struct model *model = x->plan->model;
+    const int n = x->plan->tree->count;
+    int *parents = memory_get(x->plan->memory, ((size_t)n + 1) * sizeof *parents);
+    for (int i = 0; i < n; i++)
+        parents[i] = x->plan->tree->frames[i].parent;
+    emit_integers(x, text, "parent", parents, n);
+    emit_integers(x, text, "dependent", coordinate_indices(x, model->dependent, model->dependent_count),
+                  model->dependent_count);
+    emit_integers(x, text, "held", coordinate_indices(x, model->hold, model->hold_count), model->hold_count);
+    emit_integers(x, text, "anchored", anchored_indices(x), x->plan->anchored_count);
+}
+
+static void emit_rows_and_points(struct emission *x, struct text *text) {
+    static const char *const levels[] = {"REFDYN_POSITION", "REFDYN_VELOCITY", "REFDYN_ACCELERATION"};
+    const struct model *model = x->plan->model;
+    if (model->row_count) {
+        text_add(text, "static const struct refdyn_row %s_rows[] = {\n", x->name);
+        for (int i = 0; i < model->row_count; i++)
+            text_add(text, "    {\"%s\", %s},\n", model->rows[i].name, levels[model->rows[i].level]);
+        text_add(text, "};\n\n");
+    }
+    if (model->point_count) {
+        text_add(text, "static const char *const %s_points[] = {", x->name);
+        for (int i = 0; i < model->point_count; i++)
+            text_add(text, "%s\"%s\"", i ? ", " : "", model->points[i].name);
+        text_add(text, "};\n\n");
+    }
+}
+
+/* The same functions behind the one form that the table has. */
+static void emit_adapters(struct emission *x, struct text *text) {
+    if (x->plan->prepare.out_count)
+        text_add(text,
+                 "static void %s_prepare_doubles(double *p) {\n    %s_prepare((struct %s_parameters *)(void "
+                 "*)p);\n}\n\n",
+                 x->name, x->name, x->name);
+    for (int f = 0; f < x->plan->function_count; f++) {
+        const struct function *function = &x->plan->functions[f];
+        text_add(text,
+                 "static void %s_%s_doubles(const double *p, const double *x, double t, const double *q,\n"
+                 "        const double *qd, double *out) {\n",
+                 x->name, function->quantity);
+        text_add(text,
+                 "    %s_%s((const struct %s_parameters *)(const void *)p,\n        (const struct %s_inputs "
+                 "*)(const void *)x, t, q, qd, ",
+                 x->name, function->quantity, x->name, x->name);
+        if (function->field_count > 1)
+            text_add(text, "(struct %s_%s_result *)(void *)", x->name, function->quantity);
+        text_add(text, "out);\n}\n\n");
+    }
+}
+
+static void emit_defaults(struct emission *x, struct text *text) {
+    const struct plan *plan = x->plan;
+    char digits[32];
+    if (!plan->parameter_count)
+        return;
+    text_add(text, "void %s_defaults(struct %s_parameters *p) {\n", x->name, x->name);
+    for (int i = 0; i < plan->parameter_count; i++) {
+        const struct parameter *parameter = &plan->model->parameters[plan->parameters[i]];
+        const bool waits = parameter->is_anchored && !parameter->is_given;
+        text_add(text, "    p->%s = %s;\n", parameter->name,
+                 number_text(waits ? 0 : parameter->value, digits));
+    }
+    if (plan->prepare.out_count)
+        text_add(text, "    %s_prepare(p);\n", x->name);
+    if (plan->anchored_count) {
+        const int n = plan->tree->count;
+        text_add(text, "    double start[%d], anchored[%d];\n", 2 * n, plan->anchored_count);
+        if (plan->model->input_count) {
+            text_add(text, "    static const struct %s_inputs inputs = {", x->name);
+            for (int i = 0; i < plan->model->input_count; i++)
+                text_add(text, "%s%s", i ? ", " : "", number_text(plan->model->inputs[i].value, digits));
+            text_add(text, "};\n");
+        }
+        const char *inputs = plan->model->input_count ? "&inputs" : "0";
+        text_add(text, "    static const double zeros[%d] = {0.0};\n", n);
+        text_add(text, "    %s_start(p, %s, 0.0, zeros, zeros, start);\n", x->name, inputs);
+        text_add(text, "    %s_anchor(p, %s, 0.0, start, start + %d, anchored);\n", x->name, inputs, n);
+        for (int i = 0; i < plan->anchored_count; i++)
+            text_add(text, "    p->%s = anchored[%d];\n", plan->model->parameters[plan->anchored[i]].name, i);
+        if (plan->prepare.out_count)
+            text_add(text, "    %s_prepare(p);\n", x->name);
+    }
+    text_add(text, "}\n\n");
+}
+
+static void set_pointer(struct emission *x, struct text *text, const char *field, const char *value,
+                        bool exists) {
+    if (exists)
+        text_add(text, "    SET(%s) %s_%s,\n", field, x->name, value);
+    else
+        text_add(text, "    SET(%s) 0,\n", field);
+}
+
+static void set_functions(struct emission *x, struct text *text) {
+    /* In the order of struct refdyn_model. */
+    static const char *const order[] = {"start",  "anchor", "M",   "h",        "Q",   "u",     "v",
+                                        "phi",    "psi",    "k",   "r",        "rd",  "C",     "d",
+                                        "energy", "power",  "Q_q", "qdd_free", "qdd", "force", "equations"};
+    for (size_t i = 0; i < sizeof order / sizeof *order; i++) {
+        bool exists = false;
+        for (int f = 0; f < x->plan->function_count; f++)
+            exists |= !strcmp(x->plan->functions[f].quantity, order[i]);
+        if (exists)
+            text_add(text, "    SET(%s) %s_%s_doubles,\n", order[i], x->name, order[i]);
+        else
+            text_add(text, "    SET(%s) 0,\n", order[i]);
+    }
+}
+
+static void emit_model_table(struct emission *x, struct text *text, const char *hash) {
+    const struct plan *plan = x->plan;
+    const struct model *model = plan->model;
+    text_add(text, "/* C checks the names of the fields; C++17 has no designated initialisers, the order is "
+                   "the same. */\n"
+                   "#ifdef __cplusplus\n#define SET(field)\n#else\n#define SET(field) .field =\n#endif\n\n");
+    text_add(text, "const struct refdyn_model %s_model = {\n", x->name);
+    text_add(text, "    SET(name) \"%s\",\n    SET(hash) \"%s\",\n", x->name, hash);
+    text_add(text, "    SET(n) %d,\n    SET(m) %d,\n", plan->tree->count, model->row_count);
+    text_add(text, "    SET(parameter_count) %d,\n    SET(derived_count) %d,\n", plan->parameter_count,
+             plan->prepare.out_count);
+    text_add(text, "    SET(input_count) %d,\n    SET(point_count) %d,\n", model->input_count,
+             model->point_count);
+    set_pointer(x, text, "coordinates", "coordinate_names", true);
+    set_pointer(x, text, "parameters", "parameter_names", plan->parameter_count > 0);
+    set_pointer(x, text, "inputs", "input_names", model->input_count > 0);
+    set_pointer(x, text, "points", "points", model->point_count > 0);
+    set_pointer(x, text, "rows", "rows", model->row_count > 0);
+    set_pointer(x, text, "parent", "parent", true);
+    set_pointer(x, text, "dependent", "dependent", model->dependent_count > 0);
+    set_pointer(x, text, "held", "held", model->hold_count > 0);
+    text_add(text, "    SET(held_count) %d,\n", model->hold_count);
+    set_pointer(x, text, "anchored", "anchored", plan->anchored_count > 0);
+    text_add(text, "    SET(anchored_count) %d,\n", plan->anchored_count);
+    set_pointer(x, text, "prepare", "prepare_doubles", plan->prepare.out_count > 0);
+    set_functions(x, text);
+    text_add(text, "};\n");
+}
+
+void emit_tables(struct emission *x, struct text *text, const char *hash) {
+    emit_defaults(x, text);
+    emit_names(x, text);
+    emit_index_tables(x, text);
+    emit_rows_and_points(x, text);
+    emit_adapters(x, text);
+    emit_model_table(x, text, hash);
+}

@@ -1,0 +1,123 @@
+/*
+ * The pass list of the generator: read, check, expand, read the programme, check it, derive, plan, print.
+ */
+#include "gen.h"
+#include "plan.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static _Noreturn void out_of_memory(void *context) {
+    struct generation *generation = context;
+    longjmp(generation->out_of_memory, 1);
+}
+
+static void read_model(struct generation *gen, const struct read_request *request) {
+    struct messages *messages = &gen->messages;
+    struct script *script = script_open(&gen->memory, &gen->graph, request, messages);
+    if (!script)
+        return;
+    read_scene(script, &gen->model);
+    check_scene(&gen->model, messages);
+    if (!messages->errors)
+        expand(&gen->memory, &gen->model, &gen->tree);
+    if (!messages->errors)
+        read_programme(script, &gen->tree, &gen->model);
+    if (!messages->errors)
+        check_programme(&gen->model, &gen->tree, messages);
+    script_close(script);
+}
+
+enum gen_status gen_read(struct generation *gen, const struct read_request *request, long allowance) {
+    memset(gen, 0, sizeof *gen);
+    gen->memory.allowance = allowance;
+    gen->memory.fail = out_of_memory;
+    gen->memory.context = gen;
+    gen->messages.memory = &gen->memory;
+    if (setjmp(gen->out_of_memory))
+        return GEN_NO_MEMORY;
+    graph_start(&gen->graph, &gen->memory);
+    gen->model.graph = &gen->graph;
+    gen->model.fold = request->fold;
+    read_model(gen, request);
+    sort_messages(&gen->messages);
+    return gen->messages.errors ? GEN_MODEL_ERROR : GEN_OK;
+}
+
+enum gen_status gen_plan(struct generation *gen, const char *emit) {
+    if (setjmp(gen->out_of_memory))
+        return GEN_NO_MEMORY;
+    struct plan *plan = gen->plan = memory_get(&gen->memory, sizeof *plan);
+    *plan = (struct plan){.memory = &gen->memory, .g = &gen->graph, .model = &gen->model, .tree = &gen->tree};
+    if (!list_functions(plan, emit, &gen->messages))
+        return GEN_MODEL_ERROR;
+    plan_functions(plan);
+    emit_files(plan);
+    return GEN_OK;
+}
+
+int gen_file_count(const struct generation *gen) {
+    return gen->plan->file_count;
+}
+
+const struct emitted_file *gen_files(const struct generation *gen) {
+    return gen->plan->files;
+}
+
+int gen_counts(const struct generation *gen, const struct operation_count **counts) {
+    const struct plan *plan = gen->plan;
+    struct operation_count *list =
+        memory_get(plan->memory, ((size_t)plan->function_count + 1) * sizeof *list);
+    for (int f = 0; f < plan->function_count; f++)
+        list[f] = plan->functions[f].operations;
+    *counts = list;
+    return plan->function_count;
+}
+
+/* Writes beside the target and renames, so that no half-written file ever has the final name. */
+static bool write_file(struct generation *gen, const char *directory, const struct emitted_file *file) {
+    const char *path = memory_format(&gen->memory, "%s/%s", directory, file->name);
+    const char *beside = memory_format(&gen->memory, "%s.part", path);
+    FILE *out = fopen(beside, "wb");
+    bool written = out && fwrite(file->text, 1, file->length, out) == file->length;
+    if (out && fclose(out))
+        written = false;
+    if (written && !rename(beside, path))
+        return true;
+    complain(&gen->messages, (struct place){path, 0}, "not written: %s", strerror(errno));
+    if (out)
+        unlink(beside);
+    return false;
+}
+
+/* mkdir -p */
+static bool make_directory(struct generation *gen, const char *directory) {
+    char *path = memory_text(&gen->memory, directory);
+    for (char *slash = strchr(path + 1, '/'); slash; slash = strchr(slash + 1, '/')) {
+        *slash = 0;
+        mkdir(path, 0777);
+        *slash = '/';
+    }
+    if (!mkdir(path, 0777) || errno == EEXIST)
+        return true;
+    complain(&gen->messages, (struct place){directory, 0}, "folder not made: %s", strerror(errno));
+    return false;
+}
+
+enum gen_status gen_write(struct generation *gen, const char *directory) {
+    if (setjmp(gen->out_of_memory))
+        return GEN_NO_MEMORY;
+    if (!make_directory(gen, directory))
+        return GEN_NOT_WRITTEN;
+    for (int i = 0; i < gen->plan->file_count; i++)
+        if (!write_file(gen, directory, &gen->plan->files[i]))
+            return GEN_NOT_WRITTEN;
+    return GEN_OK;
+}
+
+void gen_release(struct generation *gen) {
+    memory_release(&gen->memory);
+}

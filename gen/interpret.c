@@ -1,0 +1,75 @@
+/*
+ * The interpreter of the plan: computes what an emitted function would, node by node, with the doubles of the
+ * host. Declared in gen.h. It shares the graph with the printer and nothing else, so that it can judge the C.
+ */
+#include "plan.h"
+
+#include <string.h>
+
+struct arguments {
+    const struct plan *plan;
+    const double *p, *x, *q, *qd;
+    double t;
+};
+
+static double parameter_value(const struct arguments *a, int index) {
+    for (int i = 0; i < a->plan->parameter_count; i++)
+        if (a->plan->parameters[i] == index)
+            return a->p[i];
+    return 0;
+}
+
+static double symbol_value(const struct arguments *a, const struct symbol *s) {
+    switch (s->kind) {
+    case SYMBOL_PARAMETER:
+        return parameter_value(a, s->index);
+    case SYMBOL_INPUT:
+        return a->x[s->index];
+    case SYMBOL_TIME:
+        return a->t;
+    default:
+        return s->order ? a->qd[s->index] : a->q[s->index];
+    }
+}
+
+static double node_value(const struct arguments *a, const double *values, expression e) {
+    const struct graph *g = a->plan->g;
+    const struct node *node = &g->nodes[e];
+    double value;
+    if (is_number(g, e, &value))
+        return value;
+    if (node->operation == OP_SYMBOL)
+        return symbol_value(a, as_symbol(g, e));
+    return operation_value(node->operation, values[node->operand[0]], values[node->operand[1]],
+                           values[node->operand[2]]);
+}
+
+static const struct function *find_function(const struct plan *plan, const char *quantity) {
+    for (int f = 0; f < plan->function_count; f++)
+        if (!strcmp(plan->functions[f].quantity, quantity))
+            return &plan->functions[f];
+    return NULL;
+}
+
+int gen_interpret(const struct generation *generation, const char *quantity, const double *p, const double *x,
+                  double t, const double *q, const double *qd, double *out) {
+    struct plan *plan = generation->plan;
+    const struct function *function = find_function(plan, quantity);
+    const struct arguments arguments = {plan, p, x, q, qd, t};
+    const struct graph *g = plan->g;
+    if (!function)
+        return 1;
+    bool *needed = memory_get(plan->memory, g->count * sizeof *needed);
+    double *values = memory_get(plan->memory, g->count * sizeof *values);
+    for (int i = 0; i < function->out_count; i++)
+        needed[function->out[i]] = true;
+    for (expression e = g->count; e-- > 0;)
+        for (int k = 0; needed[e] && k < operation_arity(g->nodes[e].operation); k++)
+            needed[g->nodes[e].operand[k]] = true;
+    for (expression e = 0; e < g->count; e++)
+        if (needed[e])
+            values[e] = node_value(&arguments, values, e);
+    for (int i = 0; i < function->out_count; i++)
+        out[i] = values[function->out[i]];
+    return 0;
+}

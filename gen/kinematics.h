@@ -1,0 +1,52 @@
+/*
+ * Kinematics: rotations, angular velocities and bias accelerations of all frames, from the base outward.
+ *
+ * Takes the tree, gives expressions in each frame's own axes (formulation, sect. 1 and 7). A bias
+ * acceleration is the acceleration at qdd = 0: sum_mn T_mn qd_m qd_n in the formulation's terms. Points are
+ * in the ground frame.
+ */
+#ifndef REFDYN_GEN_KINEMATICS_H
+#define REFDYN_GEN_KINEMATICS_H
+
+#include "vector.h"
+
+struct frame_motion {
+    expression sine, cosine;    /* of a turn's angle */
+    struct vector shift;        /* origin in the parent's axes, from the parent's origin [m] */
+    struct vector angular;      /* angular velocity w [rad/s] */
+    struct vector linear;       /* velocity of the origin [m/s] */
+    struct vector bias_angular; /* dw/dt at qdd = 0 [rad/s^2] */
+    struct vector bias_linear;  /* acceleration of the origin at qdd = 0 [m/s^2] */
+    struct vector bias_falling; /* the same minus gravity: what an accelerometer would show [m/s^2] */
+    struct vector gravity;      /* the field, in own axes [m/s^2] */
+    struct matrix rotation;     /* axes in the ground frame */
+    struct vector position;     /* origin in the ground frame [m] */
+};
+
+struct point_motion {
+    struct vector r, rd, d; /* position, velocity, bias acceleration: rdd = C qdd + d */
+    struct vector *columns; /* C: n columns, zero off the point's path */
+};
+
+struct kinematics {
+    struct graph *g;
+    struct memory *memory;
+    const struct tree *tree;
+    struct frame_motion *frames;
+    struct point_motion *points;
+    const struct model *model;
+};
+
+void derive_kinematics(struct memory *memory, const struct model *model, const struct tree *tree,
+                       struct kinematics *kinematics);
+
+/* A free vector from the axes of frame i's parent into its own, and back. */
+struct vector to_child(const struct kinematics *k, int i, struct vector a);
+struct vector to_parent(const struct kinematics *k, int i, struct vector a);
+struct tensor tensor_to_parent(const struct kinematics *k, int i, struct tensor t);
+
+/* Names for a reader of the C: "arm_psi_1_<what>_x" ... */
+void name_vector(const struct kinematics *k, int i, const char *what, struct vector a);
+void name_scalar(const struct kinematics *k, int i, const char *what, expression e);
+
+#endif

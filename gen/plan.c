@@ -1,0 +1,196 @@
+/*
+ * Planning: see plan.h. A node becomes a named value when it has a name for the reader, is used more than
+ * once or would make a line too long; all others stand inside the expression that uses them.
+ */
+#include "plan.h"
+
+#include <string.h>
+
+enum {
+    LONGEST_EXPRESSION = 12, /* operations in one emitted line */
+    LONGEST_FUNCTION = 2000,  /* statements: compilers are more than linear beyond some thousand */
+    LONGEST_PIECE = 400
+};
+
+bool is_output_copied(const struct field *field, int entry) {
+    return !field->symmetric || entry / field->symmetric >= entry % field->symmetric;
+}
+
+/* Moved out of all functions but `prepare`; a sign stays where it is. */
+static bool is_parameter_only(const struct graph *g, expression e) {
+    return g->nodes[e].depends == ON_PARAMETER && operation_arity(g->nodes[e].operation) > 0 &&
+           g->nodes[e].operation != OP_NEG;
+}
+
+static bool is_moved(const struct plan *plan, const struct function *function, expression e) {
+    return function != &plan->prepare && is_parameter_only(plan->g, e);
+}
+
+static const struct field *field_of(const struct function *function, int entry) {
+    const struct field *field = function->fields;
+    while (entry >= field->offset + field->count)
+        field++;
+    return field;
+}
+
+/* Adds the uses of the results to `uses`. */
+static void use_outputs(const struct function *function, uint32_t *uses) {
+    for (int i = 0; i < function->out_count; i++) {
+        const struct field *field = field_of(function, i);
+        if (is_output_copied(field, i - field->offset))
+            uses[function->out[i]]++;
+    }
+}
+
+/* Signs are free: -x stands wherever it is used. */
+static bool is_sign(const struct graph *g, expression e) {
+    return g->nodes[e].operation == OP_NEG;
+}
+
+/* Uses of every node of one function; what is moved has its operands counted in `prepare`, not here. */
+static uint32_t *count_uses(const struct plan *plan, const struct function *function) {
+    struct graph *g = plan->g;
+    uint32_t *uses = memory_get(plan->memory, g->count * sizeof *uses);
+    use_outputs(function, uses);
+    for (expression e = g->count; e-- > 0;) {
+        if (!uses[e] || is_moved(plan, function, e))
+            continue;
+        for (int k = 0; k < operation_arity(g->nodes[e].operation); k++)
+            uses[g->nodes[e].operand[k]] += is_sign(g, e) ? uses[e] : 1;
+    }
+    return uses;
+}
+
+/* Statements from uses: bottom up, with the length of what stays inside other expressions. */
+static void choose_statements(struct plan *plan, const struct function *function, const uint32_t *uses) {
+    struct graph *g = plan->g;
+    uint8_t *length = memory_get(plan->memory, g->count * sizeof *length);
+    memset(plan->is_statement, 0, g->count * sizeof *plan->is_statement);
+    for (expression e = 0; e < g->count; e++) {
+        const struct node *node = &g->nodes[e];
+        const int arity = operation_arity(node->operation);
+        if (!uses[e] || !arity || is_moved(plan, function, e))
+            continue;
+        int total = is_sign(g, e) ? 0 : 1;
+        for (int k = 0; k < arity; k++)
+            total += length[node->operand[k]];
+        plan->is_statement[e] =
+            plan->is_derived[e] ||
+            (!is_sign(g, e) && (uses[e] > 1 || g->names[e] || total >= LONGEST_EXPRESSION));
+        length[e] = (uint8_t)(plan->is_statement[e] ? 0 : total);
+    }
+}
+
+void mark_statements(struct plan *plan, const struct function *function) {
+    memset(plan->is_statement, 0, plan->g->count * sizeof *plan->is_statement);
+    for (int i = 0; i < function->statement_count; i++)
+        plan->is_statement[function->statements[i]] = true;
+}
+
+static void count_operations(const struct plan *plan, struct function *function, const uint32_t *uses) {
+    const struct graph *g = plan->g;
+    struct operation_count *count = &function->operations;
+    long values = function->out_count;
+    *count = (struct operation_count){.quantity = function->quantity};
+    for (expression e = 0; e < g->count; e++) {
+        if (!uses[e])
+            continue;
+        const enum operation operation = g->nodes[e].operation;
+        values += operation == OP_SYMBOL || is_moved(plan, function, e);
+        if (is_moved(plan, function, e))
+            continue;
+        count->adds += operation_cost(operation) == COST_ADD;
+        count->muls += operation_cost(operation) == COST_MUL;
+        count->divs += operation_cost(operation) == COST_DIV;
+        count->functions += operation_cost(operation) == COST_FUNCTION;
+    }
+    count->bytes = values * (long)sizeof(double);
+}
+
+/* The last statement of a piece: at the end of a section where one ends in time. */
+static int end_of_piece(const struct plan *plan, const struct function *function, int begin,
+                        uint32_t *section) {
+    const struct graph *g = plan->g;
+    int end = begin, at_section = 0;
+    while (end < function->statement_count && end - begin < LONGEST_PIECE) {
+        while (*section < g->remark_count && g->remarks[*section].from <= function->statements[end]) {
+            if (end > begin)
+                at_section = end;
+            ++*section;
+        }
+        end++;
+    }
+    return end < function->statement_count && at_section > begin + LONGEST_PIECE / 2 ? at_section : end;
+}
+
+static void cut_pieces(struct plan *plan, struct function *function) {
+    const int most = function->statement_count / (LONGEST_PIECE / 2) + 2;
+    uint32_t section = 0;
+    function->piece_ends = memory_get(plan->memory, (size_t)most * sizeof *function->piece_ends);
+    if (function->statement_count <= LONGEST_FUNCTION) {
+        function->piece_ends[function->piece_count++] = function->statement_count;
+        return;
+    }
+    for (int begin = 0; begin < function->statement_count;) {
+        begin = end_of_piece(plan, function, begin, &section);
+        function->piece_ends[function->piece_count++] = begin;
+    }
+}
+
+static void plan_function(struct plan *plan, struct function *function) {
+    struct graph *g = plan->g;
+    const uint32_t *uses = count_uses(plan, function);
+    choose_statements(plan, function, uses);
+    count_operations(plan, function, uses);
+    for (expression e = 0; e < g->count; e++) {
+        function->statement_count += plan->is_statement[e];
+        if (uses[e] && is_moved(plan, function, e))
+            plan->is_derived[e] = true;
+    }
+    function->statements =
+        memory_get(plan->memory, ((size_t)function->statement_count + 1) * sizeof(expression));
+    for (expression e = 0, i = 0; e < g->count; e++)
+        if (plan->is_statement[e])
+            function->statements[i++] = e;
+    cut_pieces(plan, function);
+}
+
+static void plan_prepare(struct plan *plan) {
+    struct function *prepare = &plan->prepare;
+    expression *derived = memory_get(plan->memory, plan->g->count * sizeof *derived);
+    for (expression e = 0; e < plan->g->count; e++)
+        if (plan->is_derived[e])
+            derived[prepare->out_count++] = e;
+    prepare->quantity = "prepare";
+    prepare->out = derived;
+    prepare->fields[prepare->field_count++] = (struct field){"derived", "", 0, prepare->out_count, 0, 0};
+    plan_function(plan, prepare);
+}
+
+/* Parameters that some function reads, itself or through a derived value. */
+static void list_parameters(struct plan *plan) {
+    struct graph *g = plan->g;
+    bool *read = memory_get(plan->memory, g->count * sizeof *read);
+    for (int f = 0; f < plan->function_count; f++)
+        for (int i = 0; i < plan->functions[f].out_count; i++)
+            read[plan->functions[f].out[i]] = true;
+    for (expression e = g->count; e-- > 0;)
+        for (int k = 0; read[e] && k < operation_arity(g->nodes[e].operation); k++)
+            read[g->nodes[e].operand[k]] = true;
+    plan->parameters =
+        memory_get(plan->memory, ((size_t)plan->model->parameter_count + 1) * sizeof *plan->parameters);
+    for (int i = 0; i < plan->model->parameter_count; i++)
+        if (read[symbol(g, SYMBOL_PARAMETER, i, 0)])
+            plan->parameters[plan->parameter_count++] = i;
+}
+
+void plan_functions(struct plan *plan) {
+    for (int i = 0; i < plan->model->parameter_count; i++)
+        symbol(plan->g, SYMBOL_PARAMETER, i, 0); /* all handles exist before arrays by handle are made */
+    plan->is_statement = memory_get(plan->memory, plan->g->count * sizeof *plan->is_statement);
+    plan->is_derived = memory_get(plan->memory, plan->g->count * sizeof *plan->is_derived);
+    for (int f = 0; f < plan->function_count; f++)
+        plan_function(plan, &plan->functions[f]);
+    plan_prepare(plan);
+    list_parameters(plan);
+}

@@ -1,0 +1,65 @@
+/*
+ * The plan: which functions are emitted, which nodes each one computes, in which order and in which pieces.
+ *
+ * Takes the outputs of the quantities (quantities.c), gives all that a printer or the interpreter needs. What
+ * depends on parameters alone is moved to `derived`, computed once per parameter set; what nothing needs is
+ * not here.
+ */
+#ifndef REFDYN_GEN_PLAN_H
+#define REFDYN_GEN_PLAN_H
+
+#include "gen.h"
+
+/* A named part of a function's result: entries [offset, offset + count). */
+struct field {
+    const char *name, *about; /* about: shape, meaning, unit */
+    int offset, count;
+    int columns;   /* of a matrix, 0: a vector */
+    int symmetric; /* > 0: a symmetric square of that size; only its lower half is computed */
+};
+
+struct function {
+    const char *quantity, *about;
+    struct field fields[8];
+    int field_count;
+    expression *out;
+    int out_count;
+    /* planned */
+    expression *statements; /* nodes that become named values, ascending */
+    int statement_count;
+    int *piece_ends; /* statements are cut into piece_count static functions when there are many */
+    int piece_count;
+    struct operation_count operations;
+};
+
+struct plan {
+    struct memory *memory;
+    struct graph *g;
+    const struct model *model;
+    const struct tree *tree;
+    struct function *functions;
+    int function_count;
+    int *parameters; /* model's index of each emitted parameter */
+    int parameter_count;
+    int *anchored; /* model's index of each parameter that `anchor` sets */
+    int anchored_count;
+    struct function prepare; /* results: values of parameters alone, ascending */
+    bool *is_statement;      /* scratch of the function being planned or printed, by handle */
+    bool *is_derived;        /* by handle */
+    const char *left_out;    /* what the scene does not need, for the summary */
+    struct emitted_file *files;
+    int file_count;
+};
+
+/* quantities.c: outputs of every function asked for (`emit` as in gen_plan); false when a name is unknown. */
+bool list_functions(struct plan *plan, const char *emit, struct messages *messages);
+/* plan.c: statements, derived values, pieces, counts. */
+void plan_functions(struct plan *plan);
+/* Marks is_statement for one function: before printing it. */
+void mark_statements(struct plan *plan, const struct function *function);
+bool is_output_copied(const struct field *field, int entry); /* false in the mirrored upper half */
+
+/* emit.c: the text of all files into plan->files. */
+void emit_files(struct plan *plan);
+
+#endif

@@ -1,0 +1,511 @@
+/*
+ * Quantities: what the emitted functions return, each from the recursions of kinematics, dynamics and rows.
+ *
+ * Takes model and tree, gives the outputs of plan.h. One table names every quantity, says when a scene has it
+ * and how it is built; terms that several quantities share are derived once, when first asked for.
+ */
+#include "plan.h"
+#include "dynamics.h"
+#include "rows.h"
+
+#include <stdio.h>
+#include <string.h>
+
+struct derivation {
+    struct plan *plan;
+    struct memory *memory;
+    struct graph *g;
+    const struct model *model;
+    int n, m, points;
+    struct kinematics kinematics;
+    struct inertia *composites;
+    expression *M, *bias, *falling, *springs, *dampers, *author, *qdd_free, *qdd, *force;
+    struct row_terms *rows;
+    struct elimination *elimination;
+};
+
+static expression *new_values(const struct derivation *d, int count) {
+    return memory_get(d->memory, ((size_t)count + 1) * sizeof(expression));
+}
+
+static const struct inertia *composites(struct derivation *d) {
+    if (!d->composites)
+        d->composites = derive_composites(&d->kinematics);
+    return d->composites;
+}
+
+static const struct row_terms *rows(struct derivation *d) {
+    if (!d->rows)
+        d->rows = derive_rows(&d->kinematics);
+    return d->rows;
+}
+
+static const expression *mass_matrix(struct derivation *d) {
+    if (!d->M)
+        d->M = derive_mass_matrix(&d->kinematics, composites(d));
+    return d->M;
+}
+
+/* Springs, dampers and the author's forces, and their sum without springs: all that has no potential. */
+static void derive_applied(struct derivation *d) {
+    if (d->springs)
+        return;
+    d->springs = derive_spring_forces(&d->kinematics);
+    d->dampers = derive_damper_forces(&d->kinematics);
+    d->author = derive_author_forces(&d->kinematics);
+}
+
+static void add_applied(struct derivation *d, expression *Q) {
+    derive_applied(d);
+    const expression *printed = d->model->printed_form ? derive_printed_rates(&d->kinematics) : NULL;
+    for (int i = 0; i < d->n; i++) {
+        Q[i] = add(d->g, Q[i], add(d->g, add(d->g, d->springs[i], d->dampers[i]), d->author[i]));
+        if (printed)
+            Q[i] = add(d->g, Q[i], printed[i]);
+    }
+}
+
+/* h = -c; the printed form is c + 2 s. */
+static expression *bias_forces(struct derivation *d) {
+    expression *h = new_values(d, d->n);
+    if (!d->bias)
+        d->bias = derive_bias_forces(&d->kinematics, false);
+    const expression *s = d->model->printed_form ? derive_printed_sum(&d->kinematics) : NULL;
+    for (int i = 0; i < d->n; i++)
+        h[i] = s ? add(d->g, d->bias[i], add(d->g, s[i], s[i])) : neg(d->g, d->bias[i]);
+    return h;
+}
+
+static expression *generalized_forces(struct derivation *d) {
+    expression *Q = new_values(d, d->n);
+    const expression *gravity = derive_gravity_forces(&d->kinematics, composites(d));
+    for (int i = 0; i < d->n; i++)
+        Q[i] = neg(d->g, gravity[i]);
+    add_applied(d, Q);
+    return Q;
+}
+
+/* f = h + Q in one recursion: gravity stands in the accelerations. The printed h has no such form. */
+static expression *all_forces(struct derivation *d) {
+    expression *f = new_values(d, d->n);
+    if (d->model->printed_form) {
+        const expression *h = bias_forces(d), *Q = generalized_forces(d);
+        for (int i = 0; i < d->n; i++)
+            f[i] = add(d->g, h[i], Q[i]);
+        return f;
+    }
+    if (!d->falling)
+        d->falling = derive_bias_forces(&d->kinematics, true);
+    for (int i = 0; i < d->n; i++)
+        f[i] = neg(d->g, d->falling[i]);
+    add_applied(d, f);
+    return f;
+}
+
+static const struct elimination *elimination(struct derivation *d) {
+    if (!d->elimination)
+        d->elimination = eliminate(&d->kinematics);
+    return d->elimination;
+}
+
+static const expression *free_accelerations(struct derivation *d) {
+    if (!d->qdd_free)
+        d->qdd_free = solve_eliminated(&d->kinematics, elimination(d), all_forces(d));
+    return d->qdd_free;
+}
+
+static expression dot(struct derivation *d, const expression *a, const expression *b) {
+    expression sum = 0;
+    for (int i = 0; i < d->n; i++)
+        sum = add(d->g, sum, mul(d->g, a[i], b[i]));
+    return sum;
+}
+
+/* S lambda = rest for the symmetric S = u M^-1 u^T (m x m), by elimination in order of the rows. */
+static void solve_rows(struct derivation *d, expression *S, expression *rest) {
+    struct graph *g = d->g;
+    const int m = d->m;
+    for (int p = 0; p < m; p++)
+        for (int i = p + 1; i < m; i++) {
+            const expression factor = quotient(g, S[i * m + p], S[p * m + p]);
+            for (int j = p + 1; j < m; j++)
+                S[i * m + j] = sub(g, S[i * m + j], mul(g, factor, S[p * m + j]));
+            rest[i] = sub(g, rest[i], mul(g, factor, rest[p]));
+        }
+    for (int i = m - 1; i >= 0; i--) {
+        for (int j = i + 1; j < m; j++)
+            rest[i] = sub(g, rest[i], mul(g, S[i * m + j], rest[j]));
+        rest[i] = quotient(g, rest[i], S[i * m + i]);
+        name_value(g, rest[i], memory_format(d->memory, "row_%d_lambda", i + 1));
+    }
+}
+
+/*
+ * qdd = qdd_free + M^-1 u^T lambda with (u M^-1 u^T) lambda = k - u qdd_free: the GPME with the
+ * multipliers eliminated, one more O(n) solution a row. The programme force is r = u^T lambda.
+ */
+static void constrained_accelerations(struct derivation *d) {
+    if (d->qdd)
+        return;
+    const int m = d->m, n = d->n;
+    const struct row_terms *row = rows(d);
+    const expression *free = free_accelerations(d);
+    expression **response = memory_get(d->memory, ((size_t)m + 1) * sizeof *response);
+    expression *S = new_values(d, m * m), *lambda = new_values(d, m);
+    for (int i = 0; i < m; i++)
+        response[i] = solve_eliminated(&d->kinematics, elimination(d), row[i].u);
+    remark(d->g, "rows: (u M^-1 u^T) lambda = k - u qdd_free");
+    for (int i = 0; i < m; i++) {
+        lambda[i] = sub(d->g, row[i].k, dot(d, row[i].u, free));
+        for (int j = 0; j <= i; j++)
+            S[i * m + j] = S[j * m + i] = dot(d, row[i].u, response[j]);
+    }
+    solve_rows(d, S, lambda);
+    remark(d->g, "programme force r = u^T lambda, qdd = qdd_free + M^-1 r");
+    d->qdd = new_values(d, n);
+    d->force = new_values(d, n);
+    for (int j = 0; j < n; j++) {
+        d->qdd[j] = free[j];
+        for (int i = 0; i < m; i++) {
+            d->force[j] = add(d->g, d->force[j], mul(d->g, row[i].u[j], lambda[i]));
+            d->qdd[j] = add(d->g, d->qdd[j], mul(d->g, response[i][j], lambda[i]));
+        }
+    }
+}
+
+/* One more part of a function's result. */
+static expression *add_field(struct derivation *d, struct function *f, const char *name, const char *about,
+                             int count, int columns) {
+    expression *out = new_values(d, f->out_count + count);
+    memcpy(out, f->out, (size_t)f->out_count * sizeof *out);
+    f->fields[f->field_count++] = (struct field){name, about, f->out_count, count, columns, 0};
+    f->out = out;
+    f->out_count += count;
+    return out + f->out_count - count;
+}
+
+static void fill_field(struct derivation *d, struct function *f, const char *name, const char *about,
+                       const expression *values, int count) {
+    expression *out = add_field(d, f, name, about, count, count > d->n ? d->n : 0);
+    memcpy(out, values, (size_t)count * sizeof *out);
+}
+
+static void build_M(struct derivation *d, struct function *f) {
+    const expression *M = mass_matrix(d);
+    fill_field(d, f, "M", "(n x n) mass matrix [kg, kg m, kg m^2]", M, d->n * d->n);
+    f->fields[f->field_count - 1].symmetric = d->n;
+}
+
+static void build_h(struct derivation *d, struct function *f) {
+    fill_field(d, f, "h", "(n) bias forces [N, N m]", bias_forces(d), d->n);
+}
+
+static void build_Q(struct derivation *d, struct function *f) {
+    fill_field(d, f, "Q", "(n) generalized forces [N, N m]", generalized_forces(d), d->n);
+}
+
+static void build_u(struct derivation *d, struct function *f) {
+    expression *out = add_field(d, f, "u", "(m x n) row coefficients, u qdd + v = 0", d->m * d->n, d->n);
+    for (int i = 0; i < d->m; i++)
+        memcpy(out + i * d->n, rows(d)[i].u, (size_t)d->n * sizeof *out);
+}
+
+static void build_v(struct derivation *d, struct function *f) {
+    expression *out = add_field(d, f, "v", "(m) rest of the rows", d->m, 0);
+    for (int i = 0; i < d->m; i++)
+        out[i] = rows(d)[i].v;
+}
+
+static void build_phi(struct derivation *d, struct function *f) {
+    expression *out = add_field(d, f, "phi", "(m) residuals of position rows, 0 for others", d->m, 0);
+    for (int i = 0; i < d->m; i++)
+        out[i] = rows(d)[i].phi;
+}
+
+static void build_psi(struct derivation *d, struct function *f) {
+    expression *out =
+        add_field(d, f, "psi", "(m) velocity-level residuals, 0 for acceleration rows", d->m, 0);
+    for (int i = 0; i < d->m; i++)
+        out[i] = rows(d)[i].psi;
+}
+
+static void build_k(struct derivation *d, struct function *f) {
+    expression *out = add_field(d, f, "k", "(m) stabilised right side, u qdd = k", d->m, 0);
+    for (int i = 0; i < d->m; i++)
+        out[i] = rows(d)[i].k;
+}
+
+static void build_point_vectors(struct derivation *d, struct function *f, const char *name,
+                                const char *about) {
+    expression *out = add_field(d, f, name, about, 3 * d->points, 3);
+    for (int p = 0; p < d->points; p++) {
+        const struct point_motion *point = &d->kinematics.points[p];
+        const struct vector *value = !strcmp(name, "r")    ? &point->r
+                                     : !strcmp(name, "rd") ? &point->rd
+                                                           : &point->d;
+        memcpy(out + 3 * p, value->at, sizeof value->at);
+    }
+}
+
+static void build_r(struct derivation *d, struct function *f) {
+    build_point_vectors(d, f, "r", "(points x 3) positions [m]");
+}
+
+static void build_rd(struct derivation *d, struct function *f) {
+    build_point_vectors(d, f, "rd", "(points x 3) velocities [m/s]");
+}
+
+static void build_d(struct derivation *d, struct function *f) {
+    build_point_vectors(d, f, "d", "(points x 3) bias accelerations, rdd = C qdd + d [m/s^2]");
+}
+
+static void build_C(struct derivation *d, struct function *f) {
+    expression *out = add_field(d, f, "C", "(points x 3 x n) rd = C qd", 3 * d->points * d->n, d->n);
+    for (int p = 0; p < d->points; p++)
+        for (int a = 0; a < 3; a++)
+            for (int j = 0; j < d->n; j++)
+                out[(3 * p + a) * d->n + j] = d->kinematics.points[p].columns[j].at[a];
+}
+
+static void build_energy(struct derivation *d, struct function *f) {
+    struct graph *g = d->g;
+    expression *out = add_field(d, f, "energy", "(2) kinetic, potential [J]", 2, 0);
+    out[0] = derive_kinetic_energy(&d->kinematics);
+    out[1] = derive_gravity_energy(&d->kinematics, composites(d));
+    for (int i = 0; i < d->n; i++) {
+        const struct joint *joint = &d->plan->tree->frames[i].joint;
+        const expression stretch = sub(g, symbol(g, SYMBOL_COORDINATE, i, 0), joint->rest);
+        const expression energy = mul(g, mul(g, number(g, 0.5), joint->stiffness), mul(g, stretch, stretch));
+        out[1] = add(g, out[1], energy);
+    }
+}
+
+static void build_power(struct derivation *d, struct function *f) {
+    expression *out = add_field(d, f, "power", "(1) of forces in Q without a potential [W]", 1, 0);
+    derive_applied(d);
+    for (int i = 0; i < d->n; i++) {
+        const expression force = add(d->g, d->dampers[i], d->author[i]);
+        out[0] = add(d->g, out[0], mul(d->g, force, symbol(d->g, SYMBOL_COORDINATE, i, 1)));
+    }
+}
+
+static void build_Q_q(struct derivation *d, struct function *f) {
+    const int n = d->n;
+    expression *out = add_field(d, f, "Q_q", "(n x n) dQ_i/dq_j at qd = 0", n * n, n);
+    const expression *gravity = derive_gravity_tangent(&d->kinematics, composites(d));
+    const expression *author = derive_author_tangent(&d->kinematics);
+    for (int i = 0; i < n * n; i++)
+        out[i] = sub(d->g, author[i], gravity[i]);
+    for (int i = 0; i < n; i++)
+        out[i * n + i] = sub(d->g, out[i * n + i], d->plan->tree->frames[i].joint.stiffness);
+}
+
+static void build_qdd_free(struct derivation *d, struct function *f) {
+    fill_field(d, f, "qdd", "(n) accelerations without constraints, M qdd = h + Q", free_accelerations(d),
+               d->n);
+}
+
+static void build_qdd(struct derivation *d, struct function *f) {
+    constrained_accelerations(d);
+    fill_field(d, f, "qdd", "(n) accelerations with stabilised constraints", d->qdd, d->n);
+}
+
+static void build_force(struct derivation *d, struct function *f) {
+    constrained_accelerations(d);
+    fill_field(d, f, "force", "(n) programme force r = M qdd - h - Q [N, N m]", d->force, d->n);
+}
+
+static void build_equations(struct derivation *d, struct function *f) {
+    build_M(d, f);
+    fill_field(d, f, "f", "(n) h + Q [N, N m]", all_forces(d), d->n);
+    if (!d->m)
+        return;
+    build_u(d, f);
+    build_v(d, f);
+    build_phi(d, f);
+    build_psi(d, f);
+    build_k(d, f);
+}
+
+static void build_start(struct derivation *d, struct function *f) {
+    expression *out = add_field(d, f, "start", "(2 n) q and qd at the start of a motion", 2 * d->n, 0);
+    for (int i = 0; i < d->n; i++) {
+        out[i] = d->plan->tree->frames[i].joint.start;
+        out[d->n + i] = d->plan->tree->frames[i].joint.start_rate;
+    }
+}
+
+static bool is_set_by_anchor(const struct derivation *d, int parameter) {
+    return d->model->parameters[parameter].is_anchored && !d->model->parameters[parameter].is_given;
+}
+
+static void build_anchor(struct derivation *d, struct function *f) {
+    struct plan *plan = d->plan;
+    expression *out = add_field(d, f, "anchored", "values at the start of a motion, by NAME_model.anchored",
+                                plan->anchored_count, 0);
+    for (int i = 0; i < plan->anchored_count; i++)
+        out[i] = with_points(&d->kinematics, d->model->parameters[plan->anchored[i]].anchor);
+}
+
+static bool always(const struct derivation *d) {
+    return d->n > 0;
+}
+
+static bool has_rows(const struct derivation *d) {
+    return d->m > 0;
+}
+
+static bool has_level(const struct derivation *d, enum row_level highest) {
+    for (int i = 0; i < d->m; i++)
+        if (d->model->rows[i].level <= highest)
+            return true;
+    return false;
+}
+
+static bool has_position_rows(const struct derivation *d) {
+    return has_level(d, ROW_POSITION);
+}
+
+static bool has_velocity_rows(const struct derivation *d) {
+    return has_level(d, ROW_VELOCITY);
+}
+
+static bool has_points(const struct derivation *d) {
+    return d->points > 0;
+}
+
+static bool has_work(const struct derivation *d) {
+    for (int i = 0; i < d->n; i++)
+        if (d->plan->tree->frames[i].joint.damping)
+            return true;
+    return d->model->force_count > 0;
+}
+
+static bool has_anchors(const struct derivation *d) {
+    return d->plan->anchored_count > 0;
+}
+
+struct quantity {
+    const char *name, *about;
+    bool (*exists)(const struct derivation *d);
+    const char *reason; /* why a scene has it not */
+    void (*build)(struct derivation *d, struct function *f);
+};
+
+/* `anchor` and `start` stand last: they set what the others read. */
+static const struct quantity quantities[] = {
+    {"M", "mass matrix", always, "", build_M},
+    {"h", "bias forces h = -c (Coriolis, centrifugal)", always, "", build_h},
+    {"Q", "generalized forces: gravity, springs, dampers and those that the model names", always, "",
+     build_Q},
+    {"u", "row coefficients, u qdd + v = 0", has_rows, "constraints", build_u},
+    {"v", "rest of the rows, u qdd + v = 0", has_rows, "constraints", build_v},
+    {"phi", "position-level residuals", has_position_rows, "position rows", build_phi},
+    {"psi", "velocity-level residuals", has_velocity_rows, "position or velocity rows", build_psi},
+    {"k", "stabilised right side k = -v - 2 alpha psi - beta^2 phi", has_rows, "constraints", build_k},
+    {"r", "positions of the points", has_points, "points", build_r},
+    {"rd", "velocities of the points", has_points, "points", build_rd},
+    {"C", "columns of the points, rd = C qd", has_points, "points", build_C},
+    {"d", "bias accelerations of the points, rdd = C qdd + d", has_points, "points", build_d},
+    {"energy", "kinetic and potential energy", always, "", build_energy},
+    {"power", "power of all forces in Q that have no potential", has_work, "forces without a potential",
+     build_power},
+    {"Q_q", "tangent of statics, dQ/dq at qd = 0", always, "", build_Q_q},
+    {"qdd_free", "accelerations without constraints, O(n)", always, "", build_qdd_free},
+    {"qdd", "accelerations with stabilised constraints, O(n m)", has_rows, "constraints", build_qdd},
+    {"force", "programme force r = M qdd - h - Q", has_rows, "constraints", build_force},
+    {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations},
+    {"anchor", "parameters whose default is a value at the start of a motion", has_anchors,
+     "anchored parameters", build_anchor},
+};
+
+enum { QUANTITY_COUNT = sizeof quantities / sizeof *quantities };
+
+/* Is `name` one of the comma-separated words of `list`? */
+static bool is_in_list(const char *list, const char *name) {
+    const size_t length = strlen(name);
+    for (const char *at = list; (at = strstr(at, name)); at += length)
+        if ((at == list || at[-1] == ',') && (at[length] == ',' || !at[length]))
+            return true;
+    return false;
+}
+
+static bool check_emit_list(const struct plan *plan, const char *emit, struct messages *messages) {
+    const char *names[QUANTITY_COUNT];
+    int errors = messages->errors;
+    for (int i = 0; i < QUANTITY_COUNT; i++)
+        names[i] = quantities[i].name;
+    char *copy = memory_text(plan->memory, emit);
+    for (char *word = strtok(copy, ","); word; word = strtok(NULL, ",")) {
+        int i = 0;
+        while (i < QUANTITY_COUNT && strcmp(names[i], word))
+            i++;
+        const char *near = i < QUANTITY_COUNT ? NULL : nearest_name(word, names, QUANTITY_COUNT);
+        if (i == QUANTITY_COUNT)
+            complain(messages, (struct place){plan->model->file, 0},
+                     "--emit: no quantity is called \"%s\"%s%s%s", word, near ? ", did you mean \"" : "",
+                     near ? near : "", near ? "\"?" : "");
+    }
+    return messages->errors == errors;
+}
+
+/* "no constraints: u v k qdd force; no points: r rd C d" */
+static void say_left_out(struct plan *plan, const struct quantity *quantity, const char **last_reason) {
+    const char *before = plan->left_out ? plan->left_out : "";
+    if (*last_reason && !strcmp(*last_reason, quantity->reason))
+        plan->left_out = memory_format(plan->memory, "%s %s", before, quantity->name);
+    else
+        plan->left_out = memory_format(plan->memory, "%s%sno %s: %s", before, *before ? "; " : "",
+                                       quantity->reason, quantity->name);
+    *last_reason = quantity->reason;
+}
+
+/* Anchored parameters that some function listed so far reads. */
+static void list_anchored(struct derivation *d) {
+    struct plan *plan = d->plan;
+    bool *read = memory_get(d->memory, ((size_t)d->model->parameter_count + 1) * sizeof *read);
+    bool *needed = memory_get(d->memory, d->g->count * sizeof *needed);
+    for (int f = 0; f < plan->function_count; f++)
+        for (int i = 0; i < plan->functions[f].out_count; i++)
+            needed[plan->functions[f].out[i]] = true;
+    for (expression e = d->g->count; e-- > 0;) {
+        const struct symbol *s = as_symbol(d->g, e);
+        if (needed[e] && s && s->kind == SYMBOL_PARAMETER)
+            read[s->index] = true;
+        for (int k = 0; needed[e] && k < operation_arity(d->g->nodes[e].operation); k++)
+            needed[d->g->nodes[e].operand[k]] = true;
+    }
+    plan->anchored = memory_get(d->memory, ((size_t)d->model->parameter_count + 1) * sizeof *plan->anchored);
+    for (int i = 0; i < d->model->parameter_count; i++)
+        if (read[i] && is_set_by_anchor(d, i))
+            plan->anchored[plan->anchored_count++] = i;
+}
+
+bool list_functions(struct plan *plan, const char *emit, struct messages *messages) {
+    struct derivation d = {.plan = plan, .memory = plan->memory, .g = plan->g, .model = plan->model};
+    const char *last_reason = NULL;
+    if (emit && !check_emit_list(plan, emit, messages))
+        return false;
+    d.n = plan->tree->count;
+    d.m = plan->model->row_count;
+    d.points = plan->model->point_count;
+    derive_kinematics(plan->memory, plan->model, plan->tree, &d.kinematics);
+    plan->functions = memory_get(plan->memory, QUANTITY_COUNT * sizeof *plan->functions);
+    for (int i = 0; i < QUANTITY_COUNT; i++) {
+        const struct quantity *quantity = &quantities[i];
+        if (quantity->build == build_anchor)
+            list_anchored(&d);
+        if (!quantity->exists(&d)) {
+            say_left_out(plan, quantity, &last_reason);
+            continue;
+        }
+        const bool is_needed =
+            quantity->build == build_anchor || (quantity->build == build_start && has_anchors(&d));
+        if (emit && !is_in_list(emit, quantity->name) && !is_needed)
+            continue;
+        struct function *function = &plan->functions[plan->function_count++];
+        *function = (struct function){.quantity = quantity->name, .about = quantity->about};
+        quantity->build(&d, function);
+    }
+    return true;
+}

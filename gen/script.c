@@ -1,0 +1,875 @@
+/*
+ * The only file that knows Lua: runs a model file in a sandbox and turns what it returns into values.
+ *
+ * Every entry of Lua is one protected call. Inside it a shortage of memory is a Lua error, outside it becomes
+ * memory.fail again. Stack effects stand beside the functions as (-popped, +pushed).
+ */
+#include "script.h"
+#include "pool.h"
+#include "source_lines.h"
+#include "view.h"
+#include "vocabulary.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <lua.h>
+#include <lauxlib.h>
+#include <lualib.h>
+
+#define EXPRESSION "expression"
+#define VIEW "view"
+#define CHUNK "model"
+
+/* What one model may take while it is read: far beyond any sensible model, soon enough for an endless loop.
+ */
+static const size_t memory_bound = (size_t)256 << 20;
+enum { STEPS_BETWEEN_CHECKS = 1000000, CHECKS_BOUND = 100, VALUE_BOUND = 1000000, DEPTH_BOUND = 32 };
+
+struct script {
+    lua_State *L;
+    struct memory *memory;
+    struct graph *graph;
+    struct messages *messages;
+    const char *file;
+    struct pool pool;
+    struct declarations declarations;
+    struct view_names names;
+    struct source_lines lines;
+    const char *source;
+    size_t source_length;
+    int marks, tags; /* references of tables that give a table's number in `lines` and its tag */
+    int value_count, checks;
+    bool is_short_of_memory;
+    struct value result;
+};
+
+static struct script *script_of(lua_State *L) {
+    return *(struct script **)lua_getextraspace(L);
+}
+
+/* Where the Lua function that called us stands. */
+static struct place current_place(lua_State *L) {
+    lua_Debug where = {.currentline = 0};
+    if (lua_getstack(L, 1, &where))
+        lua_getinfo(L, "l", &where);
+    return (struct place){.file = script_of(L)->file, .line = where.currentline > 0 ? where.currentline : 0};
+}
+
+/* Entry of the table behind `reference` for the value at `index`. (-0, +1) */
+static void get_note(lua_State *L, int reference, int index) {
+    index = lua_absindex(L, index);
+    lua_rawgeti(L, LUA_REGISTRYINDEX, reference);
+    lua_pushvalue(L, index);
+    lua_rawget(L, -2);
+    lua_remove(L, -2);
+}
+
+/* Notes the value on top of the stack for the value at `index`. (-1, +0) */
+static void set_note(lua_State *L, int reference, int index) {
+    index = lua_absindex(L, index);
+    lua_rawgeti(L, LUA_REGISTRYINDEX, reference);
+    lua_pushvalue(L, index);
+    lua_pushvalue(L, -3);
+    lua_rawset(L, -3);
+    lua_pop(L, 2);
+}
+
+/* __at(number, table) in the rewritten source: remembers where the table was written. */
+static int mark_table(lua_State *L) {
+    lua_settop(L, 2);
+    lua_pushvalue(L, 1);
+    set_note(L, script_of(L)->marks, 2);
+    return 1;
+}
+
+static int table_number(lua_State *L, int index) {
+    get_note(L, script_of(L)->marks, index);
+    int number = lua_type(L, -1) == LUA_TNUMBER ? (int)lua_tointeger(L, -1) : -1;
+    lua_pop(L, 1);
+    return number;
+}
+
+/* What stands at `index`: for messages. */
+static const char *described(lua_State *L, int index) {
+    switch (lua_type(L, index)) {
+    case LUA_TNUMBER:
+        return kind_text(VALUE_NUMBER);
+    case LUA_TSTRING:
+        return kind_text(VALUE_TEXT);
+    case LUA_TBOOLEAN:
+        return kind_text(VALUE_BOOLEAN);
+    case LUA_TFUNCTION:
+        return kind_text(VALUE_FUNCTION);
+    case LUA_TTABLE:
+        return kind_text(VALUE_TABLE);
+    case LUA_TUSERDATA:
+        return luaL_testudata(L, index, VIEW) ? "a group of values" : kind_text(VALUE_EXPRESSION);
+    default:
+        return kind_text(VALUE_NOTHING);
+    }
+}
+
+/* ---- expressions ---- */
+
+static void push_expression(lua_State *L, expression e) {
+    expression *handle = lua_newuserdatauv(L, sizeof *handle, 0);
+    *handle = e;
+    luaL_setmetatable(L, EXPRESSION);
+}
+
+/* True for a number or an expression. */
+static bool get_expression(lua_State *L, int index, expression *e) {
+    if (lua_type(L, index) == LUA_TNUMBER) {
+        *e = number(script_of(L)->graph, lua_tonumber(L, index));
+        return true;
+    }
+    const expression *handle = luaL_testudata(L, index, EXPRESSION);
+    if (handle)
+        *e = *handle;
+    return handle;
+}
+
+static int arithmetic(lua_State *L) {
+    struct graph *graph = script_of(L)->graph;
+    enum operation operation = (enum operation)lua_tointeger(L, lua_upvalueindex(1));
+    expression a, b;
+    for (int i = 1; i <= 2; i++)
+        if (!get_expression(L, i, i == 1 ? &a : &b))
+            return luaL_error(L, "arithmetic on an expression and %s, a number or an expression is needed",
+                              described(L, i));
+    push_expression(L, operation == OP_POW ? power(graph, a, b) : apply(graph, operation, a, b, zero(graph)));
+    return 1;
+}
+
+static int refuse_comparison(lua_State *L) {
+    return luaL_error(L, "comparison of an expression: its value is not known while the model is read, "
+                         "rd.where(rd.less(a, b), x, y) chooses during the motion");
+}
+
+static int name_expression(lua_State *L) {
+    lua_pushliteral(L, EXPRESSION);
+    return 1;
+}
+
+/* A function of ops.def: numbers give a number, an expression among them an expression. */
+static int apply_function(lua_State *L) {
+    struct graph *graph = script_of(L)->graph;
+    enum operation operation = (enum operation)lua_tointeger(L, lua_upvalueindex(1));
+    const char *name = lua_tostring(L, lua_upvalueindex(2));
+    int arity = operation_arity(operation);
+    expression operands[3] = {0};
+    double values[3] = {0};
+    bool are_numbers = true;
+    if (lua_gettop(L) != arity)
+        return luaL_error(L, "rd.%s: number of arguments is %d, %d is needed", name, lua_gettop(L), arity);
+    for (int i = 0; i < arity; i++) {
+        if (!get_expression(L, i + 1, &operands[i]))
+            return luaL_error(L, "rd.%s: argument %d is %s, a number or an expression is needed", name, i + 1,
+                              described(L, i + 1));
+        are_numbers = are_numbers && lua_type(L, i + 1) == LUA_TNUMBER;
+        values[i] = lua_tonumber(L, i + 1);
+    }
+    if (are_numbers)
+        lua_pushnumber(L, operation_value(operation, values[0], values[1], values[2]));
+    else if (operation == OP_POW)
+        push_expression(L, power(graph, operands[0], operands[1]));
+    else
+        push_expression(L, apply(graph, operation, operands[0], operands[1], operands[2]));
+    return 1;
+}
+
+static const struct {
+    const char *name;
+    enum operation operation;
+} operations[] = {
+#define OP(name, arity, text, cost, value, da, db, dc) {#name, OP_##name},
+#include "ops.def"
+#undef OP
+};
+
+/* ---- what functions see as s and p ---- */
+
+static void push_view(lua_State *L, struct view view) {
+    struct view *handle = lua_newuserdatauv(L, sizeof *handle, 0);
+    *handle = view;
+    luaL_setmetatable(L, VIEW);
+}
+
+static int index_view(lua_State *L) {
+    struct script *script = script_of(L);
+    const struct view *view = lua_touserdata(L, 1);
+    if (lua_type(L, 2) != LUA_TSTRING)
+        return luaL_error(L, "index of type %s, a name is needed", luaL_typename(L, 2));
+    struct view_result result = view_field(&script->names, *view, lua_tostring(L, 2));
+    if (result.fault)
+        return luaL_error(L, "%s", result.fault);
+    if (result.is_view)
+        push_view(L, result.view);
+    else
+        push_expression(L, result.expression);
+    return 1;
+}
+
+static int refuse_assignment(lua_State *L) {
+    return luaL_error(L, "assignment to a field of the state or of the parameters: they are read only");
+}
+
+/* ---- Lua values to plain values ---- */
+
+static void convert(lua_State *L, int index, struct place place, int depth, struct value *value);
+
+static int compare_names(const void *a, const void *b) {
+    const struct named_value *left = a, *right = b;
+    return strcmp(left->name, right->name);
+}
+
+/* Counts list items and named entries; complains about what is neither. */
+static void count_entries(lua_State *L, int index, struct value *value) {
+    struct messages *messages = script_of(L)->messages;
+    lua_Integer largest = 0;
+    lua_pushnil(L);
+    while (lua_next(L, index)) {
+        lua_pop(L, 1);
+        if (lua_type(L, -1) == LUA_TSTRING) {
+            value->field_count++;
+        } else if (lua_isinteger(L, -1) && lua_tointeger(L, -1) > 0) {
+            value->item_count++;
+            largest = lua_tointeger(L, -1) > largest ? lua_tointeger(L, -1) : largest;
+        } else {
+            complain(messages, value->place, "a table has a key of type %s, names and 1, 2, 3 ... are",
+                     luaL_typename(L, -1));
+        }
+    }
+    if (largest == value->item_count)
+        return;
+    int gap = 1;
+    for (; lua_rawgeti(L, index, gap) != LUA_TNIL; gap++)
+        lua_pop(L, 1);
+    lua_pop(L, 1);
+    complain(messages, value->place, "item %d of a list is nil, lists have no gaps", gap);
+    value->item_count = gap - 1;
+}
+
+static void convert_items(lua_State *L, int index, int table, int depth, struct value *value) {
+    struct script *script = script_of(L);
+    value->items = memory_get(script->memory, (size_t)value->item_count * sizeof *value->items);
+    for (int i = 0; i < value->item_count; i++) {
+        struct place place = value->place;
+        int line = entry_line(&script->lines, table, NULL, i + 1);
+        place.line = line > 0 ? line : place.line;
+        lua_rawgeti(L, index, i + 1);
+        convert(L, -1, place, depth, &value->items[i]);
+        lua_pop(L, 1);
+    }
+}
+
+static void convert_fields(lua_State *L, int index, int table, int depth, struct value *value) {
+    struct script *script = script_of(L);
+    value->fields = memory_get(script->memory, (size_t)value->field_count * sizeof *value->fields);
+    int at = 0;
+    lua_pushnil(L);
+    while (lua_next(L, index)) {
+        if (lua_type(L, -2) == LUA_TSTRING) {
+            struct named_value *field = &value->fields[at++];
+            struct place place = value->place;
+            field->name = memory_text(script->memory, lua_tostring(L, -2));
+            int line = entry_line(&script->lines, table, field->name, 0);
+            place.line = line > 0 ? line : place.line;
+            convert(L, -1, place, depth, &field->value);
+        }
+        lua_pop(L, 1);
+    }
+    qsort(value->fields, (size_t)value->field_count, sizeof *value->fields, compare_names);
+}
+
+static void convert_table(lua_State *L, int index, int depth, struct value *value) {
+    struct script *script = script_of(L);
+    int table = table_number(L, index);
+    if (depth > DEPTH_BOUND)
+        luaL_error(L, "tables nested deeper than %d", DEPTH_BOUND);
+    luaL_checkstack(L, 8, "tables nested too deeply");
+    value->kind = VALUE_TABLE;
+    if (table >= 0)
+        value->place.line = script->lines.tables[table].line;
+    get_note(L, script->tags, index);
+    if (lua_type(L, -1) == LUA_TSTRING)
+        value->tag = memory_text(script->memory, lua_tostring(L, -1));
+    lua_pop(L, 1);
+    count_entries(L, index, value);
+    convert_items(L, index, table, depth + 1, value);
+    convert_fields(L, index, table, depth + 1, value);
+}
+
+/* The value at `index`, `place`: where it stands if it does not know better. (-0, +0) */
+static void convert(lua_State *L, int index, struct place place, int depth, struct value *value) {
+    struct script *script = script_of(L);
+    index = lua_absindex(L, index);
+    *value = (struct value){.place = place};
+    if (++script->value_count > VALUE_BOUND)
+        luaL_error(L, "the model has more than %d values", VALUE_BOUND);
+    switch (lua_type(L, index)) {
+    case LUA_TNUMBER:
+        value->kind = VALUE_NUMBER;
+        value->number = lua_tonumber(L, index);
+        value->is_whole = lua_isinteger(L, index);
+        break;
+    case LUA_TSTRING:
+        value->kind = VALUE_TEXT;
+        value->text = memory_text(script->memory, lua_tostring(L, index));
+        break;
+    case LUA_TBOOLEAN:
+        value->kind = VALUE_BOOLEAN;
+        value->truth = lua_toboolean(L, index);
+        break;
+    case LUA_TFUNCTION:
+        value->kind = VALUE_FUNCTION;
+        lua_pushvalue(L, index);
+        value->function = luaL_ref(L, LUA_REGISTRYINDEX);
+        break;
+    case LUA_TTABLE:
+        convert_table(L, index, depth, value);
+        break;
+    default:
+        if (get_expression(L, index, &value->expression))
+            value->kind = VALUE_EXPRESSION;
+    }
+}
+
+/* Argument number `index` of a function of the module. */
+static struct value argument(lua_State *L, int index) {
+    struct value value = {.kind = VALUE_NOTHING};
+    if (index <= lua_gettop(L))
+        convert(L, index, current_place(L), 0, &value);
+    return value;
+}
+
+/* ---- the module "refdyn" ---- */
+
+static const char *text_argument(lua_State *L, int index, const char *function, const char *standard) {
+    if (lua_isnoneornil(L, index) && standard)
+        return standard;
+    if (lua_type(L, index) != LUA_TSTRING)
+        luaL_error(L, "rd.%s: argument %d is %s, a text is needed", function, index, described(L, index));
+    return memory_text(script_of(L)->memory, lua_tostring(L, index));
+}
+
+static int module_option(lua_State *L) {
+    struct script *script = script_of(L);
+    const char *name = text_argument(L, 1, "option", NULL);
+    struct value standard = argument(L, 2), allowed = argument(L, 3);
+    if (standard.kind != VALUE_NUMBER && standard.kind != VALUE_TEXT && standard.kind != VALUE_BOOLEAN)
+        return luaL_error(L, "rd.option: value of \"%s\" is %s, a number, a text, true or false is needed",
+                          name, kind_text(standard.kind));
+    struct value value = declare_option(&script->declarations, current_place(L), name, &standard,
+                                        allowed.kind == VALUE_TABLE ? &allowed : NULL);
+    if (value.kind == VALUE_TEXT)
+        lua_pushstring(L, value.text);
+    else if (value.kind == VALUE_BOOLEAN)
+        lua_pushboolean(L, value.truth);
+    else if (value.is_whole)
+        lua_pushinteger(L, (lua_Integer)value.number);
+    else
+        lua_pushnumber(L, value.number);
+    return 1;
+}
+
+static int module_parameters(lua_State *L) {
+    struct value list = argument(L, 1);
+    if (list.kind != VALUE_TABLE)
+        return luaL_error(L, "rd.parameters: %s, a list of { \"name\", value, \"unit\" } is needed",
+                          kind_text(list.kind));
+    declare_parameters(&script_of(L)->declarations, &list);
+    push_view(L, (struct view){.kind = VIEW_PARAMETERS});
+    return 1;
+}
+
+static int module_parameter(lua_State *L) {
+    const char *name = text_argument(L, 1, "parameter", NULL), *unit = text_argument(L, 3, "parameter", "");
+    struct value standard = argument(L, 2);
+    push_expression(L,
+                    declare_parameter(&script_of(L)->declarations, current_place(L), name, &standard, unit));
+    return 1;
+}
+
+static int module_input(lua_State *L) {
+    const char *name = text_argument(L, 1, "input", NULL), *unit = text_argument(L, 3, "input", "");
+    struct value standard = argument(L, 2);
+    if (standard.kind == VALUE_NOTHING)
+        standard.kind = VALUE_NUMBER;
+    push_expression(L, declare_input(&script_of(L)->declarations, current_place(L), name, &standard, unit));
+    return 1;
+}
+
+/* rd.model, rd.position ...: the table itself, with a tag. */
+static int tag_table(lua_State *L) {
+    if (lua_type(L, 1) != LUA_TTABLE)
+        return luaL_error(L, "rd.%s: argument 1 is %s, a table is needed",
+                          lua_tostring(L, lua_upvalueindex(1)), luaL_typename(L, 1));
+    lua_settop(L, 1);
+    lua_pushvalue(L, lua_upvalueindex(1));
+    set_note(L, script_of(L)->tags, 1);
+    return 1;
+}
+
+static void expression_arguments(lua_State *L, const char *function, int count, expression *e) {
+    for (int i = 0; i < count; i++)
+        if (!get_expression(L, i + 1, &e[i]))
+            luaL_error(L, "rd.%s: argument %d is %s, a number or an expression is needed", function, i + 1,
+                       described(L, i + 1));
+}
+
+static int module_ramp(lua_State *L) {
+    expression e[3];
+    expression_arguments(L, "ramp", 3, e);
+    push_expression(L, ramp(script_of(L)->graph, e[0], e[1], e[2]));
+    return 1;
+}
+
+static int module_smoothstep(lua_State *L) {
+    expression e[3];
+    expression_arguments(L, "smoothstep", 3, e);
+    push_expression(L, smoothstep(script_of(L)->graph, e[0], e[1], e[2]));
+    return 1;
+}
+
+static int push_section(lua_State *L, struct section section) {
+    lua_createtable(L, 0, 4);
+    push_expression(L, section.area);
+    lua_setfield(L, -2, "area");
+    push_expression(L, section.Iy);
+    lua_setfield(L, -2, "Iy");
+    push_expression(L, section.Iz);
+    lua_setfield(L, -2, "Iz");
+    push_expression(L, section.It);
+    lua_setfield(L, -2, "It");
+    return 1;
+}
+
+static int module_round(lua_State *L) {
+    expression e[1];
+    expression_arguments(L, "round", 1, e);
+    return push_section(L, round_section(script_of(L)->graph, e[0]));
+}
+
+static int module_tube(lua_State *L) {
+    expression e[2];
+    expression_arguments(L, "tube", 2, e);
+    return push_section(L, tube_section(script_of(L)->graph, e[0], e[1]));
+}
+
+static const luaL_Reg module_functions[] = {{"option", module_option},
+                                            {"parameters", module_parameters},
+                                            {"parameter", module_parameter},
+                                            {"input", module_input},
+                                            {"ramp", module_ramp},
+                                            {"smoothstep", module_smoothstep},
+                                            {"round", module_round},
+                                            {"tube", module_tube},
+                                            {NULL, NULL}};
+
+/* An unknown field of the module, whose table is argument 1. */
+static int refuse_field(lua_State *L) {
+    struct memory *memory = script_of(L)->memory;
+    const char **known = NULL, *name = lua_type(L, 2) == LUA_TSTRING ? lua_tostring(L, 2) : "?";
+    int count = 0, capacity = 0;
+    lua_pushnil(L);
+    while (lua_next(L, 1)) {
+        known = memory_room(memory, known, count, &capacity, sizeof *known);
+        known[count++] = memory_text(memory, lua_tostring(L, -2));
+        lua_pop(L, 1);
+    }
+    const char *nearest = nearest_name(name, known, count);
+    if (nearest)
+        return luaL_error(L, "rd.%s: unknown function, the nearest known one is \"%s\"", name, nearest);
+    return luaL_error(L, "rd.%s: unknown function, models/README.md lists what rd has", name);
+}
+
+/* Builds the module. (-0, +1) */
+static void push_module(lua_State *L) {
+    static const char *const tags[] = {"model", "position", "velocity", "acceleration"};
+    luaL_newlib(L, module_functions);
+    for (size_t i = 0; i < sizeof tags / sizeof *tags; i++) {
+        lua_pushstring(L, tags[i]);
+        lua_pushcclosure(L, tag_table, 1);
+        lua_setfield(L, -2, tags[i]);
+    }
+    for (size_t i = 0; i < sizeof operations / sizeof *operations; i++) {
+        if (operations[i].operation <= OP_NEG)
+            continue;
+        char name[16] = {0};
+        for (size_t j = 0; j + 1 < sizeof name && operations[i].name[j]; j++)
+            name[j] = (char)tolower((unsigned char)operations[i].name[j]);
+        lua_pushinteger(L, (lua_Integer)operations[i].operation);
+        lua_pushstring(L, name);
+        lua_pushcclosure(L, apply_function, 2);
+        lua_setfield(L, -2, name);
+    }
+    lua_pushnumber(L, 3.14159265358979323846);
+    lua_setfield(L, -2, "pi");
+    lua_createtable(L, 0, 1);
+    lua_pushcfunction(L, refuse_field);
+    lua_setfield(L, -2, "__index");
+    lua_setmetatable(L, -2);
+}
+
+/* ---- the sandbox ---- */
+
+static int require_module(lua_State *L) {
+    if (lua_type(L, 1) != LUA_TSTRING || strcmp(lua_tostring(L, 1), "refdyn") != 0)
+        return luaL_error(L, "require: only \"refdyn\" can be required");
+    lua_pushvalue(L, lua_upvalueindex(1));
+    return 1;
+}
+
+/* math.* of an expression would freeze nothing but fail with a puzzle: name the function to use. */
+static int guarded_math(lua_State *L) {
+    const char *name = lua_tostring(L, lua_upvalueindex(2));
+    for (int i = 1; i <= lua_gettop(L); i++) {
+        if (!luaL_testudata(L, i, EXPRESSION))
+            continue;
+        lua_pushvalue(L, lua_upvalueindex(3));
+        lua_pushvalue(L, lua_upvalueindex(2));
+        if (lua_rawget(L, -2) != LUA_TNIL)
+            return luaL_error(L, "math.%s of an expression: use rd.%s", name, name);
+        return luaL_error(L, "math.%s of an expression: its value is not known while the model is read",
+                          name);
+    }
+    lua_pushvalue(L, lua_upvalueindex(1));
+    lua_insert(L, 1);
+    lua_call(L, lua_gettop(L) - 1, LUA_MULTRET);
+    return lua_gettop(L);
+}
+
+/* Replaces the functions of `math` by guarded ones; the module is at `module`. (-0, +0) */
+static void guard_math(lua_State *L, int module) {
+    static const char *const names[] = {"abs", "acos",  "asin", "atan", "ceil",      "cos", "deg",
+                                        "exp", "floor", "fmod", "log",  "max",       "min", "modf",
+                                        "rad", "sin",   "sqrt", "tan",  "tointeger", "ult"};
+    lua_getglobal(L, "math");
+    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
+        lua_getfield(L, -1, names[i]);
+        lua_pushstring(L, names[i]);
+        lua_pushvalue(L, module);
+        lua_pushcclosure(L, guarded_math, 3);
+        lua_setfield(L, -2, names[i]);
+    }
+    lua_pushnil(L);
+    lua_setfield(L, -2, "random");
+    lua_pushnil(L);
+    lua_setfield(L, -2, "randomseed");
+    lua_pop(L, 1);
+}
+
+/* Upvalues: list of keys, how many have been given out. */
+static int next_sorted(lua_State *L) {
+    lua_Integer at = lua_tointeger(L, lua_upvalueindex(2));
+    for (;;) {
+        lua_pushinteger(L, ++at);
+        lua_replace(L, lua_upvalueindex(2));
+        lua_settop(L, 1);
+        if (lua_rawgeti(L, lua_upvalueindex(1), at) == LUA_TNIL)
+            return 1;
+        lua_pushvalue(L, 2);
+        if (lua_rawget(L, 1) != LUA_TNIL)
+            return 2;
+    }
+}
+
+/* `pairs` in one order on every run: numbers upward, then names. Upvalue: table.sort. */
+static int sorted_pairs(lua_State *L) {
+    luaL_checktype(L, 1, LUA_TTABLE);
+    lua_settop(L, 1);
+    lua_newtable(L); /* 2: numbers, later all keys */
+    lua_newtable(L); /* 3: names */
+    lua_pushnil(L);
+    while (lua_next(L, 1)) {
+        lua_pop(L, 1);
+        int type = lua_type(L, -1);
+        if (type != LUA_TNUMBER && type != LUA_TSTRING)
+            return luaL_error(L, "pairs: a key of type %s, numbers and names have an order",
+                              luaL_typename(L, -1));
+        int list = type == LUA_TNUMBER ? 2 : 3;
+        lua_pushvalue(L, -1);
+        lua_rawseti(L, list, (lua_Integer)lua_rawlen(L, list) + 1);
+    }
+    for (int list = 2; list <= 3; list++) {
+        lua_pushvalue(L, lua_upvalueindex(1));
+        lua_pushvalue(L, list);
+        lua_call(L, 1, 0);
+    }
+    lua_Integer count = (lua_Integer)lua_rawlen(L, 2);
+    for (lua_Integer i = 1; lua_rawgeti(L, 3, i) != LUA_TNIL; i++)
+        lua_rawseti(L, 2, count + i);
+    lua_pushvalue(L, 2);
+    lua_pushinteger(L, 0);
+    lua_pushcclosure(L, next_sorted, 2);
+    lua_pushvalue(L, 1);
+    return 2;
+}
+
+static void open_libraries(lua_State *L) {
+    static const char *const removed[] = {"collectgarbage", "dofile", "load", "loadfile", "next",
+                                          "pcall",          "print",  "warn", "xpcall"};
+    luaL_requiref(L, LUA_GNAME, luaopen_base, 1);
+    luaL_requiref(L, LUA_STRLIBNAME, luaopen_string, 1);
+    luaL_requiref(L, LUA_TABLIBNAME, luaopen_table, 1);
+    luaL_requiref(L, LUA_MATHLIBNAME, luaopen_math, 1);
+    lua_pop(L, 4);
+    for (size_t i = 0; i < sizeof removed / sizeof *removed; i++) {
+        lua_pushnil(L);
+        lua_setglobal(L, removed[i]);
+    }
+    lua_getglobal(L, "string");
+    lua_pushnil(L);
+    lua_setfield(L, -2, "dump");
+    lua_getglobal(L, "table");
+    lua_getfield(L, -1, "sort");
+    lua_pushcclosure(L, sorted_pairs, 1);
+    lua_setglobal(L, "pairs");
+    lua_pop(L, 2);
+}
+
+static void make_metatables(lua_State *L) {
+    static const struct {
+        const char *event;
+        enum operation operation;
+    } operators[] = {{"__add", OP_ADD}, {"__sub", OP_SUB}, {"__mul", OP_MUL},
+                     {"__div", OP_DIV}, {"__unm", OP_NEG}, {"__pow", OP_POW}};
+    static const luaL_Reg refusals[] = {{"__lt", refuse_comparison},
+                                        {"__le", refuse_comparison},
+                                        {"__eq", refuse_comparison},
+                                        {"__tostring", name_expression},
+                                        {NULL, NULL}};
+    static const luaL_Reg view_events[] = {
+        {"__index", index_view}, {"__newindex", refuse_assignment}, {NULL, NULL}};
+    luaL_newmetatable(L, EXPRESSION);
+    luaL_setfuncs(L, refusals, 0);
+    for (size_t i = 0; i < sizeof operators / sizeof *operators; i++) {
+        lua_pushinteger(L, (lua_Integer)operators[i].operation);
+        lua_pushcclosure(L, arithmetic, 1);
+        lua_setfield(L, -2, operators[i].event);
+    }
+    lua_pushliteral(L, EXPRESSION);
+    lua_setfield(L, -2, "__metatable");
+    luaL_newmetatable(L, VIEW);
+    luaL_setfuncs(L, view_events, 0);
+    lua_pushliteral(L, VIEW);
+    lua_setfield(L, -2, "__metatable");
+    lua_pop(L, 2);
+}
+
+/* A table whose keys do not keep tables alive. */
+static int weak_table(lua_State *L) {
+    lua_newtable(L);
+    lua_createtable(L, 0, 1);
+    lua_pushliteral(L, "k");
+    lua_setfield(L, -2, "__mode");
+    lua_setmetatable(L, -2);
+    return luaL_ref(L, LUA_REGISTRYINDEX);
+}
+
+static void count_steps(lua_State *L, lua_Debug *where) {
+    if (++script_of(L)->checks < CHECKS_BOUND)
+        return;
+    lua_getinfo(L, "l", where);
+    lua_pushfstring(L, CHUNK ":%d: more than %d million steps to read the model, a loop has no end?",
+                    where->currentline, STEPS_BETWEEN_CHECKS / 1000000 * CHECKS_BOUND);
+    lua_error(L);
+}
+
+/* ---- protected calls ---- */
+
+static void *allocate(void *context, void *data, size_t old, size_t size) {
+    return pool_resize(context, data, data ? old : 0, size);
+}
+
+/* memory.fail while Lua runs. */
+static void fail_in_lua(void *context) {
+    struct script *script = context;
+    script->is_short_of_memory = true;
+    lua_pushnil(script->L);
+    lua_error(script->L);
+}
+
+/* Splits "model:LINE: text" into place and text. */
+static void report(struct script *script, const char *text) {
+    struct place place = {.file = script->file};
+    size_t lead = strlen(CHUNK ":");
+    if (strncmp(text, CHUNK ":", lead) == 0) {
+        char *end;
+        place.line = (int)strtol(text + lead, &end, 10);
+        text = strncmp(end, ": ", 2) == 0 ? end + 2 : end;
+    }
+    complain(script->messages, place, "%s", text);
+}
+
+struct job {
+    struct script *script;
+    const struct value *function;
+    struct value *result;
+};
+
+static bool run_protected(struct job *job, lua_CFunction function) {
+    struct script *script = job->script;
+    struct memory *memory = script->memory;
+    void (*fail)(void *) = memory->fail;
+    void *context = memory->context;
+    memory->fail = fail_in_lua;
+    memory->context = script;
+    lua_pushcfunction(script->L, function);
+    lua_pushlightuserdata(script->L, job);
+    int status = lua_pcall(script->L, 1, 0, 0);
+    memory->fail = fail;
+    memory->context = context;
+    if (status == LUA_OK)
+        return true;
+    if (script->pool.is_over_bound)
+        complain(script->messages, (struct place){.file = script->file},
+                 "more than %d MB of memory to read the model", (int)(memory_bound >> 20));
+    else if (script->is_short_of_memory || status == LUA_ERRMEM)
+        memory->fail(memory->context);
+    else if (lua_type(script->L, -1) == LUA_TSTRING)
+        report(script, lua_tostring(script->L, -1));
+    else
+        report(script, "the model raised an error that is no text");
+    lua_settop(script->L, 0);
+    return false;
+}
+
+static struct job *job_of(lua_State *L) {
+    struct job *job = lua_touserdata(L, 1);
+    lua_settop(L, 0);
+    return job;
+}
+
+/* Pushes the compiled source; the source as written goes first, so that syntax errors show it. (-0, +1) */
+static void load_source(lua_State *L, struct script *script) {
+    if (luaL_loadbufferx(L, script->source, script->source_length, "=" CHUNK, "t") != LUA_OK)
+        lua_error(L);
+    lua_pop(L, 1);
+    mark_tables(script->memory, script->messages, script->file, script->source, script->source_length,
+                &script->lines);
+    if (luaL_loadbufferx(L, script->lines.text, script->lines.length, "=" CHUNK, "t") != LUA_OK)
+        lua_error(L);
+}
+
+static int run_file(lua_State *L) {
+    struct job *job = job_of(L);
+    struct script *script = job->script;
+    open_libraries(L);
+    make_metatables(L);
+    script->marks = weak_table(L);
+    script->tags = weak_table(L);
+    push_module(L);
+    guard_math(L, 1);
+    lua_pushcclosure(L, require_module, 1);
+    lua_setglobal(L, "require");
+    lua_pushcfunction(L, mark_table);
+    lua_setglobal(L, TABLE_MARK);
+    load_source(L, script);
+    lua_sethook(L, count_steps, LUA_MASKCOUNT, STEPS_BETWEEN_CHECKS);
+    lua_call(L, 0, 1);
+    convert(L, -1, (struct place){.file = script->file}, 0, &script->result);
+    return 0;
+}
+
+static int run_function(lua_State *L) {
+    struct job *job = job_of(L);
+    lua_rawgeti(L, LUA_REGISTRYINDEX, job->function->function);
+    push_view(L, (struct view){.kind = VIEW_STATE});
+    lua_call(L, 1, 1);
+    convert(L, -1, job->function->place, 0, job->result);
+    return 0;
+}
+
+/* ---- what the rest of the reader calls ---- */
+
+/* Reads all of `file` into the script; false when memory is short. */
+static bool read_text(struct script *script, FILE *file) {
+    char *text = NULL;
+    size_t length = 0, room = 0;
+    do {
+        if (length == room) {
+            size_t larger = room ? 2 * room : (size_t)1 << 14;
+            char *grown = memory_try(script->memory, larger);
+            if (!grown)
+                return false;
+            if (room)
+                memcpy(grown, text, length);
+            text = grown;
+            room = larger;
+        }
+        length += fread(text + length, 1, room - length, file);
+    } while (length == room);
+    script->source = text;
+    script->source_length = length;
+    return true;
+}
+
+static bool read_source(struct script *script) {
+    FILE *file = fopen(script->file, "rb");
+    bool is_taken = !file || read_text(script, file);
+    bool is_read = file && !ferror(file);
+    int reason = errno;
+    if (file)
+        fclose(file);
+    if (!is_taken)
+        script->memory->fail(script->memory->context);
+    if (!is_read)
+        complain(script->messages, (struct place){.file = script->file}, "cannot be read: %s",
+                 strerror(reason));
+    return is_read;
+}
+
+struct script *script_open(struct memory *memory, struct graph *graph, const struct read_request *request,
+                           struct messages *messages) {
+    struct script *script = memory_get(memory, sizeof *script);
+    *script = (struct script){.memory = memory, .graph = graph, .messages = messages, .file = request->file};
+    script->pool = (struct pool){.memory = memory, .bound = memory_bound};
+    declarations_start(&script->declarations, memory, graph, request, messages);
+    script->names.declarations = &script->declarations;
+    if (!read_source(script))
+        return NULL;
+    script->L = lua_newstate(allocate, &script->pool);
+    if (!script->L)
+        memory->fail(memory->context);
+    *(struct script **)lua_getextraspace(script->L) = script;
+    struct job job = {.script = script};
+    return run_protected(&job, run_file) ? script : NULL;
+}
+
+const struct value *script_result(const struct script *script) {
+    return &script->result;
+}
+
+struct declarations *script_declarations(struct script *script) {
+    return &script->declarations;
+}
+
+struct messages *script_messages(struct script *script) {
+    return script->messages;
+}
+
+void script_set_names(struct script *script, const char *const *coordinates, int coordinate_count,
+                      const char *const *points, int point_count) {
+    script->names.coordinates = coordinates;
+    script->names.coordinate_count = coordinate_count;
+    script->names.points = points;
+    script->names.point_count = point_count;
+}
+
+bool script_call(struct script *script, const struct value *function, struct value *result) {
+    struct job job = {.script = script, .function = function, .result = result};
+    return run_protected(&job, run_function);
+}
+
+void script_close(struct script *script) {
+    if (script->L)
+        lua_close(script->L);
+    script->L = NULL;
+}

@@ -1,0 +1,44 @@
+/*
+ * Lines of the tables in a Lua source.
+ *
+ * Lua forgets where a table was written. The source is rewritten so that each constructor `{...}` becomes
+ * `__at(NUMBER, {...})` (`f{...}` becomes `f(__at(NUMBER, {...}))`), without a line break added, so that the
+ * lines of Lua's own messages stay; `tables[NUMBER]` says where the table and its entries begin. The source
+ * must be free of syntax errors.
+ */
+#ifndef REFDYN_GEN_SOURCE_LINES_H
+#define REFDYN_GEN_SOURCE_LINES_H
+
+#include "memory.h"
+#include "message.h"
+
+#define TABLE_MARK "__at"
+
+/* An entry of a constructor: `name = ...`, or the list item `index` (from 1) when name is NULL. */
+struct table_entry {
+    const char *name;
+    int index;
+    int line;
+};
+
+struct table_source {
+    int line;
+    struct table_entry *entries;
+    int count, capacity;
+};
+
+struct source_lines {
+    struct table_source *tables;
+    int count, capacity;
+    char *text; /* the rewritten source */
+    size_t length;
+};
+
+/* A name given twice in one constructor is complained about: Lua would silently take the last. */
+void mark_tables(struct memory *memory, struct messages *messages, const char *file, const char *source,
+                 size_t length, struct source_lines *lines);
+/* Line of entry `name`, or of list item `index` when name is NULL, in table number `table`; 0 when unknown.
+ */
+int entry_line(const struct source_lines *lines, int table, const char *name, int index);
+
+#endif

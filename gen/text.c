@@ -1,0 +1,49 @@
+/* Growing text: see text.h. */
+#include "text.h"
+#include "memory.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static void reserve(struct text *text, size_t more) {
+    const size_t needed = text->length + more + 1;
+    if (needed <= text->capacity)
+        return;
+    size_t capacity = text->capacity ? 2 * text->capacity : 4096;
+    while (capacity < needed)
+        capacity *= 2;
+    text->data = memory_grow(text->memory, text->data, text->length, capacity);
+    text->capacity = capacity;
+}
+
+void text_add(struct text *text, const char *format, ...) {
+    va_list list;
+    va_start(list, format);
+    const int length = vsnprintf(NULL, 0, format, list);
+    va_end(list);
+    reserve(text, (size_t)length);
+    va_start(list, format);
+    vsnprintf(text->data + text->length, (size_t)length + 1, format, list);
+    va_end(list);
+    for (size_t i = text->length; i < text->length + (size_t)length; i++)
+        if (text->data[i] == '\n')
+            text->line_start = i + 1;
+    text->length += (size_t)length;
+}
+
+size_t text_column(const struct text *text) {
+    return text->length - text->line_start;
+}
+
+const char *number_text(double value, char buffer[32]) {
+    for (int digits = 15; digits <= 17; digits++) {
+        snprintf(buffer, 32, "%.*g", digits, value);
+        if (strtod(buffer, NULL) == value)
+            break;
+    }
+    if (!strpbrk(buffer, ".en"))
+        strcat(buffer, ".0");
+    return buffer;
+}

@@ -1,0 +1,140 @@
+/* Names to symbols: see view.h. */
+#include "view.h"
+
+#include <string.h>
+
+static int index_of(const char *name, const char *const *names, int count) {
+    for (int i = 0; i < count; i++)
+        if (strcmp(names[i], name) == 0)
+            return i;
+    return -1;
+}
+
+static struct view_result no_field(const struct view_names *names, const char *path, const char *field,
+                                   const char *kind, const char *const *known, int count) {
+    const char *nearest = nearest_name(field, known, count);
+    struct memory *memory = names->declarations->memory;
+    const char *list = "";
+    for (int i = 0; i < count && i < 20; i++)
+        list = memory_format(memory, "%s %s", list, known[i]);
+    const char *fault = nearest ? memory_format(memory, "%s.%s: unknown %s, the nearest known one is \"%s\"",
+                                                path, field, kind, nearest)
+                                : memory_format(memory, "%s.%s: unknown %s, known:%s", path, field, kind,
+                                                count > 0 ? list : " none");
+    return (struct view_result){.fault = fault};
+}
+
+static struct view_result no_acceleration(void) {
+    return (struct view_result){.fault = "s.start: has no accelerations, the state at the start is q and qd"};
+}
+
+static struct view_result found(const struct view_names *names, const struct view *view, expression e) {
+    if (view->at_start)
+        e = symbol(names->declarations->graph, SYMBOL_START, (int)e, 0);
+    return (struct view_result){.expression = e};
+}
+
+static struct view_result state_field(const struct view_names *names, struct view view, const char *field) {
+    static const char *const known[] = {"t", "q", "qd", "qdd", "points", "inputs", "start"};
+    struct view inner = {.at_start = view.at_start};
+    switch (index_of(field, known, 7)) {
+    case 0:
+        return found(names, &view, symbol(names->declarations->graph, SYMBOL_TIME, 0, 0));
+    case 1:
+    case 2:
+    case 3:
+        inner.kind = VIEW_COORDINATES;
+        inner.order = (int)strlen(field) - 1;
+        if (inner.at_start && inner.order == 2)
+            return no_acceleration();
+        break;
+    case 4:
+        inner.kind = VIEW_POINTS;
+        break;
+    case 5:
+        inner.kind = VIEW_INPUTS;
+        break;
+    case 6:
+        inner.kind = VIEW_STATE;
+        inner.at_start = true;
+        break;
+    default:
+        return no_field(names, "s", field, "field", known, 7);
+    }
+    return (struct view_result){.is_view = true, .view = inner};
+}
+
+static struct view_result coordinate_field(const struct view_names *names, struct view view,
+                                           const char *field) {
+    static const char *const paths[] = {"s.q", "s.qd", "s.qdd"};
+    int index = index_of(field, names->coordinates, names->coordinate_count);
+    if (index < 0)
+        return no_field(names, paths[view.order], field, "coordinate", names->coordinates,
+                        names->coordinate_count);
+    return found(names, &view, symbol(names->declarations->graph, SYMBOL_COORDINATE, index, view.order));
+}
+
+static struct view_result points_field(const struct view_names *names, struct view view, const char *field) {
+    int index = index_of(field, names->points, names->point_count);
+    if (index < 0)
+        return no_field(names, "s.points", field, "point", names->points, names->point_count);
+    view.kind = VIEW_POINT;
+    view.index = index;
+    return (struct view_result){.is_view = true, .view = view};
+}
+
+static struct view_result point_field(const struct view_names *names, struct view view, const char *field) {
+    static const char *const known[] = {"x", "y", "z", "xd", "yd", "zd", "xdd", "ydd", "zdd"};
+    int component = index_of(field, known, 9);
+    if (component < 0) {
+        const char *path =
+            memory_format(names->declarations->memory, "s.points.%s", names->points[view.index]);
+        return no_field(names, path, field, "field", known, 9);
+    }
+    if (view.at_start && component / 3 == 2)
+        return no_acceleration();
+    return found(
+        names, &view,
+        symbol(names->declarations->graph, SYMBOL_POINT, 3 * view.index + component % 3, component / 3));
+}
+
+static struct view_result parameter_field(const struct view_names *names, const char *field) {
+    const struct declarations *declarations = names->declarations;
+    int count = declarations->parameter_count;
+    const char **known = memory_get(declarations->memory, ((size_t)count + 1) * sizeof *known);
+    for (int i = 0; i < count; i++)
+        known[i] = declarations->parameters[i].name;
+    int index = index_of(field, known, count);
+    if (index < 0)
+        return no_field(names, "p", field, "parameter", known, count);
+    return (struct view_result){.expression = parameter_expression(declarations, index)};
+}
+
+static struct view_result input_field(const struct view_names *names, struct view view, const char *field) {
+    const struct declarations *declarations = names->declarations;
+    int count = declarations->input_count;
+    const char **known = memory_get(declarations->memory, ((size_t)count + 1) * sizeof *known);
+    for (int i = 0; i < count; i++)
+        known[i] = declarations->inputs[i].name;
+    int index = index_of(field, known, count);
+    if (index < 0)
+        return no_field(names, "s.inputs", field, "input", known, count);
+    return found(names, &view, symbol(declarations->graph, SYMBOL_INPUT, index, 0));
+}
+
+struct view_result view_field(const struct view_names *names, struct view view, const char *field) {
+    switch (view.kind) {
+    case VIEW_PARAMETERS:
+        return parameter_field(names, field);
+    case VIEW_STATE:
+        return state_field(names, view, field);
+    case VIEW_COORDINATES:
+        return coordinate_field(names, view, field);
+    case VIEW_POINTS:
+        return points_field(names, view, field);
+    case VIEW_POINT:
+        return point_field(names, view, field);
+    default:
+        return input_field(names, view, field);
+    }
+}

@@ -1,0 +1,19 @@
+/* Formulas that model files call by name: courses in time and sections of beams. */
+#ifndef REFDYN_GEN_VOCABULARY_H
+#define REFDYN_GEN_VOCABULARY_H
+
+#include "graph.h"
+
+/* 0 before t0, 1 after t1, (1 - cos) / 2 between. */
+expression ramp(struct graph *g, expression t, expression t0, expression t1);
+/* 0 before t0, 1 after t1, 3 c^2 - 2 c^3 between. */
+expression smoothstep(struct graph *g, expression t, expression t0, expression t1);
+
+struct section {
+    expression area, Iy, Iz, It; /* [m^2, m^4] */
+};
+
+struct section round_section(struct graph *g, expression diameter);
+struct section tube_section(struct graph *g, expression outer, expression inner);
+
+#endif

@@ -1,0 +1,22 @@
+# What `cmake --install` installs: the program, the runtime library with its headers, and the files by which
+# other projects find it: find_package(refdyn) gives the target refdyn::runtime, pkg-config the package refdyn.
+include(CMakePackageConfigHelpers)
+set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/refdyn)
+
+if(TARGET refdyn)
+    install(TARGETS refdyn)
+endif()
+if(TARGET refdyn_runtime)
+    install(TARGETS refdyn_runtime EXPORT refdyn)
+    install(EXPORT refdyn NAMESPACE refdyn:: FILE refdynConfig.cmake DESTINATION ${package_folder})
+endif()
+install(FILES ${runtime_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/refdyn)
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
+
+write_basic_package_version_file(${CMAKE_BINARY_DIR}/refdynConfigVersion.cmake COMPATIBILITY SameMinorVersion)
+install(FILES ${CMAKE_BINARY_DIR}/refdynConfigVersion.cmake DESTINATION ${package_folder})
+
+# The prefix follows from where refdyn.pc lies, so that an installed tree can be moved.
+file(RELATIVE_PATH prefix_from_pc /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+configure_file(runtime/refdyn.pc.in refdyn.pc @ONLY)
+install(FILES ${CMAKE_BINARY_DIR}/refdyn.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)

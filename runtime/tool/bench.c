@@ -1,0 +1,190 @@
+/* `refdyn bench`: time and operations of each emitted quantity, and what generating and compiling took. */
+#include "commands.h"
+#include "output.h"
+#include "timing.h"
+
+#include <stddef.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { BATCHES = 41, LOW_BATCH = 4, HIGH_BATCH = 36 /* of the sorted batches: one tenth and nine tenths */ };
+
+static const double batch_seconds =
+    5e-4; /* long against the clock's resolution, short against a time slice */
+
+struct quantity {
+    const char *name;
+    size_t offset; /* of its function in struct refdyn_model */
+};
+
+#define QUANTITY(name) \
+    { #name, offsetof(struct refdyn_model, name) }
+
+static const struct quantity quantities[] = {
+    QUANTITY(M),        QUANTITY(h),   QUANTITY(Q),      QUANTITY(u),        QUANTITY(v),
+    QUANTITY(phi),      QUANTITY(psi), QUANTITY(k),      QUANTITY(r),        QUANTITY(rd),
+    QUANTITY(C),        QUANTITY(d),   QUANTITY(energy), QUANTITY(power),    QUANTITY(Q_q),
+    QUANTITY(qdd_free), QUANTITY(qdd), QUANTITY(force),  QUANTITY(equations)};
+
+enum { QUANTITY_COUNT = sizeof quantities / sizeof quantities[0] };
+
+/* What is measured: an emitted function, or the runtime's accelerations when `function` is NULL. */
+struct subject {
+    refdyn_function *function;
+    struct scene *scene;
+    double *out;
+};
+
+static void call(const struct subject *subject, long times) {
+    struct scene *scene = subject->scene;
+    const struct refdyn_workspace *work = &scene->work;
+    for (long i = 0; i < times && subject->function; i++)
+        subject->function(work->p, work->x, scene->state.t, scene->q, scene->qd, subject->out);
+    for (long i = 0; i < times && !subject->function; i++)
+        refdyn_accelerate(&scene->work, scene->state.t, scene->q, scene->qd, REFDYN_BAUMGARTE, subject->out);
+}
+
+static double timed(const struct subject *subject, long times) {
+    double start = cpu_seconds();
+    call(subject, times);
+    return cpu_seconds() - start;
+}
+
+static int by_size(const void *a, const void *b) {
+    double x = *(const double *)a, y = *(const double *)b;
+    return (x > y) - (x < y);
+}
+
+/* Nanoseconds a call of each batch, sorted. */
+static void measure(const struct subject *subject, double ns[static BATCHES]) {
+    long times = 1;
+    while (timed(subject, times) < batch_seconds)
+        times *= 2;
+    for (int i = 0; i < BATCHES; i++)
+        ns[i] = 1e9 * timed(subject, times) / (double)times;
+    qsort(ns, BATCHES, sizeof *ns, by_size);
+}
+
+static void print_quantity(FILE *out, const char *name, const struct subject *subject,
+                           const struct operation_count *count) {
+    struct document document = {.out = out, .one_line = true};
+    double ns[BATCHES];
+    measure(subject, ns);
+    put_open(&document, NULL, '{');
+    put_text(&document, "quantity", name);
+    put_whole(&document, "n", subject->scene->model->n);
+    if (count) {
+        put_whole(&document, "adds", count->adds);
+        put_whole(&document, "muls", count->muls);
+        put_whole(&document, "divs", count->divs);
+        put_whole(&document, "funcs", count->functions);
+        put_whole(&document, "bytes", count->bytes);
+    }
+    put_number(&document, "ns", ns[BATCHES / 2]);
+    put_number(&document, "ns_low", ns[LOW_BATCH]);
+    put_number(&document, "ns_high", ns[HIGH_BATCH]);
+    put_close(&document, '}');
+}
+
+static const struct operation_count *find_count(const struct operation_count *counts, int count,
+                                                const char *name) {
+    for (int i = 0; i < count; i++)
+        if (strcmp(counts[i].quantity, name) == 0)
+            return &counts[i];
+    return NULL;
+}
+
+static refdyn_function *function_of(const struct refdyn_model *model, const struct quantity *quantity) {
+    refdyn_function *function;
+    memcpy(&function, (const char *)model + quantity->offset, sizeof function);
+    return function;
+}
+
+/* A state without symmetry near the initial one, the same on every run: fractions of multiples of the golden
+ * ratio. */
+static void disturb(struct scene *scene) {
+    const double golden = 0.6180339887498949, angle = 0.1, rate = 0.5; /* rad or m; rad/s or m/s */
+    double part = 0.2385;
+    for (int i = 0; i < 2 * scene->model->n; i++) {
+        part += golden;
+        part -= (double)(long)part;
+        if (i < scene->model->n)
+            scene->q[i] += angle * (part - 0.5);
+        else
+            scene->qd[i - scene->model->n] += rate * (part - 0.5);
+    }
+    scene->state.t = 2.385;
+}
+
+/* Room for the largest result: the equations, the points' columns, the tangent. */
+static double *result_room(const struct refdyn_model *model) {
+    size_t n = (size_t)model->n, m = (size_t)model->m, points = (size_t)model->point_count;
+    return allocate(n * (n + 1) + m * (n + 4) + 3 * points * n + 3 * points + 2 * n + 2, sizeof(double));
+}
+
+static void print_quantities(struct scene *scene, FILE *out) {
+    const struct operation_count *counts;
+    int count = gen_counts(&scene->generation, &counts);
+    struct subject subject = {.scene = scene, .out = result_room(scene->model)};
+    for (int i = 0; i < QUANTITY_COUNT; i++) {
+        bool is_qdd = strcmp(quantities[i].name, "qdd") == 0;
+        subject.function = function_of(scene->model, &quantities[i]);
+        if (subject.function || is_qdd)
+            print_quantity(out, quantities[i].name, &subject, find_count(counts, count, quantities[i].name));
+    }
+    free(subject.out);
+}
+
+/* The same model generated once more, timed, and compiled in a folder of its own. */
+static enum status print_build(const struct options *options, FILE *out) {
+    struct scene scene = {.is_read = false};
+    struct build_cost cost = {.seconds = 0};
+    double start = wall_seconds();
+    long source_bytes = 0;
+    enum status status = scene_read(&scene, options);
+    if (status == STATUS_DONE && gen_plan(&scene.generation, NULL) != GEN_OK)
+        status = STATUS_FAULT;
+    const struct emitted_file *files = status == STATUS_DONE ? gen_files(&scene.generation) : NULL;
+    int count = files ? gen_file_count(&scene.generation) : 0;
+    double gen_seconds = wall_seconds() - start;
+    for (int i = 0; i < count; i++)
+        source_bytes += (long)files[i].length;
+    if (status == STATUS_DONE && !compile_measure(files, count, &cost))
+        status = STATUS_FAULT;
+    scene_close(&scene);
+    if (status != STATUS_DONE)
+        return status;
+    struct document document = {.out = out, .one_line = true};
+    put_open(&document, NULL, '{');
+    put_text(&document, "quantity", "build");
+    put_number(&document, "gen_s", gen_seconds);
+    put_number(&document, "cc_s", cost.seconds);
+    put_whole(&document, "source_bytes", source_bytes);
+    put_whole(&document, "object_bytes", cost.object_bytes);
+    put_whole(&document, "peak_kb", cost.peak_kb);
+    put_close(&document, '}');
+    return STATUS_DONE;
+}
+
+static enum status bench(struct scene *scene, const struct options *options) {
+    struct output output;
+    if (!output_open(&output, options->output))
+        return STATUS_FAULT;
+    disturb(scene);
+    print_quantities(scene, output.file);
+    enum status status = print_build(options, output.file);
+    if (status == STATUS_DONE)
+        return output_close(&output) ? STATUS_DONE : STATUS_FAULT;
+    output_keep_part(&output);
+    output_release(&output);
+    return status;
+}
+
+enum status run_bench(const struct options *options) {
+    struct scene scene;
+    enum status status = scene_open(&scene, options, NEEDS_ALL, NULL);
+    if (status == STATUS_DONE)
+        status = bench(&scene, options);
+    scene_close(&scene);
+    return status;
+}

@@ -1,0 +1,239 @@
+/* One build of emitted C: see build.h. No shell is involved, so any path will do. */
+#include "build.h"
+#include "output.h"
+#include "process.h"
+#include "timing.h"
+
+#include <dirent.h>
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+enum { PROCESSES = 2, FIXED_WORDS = 16 };
+
+/*
+ * -ffp-contract=off: a multiplication and an addition are two roundings on every machine and with every
+ * compiler, as in the generator's interpreter. -fno-math-errno: sqrt is one instruction; nothing reads errno.
+ * Neither -ffast-math nor -march=native: the first changes results, the second breaks a cache that two
+ * machines share.
+ */
+const char *const compile_flags[] = {"-std=c11",        "-O2", "-fPIC", "-ffp-contract=off",
+                                     "-fno-math-errno", NULL};
+
+/* The file of a program as PATH finds it; the name itself when it does not. */
+static char *find_program(const char *name) {
+    const char *path = getenv("PATH");
+    while (path && *path && !strchr(name, '/')) {
+        size_t length = strcspn(path, ":");
+        char *file = text_format("%.*s/%s", (int)length, path, name);
+        if (access(file, X_OK) == 0)
+            return file;
+        free(file);
+        path += length + (path[length] == ':');
+    }
+    return text_format("%s", name);
+}
+
+/* $CC is a program's file, blanks included, or a command of words apart by blanks ("ccache gcc"). */
+bool toolchain_find(struct toolchain *chain) {
+    const char *command = getenv("CC");
+    if (!command || command[strspn(command, " ")] == '\0')
+        command = "cc";
+    chain->text = text_format("%s", command);
+    chain->words = allocate(strlen(command) / 2 + 2, sizeof *chain->words);
+    chain->word_count = 0;
+    if (strchr(command, '/') && access(command, X_OK) == 0) {
+        chain->words[chain->word_count++] = chain->text;
+    } else {
+        char *rest = NULL;
+        for (char *word = strtok_r(chain->text, " ", &rest); word; word = strtok_r(NULL, " ", &rest))
+            chain->words[chain->word_count++] = word;
+    }
+    chain->program = find_program(chain->words[0]);
+    if (access(chain->program, X_OK) == 0)
+        return true;
+    fprintf(stderr, "refdyn: no C compiler '%s' is installed; $CC names another one\n", chain->words[0]);
+    toolchain_release(chain);
+    return false;
+}
+
+void toolchain_release(struct toolchain *chain) {
+    free(chain->program);
+    free(chain->words);
+    free(chain->text);
+}
+
+bool build_start(struct build *build, const char *parent) {
+    build->folder = text_format("%s/build-XXXXXX", parent);
+    build->library = NULL;
+    if (mkdtemp(build->folder))
+        return true;
+    fprintf(stderr, "refdyn: %s: cannot make a folder to compile in: %s\n", build->folder, strerror(errno));
+    free(build->folder);
+    return false;
+}
+
+static bool write_text(const char *folder, const char *name, const char *text, size_t length) {
+    char *path = text_format("%s/%s", folder, name);
+    FILE *file = fopen(path, "w");
+    bool is_good = file && fwrite(text, 1, length, file) == length;
+    is_good = file && fclose(file) == 0 && is_good;
+    if (!is_good)
+        fprintf(stderr, "refdyn: %s: cannot be written: %s\n", path, strerror(errno));
+    free(path);
+    return is_good;
+}
+
+/* One run of the compiler: the words of $CC, flags, then what it is to do. */
+struct job {
+    const char **argv;
+    int argc;
+    char *source, *object, *log;
+};
+
+static void add_word(struct job *job, const char *word) {
+    job->argv[job->argc++] = word;
+}
+
+static void start_job(struct job *job, const struct toolchain *chain, int extra) {
+    job->argv = allocate((size_t)(chain->word_count + FIXED_WORDS + extra), sizeof *job->argv);
+    job->argc = 0;
+    for (int i = 0; i < chain->word_count; i++)
+        add_word(job, chain->words[i]);
+}
+
+static void object_job(struct job *job, const struct toolchain *chain, const char *folder, const char *name) {
+    start_job(job, chain, 0);
+    job->source = text_format("%s/%s", folder, name);
+    job->object = text_format("%s/%.*s.o", folder, (int)strlen(name) - 2, name);
+    job->log = text_format("%s.log", job->object);
+    for (const char *const *flag = compile_flags; *flag; flag++)
+        add_word(job, *flag);
+    add_word(job, "-c");
+    add_word(job, job->source);
+    add_word(job, "-o");
+    add_word(job, job->object);
+}
+
+static void link_job(struct job *job, const struct toolchain *chain, const struct build *build,
+                     const struct job *objects, int count) {
+    start_job(job, chain, count);
+    job->source = job->object = NULL;
+    job->log = text_format("%s.log", build->library);
+    add_word(job, "-shared");
+    for (int i = 0; i < count; i++)
+        add_word(job, objects[i].object);
+    add_word(job, "-o");
+    add_word(job, build->library);
+    add_word(job, "-lm");
+}
+
+static void release_job(struct job *job) {
+    free(job->log);
+    free(job->object);
+    free(job->source);
+    free(job->argv);
+}
+
+static void show_log(const struct job *job) {
+    FILE *file = fopen(job->log, "r");
+    fputs("refdyn: the compiler failed:", stderr);
+    for (int i = 0; i < job->argc; i++)
+        fprintf(stderr, " %s", job->argv[i]);
+    fputc('\n', stderr);
+    for (int c; file && (c = getc(file)) != EOF;)
+        fputc(c, stderr);
+    if (file)
+        fclose(file);
+}
+
+/* Runs all jobs, PROCESSES at a time; after a failure no new one is started. Returns whether all went well.
+ */
+static bool run_jobs(const struct job *jobs, int count, long *peak_kb) {
+    struct process running[PROCESSES] = {{.pid = 0}};
+    const struct job *of[PROCESSES] = {NULL};
+    bool is_good = true;
+    for (int next = 0, active = 0; active > 0 || (is_good && next < count);) {
+        while (is_good && next < count && active < PROCESSES) {
+            int free_place = running[0].pid == 0 ? 0 : 1;
+            of[free_place] = &jobs[next++];
+            is_good = process_start(&running[free_place], of[free_place]->argv, NULL, of[free_place]->log,
+                                    NULL) == 0;
+            active += is_good;
+        }
+        int done = active ? process_wait(running, PROCESSES) : -1;
+        if (done < 0)
+            break;
+        active--;
+        if (running[done].result != 0) {
+            show_log(of[done]);
+            is_good = false;
+        }
+        if (running[done].peak_kb > *peak_kb)
+            *peak_kb = running[done].peak_kb;
+    }
+    return is_good;
+}
+
+static long file_size(const char *path) {
+    struct stat status;
+    return stat(path, &status) == 0 ? (long)status.st_size : 0;
+}
+
+static bool compile_and_link(struct build *build, const struct toolchain *chain, struct job *jobs, int count,
+                             struct build_cost *cost) {
+    struct job link;
+    double start = wall_seconds();
+    if (!run_jobs(jobs, count, &cost->peak_kb))
+        return false;
+    link_job(&link, chain, build, jobs, count);
+    bool is_good = run_jobs(&link, 1, &cost->peak_kb);
+    release_job(&link);
+    cost->seconds = wall_seconds() - start;
+    for (int i = 0; i < count; i++)
+        cost->object_bytes += file_size(jobs[i].object);
+    return is_good;
+}
+
+static bool is_source(const char *name) {
+    size_t length = strlen(name);
+    return length > 2 && strcmp(name + length - 2, ".c") == 0;
+}
+
+bool build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,
+               int count, struct build_cost *cost) {
+    struct build_cost own = {.seconds = 0};
+    struct job *jobs = allocate((size_t)count, sizeof *jobs);
+    int job_count = 0;
+    bool is_good = write_text(build->folder, "refdyn_model.h", refdyn_model_header, refdyn_model_header_size);
+    build->library = text_format("%s/model.so", build->folder);
+    for (int i = 0; i < count && is_good; i++) {
+        is_good = write_text(build->folder, files[i].name, files[i].text, files[i].length);
+        if (is_good && is_source(files[i].name))
+            object_job(&jobs[job_count++], chain, build->folder, files[i].name);
+    }
+    is_good = is_good && compile_and_link(build, chain, jobs, job_count, &own);
+    if (cost)
+        *cost = own;
+    for (int i = 0; i < job_count; i++)
+        release_job(&jobs[i]);
+    free(jobs);
+    return is_good;
+}
+
+void build_release(struct build *build) {
+    DIR *folder = opendir(build->folder);
+    for (struct dirent *entry; folder && (entry = readdir(folder));) {
+        char *path = text_format("%s/%s", build->folder, entry->d_name);
+        unlink(path); /* fails on . and .., as it should */
+        free(path);
+    }
+    if (folder)
+        closedir(folder);
+    rmdir(build->folder);
+    free(build->library);
+    free(build->folder);
+}

@@ -1,0 +1,40 @@
+/*
+ * One build of emitted C in a folder of its own: files written, objects compiled two at a time, linked.
+ */
+#ifndef REFDYN_TOOL_BUILD_H
+#define REFDYN_TOOL_BUILD_H
+
+#include "compile.h"
+
+#include <stddef.h>
+
+/* The text of runtime/refdyn_model.h, put in at build time. */
+extern const char refdyn_model_header[];
+extern const size_t refdyn_model_header_size;
+
+/* What every object is compiled with; ends with NULL. */
+extern const char *const compile_flags[];
+
+/* $CC: its words and the program's file. */
+struct toolchain {
+    char *text; /* the words lie in it */
+    char *program;
+    const char **words;
+    int word_count;
+};
+
+bool toolchain_find(struct toolchain *chain);
+void toolchain_release(struct toolchain *chain);
+
+struct build {
+    char *folder;  /* made by build_start, removed with all that is in it by build_release */
+    char *library; /* the linked library in it */
+};
+
+bool build_start(struct build *build, const char *parent);
+/* Complains on stderr, with the compiler's own output, and returns false when it fails. cost may be NULL. */
+bool build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,
+               int count, struct build_cost *cost);
+void build_release(struct build *build);
+
+#endif

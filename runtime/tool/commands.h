@@ -1,0 +1,37 @@
+/*
+ * The commands of `refdyn`, one file each, and what several of them need.
+ */
+#ifndef REFDYN_TOOL_COMMANDS_H
+#define REFDYN_TOOL_COMMANDS_H
+
+#include "options.h"
+#include "scene.h"
+
+enum status run_gen(const struct options *options);
+enum status run_check(const struct options *options);
+enum status run_eval(const struct options *options);
+enum status run_statics(const struct options *options);
+enum status run_sim(const struct options *options);
+enum status run_plot(const struct options *options);
+enum status run_bench(const struct options *options);
+enum status run_report(const struct options *options);
+
+/* Says on stderr which status of the runtime came at which time and state; returns STATUS_NUMBERS. */
+enum status numbers_failed(const struct scene *scene, int result, double t, const double *q,
+                           const double *qd);
+
+/*
+ * Equilibrium from the scene's q, with the coordinates of --hold (or the model's); q becomes the equilibrium.
+ * hold_force (n). Complains on stderr when it fails.
+ */
+struct equilibrium {
+    int *held; /* (n) non-zero: held */
+    double *hold_force;
+    double residual; /* largest |Q| of the coordinates not held */
+};
+
+enum status find_equilibrium(struct scene *scene, const struct options *options,
+                             struct equilibrium *equilibrium);
+void equilibrium_release(struct equilibrium *equilibrium);
+
+#endif

@@ -1,0 +1,128 @@
+/* The program `refdyn`: the table of its commands, and the two that need nothing compiled. */
+#include "commands.h"
+
+#include <stdio.h>
+
+const struct command commands[] = {
+    {.name = "gen",
+     .run = run_gen,
+     .operands = "MODEL.lua",
+     .options = "output! emit set fold",
+     .purpose = "write the C code of a model",
+     .help = "Writes NAME.h and NAME.c (more .c files when long) into the folder of -o, and prints what was "
+             "emitted.\n\n"
+             "  refdyn gen models/manipulator.lua -o out\n"
+             "  refdyn gen models/manipulator.lua --set n_rfe=8 --emit qdd -o out\n"},
+    {.name = "check",
+     .run = run_check,
+     .operands = "MODEL.lua",
+     .options = "set fold",
+     .purpose = "read and check a model, and show it",
+     .help = "Prints the tree of links, the coordinates, constraints and parameters.\n\n"
+             "  refdyn check models/manipulator.lua --set n_rfe=1\n"},
+    {.name = "eval",
+     .run = run_eval,
+     .operands = "MODEL.lua",
+     .options = "state output set fold",
+     .purpose = "all quantities of the equations at one state",
+     .help = "Prints one JSON object: M h Q, the rows u v phi psi k, points, accelerations, programme force, "
+             "energy.\n"
+             "Without --state the model's initial state is taken.\n\n"
+             "  refdyn eval models/manipulator.lua --state state.json\n"},
+    {.name = "statics",
+     .run = run_statics,
+     .operands = "MODEL.lua",
+     .options = "hold output set fold",
+     .purpose = "equilibrium",
+     .help = "Prints JSON: coordinates, q, points, hold_force of the held coordinates, residual.\n\n"
+             "  refdyn statics models/manipulator.lua\n"
+             "  refdyn statics models/manipulator.lua --hold column_psi,arm_psi,effector_z\n"},
+    {.name = "sim",
+     .run = run_sim,
+     .operands = "MODEL.lua",
+     .options = "until! from method step tol every stabilise start hold output summary set fold",
+     .purpose = "one motion, as CSV",
+     .help = "Columns: t, coordinates, rates, points, residuals, energy, programme forces, inputs. A summary "
+             "goes to stderr.\n\n"
+             "  refdyn sim models/manipulator.lua --set n_rfe=1 --until 10 --step 1e-3 -o rigid.csv\n"
+             "  refdyn sim models/manipulator.lua --from statics --until 10 --method rk54 --tol 1e-8 -o "
+             "flexible.csv\n"},
+    {.name = "plot",
+     .run = run_plot,
+     .operands = "RUN.csv...",
+     .options = "output!",
+     .purpose = "figures of motions, as one SVG",
+     .help = "Coordinates, end-effector paths, height and vertical velocity, courses, residuals and energy; "
+             "several runs lie\n"
+             "over each other. Drawn by gnuplot.\n\n"
+             "  refdyn plot rigid.csv flexible.csv -o motion.svg\n"},
+    {.name = "bench",
+     .run = run_bench,
+     .operands = "MODEL.lua",
+     .options = "output set fold",
+     .purpose = "time and operations of each emitted quantity",
+     .help = "One JSON object a line; the last one tells what generating and compiling took.\n\n"
+             "  refdyn bench models/manipulator.lua --set n_rfe=4\n"},
+    {.name = "report",
+     .run = run_report,
+     .operands = "MODEL.lua",
+     .options = "until! output! from steps every vary hold set fold",
+     .purpose = "error against run time, as CSV and SVG",
+     .help =
+         "RK4 over a range of steps with each stabilisation, from a start on the programme, against a "
+         "reference of half\n"
+         "the smallest step. Writes NAME.csv and NAME.svg into the folder of -o.\n\n"
+         "  refdyn report models/manipulator.lua --from statics --until 2 -o out\n"
+         "  refdyn report models/manipulator.lua --until 1 --vary n_rfe=1,2,4 --steps 1e-4,5e-5 -o out\n"},
+    {.name = NULL},
+};
+
+static enum status gen_failed(const struct options *options, const struct generation *generation,
+                              enum gen_status status) {
+    if (status == GEN_NO_MEMORY)
+        fprintf(stderr, "refdyn: %s: out of memory\n", options->operands[0]);
+    if (status == GEN_NOT_WRITTEN && generation->messages.errors == 0)
+        fprintf(stderr, "refdyn: %s: the files could not be written\n", options->output);
+    return STATUS_FAULT;
+}
+
+enum status run_gen(const struct options *options) {
+    struct scene scene = {.is_read = false};
+    enum status status = scene_read(&scene, options);
+    if (status == STATUS_DONE) {
+        struct generation *generation = &scene.generation;
+        int seen = generation->messages.count;
+        enum gen_status result = gen_plan(generation, options->emit);
+        if (result == GEN_OK)
+            result = gen_write(generation, options->output);
+        print_messages(generation, seen);
+        if (result == GEN_OK)
+            gen_print_summary(generation, stdout);
+        else
+            status = gen_failed(options, generation, result);
+    }
+    scene_close(&scene);
+    return status;
+}
+
+enum status run_check(const struct options *options) {
+    struct scene scene = {.is_read = false};
+    enum status status = scene_read(&scene, options);
+    if (status == STATUS_DONE)
+        gen_print_model(&scene.generation, stdout);
+    scene_close(&scene);
+    return status;
+}
+
+int main(int argc, char **argv) {
+    struct options options;
+    enum status status;
+    if (options_read(argc, argv, &options, &status))
+        status = options.command->run(&options);
+    options_release(&options);
+    if (fflush(stdout) != 0) {
+        perror("refdyn: stdout");
+        status = status == STATUS_DONE ? STATUS_FAULT : status;
+    }
+    return (int)status;
+}

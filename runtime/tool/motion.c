@@ -1,0 +1,147 @@
+/* One motion: see motion.h. */
+#include "motion.h"
+#include "output.h"
+#include "timing.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A multiple of --every this near to the end (as a part of --every) is the end. */
+static const double end_slack = 1e-9;
+
+enum { DEFAULT_OUTPUTS = 200, STEPS_PER_LOOK = 64 /* between looks at SIGINT and the clock */ };
+
+volatile sig_atomic_t motion_interrupted;
+
+static void on_interrupt(int number) {
+    (void)number;
+    motion_interrupted = 1;
+}
+
+void motion_catch_interrupt(void) {
+    struct sigaction action = {.sa_handler = on_interrupt,
+                               .sa_flags = (int)SA_RESETHAND}; /* a second one kills */
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGINT, &action, NULL);
+}
+
+static enum status choose_method(const struct options *options, struct refdyn_options *drive) {
+    int method = options->step > 0 ? REFDYN_RK4 : REFDYN_RK54;
+    if (options->method)
+        method = refdyn_method_find(options->method);
+    if (method < 0)
+        return usage_error(options->command, "--method: '%s' is none of rk4, rk54", options->method);
+    *drive = refdyn_options_default((enum refdyn_method)method);
+    if (options->step > 0)
+        drive->step = options->step;
+    if (options->tolerance > 0 && method == REFDYN_RK4)
+        return usage_error(options->command, "--tol is for rk54; rk4 takes --step");
+    if (options->tolerance > 0)
+        drive->tol = options->tolerance;
+    return STATUS_DONE;
+}
+
+const char *const stabilise_names[STABILISE_COUNT] = {
+    [REFDYN_NONE] = "none", [REFDYN_BAUMGARTE] = "baumgarte", [REFDYN_PROJECT] = "project"};
+
+static int find_text(const char *const *names, int count, const char *name) {
+    for (int i = 0; i < count; i++)
+        if (strcmp(names[i], name) == 0)
+            return i;
+    return -1;
+}
+
+enum status motion_options(const struct options *options, struct refdyn_options *drive) {
+    const char *fact;
+    enum status status = choose_method(options, drive);
+    if (status != STATUS_DONE)
+        return status;
+    if (options->stabilise) {
+        int found = find_text(stabilise_names, STABILISE_COUNT, options->stabilise);
+        if (found < 0)
+            return usage_error(options->command, "--stabilise: '%s' is none of none, baumgarte, project",
+                               options->stabilise);
+        drive->stabilise = (enum refdyn_stabilise)found;
+    }
+    if (options->start && strcmp(options->start, "as-is") != 0 && strcmp(options->start, "project") != 0)
+        return usage_error(options->command, "--start: '%s' is none of as-is, project", options->start);
+    drive->project_start = options->start && strcmp(options->start, "project") == 0;
+    drive->balance = 1;
+    if (refdyn_options_validate(drive, &fact) != REFDYN_OK)
+        return usage_error(options->command, "%s", fact);
+    return STATUS_DONE;
+}
+
+const char *motion_state_path(const struct options *options) {
+    const char *from = options->from;
+    return from && strcmp(from, "initial") != 0 && strcmp(from, "statics") != 0 ? from : NULL;
+}
+
+enum status motion_place(struct scene *scene, const struct options *options) {
+    enum status status = STATUS_DONE;
+    if (options->from && strcmp(options->from, "statics") == 0) {
+        struct equilibrium equilibrium;
+        status = find_equilibrium(scene, options, &equilibrium);
+        equilibrium_release(&equilibrium);
+    } else if (options->hold)
+        return usage_error(options->command, "--hold goes with --from statics");
+    refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);
+    return status;
+}
+
+/* Multiples of `every` up to the end, and the end itself. */
+static long count_outputs(const struct motion *motion) {
+    double span = (motion->until - motion->from) / motion->every;
+    return (long)ceil(span - end_slack) + 1;
+}
+
+int motion_start(struct motion *motion, struct scene *scene, const struct refdyn_options *drive, double until,
+                 double every) {
+    double span = until - scene->state.t;
+    *motion =
+        (struct motion){.scene = scene, .from = scene->state.t, .until = until, .started = wall_seconds()};
+    motion->every = every > 0 ? every : span / DEFAULT_OUTPUTS;
+    motion->outputs = count_outputs(motion);
+    size_t size = refdyn_drive_size(scene->model, drive);
+    motion->memory = allocate(1, size);
+    int status = refdyn_drive_init(&motion->drive, &scene->work, drive, motion->memory, size);
+    double begin = cpu_seconds();
+    if (status == REFDYN_OK)
+        status = refdyn_drive_start(&motion->drive, motion->from, scene->q, scene->qd);
+    motion->cpu_s = cpu_seconds() - begin;
+    return status == REFDYN_OK ? refdyn_energy_start(&motion->energy, &motion->drive) : status;
+}
+
+double motion_time(const struct motion *motion, long i) {
+    return i >= motion->outputs - 1 ? motion->until : motion->from + (double)i * motion->every;
+}
+
+static double fraction_done(const struct motion *motion) {
+    return (motion->drive.t - motion->from) / (motion->until - motion->from);
+}
+
+int motion_to(struct motion *motion, long i, struct progress *progress) {
+    double goal = motion_time(motion, i), begin = cpu_seconds();
+    int status = REFDYN_OK, since_look = 0;
+    while (status == REFDYN_OK && motion->drive.t < goal) {
+        status = refdyn_drive_step(&motion->drive, goal);
+        if (++since_look < STEPS_PER_LOOK)
+            continue;
+        since_look = 0;
+        if (progress)
+            progress_show(progress, fraction_done(motion));
+        if (motion_interrupted && status == REFDYN_OK)
+            status = MOTION_INTERRUPTED;
+    }
+    motion->cpu_s += cpu_seconds() - begin;
+    motion->wall_s = wall_seconds() - motion->started;
+    if (status == REFDYN_OK)
+        status = refdyn_energy_add(&motion->energy, &motion->drive);
+    return status == REFDYN_OK && motion_interrupted ? MOTION_INTERRUPTED : status;
+}
+
+void motion_release(struct motion *motion) {
+    free(motion->memory);
+    motion->memory = NULL;
+}

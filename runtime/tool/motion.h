@@ -1,0 +1,48 @@
+/*
+ * One motion of a scene, from its start to its end, output by output: what `sim` and `report` share.
+ */
+#ifndef REFDYN_TOOL_MOTION_H
+#define REFDYN_TOOL_MOTION_H
+
+#include "commands.h"
+#include "progress.h"
+
+#include <signal.h>
+
+enum { MOTION_INTERRUPTED = 1000 /* beside the runtime's statuses */, STABILISE_COUNT = 3 };
+
+/* By enum refdyn_stabilise. */
+extern const char *const stabilise_names[STABILISE_COUNT];
+
+struct motion {
+    struct scene *scene;
+    struct refdyn_drive drive;
+    void *memory;
+    struct refdyn_energy energy;
+    double from, until, every; /* [s] */
+    long outputs;              /* the first one is the start */
+    double cpu_s, wall_s;      /* of integration alone; since the start */
+    double started;
+};
+
+/* Runtime options from --method --step --tol --stabilise --start; complains when they do not go together. */
+enum status motion_options(const struct options *options, struct refdyn_options *drive);
+/* NULL unless --from names a STATE.json. */
+const char *motion_state_path(const struct options *options);
+/* Sets the scene's q, qd and t to the start of the motion that --from tells, and the anchored parameters from
+ * it. */
+enum status motion_place(struct scene *scene, const struct options *options);
+/* Starts at the scene's state. Returns a status of the runtime; motion_release in any case. */
+int motion_start(struct motion *motion, struct scene *scene, const struct refdyn_options *drive, double until,
+                 double every);
+/* Time of output number i, 0 to outputs - 1: a multiple of `every`, or the end. */
+double motion_time(const struct motion *motion, long i);
+/* Goes on to output i; progress may be NULL. Returns a status of the runtime, or MOTION_INTERRUPTED. */
+int motion_to(struct motion *motion, long i, struct progress *progress);
+void motion_release(struct motion *motion);
+
+/* Set by SIGINT once motion_catch_interrupt was called. */
+extern volatile sig_atomic_t motion_interrupted;
+void motion_catch_interrupt(void);
+
+#endif

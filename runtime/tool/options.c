@@ -1,0 +1,295 @@
+/* The command line of `refdyn`: see options.h. One table of options; each command names those that it knows.
+ */
+#include "options.h"
+#include "message.h"
+
+#include <errno.h>
+#include <getopt.h>
+#include <math.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum kind { KIND_FLAG, KIND_TEXT, KIND_POSITIVE, KIND_SETTING, KIND_HELP };
+
+struct rule {
+    const char *name, *argument;
+    enum kind kind;
+    size_t offset; /* of the field in struct options */
+    const char *help;
+};
+
+#define FIELD(name) offsetof(struct options, name)
+
+static const struct rule rules[] = {
+    {"output", "FILE", KIND_TEXT, FIELD(output), "where results go (short: -o; default: stdout)"},
+    {"emit", "M,h,...", KIND_TEXT, FIELD(emit), "emit these quantities only"},
+    {"state", "STATE.json", KIND_TEXT, FIELD(state),
+     "t, q, qd, inputs, parameters; what is left out is the model's"},
+    {"until", "T", KIND_POSITIVE, FIELD(until), "end of the motion [s]"},
+    {"method", "NAME", KIND_TEXT, FIELD(method), "rk4 (default with --step) or rk54 (default without)"},
+    {"step", "H", KIND_POSITIVE, FIELD(step), "step size [s]"},
+    {"tol", "TOL", KIND_POSITIVE, FIELD(tolerance), "error of a step of rk54 [rad, m] (default 1e-6)"},
+    {"every", "DT", KIND_POSITIVE, FIELD(every), "time between outputs [s] (default T/200)"},
+    {"from", "WHERE", KIND_TEXT, FIELD(from), "initial (default), statics, or a STATE.json"},
+    {"stabilise", "HOW", KIND_TEXT, FIELD(stabilise),
+     "none, baumgarte (default with rk4) or project (default with rk54)"},
+    {"start", "HOW", KIND_TEXT, FIELD(start), "as-is (default) or project: moved onto the programme first"},
+    {"hold", "a,b", KIND_TEXT, FIELD(hold),
+     "coordinates held in statics, instead of the model's ('' frees all)"},
+    {"summary", "FILE.json", KIND_TEXT, FIELD(summary), "the summary as JSON"},
+    {"steps", "a,b,c", KIND_TEXT, FIELD(steps),
+     "step sizes to try [s] (default: from the largest stable one downward)"},
+    {"vary", "OPTION=V1,V2", KIND_TEXT, FIELD(vary),
+     "repeat the study for these values of a structural option"},
+    {"set", "NAME=VALUE", KIND_SETTING, 0, "set an option or a parameter of the model (repeatable)"},
+    {"fold", NULL, KIND_FLAG, FIELD(fold), "turn parameters into numbers in the C"},
+    {"help", NULL, KIND_HELP, 0, "this text"},
+};
+
+enum { RULE_COUNT = sizeof rules / sizeof rules[0] };
+
+/* Whether `list` (blanks between, '!' behind needed ones) has `name`; *needed tells of the mark. */
+static bool list_has(const char *list, const char *name, bool *needed) {
+    size_t length = strlen(name);
+    for (const char *at = list; (at = strstr(at, name)); at += length) {
+        bool starts = at == list || at[-1] == ' ';
+        if (starts && strchr(" !", at[length])) { /* the end of the text counts as a blank */
+            *needed = at[length] == '!';
+            return true;
+        }
+    }
+    return false;
+}
+
+static bool knows(const struct command *command, const struct rule *rule, bool *needed) {
+    *needed = false;
+    return rule->kind == KIND_HELP || list_has(command->options, rule->name, needed);
+}
+
+static const char *shown_name(const struct rule *rule) {
+    return strcmp(rule->name, "output") == 0 ? "-o" : rule->name;
+}
+
+static void print_usage(const struct command *command, FILE *out) {
+    fprintf(out, "usage: refdyn %s %s", command->name, command->operands);
+    for (int i = 0; i < RULE_COUNT; i++) {
+        bool needed;
+        if (!knows(command, &rules[i], &needed) || rules[i].kind == KIND_HELP)
+            continue;
+        bool is_short = strcmp(rules[i].name, "output") == 0;
+        fprintf(out, needed ? " %s%s" : " [%s%s", is_short ? "" : "--", shown_name(&rules[i]));
+        if (rules[i].argument)
+            fprintf(out, " %s", rules[i].argument);
+        fputs(needed ? "" : "]", out);
+    }
+    fputc('\n', out);
+}
+
+static void print_command_help(const struct command *command) {
+    print_usage(command, stdout);
+    printf("\n%s\n\n%s\noptions:\n", command->purpose, command->help);
+    for (int i = 0; i < RULE_COUNT; i++) {
+        bool needed;
+        if (!knows(command, &rules[i], &needed))
+            continue;
+        int width = printf("  --%s %s", rules[i].name, rules[i].argument ? rules[i].argument : "");
+        printf("%*s%s\n", width < 28 ? 28 - width : 1, "", rules[i].help);
+    }
+    puts("\nexit status: 0 done; 1 model, state or file at fault; 2 wrong usage; 3 the numbers failed");
+}
+
+static void print_commands(FILE *out) {
+    for (const struct command *command = commands; command->name; command++)
+        fprintf(out, "  %-9s%s\n", command->name, command->purpose);
+}
+
+static void print_help(void) {
+    puts("usage: refdyn COMMAND ARGUMENTS\n\n"
+         "Refdyn turns a Lua model of a robot with flexible links into C code of its dynamics,\n"
+         "and computes its equilibria and programme-constrained motions.\n\ncommands:");
+    print_commands(stdout);
+    puts("\nrefdyn COMMAND --help tells more; --version prints the version.");
+}
+
+enum status usage_error(const struct command *command, const char *format, ...) {
+    va_list list;
+    va_start(list, format);
+    fprintf(stderr, "refdyn %s: ", command->name);
+    vfprintf(stderr, format, list);
+    fputc('\n', stderr);
+    va_end(list);
+    print_usage(command, stderr);
+    return STATUS_USAGE;
+}
+
+static enum status unknown_command(const char *name) {
+    fprintf(stderr, "refdyn: unknown command '%s', the commands are", name);
+    for (const struct command *command = commands; command->name; command++)
+        fprintf(stderr, "%s %s", command == commands ? "" : ",", command->name);
+    fputs("\nusage: refdyn COMMAND ARGUMENTS\n", stderr);
+    return STATUS_USAGE;
+}
+
+static const struct command *find_command(const char *name) {
+    for (const struct command *command = commands; command->name; command++)
+        if (strcmp(command->name, name) == 0)
+            return command;
+    return NULL;
+}
+
+/* getopt_long's tables: the long options of this command; each option's value is its place in `rules`, plus
+ * one. */
+static void option_table(const struct command *command, struct option *table) {
+    for (int i = 0; i < RULE_COUNT; i++) {
+        bool needed;
+        if (knows(command, &rules[i], &needed))
+            *table++ = (struct option){.name = rules[i].name,
+                                       .has_arg = rules[i].argument ? required_argument : no_argument,
+                                       .val = i + 1};
+    }
+    *table = (struct option){.name = NULL};
+}
+
+static const char *nearest_option(const struct option *table, const char *given) {
+    const char *names[RULE_COUNT];
+    int count = 0;
+    for (; table->name; table++)
+        names[count++] = table->name;
+    return nearest_name(given, names, count);
+}
+
+/* getopt_long answered `answer`, '?' or ':'; optopt is a letter, or at most RULE_COUNT for a long option. */
+static enum status wrong_option(const struct command *command, const struct option *table, char **argv,
+                                int answer) {
+    char letter[] = {'-', (char)optopt, '\0'};
+    bool is_letter = optopt > RULE_COUNT;
+    const char *given = is_letter ? letter : argv[optind - 1];
+    if (answer == ':')
+        return usage_error(command, "%s needs a value", given);
+    const char *near = is_letter || optopt ? NULL : nearest_option(table, given + 2);
+    if (near)
+        return usage_error(command, "unknown option %s, the nearest is --%s", given, near);
+    return usage_error(command, optopt && !is_letter ? "%s: this option takes no value" : "unknown option %s",
+                       given);
+}
+
+static enum status read_positive(const struct command *command, const char *name, const char *text,
+                                 double *value) {
+    char *end;
+    *value = strtod(text, &end);
+    if (end == text || *end || !isfinite(*value) || *value <= 0)
+        return usage_error(command, "--%s: '%s' is no positive number", name, text);
+    return STATUS_DONE;
+}
+
+static enum status add_setting(struct options *options, char *text) {
+    char *equals = strchr(text, '=');
+    if (!equals || equals == text)
+        return usage_error(options->command, "--set: '%s' is not of the form NAME=VALUE", text);
+    *equals = '\0'; /* argv may be changed; the name ends here */
+    options->settings[options->setting_count++] = (struct assignment){.name = text, .value = equals + 1};
+    return STATUS_DONE;
+}
+
+static enum status take_option(struct options *options, const struct rule *rule) {
+    char *field = (char *)options + rule->offset;
+    switch (rule->kind) {
+    case KIND_FLAG:
+        *(bool *)field = true;
+        return STATUS_DONE;
+    case KIND_TEXT:
+        *(const char **)field = optarg;
+        return STATUS_DONE;
+    case KIND_POSITIVE:
+        return read_positive(options->command, rule->name, optarg, (double *)field);
+    default:
+        return add_setting(options, optarg);
+    }
+}
+
+static bool is_given(const struct options *options, const struct rule *rule) {
+    const char *field = (const char *)options + rule->offset;
+    return rule->kind == KIND_TEXT ? *(const char *const *)field != NULL : *(const double *)field > 0;
+}
+
+/* Operands and needed options. */
+static enum status check_complete(const struct options *options) {
+    const struct command *command = options->command;
+    bool many = strstr(command->operands, "...") != NULL;
+    if (options->operand_count == 0)
+        return usage_error(command, "%s is missing", command->operands);
+    if (options->operand_count > 1 && !many)
+        return usage_error(command, "'%s' is too much, one %s is taken", options->operands[1],
+                           command->operands);
+    for (int i = 0; i < RULE_COUNT; i++) {
+        bool needed;
+        if (knows(command, &rules[i], &needed) && needed && !is_given(options, &rules[i]))
+            return usage_error(command, "%s%s is missing",
+                               strcmp(shown_name(&rules[i]), "-o") == 0 ? "" : "--", shown_name(&rules[i]));
+    }
+    return STATUS_DONE;
+}
+
+/* Reads the options behind the command's name; true when the command is to run. */
+static bool read_command(int argc, char **argv, struct options *options, enum status *status) {
+    struct option table[RULE_COUNT + 1];
+    option_table(options->command, table);
+    bool needed, has_output = list_has(options->command->options, "output", &needed);
+    *status = STATUS_DONE;
+    opterr = 0;
+    while (*status == STATUS_DONE) {
+        int answer = getopt_long(argc, argv, has_output ? ":o:" : ":", table, NULL);
+        if (answer == -1)
+            break;
+        if (answer == 'o')
+            options->output = optarg;
+        else if (answer == '?' || answer == ':')
+            *status = wrong_option(options->command, table, argv, answer);
+        else if (rules[answer - 1].kind == KIND_HELP) {
+            print_command_help(options->command);
+            return false;
+        } else
+            *status = take_option(options, &rules[answer - 1]);
+    }
+    options->operands = (const char **)argv + optind;
+    options->operand_count = argc - optind;
+    if (*status == STATUS_DONE)
+        *status = check_complete(options);
+    return *status == STATUS_DONE;
+}
+
+bool options_read(int argc, char **argv, struct options *options, enum status *status) {
+    *options = (struct options){.command = NULL};
+    *status = argc < 2 ? STATUS_USAGE : STATUS_DONE;
+    if (argc < 2 || strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "help") == 0) {
+        if (argc < 2)
+            fputs("usage: refdyn COMMAND ARGUMENTS; refdyn --help lists the commands\n", stderr);
+        else
+            print_help();
+        return false;
+    }
+    if (strcmp(argv[1], "--version") == 0) {
+        puts("refdyn " REFDYN_VERSION);
+        return false;
+    }
+    options->command = find_command(argv[1]);
+    if (!options->command) {
+        *status = unknown_command(argv[1]);
+        return false;
+    }
+    options->settings = calloc((size_t)argc, sizeof *options->settings);
+    if (!options->settings) {
+        fputs("refdyn: out of memory\n", stderr);
+        *status = STATUS_FAULT;
+        return false;
+    }
+    return read_command(argc - 1, argv + 1, options, status);
+}
+
+void options_release(struct options *options) {
+    free(options->settings);
+    options->settings = NULL;
+}

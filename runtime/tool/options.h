@@ -1,0 +1,52 @@
+/*
+ * The command line of `refdyn`: the table of commands, and the options of one call.
+ *
+ * Takes argv; gives a filled struct options, or a complaint and the usage line on stderr.
+ */
+#ifndef REFDYN_TOOL_OPTIONS_H
+#define REFDYN_TOOL_OPTIONS_H
+
+#include <stdbool.h>
+
+/* Exit statuses of the program. */
+enum status { STATUS_DONE, STATUS_FAULT, STATUS_USAGE, STATUS_NUMBERS };
+
+/* --set NAME=VALUE */
+struct assignment {
+    const char *name, *value;
+};
+
+struct options {
+    const struct command *command;
+    const char **operands; /* model or run files */
+    int operand_count;
+    struct assignment *settings; /* later ones win */
+    int setting_count;
+    bool fold;
+    /* NULL: not given */
+    const char *output, *emit, *state, *from, *method, *stabilise, *start, *hold, *summary, *vary, *steps;
+    /* 0: not given */
+    double until, step, tolerance, every;
+};
+
+struct command {
+    const char *name;
+    enum status (*run)(const struct options *options);
+    const char *operands; /* as in the usage line: "MODEL.lua" or "RUN.csv..." */
+    const char *options;  /* long names that it knows, in the order of the help, blanks between; '!' behind a
+                             needed one */
+    const char *purpose;  /* one line */
+    const char *help;     /* what more a user should know, with examples */
+};
+
+/* Ends with an entry whose name is NULL. */
+extern const struct command commands[];
+
+/* True when the command is to run; otherwise *status is the exit status (help and version were printed). */
+bool options_read(int argc, char **argv, struct options *options, enum status *status);
+void options_release(struct options *options);
+/* Complains on stderr as `refdyn COMMAND: ...` with the usage line; returns STATUS_USAGE. */
+enum status usage_error(const struct command *command, const char *format, ...)
+    __attribute__((format(printf, 2, 3)));
+
+#endif

@@ -1,0 +1,33 @@
+/*
+ * A finished motion as `sim` wrote it: what its columns are, for drawing. The numbers stay in the file.
+ */
+#ifndef REFDYN_TOOL_RUN_H
+#define REFDYN_TOOL_RUN_H
+
+#include <stdbool.h>
+
+struct run {
+    const char *path;
+    const char *name; /* without folders */
+    char *header;     /* the names lie in it */
+    char **columns;
+    double *largest; /* absolute value in each column */
+    int column_count;
+    long rows;
+
+    /* Columns, counted from 0; -1 or 0 where there are none. */
+    int coordinates, coordinate_count; /* first one and how many */
+    int *points;                       /* the x of each point; y z xd yd ... follow */
+    int point_count;
+    int energy;
+    int forces, force_count;
+    int inputs, input_count;
+};
+
+/* Complains on stderr with FILE:LINE and returns false when it is no such file. */
+bool run_read(struct run *run, const char *path);
+void run_release(struct run *run);
+/* Column of that name, -1: none. */
+int run_column(const struct run *run, const char *name);
+
+#endif

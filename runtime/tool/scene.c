@@ -1,0 +1,229 @@
+/* One model made ready: see scene.h. */
+#include "scene.h"
+#include "output.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+void print_messages(const struct generation *generation, int first) {
+    for (int i = first; i < generation->messages.count; i++) {
+        const struct message *message = &generation->messages.list[i];
+        fprintf(stderr, "%s:%d: %s\n", message->place.file, message->place.line, message->text);
+    }
+}
+
+static enum status fault(const char *path, enum gen_status status) {
+    if (status == GEN_NO_MEMORY)
+        fprintf(stderr, "refdyn: %s: out of memory\n", path);
+    return STATUS_FAULT;
+}
+
+static enum status read_with(struct scene *scene, const char *path, const struct setting *settings, int count,
+                             bool fold) {
+    struct read_request request = {.file = path, .settings = settings, .setting_count = count, .fold = fold};
+    if (scene->is_read)
+        gen_release(&scene->generation);
+    scene->is_read = true;
+    enum gen_status status = gen_read(&scene->generation, &request, -1);
+    return status == GEN_OK ? STATUS_DONE : fault(path, status);
+}
+
+static struct setting *all_settings(const struct options *options, int room) {
+    struct setting *settings = allocate((size_t)(options->setting_count + room), sizeof *settings);
+    for (int i = 0; i < options->setting_count; i++)
+        settings[i] = (struct setting){options->settings[i].name, options->settings[i].value};
+    return settings;
+}
+
+enum status scene_read(struct scene *scene, const struct options *options) {
+    struct setting *settings = all_settings(options, 0);
+    scene->is_read = false;
+    enum status status =
+        read_with(scene, options->operands[0], settings, options->setting_count, options->fold);
+    free(settings);
+    print_messages(&scene->generation, 0);
+    return status;
+}
+
+/* Values that are applied at run time, later ones win: the STATE.json's parameters, then --set. */
+struct values {
+    struct named_value *list;
+    int count;
+};
+
+static struct values given_values(const struct scene *scene) {
+    const struct model *model = &scene->generation.model;
+    const struct state *state = &scene->state;
+    struct values values = {.count = 0};
+    values.list = allocate((size_t)(state->parameter_count + model->parameter_count), sizeof *values.list);
+    for (int i = 0; i < state->parameter_count; i++)
+        values.list[values.count++] =
+            (struct named_value){text_format("%s", state->parameters[i].name), state->parameters[i].value};
+    for (int i = 0; i < model->parameter_count; i++)
+        if (model->parameters[i].is_given)
+            values.list[values.count++] = (struct named_value){text_format("%s", model->parameters[i].name),
+                                                               model->parameters[i].value};
+    return values;
+}
+
+static void release_values(struct values *values) {
+    for (int i = 0; i < values->count; i++)
+        free(values->list[i].name);
+    free(values->list);
+}
+
+static bool is_given(const struct values *values, const char *name) {
+    for (int i = 0; i < values->count; i++)
+        if (strcmp(values->list[i].name, name) == 0)
+            return true;
+    return false;
+}
+
+/* With --fold the values become settings, so that they are numbers in the C. */
+static enum status read_folded(struct scene *scene, const struct options *options,
+                               const struct values *values) {
+    struct setting *settings = all_settings(options, values->count);
+    char(*texts)[NUMBER_LENGTH] = allocate((size_t)values->count, sizeof *texts);
+    int count = options->setting_count;
+    for (int i = 0; i < values->count; i++)
+        settings[count++] =
+            (struct setting){values->list[i].name, exact_text(values->list[i].value, texts[i])};
+    enum status status = read_with(scene, options->operands[0], settings, count, true);
+    if (status != STATUS_DONE)
+        print_messages(&scene->generation, 0);
+    free(texts);
+    free(settings);
+    return status;
+}
+
+/* Without --fold the C is that of the default parameters: the same text, and the same library, for all
+ * values. */
+static enum status read_structure(struct scene *scene, const struct options *options,
+                                  const struct values *values) {
+    struct setting *settings = all_settings(options, 0);
+    int count = 0;
+    for (int i = 0; i < options->setting_count; i++)
+        if (!is_given(values, options->settings[i].name))
+            settings[count++] = (struct setting){options->settings[i].name, options->settings[i].value};
+    enum status status = read_with(scene, options->operands[0], settings, count, false);
+    free(settings);
+    return status;
+}
+
+/* The model's values checked with everything that is given, then the C's text made ready. */
+static enum status read_for_values(struct scene *scene, const struct options *options,
+                                   const struct values *values) {
+    if (options->fold)
+        return scene->state.parameter_count ? read_folded(scene, options, values) : STATUS_DONE;
+    if (values->count == scene->state.parameter_count)
+        return STATUS_DONE; /* no parameter came from --set */
+    return read_structure(scene, options, values);
+}
+
+/* The list of quantities for gen_plan, with only those that the scene has. */
+static char *emit_list(const struct model *model, unsigned needs) {
+    bool rows = model->row_count > 0, points = model->point_count > 0;
+    return text_format(
+        "%s%s%s%s%s%s", needs & NEEDS_STATE ? "M,h,Q,qdd_free" : "equations",
+        needs & NEEDS_STATE && rows ? ",u,v,phi,psi,k" : "", needs & NEEDS_STATICS ? ",Q,Q_q" : "",
+        needs & (NEEDS_STATE | NEEDS_MOTION) ? ",energy,power" : "",
+        needs & NEEDS_POINTS && points ? ",r" : "", needs & NEEDS_POINT_RATES && points ? ",rd,C,d" : "");
+}
+
+static enum status emit_and_load(struct scene *scene, const struct options *options, unsigned needs) {
+    struct generation *generation = &scene->generation;
+    int seen = generation->messages.count;
+    char *emit = needs & NEEDS_ALL ? NULL : emit_list(&generation->model, needs);
+    enum gen_status status = gen_plan(generation, emit);
+    free(emit);
+    print_messages(generation, seen);
+    if (status != GEN_OK)
+        return fault(options->operands[0], status);
+    if (!compile_load(&scene->compiled, generation->model.name, gen_files(generation),
+                      gen_file_count(generation)))
+        return STATUS_FAULT;
+    scene->model = scene->compiled.model;
+    return STATUS_DONE;
+}
+
+static enum status start_workspace(struct scene *scene) {
+    size_t size = refdyn_workspace_size(scene->model), n = (size_t)scene->model->n;
+    scene->memory = allocate(1, size);
+    scene->q = allocate(n, sizeof *scene->q);
+    scene->qd = allocate(n, sizeof *scene->qd);
+    scene->given = allocate((size_t)scene->model->anchored_count, sizeof *scene->given);
+    int status = refdyn_workspace_init(&scene->work, scene->model, scene->memory, size);
+    if (status == REFDYN_OK)
+        return STATUS_DONE;
+    fprintf(stderr, "refdyn: %s: %s\n", scene->model->name, refdyn_status_text(status));
+    return STATUS_FAULT;
+}
+
+/* Names that the C does not have belong to parameters and inputs that this scene does not read. */
+static void apply_values(struct scene *scene, const struct values *values) {
+    const struct refdyn_model *model = scene->model;
+    for (int i = 0; i < values->count; i++) {
+        int place = refdyn_find_name(model->parameters, model->parameter_count, values->list[i].name);
+        if (place < 0)
+            continue;
+        scene->work.p[place] = values->list[i].value;
+        for (int j = 0; j < model->anchored_count; j++)
+            if (model->anchored[j] == place)
+                scene->given[j] = 1;
+    }
+    for (int i = 0; i < scene->state.input_count; i++) {
+        int place = refdyn_find_name(model->inputs, model->input_count, scene->state.inputs[i].name);
+        if (place >= 0)
+            scene->work.x[place] = scene->state.inputs[i].value;
+    }
+}
+
+static void set_state(struct scene *scene) {
+    size_t size = (size_t)scene->model->n * sizeof(double);
+    refdyn_prepare(&scene->work);
+    refdyn_initial_state(&scene->work, scene->q, scene->qd);
+    refdyn_anchor(&scene->work, 0, scene->q, scene->qd, scene->given);
+    if (scene->state.q)
+        memcpy(scene->q, scene->state.q, size);
+    if (scene->state.qd)
+        memcpy(scene->qd, scene->state.qd, size);
+}
+
+static enum status make_ready(struct scene *scene, const struct options *options, unsigned needs,
+                              const struct values *values) {
+    enum status status = read_for_values(scene, options, values);
+    if (status == STATUS_DONE)
+        status = emit_and_load(scene, options, needs);
+    if (status == STATUS_DONE)
+        status = start_workspace(scene);
+    if (status != STATUS_DONE)
+        return status;
+    apply_values(scene, values);
+    set_state(scene);
+    return STATUS_DONE;
+}
+
+enum status scene_open(struct scene *scene, const struct options *options, unsigned needs,
+                       const char *state_path) {
+    *scene = (struct scene){.is_read = false};
+    enum status status = scene_read(scene, options);
+    if (status != STATUS_DONE)
+        return status;
+    if (state_path && !state_read(&scene->state, state_path, &scene->generation))
+        return STATUS_FAULT;
+    struct values values = given_values(scene);
+    status = make_ready(scene, options, needs, &values);
+    release_values(&values);
+    return status;
+}
+
+void scene_close(struct scene *scene) {
+    free(scene->given);
+    free(scene->qd);
+    free(scene->q);
+    free(scene->memory);
+    state_release(&scene->state);
+    compile_release(&scene->compiled);
+    if (scene->is_read)
+        gen_release(&scene->generation);
+}

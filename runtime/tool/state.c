@@ -1,0 +1,193 @@
+/* STATE.json: see state.h. */
+#include "state.h"
+#include "locate.h"
+#include "output.h"
+
+#include <errno.h>
+#include <jansson.h>
+#include <stdarg.h>
+#include <stdlib.h>
+#include <string.h>
+
+struct reading {
+    const char *path, *text;
+    const struct generation *generation;
+    bool is_good;
+};
+
+static void complain_at(struct reading *reading, int line, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+
+static void complain_at(struct reading *reading, int line, const char *format, ...) {
+    va_list list;
+    va_start(list, format);
+    fprintf(stderr, "%s:%d: ", reading->path, line);
+    vfprintf(stderr, format, list);
+    fputc('\n', stderr);
+    va_end(list);
+    reading->is_good = false;
+}
+
+static const char *kind_of(const json_t *value) {
+    static const char *const kinds[] = {"an object", "an array", "a text", "a number",
+                                        "a number",  "true",     "false",  "null"};
+    return kinds[json_typeof(value)];
+}
+
+static void unknown_name(struct reading *reading, int line, const char *what, const char *name,
+                         const char *const *known, int count) {
+    const char *near = nearest_name(name, known, count);
+    if (near)
+        complain_at(reading, line, "%s: no %s is called so, the nearest is %s", name, what, near);
+    else
+        complain_at(reading, line, "%s: no %s is called so%s", name, what, count ? "" : ", there is none");
+}
+
+static double *read_vector(struct reading *reading, const char *key, const json_t *array) {
+    const struct tree *tree = &reading->generation->tree;
+    int line = locate_line(reading->text, key, NULL, -1);
+    if (!json_is_array(array)) {
+        complain_at(reading, line, "%s: %s, an array of %d numbers is needed", key, kind_of(array),
+                    tree->count);
+        return NULL;
+    }
+    if (json_array_size(array) != (size_t)tree->count) {
+        complain_at(reading, line, "%s: has %zu values, %d are needed, one per coordinate from %s to %s", key,
+                    json_array_size(array), tree->count, tree->count ? tree->frames[0].name : "none",
+                    tree->count ? tree->frames[tree->count - 1].name : "none");
+        return NULL;
+    }
+    double *values = allocate((size_t)tree->count, sizeof *values);
+    for (int i = 0; i < tree->count; i++) {
+        const json_t *value = json_array_get(array, (size_t)i);
+        values[i] = json_number_value(value);
+        if (!json_is_number(value))
+            complain_at(reading, locate_line(reading->text, key, NULL, i),
+                        "%s[%d] (%s): %s, a number is needed", key, i, tree->frames[i].name, kind_of(value));
+    }
+    return values;
+}
+
+static bool is_among(const char *name, const char *const *known, int count) {
+    for (int i = 0; i < count; i++)
+        if (strcmp(known[i], name) == 0)
+            return true;
+    return false;
+}
+
+/* An object of numbers whose keys are among `known`. */
+static struct named_value *read_values(struct reading *reading, const char *key, const char *what,
+                                       json_t *object, const char *const *known, int known_count,
+                                       int *count) {
+    struct named_value *values = allocate(json_object_size(object), sizeof *values);
+    const char *name;
+    json_t *value;
+    *count = 0;
+    if (!json_is_object(object))
+        complain_at(reading, locate_line(reading->text, key, NULL, -1),
+                    "%s: %s, an object of numbers is needed", key, kind_of(object));
+    json_object_foreach(object, name, value) {
+        int line = locate_line(reading->text, key, name, -1);
+        if (!is_among(name, known, known_count))
+            unknown_name(reading, line, what, name, known, known_count);
+        else if (!json_is_number(value))
+            complain_at(reading, line, "%s: %s, a number is needed", name, kind_of(value));
+        else
+            values[(*count)++] = (struct named_value){text_format("%s", name), json_number_value(value)};
+    }
+    return values;
+}
+
+static void read_inputs(struct reading *reading, struct state *state, json_t *object) {
+    const struct model *model = &reading->generation->model;
+    const char **names = allocate((size_t)model->input_count, sizeof *names);
+    for (int i = 0; i < model->input_count; i++)
+        names[i] = model->inputs[i].name;
+    state->inputs =
+        read_values(reading, "inputs", "input", object, names, model->input_count, &state->input_count);
+    free(names);
+}
+
+static void read_parameters(struct reading *reading, struct state *state, json_t *object) {
+    const struct model *model = &reading->generation->model;
+    const char **names = allocate((size_t)model->parameter_count, sizeof *names);
+    for (int i = 0; i < model->parameter_count; i++)
+        names[i] = model->parameters[i].name;
+    state->parameters = read_values(reading, "parameters", "parameter", object, names, model->parameter_count,
+                                    &state->parameter_count);
+    free(names);
+}
+
+static void read_member(struct reading *reading, struct state *state, const char *key, json_t *value) {
+    static const char *const keys[] = {"t", "q", "qd", "inputs", "parameters"};
+    int line = locate_line(reading->text, key, NULL, -1);
+    if (strcmp(key, "t") == 0) {
+        state->t = json_number_value(value);
+        if (!json_is_number(value))
+            complain_at(reading, line, "t: %s, a number is needed", kind_of(value));
+    } else if (strcmp(key, "q") == 0)
+        state->q = read_vector(reading, key, value);
+    else if (strcmp(key, "qd") == 0)
+        state->qd = read_vector(reading, key, value);
+    else if (strcmp(key, "inputs") == 0)
+        read_inputs(reading, state, value);
+    else if (strcmp(key, "parameters") == 0)
+        read_parameters(reading, state, value);
+    else
+        unknown_name(reading, line, "key of a state (t, q, qd, inputs, parameters)", key, keys,
+                     sizeof keys / sizeof keys[0]);
+}
+
+/* The whole file as text, or NULL with a complaint. */
+static char *read_text(const char *path) {
+    FILE *file = fopen(path, "r");
+    char *text = NULL;
+    size_t size = 0;
+    errno = 0;
+    if (file && (getdelim(&text, &size, '\0', file) >= 0 || !ferror(file))) {
+        fclose(file);
+        return text ? text : allocate(1, 1);
+    }
+    fprintf(stderr, "%s:0: state: %s, a readable file is needed\n", path, strerror(errno));
+    if (file)
+        fclose(file);
+    free(text);
+    return NULL;
+}
+
+bool state_read(struct state *state, const char *path, const struct generation *generation) {
+    *state = (struct state){.t = 0};
+    char *text = read_text(path);
+    if (!text)
+        return false;
+    struct reading reading = {.path = path, .text = text, .generation = generation, .is_good = true};
+    json_error_t error;
+    json_t *root = json_loads(text, JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL, &error);
+    const char *key;
+    json_t *value;
+    if (!root)
+        complain_at(&reading, error.line > 0 ? error.line : 1,
+                    "state: %s, one JSON object of finite numbers is needed", error.text);
+    else if (!json_is_object(root))
+        complain_at(&reading, 1, "state: %s, an object is needed", kind_of(root));
+    json_object_foreach(root, key, value) read_member(&reading, state, key, value);
+    json_decref(root);
+    free(text);
+    if (!reading.is_good)
+        state_release(state);
+    return reading.is_good;
+}
+
+static void release_values(struct named_value *values, int count) {
+    for (int i = 0; i < count; i++)
+        free(values[i].name);
+    free(values);
+}
+
+void state_release(struct state *state) {
+    free(state->q);
+    free(state->qd);
+    release_values(state->inputs, state->input_count);
+    release_values(state->parameters, state->parameter_count);
+    *state = (struct state){.t = 0};
+}

@@ -1,0 +1,122 @@
+/* `refdyn statics`: the equilibrium of a model under its loads, with some coordinates held. */
+#include "commands.h"
+#include "output.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+/* Marks the coordinates of a list "a,b"; an empty list marks none. */
+static enum status mark_held(const struct options *options, const struct refdyn_model *model, int *held) {
+    for (const char *at = options->hold; *at;) {
+        size_t length = strcspn(at, ",");
+        char *name = text_format("%.*s", (int)length, at);
+        int place = refdyn_find_name(model->coordinates, model->n, name);
+        enum status status = STATUS_DONE;
+        if (place < 0)
+            status = usage_error(options->command, "--hold: the model has no coordinate '%s'", name);
+        else
+            held[place] = 1;
+        free(name);
+        if (status != STATUS_DONE)
+            return status;
+        at += length + (at[length] == ',');
+    }
+    return STATUS_DONE;
+}
+
+static enum status choose_held(const struct scene *scene, const struct options *options, int *held) {
+    if (options->hold)
+        return mark_held(options, scene->model, held);
+    for (int i = 0; i < scene->model->held_count; i++)
+        held[scene->model->held[i]] = 1;
+    return STATUS_DONE;
+}
+
+static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
+    size_t n = (size_t)scene->model->n, size = refdyn_statics_size(scene->model);
+    struct refdyn_statics_options options = refdyn_statics_default();
+    struct refdyn_statics_result result;
+    int *list = allocate(n, sizeof *list), count = 0;
+    for (int i = 0; i < scene->model->n; i++)
+        if (equilibrium->held[i])
+            list[count++] = i;
+    void *memory = allocate(1, size);
+    int answer = refdyn_statics(&scene->work, &options, list, count, scene->q, equilibrium->hold_force,
+                                &result, memory, size);
+    equilibrium->residual = result.residual;
+    free(memory);
+    free(list);
+    if (answer == REFDYN_OK)
+        return STATUS_DONE;
+    fprintf(stderr, "refdyn: equilibrium reached under %.3g of the load only\n", result.load);
+    if (answer == REFDYN_TANGENT_SINGULAR)
+        fputs("refdyn: --hold keeps coordinates at their start\n", stderr);
+    return numbers_failed(scene, answer, 0, scene->q, NULL);
+}
+
+enum status find_equilibrium(struct scene *scene, const struct options *options,
+                             struct equilibrium *equilibrium) {
+    size_t n = (size_t)scene->model->n;
+    equilibrium->held = allocate(n, sizeof *equilibrium->held);
+    equilibrium->hold_force = allocate(n, sizeof *equilibrium->hold_force);
+    enum status status = choose_held(scene, options, equilibrium->held);
+    if (status == STATUS_DONE)
+        status = solve(scene, equilibrium);
+    memset(scene->qd, 0, n * sizeof *scene->qd);
+    return status;
+}
+
+void equilibrium_release(struct equilibrium *equilibrium) {
+    free(equilibrium->hold_force);
+    free(equilibrium->held);
+}
+
+static void put_points(struct document *document, const struct scene *scene) {
+    const struct refdyn_model *model = scene->model;
+    double *r = allocate(3 * (size_t)model->point_count, sizeof *r);
+    if (model->point_count)
+        model->r(scene->work.p, scene->work.x, 0, scene->q, scene->qd, r);
+    put_open(document, "points", '{');
+    for (int i = 0; i < model->point_count; i++)
+        put_array(document, model->points[i], r + 3 * i, 3);
+    put_close(document, '}');
+    free(r);
+}
+
+static bool print_equilibrium(const struct scene *scene, const struct equilibrium *equilibrium,
+                              const char *path) {
+    const struct refdyn_model *model = scene->model;
+    struct output output;
+    if (!output_open(&output, path))
+        return false;
+    struct document document = {.out = output.file};
+    put_open(&document, NULL, '{');
+    put_open(&document, "coordinates", '[');
+    for (int i = 0; i < model->n; i++)
+        put_text(&document, NULL, model->coordinates[i].name);
+    put_close(&document, ']');
+    put_array(&document, "q", scene->q, model->n);
+    put_points(&document, scene);
+    put_open(&document, "hold_force", '[');
+    for (int i = 0; i < model->n; i++)
+        if (equilibrium->held[i])
+            put_number(&document, NULL, equilibrium->hold_force[i]);
+    put_close(&document, ']');
+    put_number(&document, "residual", equilibrium->residual);
+    put_close(&document, '}');
+    return output_close(&output);
+}
+
+enum status run_statics(const struct options *options) {
+    struct scene scene;
+    struct equilibrium equilibrium;
+    enum status status = scene_open(&scene, options, NEEDS_STATICS | NEEDS_POINTS, NULL);
+    if (status == STATUS_DONE) {
+        status = find_equilibrium(&scene, options, &equilibrium);
+        if (status == STATUS_DONE && !print_equilibrium(&scene, &equilibrium, options->output))
+            status = STATUS_FAULT;
+        equilibrium_release(&equilibrium);
+    }
+    scene_close(&scene);
+    return status;
+}

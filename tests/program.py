@@ -1,0 +1,87 @@
+"""How the tests call the program, and how they compare numbers."""
+import json
+import os
+import pathlib
+import subprocess
+import tempfile
+
+SOURCE = pathlib.Path(__file__).resolve().parent.parent
+TESTS = SOURCE / "tests"
+MODELS = SOURCE / "models"
+BUILD = pathlib.Path(os.environ.get("REFDYN_BUILD", SOURCE / "build" / "release"))
+REFDYN = os.environ.get("REFDYN", str(BUILD / "bin" / "refdyn"))
+# 0 shows the real residuals: every comparison then fails and prints its figure.
+SCALE = float(os.environ.get("REFDYN_TOLERANCE_SCALE", "1"))
+
+REFERENCE = MODELS / "manipulator.lua"
+LOOP_FREE = ["--set", "program=none"]
+
+
+def oracle(name):
+    return json.loads((TESTS / "oracle" / (name + ".json")).read_text())
+
+
+def all_models():
+    return sorted(MODELS.glob("*.lua"))
+
+
+def refdyn(*arguments, status=0, env=None, cwd=None, timeout=300):
+    """Runs the program and checks its exit status; the finished process."""
+    done = subprocess.run([REFDYN, *map(str, arguments)], capture_output=True, text=True, cwd=cwd, timeout=timeout,
+                          env={**os.environ, **(env or {})})
+    if status is not None:
+        assert done.returncode == status, (
+            f"refdyn {' '.join(map(str, arguments))}: exit status {done.returncode}, not {status}\n"
+            f"stdout: {done.stdout[-2000:]}\nstderr: {done.stderr[-2000:]}")
+    return done
+
+
+def settings(values):
+    return [text for name, value in values.items() for text in ("--set", f"{name}={value}")]
+
+
+def evaluate(model, state=None, *arguments, env=None):
+    """The JSON object of `refdyn eval`."""
+    with tempfile.NamedTemporaryFile("w", suffix=".json") as file:
+        json.dump(state or {}, file)
+        file.flush()
+        return json.loads(refdyn("eval", model, "--state", file.name, *arguments, env=env).stdout)
+
+
+def flat(value):
+    if isinstance(value, (list, tuple)):
+        return [number for entry in value for number in flat(entry)]
+    if hasattr(value, "tolist"):
+        return flat(value.tolist())
+    return [value]
+
+
+def difference(found, expected, scale=None):
+    """Largest difference over the largest expected entry (or over `scale`)."""
+    found, expected = flat(found), flat(expected)
+    assert len(found) == len(expected), f"{len(found)} entries, not {len(expected)}"
+    size = scale if scale is not None else max((abs(float(e)) for e in expected), default=0)
+    worst = max((abs(float(f - e)) for f, e in zip(found, expected)), default=0)
+    return worst / size if size else worst
+
+
+def close(what, found, expected, tolerance, scale=None):
+    """One line when found and expected differ by more than tolerance; '' otherwise."""
+    error = difference(found, expected, scale)
+    return "" if error <= tolerance * SCALE else f"{what}: differs by {error:.2e}, allowed {tolerance * SCALE:.0e}"
+
+
+def check(lines):
+    """Fails with one line for each fact that does not hold."""
+    lines = [line for line in lines if line]
+    assert not lines, "\n" + "\n".join(lines)
+
+
+def read_run(path):
+    """Columns of a CSV file by name."""
+    import numpy
+    with open(path) as file:
+        header = file.readline().strip().split(",")
+    table = numpy.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
+    assert table.shape[1] == len(header), f"{path}: {table.shape[1]} columns under {len(header)} names"
+    return {name: table[:, column] for column, name in enumerate(header)}

@@ -1,0 +1,275 @@
+"""The command line: exit statuses, messages, files at fault, the compile cache, and what a failed run leaves."""
+import json
+import os
+import re
+import stat
+import subprocess
+
+import pytest
+
+from program import MODELS, REFERENCE, REFDYN, SOURCE, TESTS, evaluate, read_run, refdyn
+
+PENDULUM = TESTS / "models" / "double_pendulum.lua"
+COMMANDS = ["gen", "check", "eval", "statics", "sim", "plot", "bench", "report"]
+PLACE = re.compile(r"^[^:\n]+:\d+: [^:\n]+: .+", re.M)  # FILE:LINE: what: fact
+
+
+def test_help_and_version():
+    assert refdyn("--version").stdout == "refdyn 0.1.0\n"
+    help_text = refdyn("--help").stdout
+    for command in COMMANDS:
+        assert re.search(rf"^\s*{command}\b", help_text, re.M)
+        assert "usage: refdyn " + command in refdyn(command, "--help").stdout
+
+
+WRONG_USAGE = [
+    [], ["nothing"], ["gen"], ["gen", PENDULUM], ["gen", PENDULUM, "-o"], ["eval", PENDULUM, "--stat", "x", "--nothing"],
+    ["sim", PENDULUM], ["sim", PENDULUM, "--until", "-1", "-o", "x.csv"], ["sim", PENDULUM, "--until", "one", "-o", "x.csv"],
+    ["sim", PENDULUM, "--until", "1", "--method", "rk3", "-o", "x.csv"],
+    ["sim", PENDULUM, "--until", "1", "--stabilise", "much", "-o", "x.csv"],
+    ["sim", PENDULUM, "--until", "1", "--step", "0", "-o", "x.csv"],
+    ["check", PENDULUM, PENDULUM], ["check", PENDULUM, "--set", "n_rfe"], ["check", PENDULUM, "--until", "1"], ["plot", "-o", "x.svg"],
+]
+
+
+@pytest.mark.parametrize("arguments", WRONG_USAGE, ids=lambda arguments: " ".join(str(a).split("/")[-1] for a in arguments) or "none")
+def test_wrong_usage(arguments, tmp_path):
+    done = refdyn(*arguments, status=2, cwd=tmp_path)
+    assert "usage: refdyn" in done.stderr and done.stdout == ""
+    assert not list(tmp_path.iterdir())
+
+
+def test_unknown_setting():
+    done = refdyn("check", REFERENCE, "--set", "n_rfes=3", status=1)
+    assert "n_rfes" in done.stderr and "n_rfe" in done.stderr.replace("n_rfes", "")
+
+
+@pytest.mark.parametrize("setting", ["n_rfe=0", "n_rfe=two", "program=nothing", "a=nan", "a=one", "dofs=psi,omega", "form=other"])
+def test_setting_out_of_range(setting):
+    done = refdyn("check", REFERENCE, "--set", setting, status=1)
+    assert PLACE.search(done.stderr) or setting.split("=")[0] in done.stderr, done.stderr
+    assert setting.split("=")[0] in done.stderr
+
+
+def test_missing_model(tmp_path):
+    done = refdyn("check", tmp_path / "none.lua", status=1)
+    assert "none.lua" in done.stderr
+
+
+BAD_STATES = {
+    "no JSON": ("{", "1"), "a list": ("[]", "1"), "wrong length": ('{"q": [1]}', "1"), "NaN": ('{"q": [NaN, 1]}', "1"),
+    "too large": ('{"q": [1e999, 1]}', "1"), "text": ('{"q": ["1", 2]}', "1"), "nested": ('{"qd": [[1], 2]}', "1"),
+    "unknown key": ('{"t": 1,\n "velocity": [1, 2]}', "2"), "unknown input": ('{"t": 1,\n "inputs": {"tau": 1}}', "2"),
+    "unknown parameter": ('{"parameters": {\n"mass": 1}}', "2"), "null": ('{"t": null}', "1"), "twice": ('{"t": 1, "t": 2}', "1"),
+    "empty": ("", "1"),
+}
+
+
+@pytest.mark.parametrize("which", BAD_STATES)
+def test_bad_state(which, tmp_path):
+    text, line = BAD_STATES[which]
+    (tmp_path / "state.json").write_text(text)
+    done = refdyn("eval", PENDULUM, "--state", tmp_path / "state.json", status=1)
+    assert re.search(rf"^[^\n]*state\.json:{line}: .+: .+", done.stderr, re.M), done.stderr
+    assert done.stdout == ""
+
+
+def test_numbers_read_back_exactly(tmp_path):
+    state = {"t": 0.1, "q": [0.1 + 0.2, -1 / 3], "qd": [1e-17, 123456.789012345678]}
+    text = json.dumps(state)
+    (tmp_path / "state.json").write_text(text)
+    out = refdyn("eval", PENDULUM, "--state", tmp_path / "state.json").stdout
+    again = refdyn("eval", PENDULUM, "--state", tmp_path / "state.json").stdout
+    assert out == again
+    for number in re.findall(r"-?\d+\.\d+(?:e[+-]?\d+)?", out):
+        assert len(number.replace("-", "").replace(".", "").split("e")[0].strip("0")) <= 17, number
+
+
+def test_keys_of_eval():
+    found = evaluate(REFERENCE)
+    assert set(found) >= {"name", "coordinates", "M", "h", "Q", "u", "v", "phi", "psi", "k", "points", "dependent", "qdd",
+                          "qdd_free", "force", "energy"}
+    assert set(found["points"]["E"]) == {"r", "rd", "C", "d"}
+
+
+def test_statics_hold():
+    def statics(*arguments, status=0):
+        done = refdyn("statics", REFERENCE, *arguments, status=status)
+        return json.loads(done.stdout) if status == 0 else done
+    usual = statics()
+    assert list(usual)[:2] == ["coordinates", "q"] and len(usual["hold_force"]) == 3
+    same = statics("--hold", "column_psi,arm_psi,effector_z")
+    assert same["q"] == usual["q"]
+    # One more held coordinate: it stays where it was, its force is told, in the order of q.
+    more = statics("--hold", "effector_z,arm_psi,column_psi,base_z")
+    assert more["q"][0] == 0 and len(more["hold_force"]) == 4
+    assert abs(more["hold_force"][0] - 9.81 * (18.54331045 + 10 + 2 + 7801 * 3.141592653589793 * 0.01413200743**2 / 4 * 2)) < 1e-9
+    # All free: the effector slides down its axis, nothing holds it.
+    done = statics("--hold", "", status=3)
+    assert "effector_z" in done.stderr or "arm_psi" in done.stderr or "column_psi" in done.stderr, done.stderr
+    assert "arm_psi" in statics("--hold", "arm_ps", status=1).stderr
+
+
+def test_files_of_sim(tmp_path):
+    refdyn("sim", REFERENCE, "--set", "n_rfe=1", "--method", "rk4", "--step", "1e-3", "--until", "0.2", "--every", "0.05",
+           "-o", tmp_path / "run.csv", "--summary", tmp_path / "summary.json")
+    header = (tmp_path / "run.csv").read_text().splitlines()[0].split(",")
+    names = ["base_z", "column_psi", "arm_psi", "effector_z"]
+    expected = (["t", *names, *(name + "_d" for name in names)]
+                + [f"E_{axis}{order}" for order in ("", "d", "dd") for axis in "xyz"]
+                + ["phi_1", "psi_1", "psi_2", "energy"] + ["force_" + name for name in names])
+    assert header[:len(expected)] == expected
+    run = read_run(tmp_path / "run.csv")
+    assert list(run["t"]) == [0, 0.05, 0.1, 0.15000000000000002, 0.2] or list(run["t"]) == [0, 0.05, 0.1, 0.15, 0.2]
+    summary = json.loads((tmp_path / "summary.json").read_text())
+    assert set(summary) >= set("method steps rejected evaluations phi_max psi_max energy_error cpu_s wall_s".split())
+    assert summary["method"] == "rk4" and summary["steps"] == 200 and summary["rejected"] == 0
+
+
+def test_outputs_fall_on_multiples(tmp_path):
+    refdyn("sim", PENDULUM, "--method", "rk4", "--step", "0.03", "--until", "1", "-o", tmp_path / "run.csv")
+    t = read_run(tmp_path / "run.csv")["t"]
+    assert len(t) == 201 and abs(t - [i / 200 for i in range(201)]).max() < 1e-15
+
+
+def test_failed_run_keeps_what_it_had(tmp_path):
+    """A coordinate under a force that grows without bound: the numbers fail, the rows so far stay readable."""
+    model = tmp_path / "runaway.lua"
+    model.write_text('local rd = require "refdyn"\nreturn rd.model { name = "runaway",\n'
+                     '  links = { { "cart", joint = { "x" }, mass = 1, start = { x = 1 } } },\n'
+                     "  forces = function(s) return { cart_x = 1/(1.5 - s.t) + s.q.cart_x^9 } end }\n")
+    done = refdyn("sim", model, "--method", "rk4", "--step", "0.01", "--until", "3", "--every", "0.05", "-o", tmp_path / "run.csv",
+                  status=3)
+    assert re.search(r"t = ?[0-9.]+|time", done.stderr) and "cart_x" in done.stderr, done.stderr
+    kept = [path for path in tmp_path.iterdir() if path.name.startswith("run.csv")]
+    assert len(kept) == 1, kept
+    run = read_run(kept[0])
+    assert len(run["t"]) > 5 and run["t"][-1] < 3
+
+
+def test_failed_gen_leaves_nothing(tmp_path):
+    out = tmp_path / "out"
+    out.mkdir()
+    out.chmod(stat.S_IRUSR | stat.S_IXUSR)
+    bad = tmp_path / "bad.lua"
+    bad.write_text('local rd = require "refdyn"\nreturn rd.model { name = "bad", links = { { "a", mass = -1 } } }\n')
+    refdyn("gen", bad, "-o", tmp_path / "none", status=1)
+    assert not (tmp_path / "none").exists() or not list((tmp_path / "none").iterdir())
+    if os.geteuid() != 0:
+        refdyn("gen", PENDULUM, "-o", out, status=1)
+        assert not list(out.iterdir())
+    # The folder's name is taken by a file.
+    (tmp_path / "file").write_text("")
+    done = refdyn("gen", PENDULUM, "-o", tmp_path / "file", status=1)
+    assert "file" in done.stderr
+
+
+def test_full_device():
+    if os.path.exists("/dev/full"):
+        with open("/dev/full", "w") as full:
+            done = subprocess.run([REFDYN, "check", PENDULUM], stdout=full, stderr=subprocess.PIPE)
+        assert done.returncode == 1
+
+
+def counting_compiler(folder):
+    """A compiler that notes each call."""
+    script = folder / "compiler with blanks"
+    script.write_text(f'#!/bin/sh\necho call >>"{folder}/calls"\nexec cc "$@"\n')
+    script.chmod(0o755)
+    return script
+
+
+def calls(folder):
+    return len((folder / "calls").read_text().splitlines()) if (folder / "calls").exists() else 0
+
+
+def test_second_call_does_not_compile(tmp_path):
+    folder = tmp_path / "a folder with blanks"
+    folder.mkdir()
+    env = {"CC": str(counting_compiler(folder)), "REFDYN_CACHE": str(folder / "the cache")}
+    model = folder / "my model.lua"
+    model.write_text(REFERENCE.read_text())
+    first = evaluate(model, None, "--set", "n_rfe=1", env=env)
+    once = calls(folder)
+    assert once > 0
+    second = evaluate(model, None, "--set", "n_rfe=1", env=env)
+    assert calls(folder) == once and first == second
+    # Another value of a parameter is not another program, another structure is.
+    evaluate(model, None, "--set", "n_rfe=1", "--set", "m_E=3.5", env=env)
+    assert calls(folder) == once
+    evaluate(model, None, "--set", "n_rfe=2", env=env)
+    assert calls(folder) > once
+
+
+def test_compiler_that_fails(tmp_path):
+    script = tmp_path / "cc"
+    script.write_text("#!/bin/sh\necho 'no space left' >&2\nexit 1\n")
+    script.chmod(0o755)
+    env = {"CC": str(script), "REFDYN_CACHE": str(tmp_path / "cache")}
+    done = refdyn("eval", PENDULUM, status=1, env=env)
+    assert "no space left" in done.stderr
+    done = refdyn("eval", PENDULUM, status=1, env={**env, "CC": "no-such-compiler"})
+    assert "no-such-compiler" in done.stderr
+    evaluate(PENDULUM, None, env={"REFDYN_CACHE": str(tmp_path / "cache")})
+
+
+def test_spoiled_cache(tmp_path):
+    """A file in the cache that is no library is replaced, or told of; it never crashes the program."""
+    env = {"REFDYN_CACHE": str(tmp_path)}
+    first = evaluate(PENDULUM, None, env=env)
+    for path in tmp_path.rglob("*.so"):
+        path.write_bytes(b"no library")
+    assert evaluate(PENDULUM, None, env=env) == first
+
+
+def test_results_go_to_stdout_or_file(tmp_path):
+    done = refdyn("eval", PENDULUM)
+    refdyn("eval", PENDULUM, "-o", tmp_path / "e.json")
+    assert (tmp_path / "e.json").read_text() == done.stdout and json.loads(done.stdout)
+    assert done.stderr == ""
+    assert [path.name for path in tmp_path.iterdir()] == ["e.json"]
+
+
+def test_gen_tells_what_it_did(tmp_path):
+    said = refdyn("gen", REFERENCE, "-o", tmp_path / "deep" / "folder").stdout
+    assert "arm_psi_1" in said and re.search(r"\bM\b", said) and re.search(r"\d+", said)
+
+
+def test_settings_reach_the_numbers():
+    light, heavy = (evaluate(REFERENCE, None, "--set", "n_rfe=1", "--set", f"m_E={mass}") for mass in (2, 3))
+    assert heavy["M"][3][3] - light["M"][3][3] == 1
+    folded = evaluate(REFERENCE, None, "--set", "n_rfe=1", "--set", "m_E=3", "--fold")
+    assert abs(folded["M"][3][3] - 3) < 1e-15
+
+
+def test_plot(tmp_path):
+    runs = []
+    for name, mass in (("light", 1), ("heavy", 4)):
+        runs.append(tmp_path / f"{name}.csv")
+        refdyn("sim", REFERENCE, "--set", "n_rfe=1", "--set", f"m_E={mass}", "--method", "rk4", "--step", "1e-3", "--until", "0.5",
+               "-o", runs[-1])
+    refdyn("plot", *runs, "-o", tmp_path / "figure.svg")
+    figure = (tmp_path / "figure.svg").read_text()
+    assert figure.lstrip().startswith("<?xml") and figure.rstrip().endswith("</svg>")
+    assert "light" in figure and "heavy" in figure and figure.count("<path") > 10
+    bad = tmp_path / "bad.csv"
+    bad.write_text("t,x\n0,1\n1,two\n")
+    refdyn("plot", bad, "-o", tmp_path / "none.svg", status=1)
+    assert not (tmp_path / "none.svg").exists()
+
+
+def test_bench():
+    lines = [json.loads(line) for line in refdyn("bench", REFERENCE, "--set", "n_rfe=1").stdout.splitlines()]
+    keys = {"quantity", "n", "adds", "muls", "divs", "funcs", "bytes", "ns", "ns_low", "ns_high"}
+    quantities = {line["quantity"]: line for line in lines}
+    assert set(quantities) >= {"M", "h", "Q", "build"}
+    for name, line in quantities.items():
+        if name != "build":
+            assert set(line) >= keys and line["n"] == 4 and line["ns_low"] <= line["ns"] <= line["ns_high"]
+    assert set(quantities["build"]) >= {"gen_s", "cc_s", "source_bytes", "object_bytes", "peak_kb"}
+
+
+def test_report(tmp_path):
+    refdyn("report", REFERENCE, "--set", "n_rfe=1", "--until", "0.2", "--steps", "2e-3,1e-3", "-o", tmp_path)
+    names = {path.suffix for path in tmp_path.iterdir()}
+    assert names >= {".csv", ".svg"}

@@ -1,0 +1,187 @@
+"""The emitted C: clean in both languages and compilers, equal on every run, and nothing in it that a scene does not use."""
+import re
+import shutil
+import subprocess
+
+import pytest
+
+from program import REFERENCE, SOURCE, TESTS, all_models, evaluate, refdyn
+
+WARNINGS = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror".split()
+COMPILERS = [["gcc", "-std=c11"], ["clang", "-std=c11"], ["g++", "-std=c++17", "-x", "c++"], ["clang++", "-std=c++17", "-x", "c++"]]
+SCENES = [(path, []) for path in all_models() + sorted((TESTS / "models").glob("*.lua"))]
+SCENES += [(REFERENCE, ["--set", "n_rfe=1"]), (REFERENCE, ["--set", "form=printed"]), (REFERENCE, ["--set", "dofs=psi"]),
+           (REFERENCE, ["--set", "program=none"]), (REFERENCE, ["--set", "drive=input"])]
+SCENES = [(path, options + fold) for path, options in SCENES for fold in ([], ["--fold"])]
+
+
+def name_of(scene):
+    return " ".join([scene[0].stem, *(word for word in scene[1] if word != "--set")])
+
+
+def emit(folder, model, *options):
+    """The emitted files by name."""
+    folder.mkdir(exist_ok=True)
+    refdyn("gen", model, *options, "-o", folder)
+    shutil.copy(SOURCE / "runtime" / "refdyn_model.h", folder)
+    return {path.name: path.read_text() for path in sorted(folder.iterdir()) if path.name != "refdyn_model.h"}
+
+
+def code(files):
+    """All emitted text without comments and string contents."""
+    text = "\n".join(files.values())
+    text = re.sub(r'"(\\.|[^"\\\n])*"', '""', text)
+    return re.sub(r"/\*.*?\*/|//[^\n]*", " ", text, flags=re.S)
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=name_of)
+def test_compiles_alone_without_warning(scene, tmp_path):
+    files = emit(tmp_path, scene[0], *scene[1])
+    for compiler in COMPILERS:
+        for source in (name for name in files if name.endswith(".c")):
+            done = subprocess.run([*compiler, *WARNINGS, "-O0", "-c", source, "-o", "out.o"], cwd=tmp_path, capture_output=True,
+                                  text=True)
+            assert done.returncode == 0, f"{compiler[0]} {source}\n{done.stderr[:2000]}"
+    header = next(name for name in files if name.endswith(".h"))
+    for compiler in COMPILERS[0], COMPILERS[2]:
+        done = subprocess.run([*compiler, *WARNINGS, "-fsyntax-only", "-"], cwd=tmp_path, text=True, capture_output=True,
+                              input=f'#include "{header}"\n#include "{header}"\n')
+        assert done.returncode == 0, done.stderr[:2000]
+
+
+@pytest.mark.parametrize("scene", SCENES[::2], ids=name_of)
+def test_needs_libm_alone(scene, tmp_path):
+    """No symbol from outside but functions of libm; no variable that changes; no allocation."""
+    files = emit(tmp_path, scene[0], *scene[1])
+    objects = []
+    for source in (name for name in files if name.endswith(".c")):
+        objects.append(source + ".o")
+        subprocess.run(["gcc", "-std=c11", "-O1", "-c", source, "-o", objects[-1]], cwd=tmp_path, check=True)
+    symbols = subprocess.run(["nm", *objects], cwd=tmp_path, check=True, capture_output=True, text=True).stdout.splitlines()
+    defined = {line.split()[-1] for line in symbols if re.match(r"[0-9a-f]+ [TDRBVWdrbt] ", line)}
+    wanted = {line.split()[-1] for line in symbols if re.match(r"\s+U ", line)} - defined
+    libm = {"sin", "cos", "sincos", "tan", "asin", "acos", "atan", "atan2", "sinh", "cosh", "tanh", "exp", "log", "sqrt", "pow",
+            "fabs", "fmin", "fmax", "floor", "hypot", "_GLOBAL_OFFSET_TABLE_"}
+    assert wanted <= libm, wanted - libm
+    changing = [line for line in symbols if re.match(r"[0-9a-f]+ [BbCDd] ", line) and ".data.rel.ro" not in line]
+    sections = subprocess.run(["objdump", "-h", *objects], cwd=tmp_path, check=True, capture_output=True, text=True).stdout
+    for section in (".data", ".bss"):
+        sizes = re.findall(rf"\s{re.escape(section)}\s+([0-9a-f]+)\s", sections)
+        assert all(int(size, 16) == 0 for size in sizes), (section, changing)
+    name = next(file for file in files if file.endswith(".h"))[:-2]
+    outside = {line.split()[-1] for line in symbols if re.match(r"[0-9a-f]+ [TDRBVW] ", line)}
+    assert all(symbol.startswith(name + "_") for symbol in outside), outside
+
+
+@pytest.mark.parametrize("scene", SCENES, ids=name_of)
+def test_equal_on_every_run(scene, tmp_path):
+    first, second = (emit(tmp_path / folder, scene[0], *scene[1]) for folder in "ab")
+    assert first == second
+
+
+def test_no_date_or_path(tmp_path):
+    text = "\n".join(emit(tmp_path, REFERENCE).values())
+    assert str(SOURCE) not in text and not re.search(r"\b20\d\d-\d\d-\d\d\b|\b\d\d:\d\d:\d\d\b", text)
+
+
+def parameters(files):
+    """Fields of the struct of parameters, without the derived values."""
+    text = code(files)
+    body = re.search(r"struct \w+_parameters\s*\{(.*?)\}", text, re.S).group(1)
+    return set(re.findall(r"\bdouble (\w+)", body))
+
+
+def functions(files):
+    return set(re.findall(r"^void \w+?_(M|h|Q|u|v|phi|psi|k|r|rd|C|d|energy|power|Q_q|qdd_free|qdd|force|equations)\(",
+                          code(files), re.M))
+
+
+def test_no_constraints_no_rows(tmp_path):
+    files = emit(tmp_path, TESTS / "models" / "double_pendulum.lua")
+    assert functions(files) >= {"M", "h", "Q", "qdd_free", "energy", "r", "C", "d"}
+    assert not functions(files) & {"u", "v", "phi", "psi", "k", "qdd", "force"}
+
+
+def test_no_points_no_columns(tmp_path):
+    files = emit(tmp_path, TESTS / "models" / "pendulum_flexible.lua")
+    assert functions(files) >= {"M", "h", "Q"}
+    assert not functions(files) & {"r", "rd", "C", "d", "u", "v", "k"}
+
+
+def test_plane_elements_cost_nothing_elsewhere(tmp_path):
+    files = emit(tmp_path, REFERENCE, "--set", "dofs=psi")
+    assert "arm_psi_3" in "\n".join(files.values())
+    assert not re.findall(r"\w*theta\w*|\w*arm_phi\w*", code(files))
+    assert "nu" not in parameters(files), "the shear modulus is not needed without torsion"
+    whole = emit(tmp_path / "whole", REFERENCE)
+    assert len(code(files)) < 0.5 * len(code(whole))
+
+
+def test_parameter_that_nothing_reads(tmp_path):
+    used = parameters(emit(tmp_path, REFERENCE))
+    assert used >= {"m_E", "s_sup", "d_sup", "E", "rho", "a", "b", "alpha", "beta", "v0", "T"}
+    free = parameters(emit(tmp_path / "free", REFERENCE, "--set", "program=none"))
+    assert not free & {"a", "b", "alpha", "beta", "v0", "T", "xc"}
+    # It may be set all the same.
+    refdyn("gen", REFERENCE, "--set", "program=none", "--set", "alpha=5", "-o", tmp_path / "free")
+
+
+SMALL = """local rd = require "refdyn"
+local p = rd.parameters {{ {{ "g", {g}, "m/s^2" }}, {{ "eta", {eta}, "s" }}, {{ "mass", 1.25, "kg" }}, {{ "unused", 3.5, "kg" }} }}
+return rd.model {{ name = "small", gravity = {{ 0, 0, -p.g }}, links = {{
+  {{ "arm", joint = {{ "theta" }}, beam = {{ length = 1, section = rd.round(0.01), E = 2e9, nu = 0.3, rho = 1000, eta = p.eta, rfe = 2 }} }},
+  {{ "load", on = "arm.tip", joint = {{ "x" }}, mass = p.mass }} }} }}
+"""
+
+
+def small(folder, g, eta, *options):
+    folder.mkdir()
+    (folder / "small.lua").write_text(SMALL.format(g=g, eta=eta))
+    return emit(folder / "out", folder / "small.lua", *options)
+
+
+def test_no_gravity_no_damping(tmp_path):
+    whole = small(tmp_path / "a", 9.75, 0.125)
+    assert parameters(whole) >= {"g", "eta", "mass"} and "unused" not in parameters(whole)
+    folded = small(tmp_path / "b", 9.75, 0.125, "--fold")
+    weightless = small(tmp_path / "c", 0, 0.125, "--fold")
+    undamped = small(tmp_path / "d", 0, 0, "--fold")
+    sizes = [len(code(files)) for files in (folded, weightless, undamped)]
+    assert sizes[0] > sizes[1] > sizes[2], sizes
+    assert "power" in functions(weightless) and "power" not in functions(undamped), "no power without a force that has it"
+
+
+def test_emit_narrows(tmp_path):
+    files = emit(tmp_path, REFERENCE, "--emit", "M")
+    assert functions(files) == {"M"}
+    assert functions(emit(tmp_path / "two", REFERENCE, "--emit", "M,C")) == {"M", "C"}
+    done = refdyn("gen", REFERENCE, "--emit", "M,mass", "-o", tmp_path / "none", status=None)
+    assert done.returncode in (1, 2) and "mass" in done.stderr
+
+
+def test_size_grows_as_it_should(tmp_path):
+    """Linearly in the number of elements for accelerations, at most quadratically for M."""
+    def size(quantity, n_rfe):
+        files = emit(tmp_path / f"{quantity}_{n_rfe}", REFERENCE, "--emit", quantity, "--set", f"n_rfe={n_rfe}")
+        return sum(len(text) for name, text in files.items() if name.endswith(".c"))
+    for quantity, increase in (("qdd_free", 1), ("M", (32**2 - 24**2) / (24**2 - 16**2))):
+        sixteen, more, most = (size(quantity, n) for n in (16, 24, 32))
+        assert most - more <= 1.1 * increase * (more - sixteen), (quantity, sixteen, more, most)
+
+
+@pytest.mark.parametrize("n_rfe", [1, 2, 3, 8, 16, 32])
+def test_every_number_of_elements(n_rfe):
+    """Generates, compiles, evaluates; the O(n) accelerations are those of M, h and Q."""
+    import numpy
+    n = 4 + 3 * (n_rfe - 1)
+    wave = [0.03 * numpy.sin(1.7 * i) for i in range(n)]
+    found = evaluate(REFERENCE, {"q": wave, "qd": wave[::-1]}, "--set", f"n_rfe={n_rfe}")
+    M, qdd, f = (numpy.array(found[name]) for name in ("M", "qdd_free", "h"))
+    f = f + numpy.array(found["Q"])
+    assert len(found["coordinates"]) == n
+    assert abs(M @ qdd - f).max() <= 1e-10 * max((abs(M) * abs(qdd)).max(), abs(f).max())
+
+
+def test_every_number_generates(tmp_path):
+    for n_rfe in range(1, 33):
+        refdyn("gen", REFERENCE, "--set", f"n_rfe={n_rfe}", "-o", tmp_path / str(n_rfe))

@@ -1,0 +1,170 @@
+"""What holds whatever the model: over all models of the repository and random trees."""
+import random
+
+import numpy
+import pytest
+
+from program import MODELS, SCALE, TESTS, all_models, check, difference, evaluate, read_run, refdyn
+from random_models import as_lua, random_model, random_state
+
+RANDOM = [0, 1, 3, 5, 7]
+CASES = ([(path, ()) for path in all_models()] + [(path, ()) for path in sorted((TESTS / "models").glob("*.lua"))]
+         + [(MODELS / "manipulator.lua", ("--set", f"n_rfe={n}")) for n in (1, 2)] + [(seed, ()) for seed in RANDOM])
+NAMES = [f"random {path}" if isinstance(path, int) else " ".join([path.name, *options]) for path, options in CASES]
+
+
+class Case:
+    """A model at a random state."""
+
+    def __init__(self, path, options, folder):
+        if isinstance(path, int):
+            seed, path = path, folder / "random.lua"
+            path.write_text(as_lua(random_model(seed)))
+        self.path, self.options = path, options
+        start = evaluate(path, None, *options)
+        self.names = start["coordinates"]
+        state = random_state(random.Random(7), len(self.names), 0.15)
+        self.t, self.q, self.qd = state["t"], numpy.array(state["q"]), numpy.array(state["qd"])
+        self.known = {}
+        self.at_state = self.at()
+
+    def at(self, **changes):
+        """The values at a changed state, each state evaluated once."""
+        state = {name: numpy.array(value).tolist() for name, value in {"t": self.t, "q": self.q, "qd": self.qd, **changes}.items()}
+        key = str(state)
+        if key not in self.known:
+            found = evaluate(self.path, state, *self.options)
+            self.known[key] = {name: numpy.array(value) if name in ARRAYS else value for name, value in found.items()}
+        return self.known[key]
+
+    def slope(self, read, step, **direction):
+        """Derivative of read(values) along a direction in t, q, qd: central differences of order four."""
+        def at(scale):
+            return read(self.at(**{name: getattr(self, name) + scale * step * way for name, way in direction.items()}))
+        return (8 * (at(1) - at(-1)) - (at(2) - at(-2))) / (12 * step)
+
+
+ARRAYS = ("M", "h", "Q", "qdd", "qdd_free", "force", "u", "v", "k")
+
+
+@pytest.fixture(params=CASES, ids=NAMES, scope="module")
+def case(request, tmp_path_factory):
+    return Case(*request.param, tmp_path_factory.mktemp("case"))
+
+
+def agrees(what, found, expected, tolerance, scale):
+    error = difference(found, expected, scale)
+    return "" if error <= tolerance * SCALE else f"{what}: {error:.1e} of {scale:.2g}, allowed {tolerance * SCALE:.0e}"
+
+
+def test_mass_matrix(case):
+    M = case.at_state["M"]
+    assert (M == M.T).all()
+    scaled = M / numpy.sqrt(numpy.outer(M.diagonal(), M.diagonal()))
+    assert numpy.linalg.eigvalsh(scaled)[0] > 0
+
+
+def test_forward_and_inverse_dynamics(case):
+    now = case.at_state
+    M, f, force = now["M"], now["h"] + now["Q"], now.get("force")
+    terms = abs(M) * abs(now["qdd_free"])
+    lines = [agrees("M qdd_free = h + Q", M @ now["qdd_free"], f, 1e-12, max(abs(f).max(), terms.max()))]
+    if len(now.get("u", [])):
+        u, qdd = now["u"], now["qdd"]
+        size = max((abs(M) * abs(qdd)).max(), abs(f).max())
+        lines.append(agrees("M qdd - h - Q = force", M @ qdd - f, force, 1e-12, size))
+        for row, k in zip(u, now["k"]):
+            lines.append(agrees("u qdd = k", row @ qdd, k, 1e-10, max(abs(row * qdd).max(), abs(k))))
+        multipliers = numpy.linalg.lstsq(u.T, force, rcond=None)[0]
+        lines.append(agrees("force = u^T lambda", u.T @ multipliers, force, 1e-7, abs(force).max()))
+    check(lines)
+
+
+def test_bias_forces_follow_from_mass_matrix(case):
+    """h_i = qd dM/dq_i qd / 2 - (dM/dt qd)_i"""
+    n, qd = len(case.q), case.qd
+    along = case.slope(lambda now: now["M"], 1e-3, q=qd)
+    h = -along @ qd
+    for i in range(n):
+        h[i] += qd @ case.slope(lambda now: now["M"], 1e-3, q=numpy.eye(n)[i]) @ qd / 2
+    check([agrees("h", case.at_state["h"], h, 1e-8, max(abs(h).max(), abs(case.at_state["M"]).max()))])
+
+
+def test_forces_follow_from_potential(case):
+    """Without rates, at t = 0 (no drive, no course) Q = -dV/dq."""
+    case = at_rest(case)
+    n = len(case.q)
+    found = case.at()["Q"]
+    expected = [-case.slope(lambda now: now["energy"]["potential"], 1e-3, q=numpy.eye(n)[i]) for i in range(n)]
+    check([agrees("Q", found, expected, 1e-8, abs(found).max())])
+
+
+def at_rest(case):
+    still = object.__new__(Case)
+    still.__dict__.update(case.__dict__, t=0.0, qd=0 * case.qd)
+    return still
+
+
+def test_kinetic_energy(case):
+    now = case.at_state
+    expected = case.qd @ now["M"] @ case.qd / 2
+    assert abs(now["energy"]["kinetic"] - expected) <= 1e-13 * expected * SCALE
+
+
+def test_points(case):
+    """rd = C qd, C = dr/dq and d = d(C qd)/dt at constant rates."""
+    lines = []
+    n = len(case.q)
+    for name, point in case.at_state["points"].items():
+        C = numpy.array(point["C"])
+        slopes = [case.slope(lambda now: numpy.array(now["points"][name]["r"]), 1e-3, q=numpy.eye(n)[i]) for i in range(n)]
+        bias = case.slope(lambda now: numpy.array(now["points"][name]["rd"]), 1e-3, q=case.qd)
+        lines += [agrees("rd = C qd", point["rd"], C @ case.qd, 1e-13, max(abs(C).max() * abs(case.qd).max(), 1e-300)),
+                  agrees("C = dr/dq", C.T, numpy.array(slopes), 1e-9, max(1, abs(C).max())),
+                  agrees("d", point["d"], bias, 1e-7, max(1, abs(bias).max()))]
+    check(lines)
+
+
+def test_rows(case):
+    """psi = dphi/dt along the motion; u = dphi/dq or dpsi/dqd; v = dpsi/dt at constant rates."""
+    now, n, lines = case.at_state, len(case.q), []
+    for row, phi in enumerate(now.get("phi", [])):
+        if now["psi"][row] is None:
+            continue
+        psi = lambda values: values["psi"][row]
+        rest = case.slope(psi, 1e-4, t=1.0, q=case.qd)
+        lines.append(agrees(f"v of row {row + 1}", now["v"][row], rest, 1e-6, max(abs(rest), abs(now["psi"][row]), 1)))
+        slopes = [case.slope(psi, 1e-2, qd=numpy.eye(n)[i]) for i in range(n)]
+        lines.append(agrees(f"u of row {row + 1}", now["u"][row], slopes, 1e-9, max(1, abs(now["u"][row]).max())))
+        if phi is not None:
+            rate = case.slope(lambda values: values["phi"][row], 1e-4, t=1.0, q=case.qd)
+            lines.append(agrees(f"psi of row {row + 1}", now["psi"][row], rate, 1e-7, max(abs(rate), abs(phi), 1)))
+    check(lines)
+
+
+@pytest.mark.parametrize("method, order", [("rk4", 4)])
+def test_observed_order(method, order, tmp_path):
+    """The error of a smooth motion falls with the step as the method's order says."""
+    model = TESTS / "models" / "double_pendulum.lua"
+    names = evaluate(model, None)["coordinates"]
+
+    def end(step):
+        path = tmp_path / f"{step}.csv"
+        refdyn("sim", model, "--method", method, "--step", step, "--until", 2, "--every", 2, "-o", path)
+        run = read_run(path)
+        return numpy.array([run[name][-1] for name in names])
+
+    exact = end(0.0005)
+    errors = [abs(end(step) - exact).max() for step in (0.04, 0.02, 0.01)]
+    observed = numpy.log2(numpy.array(errors[:-1]) / errors[1:])
+    assert (abs(observed - order) < 0.35).all(), (errors, observed)
+
+
+def test_energy_balance(tmp_path):
+    """Work of drives, dampers and programme forces accounts for the change of energy, in every model."""
+    import json
+    for path in all_models():
+        refdyn("sim", path, "--method", "rk4", "--step", "1e-5", "--until", "0.05", "-o", tmp_path / "run.csv",
+               "--summary", tmp_path / "summary.json")
+        summary = json.loads((tmp_path / "summary.json").read_text())
+        assert summary["energy_error"] < 1e-6 * SCALE, (path.name, summary)

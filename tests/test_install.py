@@ -1,0 +1,72 @@
+"""Installs into a temporary prefix and builds a user's program against it, by CMake and by pkg-config."""
+import os
+import shutil
+import subprocess
+
+import pytest
+
+from program import BUILD, REFERENCE, TESTS, read_run, refdyn
+
+
+def run(*command, **options):
+    done = subprocess.run([str(word) for word in command], capture_output=True, text=True, **options)
+    assert done.returncode == 0, f"{command}\n{done.stdout}\n{done.stderr}"
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def installed(tmp_path_factory):
+    """The prefix, moved after the installation: nothing in it may know where it was."""
+    folder = tmp_path_factory.mktemp("install")
+    run("cmake", "--install", BUILD, "--prefix", folder / "first")
+    (folder / "first").rename(folder / "prefix")
+    refdyn("gen", REFERENCE, "--set", "name=manipulator_rigid", "--set", "n_rfe=1", "-o", folder / "emitted")
+    refdyn("sim", REFERENCE, "--set", "n_rfe=1", "--method", "rk4", "--step", "1e-3", "--until", "0.1", "--every", "0.1",
+           "-o", folder / "run.csv")
+    return folder
+
+
+def check_program(folder, program):
+    """It gives what `refdyn sim` gives, and needs libc and libm alone."""
+    t, base_z = map(float, run(program).split())
+    expected = read_run(folder / "run.csv")
+    assert t == 0.1 and abs(base_z - expected["base_z"][-1]) <= 1e-12 and base_z != 0
+    libraries = {line.split()[0].split("/")[-1].split(".")[0] for line in run("ldd", program).splitlines()}
+    assert libraries <= {"linux-vdso", "libc", "libm", "ld-linux-x86-64", "ld-linux-aarch64"}, libraries
+
+
+def test_installed_program(installed):
+    program = installed / "prefix" / "bin" / "refdyn"
+    assert run(program, "--version").split()[-1] == "0.1.0"
+    assert "arm_psi" in run(program, "check", REFERENCE)
+
+
+def test_find_package(installed):
+    build = installed / "cmake"
+    run("cmake", "-S", TESTS / "install", "-B", build, f"-DCMAKE_PREFIX_PATH={installed / 'prefix'}",
+        f"-DEMITTED={installed / 'emitted'}", "-DCMAKE_BUILD_TYPE=Release")
+    run("cmake", "--build", build)
+    check_program(installed, build / "user")
+
+
+def test_pkg_config(installed):
+    packages = next((installed / "prefix").rglob("refdyn.pc")).parent
+    env = {**os.environ, "PKG_CONFIG_PATH": str(packages)}
+    assert run("pkg-config", "--modversion", "refdyn", env=env).strip() == "0.1.0"
+    flags = run("pkg-config", "--cflags", "refdyn", env=env).split()
+    libraries = run("pkg-config", "--libs", "--static", "refdyn", env=env).split()
+    program = installed / "user"
+    run("cc", "-O2", *flags, "-I", installed / "emitted", TESTS / "install" / "main.c", *(installed / "emitted").glob("*.c"),
+        *libraries, "-o", program)
+    check_program(installed, program)
+
+
+def test_emitted_code_needs_one_small_header(installed):
+    """The emitted files and refdyn_model.h, in a folder of their own, are all that a user needs to call them."""
+    folder = installed / "alone"
+    shutil.copytree(installed / "emitted", folder)
+    header = next((installed / "prefix").rglob("refdyn_model.h"))
+    if not (folder / header.name).exists():
+        shutil.copy(header, folder)
+    for source in folder.glob("*.c"):
+        run("cc", "-std=c11", "-c", source.name, cwd=folder)

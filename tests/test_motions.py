@@ -1,0 +1,126 @@
+"""The reference motions, the start off the programme, and what stays constant."""
+import json
+import os
+import tempfile
+import time
+
+import numpy
+import pytest
+
+from program import REFERENCE, SCALE, TESTS, check, evaluate, oracle, read_run, refdyn
+
+
+def motion(model, *arguments, timeout=300):
+    """Columns, standard error and summary of one `refdyn sim`."""
+    with tempfile.TemporaryDirectory() as folder:
+        run, summary = os.path.join(folder, "run.csv"), os.path.join(folder, "summary.json")
+        done = refdyn("sim", model, *arguments, "-o", run, "--summary", summary, timeout=timeout)
+        with open(summary) as file:
+            return read_run(run), done.stderr, json.load(file)
+
+
+def deviations(run, reference, names, points):
+    """Largest distance from the oracle's samples: of the end-effector [m] and of the coordinates."""
+    samples = reference["samples"]
+    times = [sample["t"] for sample in samples]
+    numpy.testing.assert_allclose(run["t"], times, rtol=0, atol=1e-12)
+    q = numpy.array([run[name] for name in names]).T
+    of_q = abs(q - numpy.array([sample["q"] for sample in samples])).max()
+    if not points:
+        return None, of_q
+    r = numpy.array([run["E_x"], run["E_y"], run["E_z"]]).T
+    return abs(r - numpy.array([sample["r_E"] for sample in samples])).max(), of_q
+
+
+REFERENCE_MOTIONS = {
+    "rigid": ("traj_seed_rigid", ["--set", "n_rfe=1", "--step", "1e-3"]),
+    "flexible": ("traj_seed_flexible_4", ["--set", "n_rfe=4", "--step", "1e-5", "--from", "statics"]),
+    "flexible, damped": ("traj_seed_flexible_4_damped",
+                         ["--set", "n_rfe=4", "--set", "eta=1.3e-3", "--step", "1e-5", "--from", "statics"]),
+}
+
+
+@pytest.mark.parametrize("which", REFERENCE_MOTIONS)
+def test_reference_motion(which, capsys):
+    name, arguments = REFERENCE_MOTIONS[which]
+    reference = oracle(name)
+    start = time.time()
+    run, _, summary = motion(REFERENCE, *arguments, "--method", "rk4", "--every", "0.5", "--until", "10")
+    of_r, of_q = deviations(run, reference, reference["coordinates"], True)
+    with capsys.disabled():
+        print(f"\n{which}: r_E within {of_r:.1e} m, q within {of_q:.1e}; {summary['steps']} steps, "
+              f"{summary['wall_s']:.1f} s of {time.time() - start:.1f} s")
+    assert of_r <= 1e-6 * SCALE and of_q <= 1e-6 * SCALE
+    assert summary["steps"] == round(10 / float(arguments[arguments.index("--step") + 1]))
+    assert summary["evaluations"] >= 4 * summary["steps"]
+
+
+def start_file(folder, state):
+    path = os.path.join(folder, "start.json")
+    with open(path, "w") as file:
+        json.dump(state, file)
+    return path
+
+
+def test_flexible_pendulum(tmp_path):
+    reference = oracle("traj_pendulum_4")
+    first = reference["samples"][0]
+    start = start_file(tmp_path, {"q": first["q"], "qd": first["qd"]})
+    model = TESTS / "models" / "pendulum_flexible.lua"
+    found = evaluate(model, {"q": first["q"], "qd": first["qd"]})
+    assert found["coordinates"] == reference["coordinates"]
+    assert abs(found["energy"]["kinetic"] - first["kinetic"]) <= 1e-13 * first["kinetic"] * SCALE
+    assert abs(found["energy"]["potential"] - first["potential"]) <= 1e-13 * first["potential"] * SCALE
+    run, _, _ = motion(model, "--from", start, "--method", "rk4", "--step", "1e-5", "--every", "0.1", "--until", "3")
+    _, of_q = deviations(run, reference, reference["coordinates"], False)
+    assert of_q <= 1e-8 * SCALE, f"q differs by {of_q:.1e}"
+    energy = first["kinetic"] + first["potential"]
+    assert abs(run["energy"] - energy).max() <= 1e-9 * energy * SCALE
+
+
+def test_start_off_the_programme():
+    """The chapter's own programme: the start is off the ellipse, which is said, and the motion is pulled in."""
+    run, said, summary = motion(REFERENCE, "--set", "n_rfe=1", "--set", "program=chapter", "--method", "rk4",
+                                "--step", "1e-3", "--every", "0.5", "--until", "4")
+    assert "1.612" in said, said
+    assert "--start project" in said and "stabilis" in said, said
+    residual = abs(run["phi_1"])
+    assert abs(run["phi_1"][0] - (1.4142135623730951 / 0.875) ** 2 + 1) < 1e-12
+    assert (residual[1:] < residual[:-1]).all(), residual
+    assert residual[-1] < 1e-6
+    assert summary["phi_max"] > 1.6
+
+
+def test_projected_start():
+    run, said, summary = motion(REFERENCE, "--set", "n_rfe=1", "--set", "program=chapter", "--start", "project",
+                                "--method", "rk4", "--step", "1e-3", "--until", "0.5")
+    assert abs(run["phi_1"][0]) < 1e-12 and abs(run["psi_1"][0]) < 1e-12 and abs(run["psi_2"][0]) < 1e-12
+    assert summary["phi_max"] < 1e-6
+
+
+FREE = ["--set", "program=none", "--set", "drive=input", "--set", "d_sup=0"]
+
+
+def energy_change(tmp_path, *arguments):
+    """Largest change of the energy over the largest change of kinetic energy, in 1 s of free motion."""
+    names = evaluate(REFERENCE, None, *FREE)["coordinates"]
+    qd = [{"column_psi": 1, "arm_psi": -0.5}.get(name, 0) for name in names]
+    run, _, summary = motion(REFERENCE, *FREE, *arguments, "--from", start_file(tmp_path, {"qd": qd}),
+                             "--method", "rk4", "--step", "1e-5", "--until", "1", "--every", "0.05")
+    kinetic = []
+    for sample in range(len(run["t"])):
+        state = {"q": [run[name][sample] for name in names], "qd": [run[name + "_d"][sample] for name in names]}
+        kinetic.append(evaluate(REFERENCE, state, *FREE)["energy"]["kinetic"])
+    change = max(abs(numpy.array(kinetic) - kinetic[0]))
+    return max(abs(run["energy"] - run["energy"][0])) / change, summary
+
+
+def test_energy_is_constant(tmp_path):
+    change, summary = energy_change(tmp_path)
+    assert change <= 1e-9 * SCALE, f"energy changes by {change:.1e} of the kinetic energy's change"
+    assert summary["energy_error"] <= 1e-9 * SCALE
+
+
+def test_printed_form_drifts(tmp_path):
+    change, _ = energy_change(tmp_path, "--set", "form=printed")
+    assert change > 1e-3, f"the printed form's energy changes by {change:.1e} only"

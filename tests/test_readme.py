@@ -1,0 +1,56 @@
+"""Every command line of every README.md runs: the lines of its fenced blocks marked `sh`.
+
+A file's blocks run one after another in a copy of the repository. What builds or tests the repository itself is
+left out there, since this test is part of it; the main job, models/run, is run once where it stands.
+"""
+import os
+import re
+import shutil
+import subprocess
+
+import pytest
+
+from program import BUILD, SOURCE
+
+ELSEWHERE = re.compile(r"\s*(#.*)?$|(sudo |git |cmake |ctest |cpack |tests/run|models/run|\.ci/run)")
+DOCUMENTS = sorted(path for path in SOURCE.rglob("README.md") if not {"build", ".git"} & set(path.relative_to(SOURCE).parts))
+
+
+def commands(document):
+    blocks = re.findall(r"^```sh\n(.*?)^```", document.read_text(), re.M | re.S)
+    lines = [line for block in blocks for line in block.replace("\\\n", " ").splitlines()]
+    return [line for line in lines if not ELSEWHERE.match(line)]
+
+
+def run(script, folder, timeout):
+    env = {**os.environ, "PATH": f"{BUILD / 'bin'}:{os.environ['PATH']}"}
+    return subprocess.run(["bash", "-e", "-o", "pipefail", "-c", script], cwd=folder, env=env, capture_output=True, text=True,
+                          timeout=timeout)
+
+
+@pytest.mark.parametrize("document", DOCUMENTS, ids=[str(path.relative_to(SOURCE)) for path in DOCUMENTS])
+def test_commands(document, tmp_path):
+    copy = tmp_path / "refdyn"
+    shutil.copytree(SOURCE, copy, ignore=shutil.ignore_patterns("build", ".git", "__pycache__"))
+    (copy / "build" / "release" / "bin").mkdir(parents=True)
+    (copy / "build" / "release" / "bin" / "refdyn").symlink_to(BUILD / "bin" / "refdyn")
+    for line in commands(document):
+        done = run(line, copy, 300)
+        assert done.returncode == 0, f"{line}\n{done.stdout[-2000:]}\n{done.stderr[-2000:]}"
+
+
+def test_links_lead_somewhere():
+    for document in DOCUMENTS:
+        for target in re.findall(r"\]\(([^)#\s]+)", document.read_text()):
+            assert "://" in target or (document.parent / target).exists(), f"{document.relative_to(SOURCE)}: {target}"
+
+
+def test_main_job():
+    done = subprocess.run([SOURCE / "models" / "run"], capture_output=True, text=True, timeout=500,
+                          env={**os.environ, "REFDYN": str(BUILD / "bin" / "refdyn")})
+    assert done.returncode == 0, done.stdout + done.stderr
+    table = re.findall(r"^end-effector .*\[m\] +(\S+) +(\S+)$", done.stdout, re.M)
+    assert len(table) == 6 and all(float(printed) == abs(float(found)) for printed, found in table), done.stdout
+    figure = SOURCE / "build" / "chapter" / "reference_motion.svg"
+    assert figure.read_text().rstrip().endswith("</svg>")
+    assert figure.stat().st_size < 200_000

@@ -1,0 +1,201 @@
+/*
+ * The emitted C against the interpreter of the plan: every quantity of several scenes at random states agrees to
+ * 4 units in the last place of its largest entry.
+ */
+#include "gen.h"
+#include "refdyn_model.h"
+
+#include <dlfcn.h>
+#include <float.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+enum { MOST_SETTINGS = 3, STATES = 4, ULPS = 4 };
+
+struct scene {
+    const char *file;
+    struct setting settings[MOST_SETTINGS];
+    bool fold;
+};
+
+#define REFERENCE SOURCE_FOLDER "/models/manipulator.lua"
+#define TEST_MODEL(name) SOURCE_FOLDER "/tests/models/" name ".lua"
+
+static const struct scene scenes[] = {
+    {.file = REFERENCE},
+    {.file = REFERENCE, .fold = true},
+    {.file = REFERENCE, .settings = {{"n_rfe", "1"}}},
+    {.file = REFERENCE, .settings = {{"n_rfe", "3"}, {"form", "printed"}}},
+    {.file = REFERENCE, .settings = {{"n_rfe", "2"}, {"program", "chapter"}}},
+    {.file = REFERENCE, .settings = {{"program", "none"}, {"drive", "input"}}},
+    {.file = REFERENCE, .settings = {{"dofs", "psi"}, {"eta", "1.3e-3"}}},
+    {.file = TEST_MODEL("pendulum_flexible")},
+    {.file = TEST_MODEL("double_pendulum")},
+    {.file = TEST_MODEL("programme")},
+};
+
+/* A quantity: where its function stands in struct refdyn_model, and how long its result is. */
+#define QUANTITIES(ENTRY)                                                                                    \
+    ENTRY(start, 2 * n)                                                                                      \
+    ENTRY(M, n *n)                                                                                           \
+    ENTRY(h, n)                                                                                              \
+    ENTRY(Q, n)                                                                                              \
+    ENTRY(u, m *n)                                                                                           \
+    ENTRY(v, m)                                                                                              \
+    ENTRY(phi, m)                                                                                            \
+    ENTRY(psi, m)                                                                                            \
+    ENTRY(k, m)                                                                                              \
+    ENTRY(r, 3 * points)                                                                                     \
+    ENTRY(rd, 3 * points)                                                                                    \
+    ENTRY(C, 3 * points *n)                                                                                  \
+    ENTRY(d, 3 * points)                                                                                     \
+    ENTRY(energy, 2)                                                                                         \
+    ENTRY(power, 1)                                                                                          \
+    ENTRY(Q_q, n *n)                                                                                         \
+    ENTRY(qdd_free, n)                                                                                       \
+    ENTRY(qdd, n)                                                                                            \
+    ENTRY(force, n)                                                                                          \
+    ENTRY(equations, n *n + n + m * n + 4 * m)
+
+static double uniform(unsigned *seed, double size) {
+    *seed = *seed * 1664525u + 1013904223u;
+    return size * (2.0 * (double)(*seed >> 8) / (double)(1u << 24) - 1.0);
+}
+
+/* Emits into a fresh folder, compiles and loads. NULL when one of these fails. */
+static void *load(struct generation *generation, char *folder) {
+    char command[4096];
+    if (!mkdtemp(folder) || gen_write(generation, folder) != GEN_OK)
+        return NULL;
+    snprintf(command, sizeof command,
+             "cc -std=c11 -O1 -ffp-contract=off -fPIC -shared -I%s -I%s/runtime %s/*.c -o %s/model.so -lm", folder,
+             SOURCE_FOLDER, folder, folder);
+    if (system(command) != 0)
+        return NULL;
+    snprintf(command, sizeof command, "%s/model.so", folder);
+    return dlopen(command, RTLD_NOW | RTLD_LOCAL);
+}
+
+static void remove_folder(const char *folder) {
+    char command[4096];
+    snprintf(command, sizeof command, "rm -rf %s", folder);
+    if (system(command) != 0)
+        perror(folder);
+}
+
+static int differs(const char *what, const double *found, const double *expected, int count) {
+    double largest = 0, worst = 0;
+    for (int i = 0; i < count; i++) {
+        if (!isfinite(found[i]) || !isfinite(expected[i])) {
+            printf("  %s[%d] is not finite\n", what, i);
+            return 1;
+        }
+        largest = fmax(largest, fabs(expected[i]));
+        worst = fmax(worst, fabs(found[i] - expected[i]));
+    }
+    if (worst <= ULPS * DBL_EPSILON * largest)
+        return 0;
+    printf("  %s: emitted C and interpreter differ by %.2e, largest entry %.2e\n", what, worst, largest);
+    return 1;
+}
+
+/* Random values near the defaults; the derived values by the model's own `prepare`. */
+static void set_values(const struct refdyn_model *model, unsigned *seed, double *p, double *x, double *state) {
+    const int n = model->n;
+    for (int i = 0; i < model->parameter_count; i++)
+        p[i] = model->parameters[i].value * (1 + uniform(seed, 0.05));
+    for (int i = 0; i < model->input_count; i++)
+        x[i] = uniform(seed, 3);
+    for (int i = 0; i < 2 * n; i++)
+        state[i] = i < n ? uniform(seed, 0.4) : uniform(seed, 1.5);
+    if (model->anchored_count) {
+        double anchors[64];
+        if (model->prepare)
+            model->prepare(p);
+        model->anchor(p, x, 0.25, state, state + n, anchors);
+        for (int i = 0; i < model->anchored_count; i++)
+            p[model->anchored[i]] = anchors[i] + 0.1;
+    }
+    if (model->prepare)
+        model->prepare(p);
+}
+
+static int compare(const struct generation *generation, const struct refdyn_model *model, unsigned *seed, int *compared) {
+    const int n = model->n, m = model->m, points = model->point_count;
+    const size_t most = (size_t)(3 * (points + 1) + n + m + 8) * (size_t)(n + 8);
+    double *p = calloc((size_t)(model->parameter_count + model->derived_count) + 1, sizeof *p);
+    double *x = calloc((size_t)model->input_count + 1, sizeof *x), *state = calloc(2 * (size_t)n, sizeof *state);
+    double *found = calloc(most, sizeof *found), *expected = calloc(most, sizeof *expected);
+    const double t = 0.75 + uniform(seed, 0.5);
+    int failed = 0;
+    set_values(model, seed, p, x, state);
+#define COMPARE(name, count)                                                                                 \
+    if (model->name && (count) > 0) {                                                                        \
+        model->name(p, x, t, state, state + n, found);                                                       \
+        if (gen_interpret(generation, #name, p, x, t, state, state + n, expected) != 0) {                    \
+            printf("  %s: emitted, but not known to the interpreter\n", #name);                              \
+            failed++;                                                                                        \
+        } else                                                                                               \
+            failed += differs(#name, found, expected, count);                                                \
+        ++*compared;                                                                                         \
+    }
+    QUANTITIES(COMPARE)
+    free(expected);
+    free(found);
+    free(state);
+    free(x);
+    free(p);
+    return failed;
+}
+
+static int judge(struct generation *generation, unsigned *seed) {
+    char folder[] = "/tmp/refdyn_interpreter_XXXXXX", symbol[256];
+    void *library = load(generation, folder);
+    int failed = 1, compared = 0;
+    snprintf(symbol, sizeof symbol, "%s_model", generation->model.name);
+    const struct refdyn_model *model = library ? dlsym(library, symbol) : NULL;
+    if (model) {
+        failed = 0;
+        for (int state = 0; state < STATES; state++)
+            failed += compare(generation, model, seed, &compared);
+        printf("  %d results compared\n", compared);
+        failed += compared < STATES * 6; /* M h Q energy qdd_free equations at the least */
+    } else {
+        printf("  not compiled or not loaded: %s\n", folder);
+    }
+    if (library)
+        dlclose(library);
+    remove_folder(folder);
+    return failed;
+}
+
+static int check_scene_number(int number, unsigned *seed) {
+    const struct scene *scene = &scenes[number];
+    struct generation generation;
+    struct read_request request = {.file = scene->file, .settings = scene->settings, .fold = scene->fold};
+    while (request.setting_count < MOST_SETTINGS && scene->settings[request.setting_count].name)
+        request.setting_count++;
+    printf("scene %d, %s\n", number, scene->file);
+    enum gen_status status = gen_read(&generation, &request, -1);
+    if (status == GEN_OK)
+        status = gen_plan(&generation, NULL);
+    int failed = 1;
+    if (status == GEN_OK)
+        failed = judge(&generation, seed);
+    else
+        for (int i = 0; i < generation.messages.count; i++)
+            printf("  line %d: %s\n", generation.messages.list[i].place.line, generation.messages.list[i].text);
+    gen_release(&generation);
+    return failed;
+}
+
+int main(void) {
+    unsigned seed = 2385;
+    int failed = 0;
+    for (int i = 0; i < (int)(sizeof scenes / sizeof *scenes); i++)
+        failed += check_scene_number(i, &seed);
+    printf("%s\n", failed ? "failed" : "passed");
+    return failed != 0;
+}
