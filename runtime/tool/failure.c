@@ -17,14 +17,14 @@ static void print_values(const char *title, const struct refdyn_model *model, co
     char text[NUMBER_LENGTH];
     fprintf(stderr, "  %s:", title);
     for (int i = 0; i < model->n; i++)
-        fprintf(stderr, " %s%s = %s%s", model->coordinates[i].name, suffix, number_text(values[i], text),
+        fprintf(stderr, " %s%s = %s%s", model->coordinates[i].name, suffix, exact_text(values[i], text),
                 i + 1 < model->n ? "," : "\n");
 }
 
 enum status numbers_failed(const struct scene *scene, int result, double t, const double *q,
                            const double *qd) {
     char text[NUMBER_LENGTH];
-    fprintf(stderr, "refdyn: %s: t = %s s: %s", scene->model->name, number_text(t, text),
+    fprintf(stderr, "refdyn: %s: t = %s s: %s", scene->model->name, exact_text(t, text),
             refdyn_status_text(result));
     print_place(scene);
     fputs("\n", stderr);

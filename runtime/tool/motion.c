@@ -42,7 +42,7 @@ static enum status choose_method(const struct options *options, struct refdyn_op
     return STATUS_DONE;
 }
 
-static const char *const stabilise_names[] = {
+const char *const stabilise_names[STABILISE_COUNT] = {
     [REFDYN_NONE] = "none", [REFDYN_BAUMGARTE] = "baumgarte", [REFDYN_PROJECT] = "project"};
 
 static int find_text(const char *const *names, int count, const char *name) {
@@ -58,7 +58,7 @@ enum status motion_options(const struct options *options, struct refdyn_options 
     if (status != STATUS_DONE)
         return status;
     if (options->stabilise) {
-        int found = find_text(stabilise_names, 3, options->stabilise);
+        int found = find_text(stabilise_names, STABILISE_COUNT, options->stabilise);
         if (found < 0)
             return usage_error(options->command, "--stabilise: '%s' is none of none, baumgarte, project",
                                options->stabilise);

@@ -9,7 +9,10 @@
 
 #include <signal.h>
 
-enum { MOTION_INTERRUPTED = 1000 }; /* beside the runtime's statuses */
+enum { MOTION_INTERRUPTED = 1000 /* beside the runtime's statuses */, STABILISE_COUNT = 3 };
+
+/* By enum refdyn_stabilise. */
+extern const char *const stabilise_names[STABILISE_COUNT];
 
 struct motion {
     struct scene *scene;

@@ -11,7 +11,7 @@
  * DBL_DECIMAL_DIG). */
 enum { FEWEST_DIGITS = 15, MOST_DIGITS = 17 };
 
-const char *number_text(double value, char text[static NUMBER_LENGTH]) {
+const char *exact_text(double value, char text[static NUMBER_LENGTH]) {
     for (int digits = FEWEST_DIGITS; digits <= MOST_DIGITS; digits++) {
         snprintf(text, NUMBER_LENGTH, "%.*g", digits, value);
         if (strtod(text, NULL) == value)
@@ -22,7 +22,7 @@ const char *number_text(double value, char text[static NUMBER_LENGTH]) {
 
 void print_number(FILE *out, double value) {
     char text[NUMBER_LENGTH];
-    fputs(number_text(value, text), out);
+    fputs(exact_text(value, text), out);
 }
 
 static void print_quoted(FILE *out, const char *text) {

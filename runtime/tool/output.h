@@ -11,7 +11,7 @@
 enum { NUMBER_LENGTH = 32 };
 
 /* The value with the fewest of 15, 16 or 17 digits that read back exactly. Returns text. */
-const char *number_text(double value, char text[static NUMBER_LENGTH]);
+const char *exact_text(double value, char text[static NUMBER_LENGTH]);
 void print_number(FILE *out, double value);
 
 /* A JSON document being written: one entry a line at the outermost level, all else in line. */

@@ -87,7 +87,7 @@ static enum status read_folded(struct scene *scene, const struct options *option
     int count = options->setting_count;
     for (int i = 0; i < values->count; i++)
         settings[count++] =
-            (struct setting){values->list[i].name, number_text(values->list[i].value, texts[i])};
+            (struct setting){values->list[i].name, exact_text(values->list[i].value, texts[i])};
     enum status status = read_with(scene, options->operands[0], settings, count, true);
     if (status != STATUS_DONE)
         print_messages(&scene->generation, 0);

@@ -42,8 +42,8 @@ static void print_start(const struct options *options, const struct refdyn_drive
             continue;
         fprintf(stderr, "  %s (%s): ", work->model->rows[i].name, level_name(level));
         if (level == REFDYN_POSITION)
-            fprintf(stderr, "phi = %s, ", number_text(work->phi[i], text[0]));
-        fprintf(stderr, "psi = %s\n", number_text(work->psi[i], text[1]));
+            fprintf(stderr, "phi = %s, ", exact_text(work->phi[i], text[0]));
+        fprintf(stderr, "psi = %s\n", exact_text(work->psi[i], text[1]));
     }
     print_remedies(options, drive->options.stabilise);
 }
@@ -51,11 +51,10 @@ static void print_start(const struct options *options, const struct refdyn_drive
 static void print_summary(const struct motion *motion) {
     const struct refdyn_statistics *s = &motion->drive.statistics;
     const struct refdyn_options *o = &motion->drive.options;
-    static const char *const how[] = {"none", "baumgarte", "project"};
     char text[NUMBER_LENGTH];
     fprintf(stderr, "method       %s, %s %s, stabilised by %s\n", refdyn_method_name((int)o->method),
             o->method == REFDYN_RK4 ? "step [s]" : "tolerance",
-            number_text(o->method == REFDYN_RK4 ? o->step : o->tol, text), how[o->stabilise]);
+            exact_text(o->method == REFDYN_RK4 ? o->step : o->tol, text), stabilise_names[o->stabilise]);
     fprintf(stderr, "steps        %ld taken, %ld rejected, from %.3g to %.3g s\n", s->steps, s->rejected,
             s->step_smallest, s->step_largest);
     fprintf(stderr, "evaluations  %ld\n", s->evaluations);
@@ -95,9 +94,9 @@ static enum status stop(const struct motion *motion, struct output *output, int 
     char text[NUMBER_LENGTH];
     bool is_kept = output_keep_part(output);
     if (result == MOTION_INTERRUPTED)
-        fprintf(stderr, "refdyn: interrupted at t = %s s\n", number_text(drive->t, text));
+        fprintf(stderr, "refdyn: interrupted at t = %s s\n", exact_text(drive->t, text));
     else if (drive->cause > 0 && drive->cause != result)
-        fprintf(stderr, "refdyn: at t = %s s: %s\n", number_text(drive->failed_t, text),
+        fprintf(stderr, "refdyn: at t = %s s: %s\n", exact_text(drive->failed_t, text),
                 refdyn_status_text(drive->cause));
     if (result != MOTION_INTERRUPTED)
         numbers_failed(motion->scene, result, drive->t, drive->q, drive->qd);

@@ -1,0 +1,191 @@
+/* Error against run time: see study.h. */
+#include "study.h"
+#include "output.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum {
+    COARSEST_PARTS = 16, /* the first step tried is this part of the motion */
+    HALVINGS_MAX = 24,   /* down to a millionth of it */
+    AUTOMATIC_STEPS = 12,
+    REPORT_OUTPUTS = 50 /* times at which positions are compared */
+};
+
+/* Two runs this near, as a part of the way, are one motion. */
+static const double settled_part = 0.05;
+
+/* Runs at all steps h, h/2 ... c cost less than twice the last one each, and the reference two of the last.
+ */
+static const double study_cost = 2 * STABILISE_COUNT + 2;
+
+static void put_track(const struct motion *motion, const struct study *study, double *track) {
+    const struct refdyn_drive *drive = &motion->drive;
+    const struct refdyn_workspace *work = drive->work;
+    if (study->stride == 3)
+        work->model->r(work->p, work->x, drive->t, drive->q, drive->qd, track);
+    else
+        memcpy(track, drive->q, (size_t)study->tracked * sizeof *track);
+}
+
+static void keep_facts(struct trial *trial, const struct motion *motion) {
+    const struct refdyn_statistics *s = &motion->drive.statistics;
+    trial->cpu_s = motion->cpu_s;
+    trial->steps = s->steps;
+    trial->evaluations = s->evaluations;
+    trial->phi_max = s->phi_max;
+    trial->psi_max = s->psi_max;
+    trial->energy_error = refdyn_energy_error(&motion->energy);
+    trial->stopped_t = motion->drive.t;
+}
+
+/* One motion at trial->step and trial->stabilise, from a start on the programme. */
+static void run_trial(struct trial *trial, struct study *study, struct scene *scene,
+                      const struct options *options, struct progress *progress) {
+    struct refdyn_options drive = refdyn_options_default(REFDYN_RK4);
+    struct motion motion;
+    double every = options->every > 0 ? options->every : (options->until - scene->state.t) / REPORT_OUTPUTS;
+    drive.step = trial->step;
+    drive.stabilise = trial->stabilise;
+    drive.project_start = 1;
+    drive.balance = 1;
+    refdyn_partition_reset(&scene->work); /* every trial chooses its own, whatever ran before */
+    trial->result = motion_start(&motion, scene, &drive, options->until, every);
+    study->outputs = motion.outputs;
+    trial->track = allocate((size_t)(motion.outputs * study->tracked), sizeof *trial->track);
+    for (long i = 0; i < motion.outputs && trial->result == REFDYN_OK; i++) {
+        if (i > 0)
+            trial->result = motion_to(&motion, i, progress);
+        put_track(&motion, study, trial->track + i * study->tracked);
+    }
+    keep_facts(trial, &motion);
+    motion_release(&motion);
+    if (trial->result != REFDYN_OK) {
+        free(trial->track);
+        trial->track = NULL;
+    }
+}
+
+static struct trial *add_trial(struct study *study, double step, enum refdyn_stabilise stabilise) {
+    struct trial *trial = &study->trials[study->count++];
+    *trial = (struct trial){.step = step, .stabilise = stabilise};
+    return trial;
+}
+
+static double distance(const double *a, const double *b, int count) {
+    double sum = 0;
+    for (int i = 0; i < count; i++)
+        sum += (a[i] - b[i]) * (a[i] - b[i]);
+    return sqrt(sum);
+}
+
+/* Whether two runs tell the same story: apart by a small part of the way that the track makes. */
+static bool is_near(const struct study *study, const double *a, const double *b) {
+    double apart = 0, way = 0;
+    for (long i = 0; i < study->outputs * study->tracked; i += study->stride) {
+        double here = distance(a + i, b + i, study->stride);
+        double from_start = distance(b + i, b + i % study->tracked, study->stride);
+        apart = here <= apart ? apart : here; /* NaN counts as larger */
+        way = from_start > way ? from_start : way;
+    }
+    return apart <= settled_part * way;
+}
+
+/* The last trial takes the place of the one before it. */
+static void replace_previous(struct study *study) {
+    struct trial *previous = &study->trials[study->count - 2];
+    free(previous->track);
+    *previous = study->trials[--study->count];
+}
+
+/*
+ * Steps halved from the largest with which the projected motion settles, that is agrees with the motion at
+ * half that step; the one before it is listed too, when it failed. The projected trials are then done.
+ * Returns how many steps.
+ */
+static int find_steps(struct study *study, struct scene *scene, const struct options *options, double seconds,
+                      double steps[static STEPS_MAX], struct progress *progress) {
+    double step = (options->until - scene->state.t) / COARSEST_PARTS;
+    bool is_settled = false, is_affordable = true;
+    for (int i = 0;
+         i < HALVINGS_MAX && is_affordable && study->count < AUTOMATIC_STEPS && !motion_interrupted; i++) {
+        struct trial *trial = add_trial(study, step, REFDYN_PROJECT);
+        run_trial(trial, study, scene, options, progress);
+        const struct trial *previous = study->count > 1 ? trial - 1 : NULL;
+        if (previous && previous->track && trial->track)
+            is_settled = is_settled || is_near(study, previous->track, trial->track);
+        bool is_edge = previous && !previous->track && trial->track; /* of stability: both stay */
+        if (previous && !is_settled && !is_edge)
+            replace_previous(study);
+        is_affordable = study->trials[study->count - 1].cpu_s * 2 * study_cost < seconds;
+        step /= 2;
+    }
+    for (int i = 0; i < study->count; i++)
+        steps[i] = study->trials[i].step;
+    return study->count;
+}
+
+static void judge(struct trial *trial, const struct study *study) {
+    if (!trial->track)
+        return;
+    trial->error = 0;
+    for (long i = 0; i < study->outputs * study->tracked; i += study->stride) {
+        double error = distance(trial->track + i, study->reference.track + i, study->stride);
+        if (!(error <= trial->error)) /* NaN counts as larger */
+            trial->error = error;
+    }
+}
+
+static double smallest(const double *steps, int count) {
+    double least = steps[0];
+    for (int i = 1; i < count; i++)
+        if (steps[i] < least)
+            least = steps[i];
+    return least;
+}
+
+static enum status run_reference(struct study *study, struct scene *scene, const struct options *options,
+                                 double step, struct progress *progress) {
+    study->reference = (struct trial){.step = step, .stabilise = REFDYN_PROJECT};
+    run_trial(&study->reference, study, scene, options, progress);
+    if (study->reference.result == REFDYN_OK)
+        return STATUS_DONE;
+    if (study->reference.result != MOTION_INTERRUPTED)
+        fprintf(stderr, "refdyn report: %s: the reference run with step %g s stopped at t = %g s: %s\n",
+                study->name, step, study->reference.stopped_t, refdyn_status_text(study->reference.result));
+    return STATUS_NUMBERS;
+}
+
+enum status study_run(struct study *study, struct scene *scene, const struct options *options,
+                      const double *steps, int step_count, double seconds) {
+    double found[STEPS_MAX];
+    struct progress progress;
+    const struct refdyn_model *model = scene->model;
+    study->count = 0;
+    study->stride = model->point_count ? 3 : 1;
+    study->tracked = model->point_count ? 3 * model->point_count : model->n;
+    progress_start(&progress, study->name);
+    bool is_automatic = !steps;
+    if (is_automatic) {
+        step_count = find_steps(study, scene, options, seconds, found, &progress);
+        steps = found;
+    }
+    for (int i = 0; i < STABILISE_COUNT; i++)
+        for (int j = 0; j < step_count && !motion_interrupted && model->m + (i == REFDYN_NONE) > 0; j++)
+            if (!is_automatic || i != REFDYN_PROJECT)
+                run_trial(add_trial(study, steps[j], (enum refdyn_stabilise)i), study, scene, options,
+                          &progress);
+    enum status status = run_reference(study, scene, options, smallest(steps, step_count) / 2, &progress);
+    for (int i = 0; i < study->count && status == STATUS_DONE; i++)
+        judge(&study->trials[i], study);
+    progress_end(&progress);
+    return status;
+}
+
+void study_release(struct study *study) {
+    for (int i = 0; i < study->count; i++)
+        free(study->trials[i].track);
+    free(study->reference.track);
+    study->count = 0;
+}
