@@ -21,8 +21,7 @@ static void read_model(struct generation *gen, const struct read_request *reques
     if (!script)
         return;
     read_scene(script, &gen->model);
-    if (!messages->errors)
-        check_scene(&gen->model, messages);
+    check_scene(&gen->model, messages);
     if (!messages->errors)
         expand(&gen->memory, &gen->model, &gen->tree);
     if (!messages->errors)
@@ -44,6 +43,7 @@ enum gen_status gen_read(struct generation *gen, const struct read_request *requ
     gen->model.graph = &gen->graph;
     gen->model.fold = request->fold;
     read_model(gen, request);
+    sort_messages(&gen->messages);
     return gen->messages.errors ? GEN_MODEL_ERROR : GEN_OK;
 }
 

@@ -39,6 +39,16 @@ void warn(struct messages *messages, struct place place, const char *format, ...
     va_end(list);
 }
 
+void sort_messages(struct messages *messages) {
+    for (int i = 1; i < messages->count; i++) {
+        struct message message = messages->list[i];
+        int at = i;
+        for (; at > 0 && messages->list[at - 1].place.line > message.place.line; at--)
+            messages->list[at] = messages->list[at - 1];
+        messages->list[at] = message;
+    }
+}
+
 static int smaller(int a, int b) {
     return a < b ? a : b;
 }

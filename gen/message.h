@@ -31,6 +31,9 @@ void complain(struct messages *messages, struct place place, const char *format,
 void warn(struct messages *messages, struct place place, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
+/* By line; those of one line stay in their order. */
+void sort_messages(struct messages *messages);
+
 /* The entry of `known` (count names) nearest to `name` in edit distance, or NULL when none is near. */
 const char *nearest_name(const char *name, const char *const *known, int count);
 

@@ -27,8 +27,8 @@
 
 /* What one model may take while it is read: far beyond any sensible model, soon enough for an endless loop.
  */
-static const size_t memory_bound = (size_t)512 << 20;
-enum { STEPS_BETWEEN_CHECKS = 1000000, CHECKS_BOUND = 300, VALUE_BOUND = 1000000, DEPTH_BOUND = 32 };
+static const size_t memory_bound = (size_t)256 << 20;
+enum { STEPS_BETWEEN_CHECKS = 1000000, CHECKS_BOUND = 100, VALUE_BOUND = 1000000, DEPTH_BOUND = 32 };
 
 struct script {
     lua_State *L;
@@ -94,6 +94,26 @@ static int table_number(lua_State *L, int index) {
     return number;
 }
 
+/* What stands at `index`: for messages. */
+static const char *described(lua_State *L, int index) {
+    switch (lua_type(L, index)) {
+    case LUA_TNUMBER:
+        return kind_text(VALUE_NUMBER);
+    case LUA_TSTRING:
+        return kind_text(VALUE_TEXT);
+    case LUA_TBOOLEAN:
+        return kind_text(VALUE_BOOLEAN);
+    case LUA_TFUNCTION:
+        return kind_text(VALUE_FUNCTION);
+    case LUA_TTABLE:
+        return kind_text(VALUE_TABLE);
+    case LUA_TUSERDATA:
+        return luaL_testudata(L, index, VIEW) ? "a group of values" : kind_text(VALUE_EXPRESSION);
+    default:
+        return kind_text(VALUE_NOTHING);
+    }
+}
+
 /* ---- expressions ---- */
 
 static void push_expression(lua_State *L, expression e) {
@@ -121,7 +141,7 @@ static int arithmetic(lua_State *L) {
     for (int i = 1; i <= 2; i++)
         if (!get_expression(L, i, i == 1 ? &a : &b))
             return luaL_error(L, "arithmetic on an expression and %s, a number or an expression is needed",
-                              luaL_typename(L, i));
+                              described(L, i));
     push_expression(L, operation == OP_POW ? power(graph, a, b) : apply(graph, operation, a, b, zero(graph)));
     return 1;
 }
@@ -146,11 +166,11 @@ static int apply_function(lua_State *L) {
     double values[3] = {0};
     bool are_numbers = true;
     if (lua_gettop(L) != arity)
-        return luaL_error(L, "rd.%s: %d arguments, %d needed", name, lua_gettop(L), arity);
+        return luaL_error(L, "rd.%s: number of arguments is %d, %d is needed", name, lua_gettop(L), arity);
     for (int i = 0; i < arity; i++) {
         if (!get_expression(L, i + 1, &operands[i]))
-            return luaL_error(L, "rd.%s: argument %d is a %s, a number or an expression is needed", name,
-                              i + 1, luaL_typename(L, i + 1));
+            return luaL_error(L, "rd.%s: argument %d is %s, a number or an expression is needed", name, i + 1,
+                              described(L, i + 1));
         are_numbers = are_numbers && lua_type(L, i + 1) == LUA_TNUMBER;
         values[i] = lua_tonumber(L, i + 1);
     }
@@ -334,8 +354,7 @@ static const char *text_argument(lua_State *L, int index, const char *function, 
     if (lua_isnoneornil(L, index) && standard)
         return standard;
     if (lua_type(L, index) != LUA_TSTRING)
-        luaL_error(L, "rd.%s: argument %d is a %s, a text is needed", function, index,
-                   luaL_typename(L, index));
+        luaL_error(L, "rd.%s: argument %d is %s, a text is needed", function, index, described(L, index));
     return memory_text(script_of(L)->memory, lua_tostring(L, index));
 }
 
@@ -389,8 +408,8 @@ static int module_input(lua_State *L) {
 /* rd.model, rd.position ...: the table itself, with a tag. */
 static int tag_table(lua_State *L) {
     if (lua_type(L, 1) != LUA_TTABLE)
-        return luaL_error(L, "rd.%s: argument is %s, a table is needed", lua_tostring(L, lua_upvalueindex(1)),
-                          luaL_typename(L, 1));
+        return luaL_error(L, "rd.%s: argument 1 is %s, a table is needed",
+                          lua_tostring(L, lua_upvalueindex(1)), luaL_typename(L, 1));
     lua_settop(L, 1);
     lua_pushvalue(L, lua_upvalueindex(1));
     set_note(L, script_of(L)->tags, 1);
@@ -400,8 +419,8 @@ static int tag_table(lua_State *L) {
 static void expression_arguments(lua_State *L, const char *function, int count, expression *e) {
     for (int i = 0; i < count; i++)
         if (!get_expression(L, i + 1, &e[i]))
-            luaL_error(L, "rd.%s: argument %d is a %s, a number or an expression is needed", function, i + 1,
-                       luaL_typename(L, i + 1));
+            luaL_error(L, "rd.%s: argument %d is %s, a number or an expression is needed", function, i + 1,
+                       described(L, i + 1));
 }
 
 static int module_ramp(lua_State *L) {

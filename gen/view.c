@@ -91,6 +91,8 @@ static struct view_result point_field(const struct view_names *names, struct vie
             memory_format(names->declarations->memory, "s.points.%s", names->points[view.index]);
         return no_field(names, path, field, "field", known, 9);
     }
+    if (view.at_start && component / 3 == 2)
+        return no_acceleration();
     return found(
         names, &view,
         symbol(names->declarations->graph, SYMBOL_POINT, 3 * view.index + component % 3, component / 3));

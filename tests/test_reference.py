@@ -4,7 +4,7 @@ import random
 import numpy
 import pytest
 
-from brute_force import Tree, dynamics, rows
+from brute_force import Tree, dynamics, number, rows
 from program import check, close, evaluate
 from random_models import KINDS, as_lua, random_model, random_state
 
@@ -19,7 +19,7 @@ def write(folder, seed):
 
 def comparisons(found, tree, state):
     expected = {**dynamics(tree, state["t"], state["q"], state["qd"]), **rows(tree, state["t"], state["q"], state["qd"])}
-    q, qd = ([numpy.longdouble(x) for x in state[name]] for name in ("q", "qd"))
+    q, qd = (numpy.array([number(x) for x in state[name]]) for name in ("q", "qd"))
     E, C = found["points"]["E"], tree.C("E", q)
     lines = [close(name, found[name], expected[name], 1e-13) for name in ("M", "h", "Q", "u", "v", "k") if expected[name] is not None]
     for name in ("phi", "psi"):

@@ -1,0 +1,369 @@
+/*
+ * Checks of a model that need no Lua: names, doubles, bodies that can exist, rows that say something.
+ *
+ * check_scene before the tree is built, check_programme when forces and rows are known. Numbers out of range
+ * have been found by the reader, field by field.
+ */
+#include "memory.h"
+#include "read.h"
+
+#include <ctype.h>
+#include <math.h>
+#include <string.h>
+
+struct check {
+    const struct model *model;
+    const struct tree *tree;
+    struct messages *messages;
+};
+
+/* ---- names ---- */
+
+struct named {
+    const char *name;
+    struct place place;
+};
+
+static bool is_reserved(const char *name) {
+    static const char *const words[] = {
+        "alignas", "alignof", "and", "and_eq", "asm", "auto", "bitand", "bitor", "bool", "break", "case",
+        "catch", "char", "char16_t", "char32_t", "class", "compl", "const", "const_cast", "constexpr",
+        "continue", "decltype", "default", "delete", "do", "double", "dynamic_cast", "else", "enum",
+        "explicit", "export", "extern", "false", "float", "for", "friend", "goto", "if", "inline", "int",
+        "long", "mutable", "namespace", "new", "noexcept", "not", "not_eq", "nullptr", "operator", "or",
+        "or_eq", "private", "protected", "public", "register", "reinterpret_cast", "restrict", "return",
+        "short", "signed", "sizeof", "static", "static_assert", "static_cast", "struct", "switch", "template",
+        "this", "thread_local", "throw", "true", "try", "typedef", "typeid", "typename", "union", "unsigned",
+        "using", "virtual", "void", "volatile", "wchar_t", "while", "xor", "xor_eq",
+        /* macros that a compiler or math.h may define */
+        "errno", "linux", "unix", "NULL", "NAN", "INFINITY", "HUGE_VAL"};
+    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
+        if (strcmp(name, words[i]) == 0)
+            return true;
+    return false;
+}
+
+static bool is_identifier(const char *name) {
+    if (!isalpha((unsigned char)*name))
+        return false;
+    while (isalnum((unsigned char)*name) || *name == '_')
+        name++;
+    return *name == 0;
+}
+
+static void check_name(const struct check *check, const char *kind, const struct named *named) {
+    if (!*named->name)
+        return; /* missing: the reader has said so */
+    if (!is_identifier(named->name))
+        complain(check->messages, named->place,
+                 "%s \"%s\": no identifier of C, a letter and then letters, digits and _ are needed", kind,
+                 named->name);
+    else if (is_reserved(named->name))
+        complain(check->messages, named->place, "%s %s: a reserved word of C or C++, another name is needed",
+                 kind, named->name);
+}
+
+/* Each name once within its kind. */
+static void check_names(const struct check *check, const char *kind, const struct named *list, int count) {
+    for (int i = 0; i < count; i++) {
+        int first = 0;
+        check_name(check, kind, &list[i]);
+        while (strcmp(list[first].name, list[i].name) != 0)
+            first++;
+        if (first < i && *list[i].name)
+            complain(check->messages, list[i].place,
+                     "%s %s: the name is taken by line %d, each %s needs its own", kind, list[i].name,
+                     list[first].place.line, kind);
+    }
+}
+
+static struct named *new_list(const struct check *check, int count) {
+    return memory_get(check->messages->memory, ((size_t)count + 1) * sizeof(struct named));
+}
+
+static void check_link_names(const struct check *check) {
+    const struct model *model = check->model;
+    struct named *list = new_list(check, model->link_count);
+    for (int i = 0; i < model->link_count; i++) {
+        list[i] = (struct named){model->links[i].name, model->links[i].place};
+        if (strcmp(list[i].name, "ground") == 0)
+            complain(check->messages, list[i].place,
+                     "link ground: the name of what stands still, another is needed");
+    }
+    check_names(check, "link", list, model->link_count);
+}
+
+static void check_point_names(const struct check *check) {
+    const struct model *model = check->model;
+    struct named *list = new_list(check, model->point_count);
+    for (int i = 0; i < model->point_count; i++)
+        list[i] = (struct named){model->points[i].name, model->points[i].place};
+    check_names(check, "point", list, model->point_count);
+}
+
+static void check_options(const struct check *check) {
+    const struct model *model = check->model;
+    struct named *list = new_list(check, model->option_count);
+    for (int i = 0; i < model->option_count; i++)
+        list[i] = (struct named){model->options[i].name, model->options[i].place};
+    check_names(check, "option", list, model->option_count);
+}
+
+static const char *not_finite_text(double value) {
+    return isnan(value) ? "nan" : value > 0 ? "inf" : "-inf";
+}
+
+static void check_parameters(const struct check *check) {
+    const struct model *model = check->model;
+    struct named *list = new_list(check, model->parameter_count);
+    for (int i = 0; i < model->parameter_count; i++) {
+        const struct parameter *parameter = &model->parameters[i];
+        list[i] = (struct named){parameter->name, parameter->place};
+        if (!isfinite(parameter->value))
+            complain(check->messages, parameter->place, "parameter %s: value %s, a finite number is needed",
+                     parameter->name, not_finite_text(parameter->value));
+    }
+    check_names(check, "parameter", list, model->parameter_count);
+}
+
+static void check_inputs(const struct check *check) {
+    const struct model *model = check->model;
+    struct named *list = new_list(check, model->input_count);
+    for (int i = 0; i < model->input_count; i++) {
+        const struct input *input = &model->inputs[i];
+        list[i] = (struct named){input->name, input->place};
+        if (!isfinite(input->value))
+            complain(check->messages, input->place, "input %s: value %s, a finite number is needed",
+                     input->name, not_finite_text(input->value));
+    }
+    check_names(check, "input", list, model->input_count);
+}
+
+/* ---- bodies ---- */
+
+static double parameter_value(void *context, const struct symbol *symbol) {
+    const struct model *model = context;
+    return symbol->kind == SYMBOL_PARAMETER ? model->parameters[symbol->index].value : 0;
+}
+
+static double value_of(const struct model *model, expression e) {
+    struct model copy = *model;
+    return evaluate(model->graph, e, parameter_value, &copy);
+}
+
+/* No principal minor of the symmetric tensor xx yy zz xy xz yz is negative, but for rounding. */
+static bool is_positive_semidefinite(const double J[6]) {
+    const double scale = fmax(fabs(J[0]), fmax(fabs(J[1]), fabs(J[2]))), slack = 1e-9;
+    const double xy = J[0] * J[1] - J[3] * J[3], xz = J[0] * J[2] - J[4] * J[4],
+                 yz = J[1] * J[2] - J[5] * J[5];
+    const double all = J[0] * yz - J[3] * (J[3] * J[2] - J[5] * J[4]) + J[4] * (J[3] * J[5] - J[1] * J[4]);
+    return fmin(J[0], fmin(J[1], J[2])) >= -slack * scale &&
+           fmin(xy, fmin(xz, yz)) >= -slack * scale * scale && all >= -slack * scale * scale * scale;
+}
+
+/*
+ * A body has int x^2 dm = (yy + zz - xx) / 2 and so on: that tensor of second moments must not be negative,
+ * which contains the triangle inequality. Where a moment is left out, since the link never turns so, only
+ * what is given is looked at.
+ */
+static void check_inertia(const struct check *check, const struct link *link) {
+    double I[6], second[6];
+    for (int i = 0; i < 6; i++) {
+        I[i] = value_of(check->model, link->solid.inertia[i]);
+        second[i] = -I[i];
+    }
+    const double half = (I[0] + I[1] + I[2]) / 2;
+    for (int i = 0; i < 3; i++)
+        second[i] += half;
+    const bool is_complete = I[0] > 0 && I[1] > 0 && I[2] > 0;
+    const double largest = fmax(I[0], fmax(I[1], I[2]));
+    if (is_complete && largest > half * (1 + 1e-9))
+        complain(check->messages, link->place,
+                 "link %s: inertia %.6g %.6g %.6g, none may be larger than the sum of the others", link->name,
+                 I[0], I[1], I[2]);
+    else if (!is_positive_semidefinite(is_complete ? second : I))
+        complain(check->messages, link->place,
+                 "link %s: inertia: products %.6g %.6g %.6g are too large for its moments, no body has such",
+                 link->name, I[3], I[4], I[5]);
+    else if (half > 0 && value_of(check->model, link->solid.mass) <= 0)
+        complain(check->messages, link->place, "link %s: inertia without mass, a mass is needed", link->name);
+}
+
+/* ---- lists of coordinates ---- */
+
+static void check_coordinates(const struct check *check, const char *what, struct place place,
+                              const char *const *names, int count) {
+    const char **known = coordinate_names(check->messages->memory, check->tree);
+    for (int i = 0; i < count; i++) {
+        int first = 0;
+        while (strcmp(names[first], names[i]) != 0)
+            first++;
+        if (first < i)
+            complain(check->messages, place, "%s[%d]: \"%s\" is there twice, once is enough", what, i + 1,
+                     names[i]);
+        if (find_coordinate(check->tree, names[i]) >= 0)
+            continue;
+        const char *nearest = nearest_name(names[i], known, check->tree->count);
+        complain(check->messages, place, "%s[%d]: unknown coordinate \"%s\", the nearest known one is \"%s\"",
+                 what, i + 1, names[i], nearest ? nearest : known[0]);
+    }
+}
+
+static void check_dependent(const struct check *check) {
+    const struct model *model = check->model;
+    check_coordinates(check, "dependent", model->dependent_place, model->dependent, model->dependent_count);
+    check_coordinates(check, "hold", model->hold_place, model->hold, model->hold_count);
+    if (model->dependent_count > 0 && model->dependent_count != model->row_count)
+        complain(check->messages, model->dependent_place,
+                 "dependent: number of coordinates is %d, that of constraint rows, %d, is needed",
+                 model->dependent_count, model->row_count);
+    if (model->row_count > check->tree->count)
+        complain(check->messages, model->place,
+                 "constraints: %d rows, at most as many as coordinates, %d, can hold", model->row_count,
+                 check->tree->count);
+}
+
+/* ---- forces and rows ---- */
+
+/* What an expression depends on that moves, by order of the time derivative. */
+struct moving {
+    const struct check *check;
+    int symbols[3];
+    expression *accelerations;
+    int capacity;
+};
+
+static void note_symbol(void *context, expression e) {
+    struct moving *moving = context;
+    const struct check *check = moving->check;
+    const struct symbol *symbol = as_symbol(check->model->graph, e);
+    bool is_point = symbol->kind == SYMBOL_POINT && check->tree->points[symbol->index / 3].frame >= 0;
+    if (symbol->kind != SYMBOL_COORDINATE && !is_point)
+        return;
+    int order = symbol->order;
+    if (order == 2) {
+        moving->accelerations =
+            memory_room(check->messages->memory, moving->accelerations, moving->symbols[2], &moving->capacity,
+                        sizeof *moving->accelerations);
+        moving->accelerations[moving->symbols[2]] = e;
+    }
+    moving->symbols[order]++;
+}
+
+static struct moving moving_of(const struct check *check, expression e) {
+    struct moving moving = {.check = check};
+    visit_symbols(check->model->graph, e, note_symbol, &moving);
+    return moving;
+}
+
+/* A number in e that is not finite, or 0. */
+static double find_not_finite(const struct check *check, expression e) {
+    const struct graph *graph = check->model->graph;
+    bool *reached = memory_get(check->messages->memory, (size_t)e + 1);
+    reached[e] = true;
+    for (expression i = e + 1; i-- > 0;) {
+        double value;
+        if (!reached[i])
+            continue;
+        if (is_number(graph, i, &value) && !isfinite(value))
+            return value;
+        int arity = operation_arity((enum operation)graph->nodes[i].operation);
+        for (int operand = 0; operand < arity; operand++)
+            reached[graph->nodes[i].operand[operand]] = true;
+    }
+    return 0;
+}
+
+/* What holds for forces and rows alike. */
+static void check_formula(const struct check *check, struct place place, const char *path, expression e) {
+    double value = find_not_finite(check, e);
+    if (value != 0)
+        complain(check->messages, place, "%s: contains %s, finite numbers are needed", path,
+                 not_finite_text(value));
+    if (check->model->graph->nodes[e].depends & ON_START)
+        complain(check->messages, place, "%s: s.start is known in the value of an rd.parameter only", path);
+}
+
+static void check_force(const struct check *check, const struct force *force) {
+    const char *path =
+        memory_format(check->messages->memory, "forces.%s", check->tree->frames[force->coordinate].name);
+    check_formula(check, force->place, path, force->value);
+    if (moving_of(check, force->value).symbols[2] > 0)
+        complain(check->messages, force->place,
+                 "%s: depends on accelerations, a force has t, q, qd and inputs", path);
+}
+
+static void check_linear(const struct check *check, const struct row *row, const char *path,
+                         const struct moving *moving) {
+    int count = moving->symbols[2];
+    expression *slopes = memory_get(check->messages->memory, (size_t)count * sizeof *slopes);
+    gradient(check->model->graph, row->residual, moving->accelerations, slopes, count);
+    for (int i = 0; i < count; i++) {
+        if (moving_of(check, slopes[i]).symbols[2] == 0)
+            continue;
+        complain(check->messages, row->place, "%s: not linear in the accelerations, a qdd + b is needed",
+                 path);
+        return;
+    }
+}
+
+static void check_row(const struct check *check, const struct row *row, int index) {
+    static const char *const needed[] = {"a coordinate or the position of a point that moves",
+                                         "a rate or the velocity of a point that moves", "an acceleration"};
+    const char *path = memory_format(check->messages->memory, "constraints[%d]", index + 1);
+    struct moving moving = moving_of(check, row->residual);
+    check_formula(check, row->place, path, row->residual);
+    if (row->level == ROW_POSITION && moving.symbols[1] > 0)
+        complain(check->messages, row->place, "%s: depends on velocities, rd.velocity is for such rows",
+                 path);
+    else if (row->level != ROW_ACCELERATION && moving.symbols[2] > 0)
+        complain(check->messages, row->place,
+                 "%s: depends on accelerations, rd.acceleration is for such rows", path);
+    else if (moving.symbols[row->level] == 0)
+        complain(check->messages, row->place, "%s: depends on no coordinate, %s is needed", path,
+                 needed[row->level]);
+    else if (row->level == ROW_ACCELERATION)
+        check_linear(check, row, path, &moving);
+}
+
+static void check_row_names(const struct check *check) {
+    const struct model *model = check->model;
+    for (int i = 0; i < model->row_count; i++) {
+        int first = 0;
+        while (strcmp(model->rows[first].name, model->rows[i].name) != 0)
+            first++;
+        if (first < i)
+            complain(check->messages, model->rows[i].place,
+                     "constraints[%d].name: \"%s\" is taken by line %d, each row needs its own", i + 1,
+                     model->rows[i].name, model->rows[first].place.line);
+    }
+}
+
+void check_scene(const struct model *model, struct messages *messages) {
+    const struct check check = {.model = model, .messages = messages};
+    const struct named name = {model->name, model->place};
+    check_name(&check, "model", &name);
+    check_options(&check);
+    check_parameters(&check);
+    check_inputs(&check);
+    check_link_names(&check);
+    check_point_names(&check);
+    for (int i = 0; i < model->link_count; i++)
+        check_inertia(&check, &model->links[i]);
+}
+
+void check_programme(const struct model *model, const struct tree *tree, struct messages *messages) {
+    const struct check check = {.model = model, .tree = tree, .messages = messages};
+    if (tree->count == 0) {
+        complain(messages, model->place, "links: no link has a joint, at least one coordinate is needed");
+        return;
+    }
+    check_parameters(&check); /* those that functions have declared are new */
+    check_inputs(&check);
+    for (int i = 0; i < model->force_count; i++)
+        check_force(&check, &model->forces[i]);
+    for (int i = 0; i < model->row_count; i++)
+        check_row(&check, &model->rows[i], i);
+    check_row_names(&check);
+    check_dependent(&check);
+}

@@ -1,0 +1,9 @@
+-- expect: 8: s.q.a_y: unknown coordinate, the nearest known one is "a_x"
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x" }, mass = 1 },
+  },
+  forces = function(s) return { a_x = s.q.a_y } end,
+}

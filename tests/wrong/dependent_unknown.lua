@@ -1,0 +1,17 @@
+-- expect: 15: dependent[1]: unknown coordinate "a_y", the nearest known one is "a_x"
+-- expect: 16: hold[2]: "a_x" is there twice, once is enough
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x" }, mass = 1 },
+  },
+  points = { E = "a" },
+  constraints = function(s)
+    return {
+      rd.position { s.q.a_x },
+    }
+  end,
+  dependent = { "a_y" },
+  hold = "a_x,a_x",
+}

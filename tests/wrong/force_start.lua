@@ -1,0 +1,9 @@
+-- expect: 8: forces.a_x: s.start is known in the value of an rd.parameter only
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x" }, mass = 1 },
+  },
+  forces = function(s) return { a_x = s.start.q.a_x - s.q.a_x } end,
+}

@@ -1,0 +1,9 @@
+-- expect: 8: rd.atan2: number of arguments is 1, 2 is needed
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x" }, mass = 1 },
+  },
+  forces = function(s) return { a_x = rd.atan2(s.t) } end,
+}

@@ -1,0 +1,9 @@
+-- expect: 8: rd.sni: unknown function, the nearest known one is "sin"
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x" }, mass = 1 },
+  },
+  forces = function(s) return { a_x = rd.sni(s.t) } end,
+}

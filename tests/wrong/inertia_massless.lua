@@ -1,0 +1,8 @@
+-- expect: 6: link a: inertia without mass, a mass is needed
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "phi" }, inertia = { xx = 1, yy = 1, zz = 1 } },
+  },
+}

@@ -1,0 +1,8 @@
+-- expect: 6: link a: inertia: products 0.9 0 0 are too large for its moments, no body has such
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "phi" }, mass = 1, inertia = { xx = 1, yy = 1, zz = 1, xy = 0.9 } },
+  },
+}

@@ -1,0 +1,8 @@
+-- expect: 6: link a: inertia 3 1 1, none may be larger than the sum of the others
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "phi" }, mass = 1, inertia = { xx = 3, yy = 1, zz = 1 } },
+  },
+}

@@ -1,0 +1,8 @@
+-- expect: 6: links[1].joint[2]: "x" is there twice, a link has each joint once
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x", "x" }, mass = 1 },
+  },
+}

@@ -1,0 +1,9 @@
+-- expect: 7: links[1].at[2]: value nan, a finite number is needed
+-- expect: 7: links[1].at[3]: value inf, a finite number is needed
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x" }, at = { 0, 0/0, 1/0 }, mass = 1 },
+  },
+}

@@ -1,0 +1,10 @@
+-- expect: 0: option kind: value "c", one of a, b is needed
+-- set: kind=c
+local rd = require "refdyn"
+local kind = rd.option("kind", "a", { "a", "b" })
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x" }, mass = 1 },
+  },
+}

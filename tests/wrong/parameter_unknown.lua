@@ -1,0 +1,9 @@
+-- expect: 7: p.n: unknown parameter, the nearest known one is "m"
+local rd = require "refdyn"
+local p = rd.parameters { { "m", 1, "kg" }, { "k", 10, "N/m" } }
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x" }, mass = p.n },
+  },
+}

@@ -1,0 +1,11 @@
+-- expect: 10: points.E: no link "b", the nearest known one is "a"
+-- expect: 10: points.F: a number, the name of a link or { on = ..., at = ... } is needed
+-- expect: 10: points.G.on: missing, a point needs it
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x" }, mass = 1 },
+  },
+  points = { E = "b", F = 3, G = { at = { 0, 0, 0 } } },
+}

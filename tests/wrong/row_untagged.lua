@@ -1,0 +1,14 @@
+-- expect: 11: constraints[1]: a table, rd.position, rd.velocity or rd.acceleration { ... } is needed
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x" }, mass = 1 },
+  },
+  points = { E = "a" },
+  constraints = function(s)
+    return {
+      { s.q.a_x },
+    }
+  end,
+}

@@ -1,0 +1,9 @@
+-- expect: 3: attempt to index a nil value (global 'nothing')
+local rd = require "refdyn"
+local mass = nothing.mass
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x" }, mass = 1 },
+  },
+}

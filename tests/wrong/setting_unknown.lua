@@ -1,0 +1,10 @@
+-- expect: 0: --set speeed: unknown option or parameter, the nearest known one is "speed"
+-- set: speeed=3
+local rd = require "refdyn"
+local p = rd.parameters { { "speed", 1, "m/s" } }
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x" }, mass = 1 },
+  },
+}

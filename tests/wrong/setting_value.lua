@@ -1,0 +1,13 @@
+-- expect: 0: --set n: value "two", a whole number is needed
+-- expect: 0: --set m: value "heavy", a number is needed
+-- set: n=two
+-- set: m=heavy
+local rd = require "refdyn"
+local n = rd.option("n", 2)
+local p = rd.parameters { { "m", 1, "kg" } }
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x" }, mass = 1 },
+  },
+}

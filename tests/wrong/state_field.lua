@@ -1,0 +1,9 @@
+-- expect: 8: s.time: unknown field, known: t q qd qdd points inputs start
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x" }, mass = 1 },
+  },
+  forces = function(s) return { a_x = s.time } end,
+}

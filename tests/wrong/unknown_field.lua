@@ -1,0 +1,8 @@
+-- expect: 6: links[1].mas: unknown field, the nearest known one is "mass"
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x" }, mas = 1 },
+  },
+}

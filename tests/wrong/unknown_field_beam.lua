@@ -1,0 +1,10 @@
+-- expect: 8: links[1].beam.length: missing, a beam needs it
+-- expect: 8: links[1].beam.lenght: unknown field, the nearest known one is "length"
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "arm", joint = { "psi" },
+      beam = { section = rd.round(0.01), E = 2.1e11, nu = 0.3, rho = 7801, rfe = 3, lenght = 2 } },
+  },
+}

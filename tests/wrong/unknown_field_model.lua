@@ -1,0 +1,11 @@
+-- expect: 9: gravty: unknown field, the nearest known one is "gravity"
+-- expect: 10: zzzzzzzz: unknown field, known: name gravity links points forces constraints dependent hold form
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x" }, mass = 1 },
+  },
+  gravty = { 0, 0, -9.81 },
+  zzzzzzzz = 1,
+}

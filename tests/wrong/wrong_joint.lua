@@ -1,0 +1,12 @@
+-- expect: 9: links[1].joint[2]: "w" is no joint, x y z phi theta psi are
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a",
+      joint = {
+        "x",
+        "w",
+      }, mass = 1 },
+  },
+}
