@@ -20,7 +20,11 @@
 static const double worse = 10;
 
 void refdyn_partition_reset(struct refdyn_workspace *work) {
-    work->partition.rank = -1;
+    struct refdyn_partition *partition = &work->partition;
+    partition->rank = -1;
+    partition->is_declared = partition->changes = 0;
+    partition->condition = partition->condition_chosen = partition->condition_max = 1;
+    partition->pivot = partition->pivot_min = 1;
 }
 
 static void swap_int(int *a, int *b) {

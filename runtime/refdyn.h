@@ -68,8 +68,8 @@ struct refdyn_partition {
     double condition; /* estimate for K_d (scaled) at the last accelerations: |[1 -P]| / smallest pivot */
     double condition_chosen; /* the same when it was chosen */
     double pivot;         /* smallest pivot of K_d (scaled) at the last accelerations: 1 best, 0 singular */
-    double pivot_min;     /* smallest of these since refdyn_workspace_init */
-    double condition_max; /* largest condition since refdyn_workspace_init */
+    double pivot_min;     /* smallest of these since refdyn_partition_reset */
+    double condition_max; /* largest condition since refdyn_partition_reset */
 };
 
 /*
@@ -170,7 +170,7 @@ int refdyn_accelerate(struct refdyn_workspace *work, double t, const double *q, 
 void refdyn_programme_force(struct refdyn_workspace *work, const double *qdd, double *force, double *lambda);
 /* Power of the programme force, r . qd = lambda . (u qd) [W]; same conditions. */
 double refdyn_programme_power(struct refdyn_workspace *work, const double *qdd, const double *qd);
-/* Forgets the partition: the next refdyn_solve starts from the declared set again. */
+/* Forgets the partition and its record: the next refdyn_solve starts from the declared set again. */
 void refdyn_partition_reset(struct refdyn_workspace *work);
 
 /* ---- Consistent states
@@ -265,16 +265,16 @@ struct refdyn_drive {
                         accepted state [s] */
 
     /* the step's own */
-    double *stages;                     /* (stages x (2 n + 1)) qd, qdd, power of each stage */
-    double *state_new;                  /* (2 n + 1) q, qd, work at the end of the step */
-    double *stage_state;                /* (2 n + 1) q, qd, work of a stage */
-    double *error;                      /* (2 n) q, qd of the embedded formula minus those of the step */
-    double step_next;                   /* adaptive: proposed step [s] */
+    double *state;     /* (2 n + 1) q, qd, work_done */
+    double *state_new; /* (2 n + 1) the same at the end of the step */
+    double *stage;     /* (2 n + 1) the same at a stage */
+    double *slopes; /* (stages x (2 n + 1)) qd, qdd, power at each stage; the first are those of the state */
+    double *error;  /* (2 n) estimate for q, qd */
+    double step_next;                   /* adaptive: proposed step, 0: to be found [s] */
     double error_last;                  /* adaptive: error norm of the last accepted step */
-    double from, to;                    /* output interval in progress [s] */
+    double from, to;                    /* fixed step: output interval in progress [s] */
     long interval_steps, interval_done; /* fixed step: steps of that interval */
-    long evaluations_before;
-    int changes_before;
+    long evaluations_before;            /* of the workspace, at the start */
 };
 
 /* Bytes that refdyn_drive_init needs. */
@@ -287,8 +287,9 @@ int refdyn_drive_init(struct refdyn_drive *drive, struct refdyn_workspace *work,
 int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, const double *qd);
 /* One accepted step towards t_out, never past it; lands on it exactly. Fixed step: the interval from the last
  * output to t_out is cut into ceil(interval/step) equal steps, the i-th begins at from + i (to - from)/count.
- * Errors: > 0 from a fixed step whose evaluation failed; STEP_TOO_SMALL, TOO_MANY_STEPS. The drive then stays
- * at the last accepted state, with cause and failed_t set. */
+ * Errors: > 0 from a fixed step whose evaluation failed; STEP_TOO_SMALL, TOO_MANY_STEPS; BAD_OPTION when
+ * t_out lies before t. The drive then stays at the last accepted state, with cause and failed_t set;
+ * refdyn_drive_refresh evaluates that state again. */
 int refdyn_drive_step(struct refdyn_drive *drive, double t_out);
 /* Steps until t_out. Same errors. */
 int refdyn_drive_to(struct refdyn_drive *drive, double t_out);
@@ -300,7 +301,7 @@ int refdyn_drive_refresh(struct refdyn_drive *drive);
 
 struct refdyn_energy {
     double kinetic, potential; /* at the last refdyn_energy_add [J] */
-    double kinetic_start, potential_start;
+    double kinetic_start, potential_start, work_start;
     double largest_change; /* of kinetic energy, potential energy or work [J] */
     double largest_error;  /* of |change of kinetic + potential - work| [J] */
 };

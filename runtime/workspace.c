@@ -108,7 +108,6 @@ int refdyn_workspace_init(struct refdyn_workspace *work, const struct refdyn_mod
     /* stabilisation multiplies that drift, so that dependent rows agree to half of those digits again */
     work->consistency_tol = sqrt(sqrt(DBL_EPSILON));
     work->fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
-    work->partition.pivot_min = work->partition.condition_max = 1;
     refdyn_partition_reset(work);
     for (int i = 0; i < model->parameter_count; i++)
         work->p[i] = model->parameters[i].value;

@@ -1,0 +1,218 @@
+/*
+ * Consistent states: how far a state is off the programme, and the nearest one on it.
+ *
+ * Takes a state; gives the smallest change, in the metric M, of positions and then of velocities that meets
+ * the rows: min dq^T M dq with u dq = -phi:   dq = -M^-1 u^T (u M^-1 u^T)^-1 phi, and the same with psi for
+ * dqd (Ascher, Chin, Petzold and Reich, Mech. Struct. Mach. 23:135-157, 1995). With M = L L^T and the rows A
+ * = u L^-T orthonormalised this is dq = L^-T z, z the shortest solution of A z = -phi; no product u M^-1 u^T
+ * is formed, so dependent rows are told apart at full precision.
+ */
+#include "core.h"
+
+#include <float.h>
+#include <math.h>
+#include <string.h>
+
+#include "dense.h"
+
+/* Newton doubles the digits from any start that it converges from; 30 iterations also halve a distance 30
+ * times. */
+enum { ITERATIONS_MOST = 30 };
+
+/* Rounding of a residual: a few units in the last place of each term. */
+static const double rounding = 4 * DBL_EPSILON;
+
+static int has_position(const struct refdyn_model *model, int a) {
+    return model->rows[a].level == REFDYN_POSITION;
+}
+
+static int has_velocity(const struct refdyn_model *model, int a) {
+    return model->rows[a].level != REFDYN_ACCELERATION;
+}
+
+struct refdyn_residual refdyn_residuals(const struct refdyn_workspace *work) {
+    struct refdyn_residual largest = {.phi_row = -1, .psi_row = -1};
+    for (int a = 0; a < work->m; a++) {
+        const double phi = fabs(work->phi[a]), psi = fabs(work->psi[a]);
+        if (has_position(work->model, a) && (largest.phi_row < 0 || phi > largest.phi)) {
+            largest.phi = phi;
+            largest.phi_row = a;
+        }
+        if (has_velocity(work->model, a) && (largest.psi_row < 0 || psi > largest.psi)) {
+            largest.psi = psi;
+            largest.psi_row = a;
+        }
+    }
+    return largest;
+}
+
+/* sum_j |u_aj| max(|x_j|, least): what row a makes of the state x */
+static double row_terms(const struct refdyn_workspace *work, int a, const double *x, double least) {
+    double sum = 0;
+    for (int j = 0; j < work->n; j++)
+        sum += fabs(work->u[a * work->n + j]) * fmax(fabs(x[j]), least);
+    return sum;
+}
+
+static int rows_hold(const struct refdyn_workspace *work, double tol, double least, const double *q,
+                     const double *qd) {
+    for (int a = 0; a < work->m; a++) {
+        if (has_position(work->model, a) && !(fabs(work->phi[a]) <= tol * row_terms(work, a, q, least)))
+            return 0;
+        if (has_velocity(work->model, a) && !(fabs(work->psi[a]) <= tol * row_terms(work, a, qd, least)))
+            return 0;
+    }
+    return 1;
+}
+
+int refdyn_is_consistent(const struct refdyn_workspace *work, double tol, const double *q, const double *qd) {
+    return rows_hold(work, tol, 1, q, qd);
+}
+
+/* L L^T = M into work->reduced. */
+static int factor_mass(struct refdyn_workspace *work) {
+    const int n = work->n;
+    memcpy(work->reduced, work->M, (size_t)(n * n) * sizeof(double));
+    const int failed = refdyn_factor(work->reduced, n, n);
+    if (failed < 0)
+        return REFDYN_OK;
+    if (refdyn_fault_not_finite(work))
+        return REFDYN_NOT_FINITE;
+    work->fault = (struct refdyn_fault){.row = -1, .coordinate = failed};
+    return REFDYN_MASS_NOT_POSITIVE;
+}
+
+/* A = u L^-T for the marked rows, each divided by its length; wanted follows. Rows without length are
+ * unmarked. */
+static void spread_rows(struct refdyn_workspace *work, int *active) {
+    const int n = work->n;
+    for (int a = 0; a < work->m; a++) {
+        if (!active[a])
+            continue;
+        double *row = work->basis + a * n;
+        memcpy(row, work->u + a * n, (size_t)n * sizeof *row);
+        refdyn_factor_half_forward(work->reduced, n, n, row);
+        const double length = sqrt(dense_dot(row, row, n));
+        active[a] = length > 0;
+        for (int j = 0; j < n && active[a]; j++)
+            row[j] /= length;
+        if (active[a])
+            work->wanted[a] /= length;
+    }
+}
+
+/* The marked row with the most that is its own, -1 when none has more than rank_tol. */
+static int longest_row(const struct refdyn_workspace *work, const int *active, double *length) {
+    const int n = work->n;
+    int longest = -1;
+    *length = work->rank_tol;
+    for (int a = 0; a < work->m; a++) {
+        const double *row = work->basis + a * n;
+        const double size = active[a] ? sqrt(dense_dot(row, row, n)) : 0;
+        if (size > *length) {
+            longest = a;
+            *length = size;
+        }
+    }
+    return longest;
+}
+
+/* z (n): the shortest solution of A z = wanted, by modified Gram-Schmidt with row pivoting; dependent rows
+ * drop out. */
+static void shortest_solution(struct refdyn_workspace *work, int *active, double *z) {
+    const int n = work->n;
+    double length;
+    for (int j = 0; j < n; j++)
+        z[j] = 0;
+    for (int a = longest_row(work, active, &length); a >= 0; a = longest_row(work, active, &length)) {
+        double *basis = work->basis + a * n;
+        const double part = work->wanted[a] / length;
+        for (int j = 0; j < n; j++)
+            basis[j] /= length;
+        dense_add(z, part, basis, n);
+        active[a] = 0;
+        for (int b = 0; b < work->m; b++) {
+            double *row = work->basis + b * n;
+            if (!active[b])
+                continue;
+            const double along = dense_dot(row, basis, n);
+            dense_add(row, -along, basis, n);
+            work->wanted[b] -= along * part;
+        }
+    }
+}
+
+/* change (n) := smallest one with u change = -residual for the marked rows; needs factor_mass. */
+static void smallest_change(struct refdyn_workspace *work, const double *residual, double *change) {
+    int *active = work->mark + work->n;
+    for (int a = 0; a < work->m; a++)
+        work->wanted[a] = -residual[a];
+    spread_rows(work, active);
+    shortest_solution(work, active, change);
+    refdyn_factor_half_backward(work->reduced, work->n, work->n, change);
+}
+
+/* One Newton correction of positions and of velocities. */
+static int correct(struct refdyn_workspace *work, double *q, double *qd) {
+    const int n = work->n;
+    int *active = work->mark + n;
+    const int status = factor_mass(work);
+    if (status)
+        return status;
+    for (int a = 0; a < work->m; a++)
+        active[a] = has_position(work->model, a);
+    smallest_change(work, work->phi, work->change);
+    for (int a = 0; a < work->m; a++)
+        active[a] = has_velocity(work->model, a);
+    smallest_change(work, work->psi, work->change + n);
+    dense_add(q, 1, work->change, n);
+    dense_add(qd, 1, work->change + n, n);
+    return REFDYN_OK;
+}
+
+/* What is off, as one number: the largest residual over the largest coefficient of its row. */
+static double distance(const struct refdyn_workspace *work) {
+    double largest = 0;
+    for (int a = 0; a < work->m; a++) {
+        const double size = refdyn_largest(work->u + a * work->n, work->n, NULL);
+        const double off = fmax(fabs(work->phi[a]), fabs(work->psi[a]));
+        if (size > 0)
+            largest = fmax(largest, off / size);
+    }
+    return largest;
+}
+
+static int not_converged(struct refdyn_workspace *work) {
+    const struct refdyn_residual left = refdyn_residuals(work);
+    work->fault =
+        (struct refdyn_fault){.row = left.phi > left.psi ? left.phi_row : left.psi_row, .coordinate = -1};
+    return REFDYN_NO_CONVERGENCE;
+}
+
+/* Done when every residual is at rounding level, or near it and no longer falling. */
+int refdyn_project_evaluated(struct refdyn_workspace *work, double t, double *q, double *qd) {
+    const double near = sqrt(DBL_EPSILON);
+    double last = INFINITY;
+    for (int iteration = 0; iteration <= ITERATIONS_MOST; iteration++) {
+        const double now = distance(work);
+        if (rows_hold(work, rounding, 0, q, qd))
+            return REFDYN_OK;
+        if (now > last / 2 && rows_hold(work, near, 1, q, qd))
+            return REFDYN_OK;
+        last = now;
+        int status = correct(work, q, qd);
+        if (!status)
+            status = refdyn_equations(work, t, q, qd);
+        if (status)
+            return status;
+    }
+    return not_converged(work);
+}
+
+int refdyn_project(struct refdyn_workspace *work, double t, double *q, double *qd,
+                   struct refdyn_residual *before) {
+    const int status = refdyn_equations(work, t, q, qd);
+    if (before)
+        *before = refdyn_residuals(work);
+    return status ? status : refdyn_project_evaluated(work, t, q, qd);
+}
