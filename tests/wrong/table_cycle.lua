@@ -1,0 +1,4 @@
+local rd = require "refdyn"
+local t = {}
+t[1] = t
+return rd.model { name = "wrong", links = t }
