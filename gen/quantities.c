@@ -417,6 +417,7 @@ static const struct quantity quantities[] = {
     {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations},
     {"anchor", "parameters whose default is a value at the start of a motion", has_anchors,
      "anchored parameters", build_anchor},
+    {"start", "coordinates and rates at the start of a motion", always, "", build_start},
 };
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof *quantities };

@@ -3,6 +3,7 @@
 #include "output.h"
 #include "timing.h"
 
+#include <math.h>
 #include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
@@ -65,6 +66,11 @@ static void measure(const struct subject *subject, double ns[static BATCHES]) {
     qsort(ns, BATCHES, sizeof *ns, by_size);
 }
 
+/* Rounded to a tenth of a nanosecond: the rest is noise. */
+static double tenths(double ns) {
+    return round(10 * ns) / 10;
+}
+
 static void print_quantity(FILE *out, const char *name, const struct subject *subject,
                            const struct operation_count *count) {
     struct document document = {.out = out, .one_line = true};
@@ -80,9 +86,9 @@ static void print_quantity(FILE *out, const char *name, const struct subject *su
         put_whole(&document, "funcs", count->functions);
         put_whole(&document, "bytes", count->bytes);
     }
-    put_number(&document, "ns", ns[BATCHES / 2]);
-    put_number(&document, "ns_low", ns[LOW_BATCH]);
-    put_number(&document, "ns_high", ns[HIGH_BATCH]);
+    put_number(&document, "ns", tenths(ns[BATCHES / 2]));
+    put_number(&document, "ns_low", tenths(ns[LOW_BATCH]));
+    put_number(&document, "ns_high", tenths(ns[HIGH_BATCH]));
     put_close(&document, '}');
 }
 

@@ -67,11 +67,14 @@ static void put_equations(struct document *document, const struct scene *scene, 
     put_array(document, "k", work->k, m);
 }
 
+/* In the order of the coordinates; the partition has them in the order of elimination. */
 static void put_dependent(struct document *document, const struct scene *scene) {
     const struct refdyn_partition *partition = &scene->work.partition;
     put_open(document, "dependent", '[');
-    for (int i = 0; i < partition->rank; i++)
-        put_text(document, NULL, scene->model->coordinates[partition->column[i]].name);
+    for (int i = 0; i < scene->model->n; i++)
+        for (int j = 0; j < partition->rank; j++)
+            if (partition->column[j] == i)
+                put_text(document, NULL, scene->model->coordinates[i].name);
     put_close(document, ']');
 }
 

@@ -51,7 +51,7 @@ bool gnuplot_open(struct gnuplot *gnuplot, int width, int height) {
         gnuplot->script,
         "set encoding utf8\n"
         "set terminal svg noenhanced size %d,%d dynamic rounded font 'Helvetica,13' background '#ffffff'\n"
-        "set border 3 linecolor '#555555'\nset tics nomirror textcolor '#333333'\n"
+        "set border 3 linecolor '#555555'\nset xtics nomirror\nset ytics nomirror\n"
         "set grid linecolor '#dddddd' linetype 1 linewidth 0.6\nset datafile separator ','\n",
         width, height);
     return true;

@@ -8,6 +8,7 @@ const struct command commands[] = {
      .run = run_gen,
      .operands = "MODEL.lua",
      .options = "output! emit set fold",
+     .output = "DIR",
      .purpose = "write the C code of a model",
      .help = "Writes NAME.h and NAME.c (more .c files when long) into the folder of -o, and prints what was "
              "emitted.\n\n"
@@ -17,6 +18,7 @@ const struct command commands[] = {
      .run = run_check,
      .operands = "MODEL.lua",
      .options = "set fold",
+     .output = "FILE",
      .purpose = "read and check a model, and show it",
      .help = "Prints the tree of links, the coordinates, constraints and parameters.\n\n"
              "  refdyn check models/manipulator.lua --set n_rfe=1\n"},
@@ -24,6 +26,7 @@ const struct command commands[] = {
      .run = run_eval,
      .operands = "MODEL.lua",
      .options = "state output set fold",
+     .output = "FILE",
      .purpose = "all quantities of the equations at one state",
      .help = "Prints one JSON object: M h Q, the rows u v phi psi k, points, accelerations, programme force, "
              "energy.\n"
@@ -33,6 +36,7 @@ const struct command commands[] = {
      .run = run_statics,
      .operands = "MODEL.lua",
      .options = "hold output set fold",
+     .output = "FILE",
      .purpose = "equilibrium",
      .help = "Prints JSON: coordinates, q, points, hold_force of the held coordinates, residual.\n\n"
              "  refdyn statics models/manipulator.lua\n"
@@ -41,6 +45,7 @@ const struct command commands[] = {
      .run = run_sim,
      .operands = "MODEL.lua",
      .options = "until! from method step tol every stabilise start hold output summary set fold",
+     .output = "RUN.csv",
      .purpose = "one motion, as CSV",
      .help = "Columns: t, coordinates, rates, points, residuals, energy, programme forces, inputs. A summary "
              "goes to stderr.\n\n"
@@ -51,6 +56,7 @@ const struct command commands[] = {
      .run = run_plot,
      .operands = "RUN.csv...",
      .options = "output!",
+     .output = "FILE.svg",
      .purpose = "figures of motions, as one SVG",
      .help = "Coordinates, end-effector paths, height and vertical velocity, courses, residuals and energy; "
              "several runs lie\n"
@@ -60,6 +66,7 @@ const struct command commands[] = {
      .run = run_bench,
      .operands = "MODEL.lua",
      .options = "output set fold",
+     .output = "FILE",
      .purpose = "time and operations of each emitted quantity",
      .help = "One JSON object a line; the last one tells what generating and compiling took.\n\n"
              "  refdyn bench models/manipulator.lua --set n_rfe=4\n"},
@@ -67,6 +74,7 @@ const struct command commands[] = {
      .run = run_report,
      .operands = "MODEL.lua",
      .options = "until! output! from steps every vary hold set fold",
+     .output = "DIR",
      .purpose = "error against run time, as CSV and SVG",
      .help =
          "RK4 over a range of steps with each stabilisation, from a start on the programme, against a "

@@ -24,7 +24,7 @@ struct rule {
 #define FIELD(name) offsetof(struct options, name)
 
 static const struct rule rules[] = {
-    {"output", "FILE", KIND_TEXT, FIELD(output), "where results go (short: -o; default: stdout)"},
+    {"output", "FILE", KIND_TEXT, FIELD(output), "where results go"},
     {"emit", "M,h,...", KIND_TEXT, FIELD(emit), "emit these quantities only"},
     {"state", "STATE.json", KIND_TEXT, FIELD(state),
      "t, q, qd, inputs, parameters; what is left out is the model's"},
@@ -82,7 +82,7 @@ static void print_usage(const struct command *command, FILE *out) {
         bool is_short = strcmp(rules[i].name, "output") == 0;
         fprintf(out, needed ? " %s%s" : " [%s%s", is_short ? "" : "--", shown_name(&rules[i]));
         if (rules[i].argument)
-            fprintf(out, " %s", rules[i].argument);
+            fprintf(out, " %s", is_short ? command->output : rules[i].argument);
         fputs(needed ? "" : "]", out);
     }
     fputc('\n', out);
@@ -95,7 +95,10 @@ static void print_command_help(const struct command *command) {
         bool needed;
         if (!knows(command, &rules[i], &needed))
             continue;
-        int width = printf("  --%s %s", rules[i].name, rules[i].argument ? rules[i].argument : "");
+        const char *argument = rules[i].argument ? rules[i].argument : "";
+        bool is_short = strcmp(rules[i].name, "output") == 0;
+        int width = printf("  %s%s %s", is_short ? "-o, --" : "--", rules[i].name,
+                           is_short ? command->output : argument);
         printf("%*s%s\n", width < 28 ? 28 - width : 1, "", rules[i].help);
     }
     puts("\nexit status: 0 done; 1 model, state or file at fault; 2 wrong usage; 3 the numbers failed");

@@ -35,6 +35,7 @@ struct command {
     const char *operands; /* as in the usage line: "MODEL.lua" or "RUN.csv..." */
     const char *options;  /* long names that it knows, in the order of the help, blanks between; '!' behind a
                              needed one */
+    const char *output;   /* what -o names: "FILE" or "DIR" */
     const char *purpose;  /* one line */
     const char *help;     /* what more a user should know, with examples */
 };

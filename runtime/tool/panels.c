@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TEXTS_MAX = 256, FORCE_KEYS = 6 /* a run's largest forces have names */ };
+enum { TEXTS_MAX = 256, FORCE_KEYS = 4 /* a run's largest forces have names */ };
 
 static const double plain_width = 1.6, thin_width = 0.8;
 

@@ -15,7 +15,7 @@ struct curve {
     const char *title; /* in the key of the panel; NULL: not there */
 };
 
-enum { KEYS_MAX = 8 /* named curves in a panel: more drown it */ };
+enum { KEYS_MAX = 6 /* named curves in a panel: more drown it */ };
 
 struct panel {
     const char *title, *x_label, *y_label;

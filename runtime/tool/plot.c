@@ -4,12 +4,26 @@
 #include "output.h"
 #include "panels.h"
 
+#include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 /* Pixels. */
-enum { WIDTH = 1100, PANEL_HEIGHT = 300, TOP = 46, LEFT = 84, RIGHT = 18, ABOVE = 34, BELOW = 50 };
-enum { COLUMNS = 2, POINTS_MAX = 2000 /* of a curve: more cannot be seen */ };
+enum { PANEL_WIDTH = 470, PANEL_HEIGHT = 310, TOP = 40, LEFT = 78, RIGHT = 16, ABOVE = 62, BELOW = 52 };
+enum { BOX_WIDTH = PANEL_WIDTH - LEFT - RIGHT, BOX_HEIGHT = PANEL_HEIGHT - ABOVE - BELOW };
+enum { COLUMNS_MAX = 3, POINTS_MAX = 2000 /* of a curve: more cannot be seen */, CROWD = 8 /* curves */ };
+
+static const double crowded_width = 1.0; /* of lines in a panel of many curves */
+
+/* The picture as a whole. */
+struct page {
+    int columns, rows, width, height;
+};
+
+static struct page make_page(int panels) {
+    int columns = panels > 2 * COLUMNS_MAX ? COLUMNS_MAX : panels > 1 ? 2 : 1;
+    int rows = (panels + columns - 1) / columns;
+    return (struct page){columns, rows, columns * PANEL_WIDTH, TOP + rows * PANEL_HEIGHT};
+}
 
 static double part(int pixels, int whole) {
     return (double)pixels / whole;
@@ -33,18 +47,29 @@ static void put_legend(FILE *script, const struct run *runs, int count, int heig
           script);
 }
 
+static bool has_one_run(const struct panel *panel) {
+    for (int i = 1; i < panel->count; i++)
+        if (panel->curves[i].run != panel->curves[0].run)
+            return false;
+    return true;
+}
+
+/* Lines tell the runs apart by their dashes, where there is more than one. */
 static void put_curve(FILE *script, const struct panel *panel, const struct curve *curve,
                       const struct run *run) {
     long every = run->rows / POINTS_MAX + 1;
     int colour = curve->colour < 0 ? curve->run : curve->colour;
+    bool is_solid = curve->colour >= 0 && has_one_run(panel);
+    double width = panel->count > CROWD && curve->width > crowded_width ? crowded_width : curve->width;
     gnuplot_quote_file(script, run->path);
     fprintf(script, " skip 1 every %ld using %d:", every, curve->x + 1);
     if (panel->is_logarithmic)
         fprintf(script, "($%d != 0 ? abs($%d) : NaN)", curve->y + 1, curve->y + 1);
     else
         fprintf(script, "%d", curve->y + 1);
-    fprintf(script, " with lines linewidth %.2f linecolor '%s' dashtype %s", curve->width,
-            plot_colours[colour % COLOUR_COUNT], plot_dashes[curve->run % DASH_COUNT]);
+    fprintf(script, " with lines linewidth %.2f linecolor '%s' dashtype %s", width,
+            plot_colours[colour % COLOUR_COUNT],
+            is_solid ? plot_dashes[0] : plot_dashes[curve->run % DASH_COUNT]);
     if (curve->title) {
         fputs(" title ", script);
         gnuplot_quote(script, curve->title);
@@ -52,28 +77,70 @@ static void put_curve(FILE *script, const struct panel *panel, const struct curv
         fputs(" notitle", script);
 }
 
-static void put_place(FILE *script, int place, int height) {
-    int column = place % COLUMNS, row = place / COLUMNS, width = WIDTH / COLUMNS;
-    double left = part(column * width + LEFT, WIDTH), right = part((column + 1) * width - RIGHT, WIDTH);
-    double top = 1 - part(TOP + row * PANEL_HEIGHT + ABOVE, height);
-    double bottom = 1 - part(TOP + (row + 1) * PANEL_HEIGHT - BELOW, height);
+/* The box of the axes; the title stands at its upper left, the key between them. */
+static void put_place(FILE *script, const struct page *page, int place) {
+    int left = place % page->columns * PANEL_WIDTH + LEFT,
+        top = TOP + place / page->columns * PANEL_HEIGHT + ABOVE;
     fprintf(script,
             "set lmargin at screen %.6f\nset rmargin at screen %.6f\nset bmargin at screen %.6f\n"
             "set tmargin at screen %.6f\n",
-            left, right, bottom, top);
+            part(left, page->width), part(left + BOX_WIDTH, page->width),
+            1 - part(top + BOX_HEIGHT, page->height), 1 - part(top, page->height));
+    fprintf(script,
+            "set key at screen %.6f,%.6f left bottom horizontal Left reverse samplen 1.4 width -1 font ',11' maxcols 4\n",
+            part(left, page->width), 1 - part(top - 4, page->height));
+    fprintf(script, "set label 1 at screen %.6f,%.6f left textcolor '#000000' ", part(left, page->width),
+            1 - part(top - 50, page->height));
 }
 
-static void put_panel(FILE *script, const struct panels *panels, int place, int height) {
+static void put_title(FILE *script, const struct panels *panels, const struct panel *panel) {
+    bool is_of_one = panels->run_count > 1 && has_one_run(panel);
+    const char *run = panels->runs[panel->curves[0].run].name;
+    char *title = is_of_one ? text_format("%s (%s)", panel->title, run) : text_format("%s", panel->title);
+    gnuplot_quote(script, title);
+    free(title);
+    fprintf(script, "\nset xlabel '%s' offset 0,0.3\nset ylabel '%s'\n", panel->x_label, panel->y_label);
+}
+
+struct range {
+    double low, high;
+};
+
+/* Of columns x (or y) of all curves. */
+static struct range range_of(const struct panels *panels, const struct panel *panel, bool is_x) {
+    struct range range = {INFINITY, -INFINITY};
+    for (int i = 0; i < panel->count; i++) {
+        const struct run *run = &panels->runs[panel->curves[i].run];
+        int column = is_x ? panel->curves[i].x : panel->curves[i].y;
+        range.low = fmin(range.low, run->lowest[column]);
+        range.high = fmax(range.high, run->highest[column]);
+    }
+    return range;
+}
+
+/* Equal scales: the narrower direction shows more than it needs. */
+static void put_equal_scales(FILE *script, const struct panels *panels, const struct panel *panel) {
+    const double room = 1.08; /* a little more than the curves */
+    struct range x = range_of(panels, panel, true), y = range_of(panels, panel, false);
+    double pixel = room * fmax((x.high - x.low) / BOX_WIDTH, (y.high - y.low) / BOX_HEIGHT);
+    if (!(pixel > 0))
+        return;
+    double x_middle = 0.5 * (x.low + x.high), y_middle = 0.5 * (y.low + y.high);
+    fprintf(script, "set xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\n", x_middle - 0.5 * pixel * BOX_WIDTH,
+            x_middle + 0.5 * pixel * BOX_WIDTH, y_middle - 0.5 * pixel * BOX_HEIGHT,
+            y_middle + 0.5 * pixel * BOX_HEIGHT);
+}
+
+static void put_panel(FILE *script, const struct panels *panels, int place, const struct page *page) {
     const struct panel *panel = &panels->list[place];
-    put_place(script, place, height);
-    fprintf(
-        script,
-        "set title '%s' offset 0,-0.4 textcolor '#222222'\nset xlabel '%s' offset 0,0.3\nset ylabel '%s'\n",
-        panel->title, panel->x_label, panel->y_label);
-    fputs(panel->is_logarithmic ? "set logscale y\nset format y '1e%T'\n"
+    put_place(script, page, place);
+    put_title(script, panels, panel);
+    fputs(panel->is_logarithmic ? "set logscale y\nset format y '1e%T'\nset mytics 1\n"
                                 : "unset logscale y\nset format y '%g'\n",
           script);
-    fputs(panel->is_square ? "set size ratio -1\n" : "set size noratio\n", script);
+    fputs("set autoscale\n", script);
+    if (panel->is_square)
+        put_equal_scales(script, panels, panel);
     fputs("plot ", script);
     for (int i = 0; i < panel->count; i++) {
         if (i)
@@ -85,13 +152,13 @@ static void put_panel(FILE *script, const struct panels *panels, int place, int 
 
 static bool draw(const struct panels *panels, const char *path) {
     struct gnuplot gnuplot;
-    int height = TOP + (panels->count + COLUMNS - 1) / COLUMNS * PANEL_HEIGHT;
-    if (!gnuplot_open(&gnuplot, WIDTH, height))
+    struct page page = make_page(panels->count);
+    if (!gnuplot_open(&gnuplot, page.width, page.height))
         return false;
     fputs("set multiplot\n", gnuplot.script);
-    put_legend(gnuplot.script, panels->runs, panels->run_count, height);
+    put_legend(gnuplot.script, panels->runs, panels->run_count, page.height);
     for (int i = 0; i < panels->count; i++)
-        put_panel(gnuplot.script, panels, i, height);
+        put_panel(gnuplot.script, panels, i, &page);
     fputs("unset multiplot\n", gnuplot.script);
     return gnuplot_draw(&gnuplot, path);
 }

@@ -33,6 +33,8 @@ static void cut_header(struct run *run, char *line) {
         at = comma;
     }
     run->largest = allocate((size_t)run->column_count, sizeof *run->largest);
+    run->lowest = allocate((size_t)run->column_count, sizeof *run->lowest);
+    run->highest = allocate((size_t)run->column_count, sizeof *run->highest);
 }
 
 static bool is_named(const struct run *run, int column, const char *stem, size_t length, const char *ending) {
@@ -80,11 +82,12 @@ static bool read_row(struct run *run, const char *line, long number) {
     const char *at = line;
     for (int i = 0; i < run->column_count; i++) {
         char *end;
-        double value = fabs(strtod(at, &end));
+        double value = strtod(at, &end);
         if (end == at)
             return complain_line(run, number, "a number is missing");
-        if (value > run->largest[i])
-            run->largest[i] = value;
+        run->largest[i] = fmax(run->largest[i], fabs(value));
+        run->lowest[i] = run->rows ? fmin(run->lowest[i], value) : value;
+        run->highest[i] = run->rows ? fmax(run->highest[i], value) : value;
         at = end + (*end == ',');
     }
     run->rows++;
@@ -133,6 +136,8 @@ bool run_read(struct run *run, const char *path) {
 
 void run_release(struct run *run) {
     free(run->points);
+    free(run->highest);
+    free(run->lowest);
     free(run->largest);
     free(run->columns);
     free(run->header);

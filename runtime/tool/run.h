@@ -11,7 +11,8 @@ struct run {
     const char *name; /* without folders */
     char *header;     /* the names lie in it */
     char **columns;
-    double *largest; /* absolute value in each column */
+    double *largest;          /* absolute value in each column */
+    double *lowest, *highest; /* value in each column */
     int column_count;
     long rows;
 

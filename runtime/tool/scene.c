@@ -124,7 +124,7 @@ static enum status read_for_values(struct scene *scene, const struct options *op
 static char *emit_list(const struct model *model, unsigned needs) {
     bool rows = model->row_count > 0, points = model->point_count > 0;
     return text_format(
-        "%s%s%s%s%s%s", needs & NEEDS_STATE ? "M,h,Q,qdd_free" : "equations",
+        "%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
         needs & NEEDS_STATE && rows ? ",u,v,phi,psi,k" : "", needs & NEEDS_STATICS ? ",Q,Q_q" : "",
         needs & (NEEDS_STATE | NEEDS_MOTION) ? ",energy,power" : "",
         needs & NEEDS_POINTS && points ? ",r" : "", needs & NEEDS_POINT_RATES && points ? ",rd,C,d" : "");

@@ -40,7 +40,8 @@ static void unknown_name(struct reading *reading, int line, const char *what, co
     if (near)
         complain_at(reading, line, "%s: no %s is called so, the nearest is %s", name, what, near);
     else
-        complain_at(reading, line, "%s: no %s is called so%s", name, what, count ? "" : ", there is none");
+        complain_at(reading, line, "%s: no %s is called so%s", name, what,
+                    count ? "" : ", the model has none");
 }
 
 static double *read_vector(struct reading *reading, const char *key, const json_t *array) {
@@ -140,10 +141,10 @@ static void read_member(struct reading *reading, struct state *state, const char
 
 /* The whole file as text, or NULL with a complaint. */
 static char *read_text(const char *path) {
-    FILE *file = fopen(path, "r");
     char *text = NULL;
     size_t size = 0;
     errno = 0;
+    FILE *file = fopen(path, "r");
     if (file && (getdelim(&text, &size, '\0', file) >= 0 || !ferror(file))) {
         fclose(file);
         return text ? text : allocate(1, 1);
