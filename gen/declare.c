@@ -183,12 +183,9 @@ void declare_parameters(struct declarations *declarations, const struct value *l
 }
 
 expression declare_input(struct declarations *declarations, struct place place, const char *name,
-                         const struct value *standard, const char *unit) {
-    struct input input = {.name = name, .unit = unit, .place = place, .value = standard->number};
+                         double standard, const char *unit) {
+    struct input input = {.name = name, .unit = unit, .place = place, .value = standard};
     const char *text = setting_of(declarations, name);
-    if (standard->kind != VALUE_NUMBER)
-        complain(declarations->messages, place, "input %s: %s, a number is needed", name,
-                 kind_text(standard->kind));
     if (text && !parse_number(text, &input.value))
         complain_of_setting(declarations, name, text, "a number");
     declarations->inputs = memory_room(declarations->memory, declarations->inputs, declarations->input_count,

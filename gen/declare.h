@@ -37,7 +37,7 @@ expression declare_parameter(struct declarations *declarations, struct place pla
 /* A list of { name, value, unit }. */
 void declare_parameters(struct declarations *declarations, const struct value *list);
 expression declare_input(struct declarations *declarations, struct place place, const char *name,
-                         const struct value *standard, const char *unit);
+                         double standard, const char *unit);
 /* The expression that stands for parameter number `index`: a number when parameters are folded. */
 expression parameter_expression(const struct declarations *declarations, int index);
 /* Value of an expression of parameters. */

@@ -20,6 +20,26 @@ const char *owner_text(enum owner owner) {
     return owner_texts[owner];
 }
 
+static const char *type_text(enum field_type type) {
+    static const char *const texts[] = {"a text",
+                                        "a whole number",
+                                        "a number or an expression of parameters",
+                                        "a number or an expression",
+                                        "a list of 3 numbers",
+                                        "a list of { \"x\", angle }",
+                                        "a list of names",
+                                        "a table by joint such as { z = 1 }",
+                                        "a table",
+                                        "a list of tables",
+                                        "a function"};
+    return texts[type];
+}
+
+const char *range_text(enum field_range range) {
+    static const char *const texts[] = {"", "positive", "not below 0", "above -1, up to 0.5"};
+    return texts[range];
+}
+
 const char *path_name(const struct checker *checker, const char *path, const char *name) {
     return memory_format(checker->memory, "%s%s%s", path, *path ? "." : "", name);
 }
@@ -147,21 +167,6 @@ static bool has_type(const struct value *value, enum field_type type) {
     default:
         return value->kind == VALUE_TABLE;
     }
-}
-
-static const char *type_text(enum field_type type) {
-    static const char *const texts[] = {"a text",
-                                        "a whole number",
-                                        "a number or an expression of parameters",
-                                        "a number or an expression",
-                                        "a list of 3 numbers",
-                                        "a list of { \"x\", angle }",
-                                        "a list of names",
-                                        "a table by joint such as { z = 1 }",
-                                        "a table",
-                                        "a list of tables",
-                                        "a function"};
-    return texts[type];
 }
 
 static void check_field(const struct checker *checker, const struct value *value,

@@ -55,7 +55,8 @@ struct checker {
     const struct declarations *declarations;
 };
 
-const char *owner_text(enum owner owner); /* "a link" */
+const char *owner_text(enum owner owner);       /* "a link" */
+const char *range_text(enum field_range range); /* "positive", or "" */
 
 /* Complains about all that is wrong with the fields of `table`, which messages call `path` ("" for the
  * model). */

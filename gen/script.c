@@ -5,14 +5,13 @@
  * memory.fail again. Stack effects stand beside the functions as (-popped, +pushed).
  */
 #include "script.h"
+#include "module.h"
 #include "pool.h"
+#include "sandbox.h"
 #include "source_lines.h"
 #include "view.h"
-#include "vocabulary.h"
 
-#include <ctype.h>
 #include <errno.h>
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -94,26 +93,6 @@ static int table_number(lua_State *L, int index) {
     return number;
 }
 
-/* What stands at `index`: for messages. */
-static const char *described(lua_State *L, int index) {
-    switch (lua_type(L, index)) {
-    case LUA_TNUMBER:
-        return kind_text(VALUE_NUMBER);
-    case LUA_TSTRING:
-        return kind_text(VALUE_TEXT);
-    case LUA_TBOOLEAN:
-        return kind_text(VALUE_BOOLEAN);
-    case LUA_TFUNCTION:
-        return kind_text(VALUE_FUNCTION);
-    case LUA_TTABLE:
-        return kind_text(VALUE_TABLE);
-    case LUA_TUSERDATA:
-        return luaL_testudata(L, index, VIEW) ? "a group of values" : kind_text(VALUE_EXPRESSION);
-    default:
-        return kind_text(VALUE_NOTHING);
-    }
-}
-
 /* ---- expressions ---- */
 
 static void push_expression(lua_State *L, expression e) {
@@ -141,7 +120,7 @@ static int arithmetic(lua_State *L) {
     for (int i = 1; i <= 2; i++)
         if (!get_expression(L, i, i == 1 ? &a : &b))
             return luaL_error(L, "arithmetic on an expression and %s, a number or an expression is needed",
-                              described(L, i));
+                              luaL_typename(L, i));
     push_expression(L, operation == OP_POW ? power(graph, a, b) : apply(graph, operation, a, b, zero(graph)));
     return 1;
 }
@@ -155,42 +134,6 @@ static int name_expression(lua_State *L) {
     lua_pushliteral(L, EXPRESSION);
     return 1;
 }
-
-/* A function of ops.def: numbers give a number, an expression among them an expression. */
-static int apply_function(lua_State *L) {
-    struct graph *graph = script_of(L)->graph;
-    enum operation operation = (enum operation)lua_tointeger(L, lua_upvalueindex(1));
-    const char *name = lua_tostring(L, lua_upvalueindex(2));
-    int arity = operation_arity(operation);
-    expression operands[3] = {0};
-    double values[3] = {0};
-    bool are_numbers = true;
-    if (lua_gettop(L) != arity)
-        return luaL_error(L, "rd.%s: number of arguments is %d, %d is needed", name, lua_gettop(L), arity);
-    for (int i = 0; i < arity; i++) {
-        if (!get_expression(L, i + 1, &operands[i]))
-            return luaL_error(L, "rd.%s: argument %d is %s, a number or an expression is needed", name, i + 1,
-                              described(L, i + 1));
-        are_numbers = are_numbers && lua_type(L, i + 1) == LUA_TNUMBER;
-        values[i] = lua_tonumber(L, i + 1);
-    }
-    if (are_numbers)
-        lua_pushnumber(L, operation_value(operation, values[0], values[1], values[2]));
-    else if (operation == OP_POW)
-        push_expression(L, power(graph, operands[0], operands[1]));
-    else
-        push_expression(L, apply(graph, operation, operands[0], operands[1], operands[2]));
-    return 1;
-}
-
-static const struct {
-    const char *name;
-    enum operation operation;
-} operations[] = {
-#define OP(name, arity, text, cost, value, da, db, dc) {#name, OP_##name},
-#include "ops.def"
-#undef OP
-};
 
 /* ---- what functions see as s and p ---- */
 
@@ -337,71 +280,49 @@ static void convert(lua_State *L, int index, struct place place, int depth, stru
     default:
         if (get_expression(L, index, &value->expression))
             value->kind = VALUE_EXPRESSION;
+        else if (luaL_testudata(L, index, VIEW))
+            value->kind = VALUE_GROUP;
     }
-}
-
-/* Argument number `index` of a function of the module. */
-static struct value argument(lua_State *L, int index) {
-    struct value value = {.kind = VALUE_NOTHING};
-    if (index <= lua_gettop(L))
-        convert(L, index, current_place(L), 0, &value);
-    return value;
 }
 
 /* ---- the module "refdyn" ---- */
 
-static const char *text_argument(lua_State *L, int index, const char *function, const char *standard) {
-    if (lua_isnoneornil(L, index) && standard)
-        return standard;
-    if (lua_type(L, index) != LUA_TSTRING)
-        luaL_error(L, "rd.%s: argument %d is %s, a text is needed", function, index, described(L, index));
-    return memory_text(script_of(L)->memory, lua_tostring(L, index));
-}
-
-static int module_option(lua_State *L) {
-    struct script *script = script_of(L);
-    const char *name = text_argument(L, 1, "option", NULL);
-    struct value standard = argument(L, 2), allowed = argument(L, 3);
-    if (standard.kind != VALUE_NUMBER && standard.kind != VALUE_TEXT && standard.kind != VALUE_BOOLEAN)
-        return luaL_error(L, "rd.option: value of \"%s\" is %s, a number, a text, true or false is needed",
-                          name, kind_text(standard.kind));
-    struct value value = declare_option(&script->declarations, current_place(L), name, &standard,
-                                        allowed.kind == VALUE_TABLE ? &allowed : NULL);
-    if (value.kind == VALUE_TEXT)
-        lua_pushstring(L, value.text);
-    else if (value.kind == VALUE_BOOLEAN)
-        lua_pushboolean(L, value.truth);
-    else if (value.is_whole)
-        lua_pushinteger(L, (lua_Integer)value.number);
+/* Pushes what a function of the module gives. (-0, +1) */
+static void push_value(lua_State *L, const struct value *value) {
+    if (value->kind == VALUE_EXPRESSION)
+        push_expression(L, value->expression);
+    else if (value->kind == VALUE_GROUP)
+        push_view(L, (struct view){.kind = VIEW_PARAMETERS});
+    else if (value->kind == VALUE_TEXT)
+        lua_pushstring(L, value->text);
+    else if (value->kind == VALUE_BOOLEAN)
+        lua_pushboolean(L, value->truth);
+    else if (value->kind == VALUE_NUMBER && value->is_whole)
+        lua_pushinteger(L, (lua_Integer)value->number);
+    else if (value->kind == VALUE_NUMBER)
+        lua_pushnumber(L, value->number);
     else
-        lua_pushnumber(L, value.number);
-    return 1;
+        lua_createtable(L, 0, value->field_count);
+    for (int i = 0; i < value->field_count; i++) {
+        push_value(L, &value->fields[i].value);
+        lua_setfield(L, -2, value->fields[i].name);
+    }
 }
 
-static int module_parameters(lua_State *L) {
-    struct value list = argument(L, 1);
-    if (list.kind != VALUE_TABLE)
-        return luaL_error(L, "rd.parameters: %s, a list of { \"name\", value, \"unit\" } is needed",
-                          kind_text(list.kind));
-    declare_parameters(&script_of(L)->declarations, &list);
-    push_view(L, (struct view){.kind = VIEW_PARAMETERS});
-    return 1;
-}
-
-static int module_parameter(lua_State *L) {
-    const char *name = text_argument(L, 1, "parameter", NULL), *unit = text_argument(L, 3, "parameter", "");
-    struct value standard = argument(L, 2);
-    push_expression(L,
-                    declare_parameter(&script_of(L)->declarations, current_place(L), name, &standard, unit));
-    return 1;
-}
-
-static int module_input(lua_State *L) {
-    const char *name = text_argument(L, 1, "input", NULL), *unit = text_argument(L, 3, "input", "");
-    struct value standard = argument(L, 2);
-    if (standard.kind == VALUE_NOTHING)
-        standard.kind = VALUE_NUMBER;
-    push_expression(L, declare_input(&script_of(L)->declarations, current_place(L), name, &standard, unit));
+static int call_module(lua_State *L) {
+    enum { MOST_ARGUMENTS = 8 };
+    struct value arguments[MOST_ARGUMENTS];
+    struct module_call call = {.declarations = &script_of(L)->declarations,
+                               .place = current_place(L),
+                               .function = (int)lua_tointeger(L, lua_upvalueindex(1)),
+                               .arguments = arguments,
+                               .argument_count = lua_gettop(L)};
+    for (int i = 0; i < call.argument_count && i < MOST_ARGUMENTS; i++)
+        convert(L, i + 1, call.place, 0, &arguments[i]);
+    module_run(&call);
+    if (call.fault)
+        return luaL_error(L, "%s", call.fault);
+    push_value(L, &call.result);
     return 1;
 }
 
@@ -415,62 +336,6 @@ static int tag_table(lua_State *L) {
     set_note(L, script_of(L)->tags, 1);
     return 1;
 }
-
-static void expression_arguments(lua_State *L, const char *function, int count, expression *e) {
-    for (int i = 0; i < count; i++)
-        if (!get_expression(L, i + 1, &e[i]))
-            luaL_error(L, "rd.%s: argument %d is %s, a number or an expression is needed", function, i + 1,
-                       described(L, i + 1));
-}
-
-static int module_ramp(lua_State *L) {
-    expression e[3];
-    expression_arguments(L, "ramp", 3, e);
-    push_expression(L, ramp(script_of(L)->graph, e[0], e[1], e[2]));
-    return 1;
-}
-
-static int module_smoothstep(lua_State *L) {
-    expression e[3];
-    expression_arguments(L, "smoothstep", 3, e);
-    push_expression(L, smoothstep(script_of(L)->graph, e[0], e[1], e[2]));
-    return 1;
-}
-
-static int push_section(lua_State *L, struct section section) {
-    lua_createtable(L, 0, 4);
-    push_expression(L, section.area);
-    lua_setfield(L, -2, "area");
-    push_expression(L, section.Iy);
-    lua_setfield(L, -2, "Iy");
-    push_expression(L, section.Iz);
-    lua_setfield(L, -2, "Iz");
-    push_expression(L, section.It);
-    lua_setfield(L, -2, "It");
-    return 1;
-}
-
-static int module_round(lua_State *L) {
-    expression e[1];
-    expression_arguments(L, "round", 1, e);
-    return push_section(L, round_section(script_of(L)->graph, e[0]));
-}
-
-static int module_tube(lua_State *L) {
-    expression e[2];
-    expression_arguments(L, "tube", 2, e);
-    return push_section(L, tube_section(script_of(L)->graph, e[0], e[1]));
-}
-
-static const luaL_Reg module_functions[] = {{"option", module_option},
-                                            {"parameters", module_parameters},
-                                            {"parameter", module_parameter},
-                                            {"input", module_input},
-                                            {"ramp", module_ramp},
-                                            {"smoothstep", module_smoothstep},
-                                            {"round", module_round},
-                                            {"tube", module_tube},
-                                            {NULL, NULL}};
 
 /* An unknown field of the module, whose table is argument 1. */
 static int refuse_field(lua_State *L) {
@@ -492,22 +357,17 @@ static int refuse_field(lua_State *L) {
 /* Builds the module. (-0, +1) */
 static void push_module(lua_State *L) {
     static const char *const tags[] = {"model", "position", "velocity", "acceleration"};
-    luaL_newlib(L, module_functions);
+    struct memory *memory = script_of(L)->memory;
+    lua_newtable(L);
     for (size_t i = 0; i < sizeof tags / sizeof *tags; i++) {
         lua_pushstring(L, tags[i]);
         lua_pushcclosure(L, tag_table, 1);
         lua_setfield(L, -2, tags[i]);
     }
-    for (size_t i = 0; i < sizeof operations / sizeof *operations; i++) {
-        if (operations[i].operation <= OP_NEG)
-            continue;
-        char name[16] = {0};
-        for (size_t j = 0; j + 1 < sizeof name && operations[i].name[j]; j++)
-            name[j] = (char)tolower((unsigned char)operations[i].name[j]);
-        lua_pushinteger(L, (lua_Integer)operations[i].operation);
-        lua_pushstring(L, name);
-        lua_pushcclosure(L, apply_function, 2);
-        lua_setfield(L, -2, name);
+    for (int i = 0; i < module_function_count(); i++) {
+        lua_pushinteger(L, i);
+        lua_pushcclosure(L, call_module, 1);
+        lua_setfield(L, -2, module_function_name(memory, i));
     }
     lua_pushnumber(L, 3.14159265358979323846);
     lua_setfield(L, -2, "pi");
@@ -519,119 +379,22 @@ static void push_module(lua_State *L) {
 
 /* ---- the sandbox ---- */
 
-static int require_module(lua_State *L) {
-    if (lua_type(L, 1) != LUA_TSTRING || strcmp(lua_tostring(L, 1), "refdyn") != 0)
-        return luaL_error(L, "require: only \"refdyn\" can be required");
-    lua_pushvalue(L, lua_upvalueindex(1));
+static int is_expression(lua_State *L) {
+    lua_pushboolean(L, luaL_testudata(L, 1, EXPRESSION) != NULL);
     return 1;
 }
 
-/* math.* of an expression would freeze nothing but fail with a puzzle: name the function to use. */
-static int guarded_math(lua_State *L) {
-    const char *name = lua_tostring(L, lua_upvalueindex(2));
-    for (int i = 1; i <= lua_gettop(L); i++) {
-        if (!luaL_testudata(L, i, EXPRESSION))
-            continue;
-        lua_pushvalue(L, lua_upvalueindex(3));
-        lua_pushvalue(L, lua_upvalueindex(2));
-        if (lua_rawget(L, -2) != LUA_TNIL)
-            return luaL_error(L, "math.%s of an expression: use rd.%s", name, name);
-        return luaL_error(L, "math.%s of an expression: its value is not known while the model is read",
-                          name);
-    }
-    lua_pushvalue(L, lua_upvalueindex(1));
-    lua_insert(L, 1);
-    lua_call(L, lua_gettop(L) - 1, LUA_MULTRET);
-    return lua_gettop(L);
-}
-
-/* Replaces the functions of `math` by guarded ones; the module is at `module`. (-0, +0) */
-static void guard_math(lua_State *L, int module) {
-    static const char *const names[] = {"abs", "acos",  "asin", "atan", "ceil",      "cos", "deg",
-                                        "exp", "floor", "fmod", "log",  "max",       "min", "modf",
-                                        "rad", "sin",   "sqrt", "tan",  "tointeger", "ult"};
-    lua_getglobal(L, "math");
-    for (size_t i = 0; i < sizeof names / sizeof *names; i++) {
-        lua_getfield(L, -1, names[i]);
-        lua_pushstring(L, names[i]);
-        lua_pushvalue(L, module);
-        lua_pushcclosure(L, guarded_math, 3);
-        lua_setfield(L, -2, names[i]);
-    }
-    lua_pushnil(L);
-    lua_setfield(L, -2, "random");
-    lua_pushnil(L);
-    lua_setfield(L, -2, "randomseed");
-    lua_pop(L, 1);
-}
-
-/* Upvalues: list of keys, how many have been given out. */
-static int next_sorted(lua_State *L) {
-    lua_Integer at = lua_tointeger(L, lua_upvalueindex(2));
-    for (;;) {
-        lua_pushinteger(L, ++at);
-        lua_replace(L, lua_upvalueindex(2));
-        lua_settop(L, 1);
-        if (lua_rawgeti(L, lua_upvalueindex(1), at) == LUA_TNIL)
-            return 1;
-        lua_pushvalue(L, 2);
-        if (lua_rawget(L, 1) != LUA_TNIL)
-            return 2;
-    }
-}
-
-/* `pairs` in one order on every run: numbers upward, then names. Upvalue: table.sort. */
-static int sorted_pairs(lua_State *L) {
-    luaL_checktype(L, 1, LUA_TTABLE);
-    lua_settop(L, 1);
-    lua_newtable(L); /* 2: numbers, later all keys */
-    lua_newtable(L); /* 3: names */
-    lua_pushnil(L);
-    while (lua_next(L, 1)) {
-        lua_pop(L, 1);
-        int type = lua_type(L, -1);
-        if (type != LUA_TNUMBER && type != LUA_TSTRING)
-            return luaL_error(L, "pairs: a key of type %s, numbers and names have an order",
-                              luaL_typename(L, -1));
-        int list = type == LUA_TNUMBER ? 2 : 3;
-        lua_pushvalue(L, -1);
-        lua_rawseti(L, list, (lua_Integer)lua_rawlen(L, list) + 1);
-    }
-    for (int list = 2; list <= 3; list++) {
-        lua_pushvalue(L, lua_upvalueindex(1));
-        lua_pushvalue(L, list);
-        lua_call(L, 1, 0);
-    }
-    lua_Integer count = (lua_Integer)lua_rawlen(L, 2);
-    for (lua_Integer i = 1; lua_rawgeti(L, 3, i) != LUA_TNIL; i++)
-        lua_rawseti(L, 2, count + i);
-    lua_pushvalue(L, 2);
-    lua_pushinteger(L, 0);
-    lua_pushcclosure(L, next_sorted, 2);
-    lua_pushvalue(L, 1);
-    return 2;
-}
-
-static void open_libraries(lua_State *L) {
-    static const char *const removed[] = {"collectgarbage", "dofile", "load", "loadfile", "next",
-                                          "pcall",          "print",  "warn", "xpcall"};
+static void open_sandbox(lua_State *L) {
     luaL_requiref(L, LUA_GNAME, luaopen_base, 1);
     luaL_requiref(L, LUA_STRLIBNAME, luaopen_string, 1);
     luaL_requiref(L, LUA_TABLIBNAME, luaopen_table, 1);
     luaL_requiref(L, LUA_MATHLIBNAME, luaopen_math, 1);
     lua_pop(L, 4);
-    for (size_t i = 0; i < sizeof removed / sizeof *removed; i++) {
-        lua_pushnil(L);
-        lua_setglobal(L, removed[i]);
-    }
-    lua_getglobal(L, "string");
-    lua_pushnil(L);
-    lua_setfield(L, -2, "dump");
-    lua_getglobal(L, "table");
-    lua_getfield(L, -1, "sort");
-    lua_pushcclosure(L, sorted_pairs, 1);
-    lua_setglobal(L, "pairs");
-    lua_pop(L, 2);
+    if (luaL_loadbufferx(L, sandbox_source, sizeof sandbox_source - 1, "=sandbox", "t") != LUA_OK)
+        lua_error(L);
+    push_module(L);
+    lua_pushcfunction(L, is_expression);
+    lua_call(L, 2, 0);
 }
 
 static void make_metatables(lua_State *L) {
@@ -761,14 +524,10 @@ static void load_source(lua_State *L, struct script *script) {
 static int run_file(lua_State *L) {
     struct job *job = job_of(L);
     struct script *script = job->script;
-    open_libraries(L);
     make_metatables(L);
+    open_sandbox(L);
     script->marks = weak_table(L);
     script->tags = weak_table(L);
-    push_module(L);
-    guard_math(L, 1);
-    lua_pushcclosure(L, require_module, 1);
-    lua_setglobal(L, "require");
     lua_pushcfunction(L, mark_table);
     lua_setglobal(L, TABLE_MARK);
     load_source(L, script);

@@ -15,7 +15,8 @@ enum value_kind {
     VALUE_BOOLEAN,
     VALUE_EXPRESSION,
     VALUE_FUNCTION,
-    VALUE_TABLE
+    VALUE_TABLE,
+    VALUE_GROUP /* parameters, or a part of the state: something with named values */
 };
 
 struct named_value;

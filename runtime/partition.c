@@ -271,17 +271,17 @@ static int rank_has_grown(const struct refdyn_workspace *work) {
     return 0;
 }
 
-/* Size of what a redundant row's right side is made of: its terms, and the accelerations that the forces
- * alone give. */
-static double right_side_size(const struct refdyn_workspace *work, int a, double right) {
+/* By how much the right side of a redundant row may miss: a part of its largest term, and what coefficients
+ * that were taken for 0 make of the accelerations that the forces alone give. */
+static double allowed_miss(const struct refdyn_workspace *work, int a, double right) {
     const int n = work->n, stride = n + 1;
     const double *row = work->rows + a * stride;
-    double size = fabs(right), natural = 0;
+    double term = fabs(right), acceleration = 0; /* scaled: sqrt(M_jj) qdd_j */
     for (int k = 0; k < work->partition.rank; k++)
-        size = fmax(size, fabs(row[k] * work->rows[k * stride + n]));
+        term = fmax(term, fabs(row[k] * work->rows[k * stride + n]));
     for (int b = 0; b < n; b++)
-        natural = fmax(natural, fabs(work->f[work->partition.column[b]]) * work->weight[b]);
-    return fmax(size, work->row_size[a] * natural);
+        acceleration = fmax(acceleration, fabs(work->f[work->partition.column[b]]) * work->weight[b]);
+    return work->consistency_tol * term + work->rank_tol * work->row_size[a] * acceleration;
 }
 
 /* What elimination leaves of the right side of a redundant row must be 0. */
@@ -289,8 +289,7 @@ static int check_redundant(struct refdyn_workspace *work, const double *right) {
     const int n = work->n;
     for (int a = work->partition.rank; a < work->m; a++) {
         const int source = work->partition.row[a];
-        const double left = fabs(work->rows[a * (n + 1) + n]);
-        if (!(left <= work->consistency_tol * right_side_size(work, a, right[source]))) {
+        if (!(fabs(work->rows[a * (n + 1) + n]) <= allowed_miss(work, a, right[source]))) {
             work->fault = (struct refdyn_fault){.row = source, .coordinate = -1};
             return REFDYN_ROWS_INCONSISTENT;
         }

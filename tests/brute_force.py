@@ -173,7 +173,8 @@ def dynamics(tree, t, q, qd):
             Q[i] += gravity.dot(T[i].dot(H[:, 3]))
             for j in moving:
                 M[i, j] += trace(T[i], H, T[j])
-        potential -= gravity.dot(tree.product(factors, q).dot(H[:, 3]))
+        if moving:  # what is welded to the ground is part of it
+            potential -= gravity.dot(tree.product(factors, q).dot(H[:, 3]))
     potential += sum(tree.spring[i] * q[i] ** 2 / 2 for i in range(n))
     for name, force, _ in tree.model.get("forces", []):
         Q[tree.names.index(name)] += force(t, dict(zip(tree.names, q)), dict(zip(tree.names, qd)))

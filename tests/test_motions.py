@@ -71,9 +71,10 @@ def test_flexible_pendulum(tmp_path):
     assert found["coordinates"] == reference["coordinates"]
     assert abs(found["energy"]["kinetic"] - first["kinetic"]) <= 1e-13 * first["kinetic"] * SCALE
     assert abs(found["energy"]["potential"] - first["potential"]) <= 1e-13 * first["potential"] * SCALE
-    run, _, _ = motion(model, "--from", start, "--method", "rk4", "--step", "1e-5", "--every", "0.1", "--until", "3")
+    run, _, _ = motion(model, "--from", start, "--method", "rk4", "--step", "2e-6", "--every", "0.1", "--until", "3")
     _, of_q = deviations(run, reference, reference["coordinates"], False)
-    assert of_q <= 1e-8 * SCALE, f"q differs by {of_q:.1e}"
+    # Torsion at 2e4 rad/s: its phase is what the step leaves wrong.
+    assert of_q <= 1e-6 * SCALE, f"q differs by {of_q:.1e}"
     energy = first["kinetic"] + first["potential"]
     assert abs(run["energy"] - energy).max() <= 1e-9 * energy * SCALE
 
@@ -101,26 +102,27 @@ def test_projected_start():
 FREE = ["--set", "program=none", "--set", "drive=input", "--set", "d_sup=0"]
 
 
-def energy_change(tmp_path, *arguments):
-    """Largest change of the energy over the largest change of kinetic energy, in 1 s of free motion."""
-    names = evaluate(REFERENCE, None, *FREE)["coordinates"]
+def energy_change(tmp_path, until, *arguments):
+    """Largest change of the energy over the largest change of kinetic energy, in free motion."""
+    names = evaluate(REFERENCE, None, *FREE, *arguments)["coordinates"]
     qd = [{"column_psi": 1, "arm_psi": -0.5}.get(name, 0) for name in names]
     run, _, summary = motion(REFERENCE, *FREE, *arguments, "--from", start_file(tmp_path, {"qd": qd}),
-                             "--method", "rk4", "--step", "1e-5", "--until", "1", "--every", "0.05")
+                             "--method", "rk4", "--step", "1e-5", "--until", until, "--every", until / 20)
     kinetic = []
     for sample in range(len(run["t"])):
         state = {"q": [run[name][sample] for name in names], "qd": [run[name + "_d"][sample] for name in names]}
-        kinetic.append(evaluate(REFERENCE, state, *FREE)["energy"]["kinetic"])
+        kinetic.append(evaluate(REFERENCE, state, *FREE, *arguments)["energy"]["kinetic"])
     change = max(abs(numpy.array(kinetic) - kinetic[0]))
     return max(abs(run["energy"] - run["energy"][0])) / change, summary
 
 
 def test_energy_is_constant(tmp_path):
-    change, summary = energy_change(tmp_path)
+    change, summary = energy_change(tmp_path, 1)
     assert change <= 1e-9 * SCALE, f"energy changes by {change:.1e} of the kinetic energy's change"
     assert summary["energy_error"] <= 1e-9 * SCALE
 
 
 def test_printed_form_drifts(tmp_path):
-    change, _ = energy_change(tmp_path, "--set", "form=printed")
+    """It feeds energy into the rigid arm; in the flexible one it does so within a millisecond."""
+    change, _ = energy_change(tmp_path, 0.1, "--set", "n_rfe=1", "--set", "form=printed")
     assert change > 1e-3, f"the printed form's energy changes by {change:.1e} only"

@@ -1,0 +1,191 @@
+/* Functions of the module `refdyn`: see module.h. */
+#include "module.h"
+#include "vocabulary.h"
+
+#include <ctype.h>
+#include <string.h>
+
+/* ---- arguments: each asks for one and notes the first fault ---- */
+
+static const struct value *argument(const struct module_call *call, int index) {
+    static const struct value nothing = {.kind = VALUE_NOTHING};
+    return index < call->argument_count ? &call->arguments[index] : &nothing;
+}
+
+static void refuse_argument(struct module_call *call, int index, const char *needed) {
+    struct memory *memory = call->declarations->memory;
+    if (!call->fault)
+        call->fault = memory_format(memory, "rd.%s: argument %d is %s, %s is needed",
+                                    module_function_name(memory, call->function), index + 1,
+                                    kind_text(argument(call, index)->kind), needed);
+}
+
+static expression expression_argument(struct module_call *call, int index) {
+    expression e = zero(call->declarations->graph);
+    if (!value_expression(call->declarations->graph, argument(call, index), &e))
+        refuse_argument(call, index, "a number or an expression");
+    return e;
+}
+
+/* `standard` when the argument is left out; NULL: it may not be left out. */
+static const char *text_argument(struct module_call *call, int index, const char *standard) {
+    const struct value *value = argument(call, index);
+    if (value->kind == VALUE_TEXT)
+        return value->text;
+    if (value->kind != VALUE_NOTHING || !standard)
+        refuse_argument(call, index, "a text");
+    return standard ? standard : "";
+}
+
+static void give(struct module_call *call, expression e) {
+    call->result = (struct value){.kind = VALUE_EXPRESSION, .expression = e};
+}
+
+/* ---- declarations ---- */
+
+static void run_option(struct module_call *call) {
+    const char *name = text_argument(call, 0, NULL);
+    const struct value *standard = argument(call, 1), *allowed = argument(call, 2);
+    if (standard->kind != VALUE_NUMBER && standard->kind != VALUE_TEXT && standard->kind != VALUE_BOOLEAN)
+        refuse_argument(call, 1, "a number, a text, true or false");
+    if (allowed->kind != VALUE_TABLE && allowed->kind != VALUE_NOTHING)
+        refuse_argument(call, 2, "a list of values");
+    if (!call->fault)
+        call->result = declare_option(call->declarations, call->place, name, standard,
+                                      allowed->kind == VALUE_TABLE ? allowed : NULL);
+}
+
+static void run_parameters(struct module_call *call) {
+    const struct value *list = argument(call, 0);
+    if (list->kind != VALUE_TABLE)
+        refuse_argument(call, 0, "a list of { \"name\", value, \"unit\" }");
+    else
+        declare_parameters(call->declarations, list);
+    call->result = (struct value){.kind = VALUE_GROUP};
+}
+
+static void run_parameter(struct module_call *call) {
+    const char *name = text_argument(call, 0, NULL), *unit = text_argument(call, 2, "");
+    expression_argument(call, 1);
+    if (!call->fault)
+        give(call, declare_parameter(call->declarations, call->place, name, argument(call, 1), unit));
+}
+
+static void run_input(struct module_call *call) {
+    const char *name = text_argument(call, 0, NULL), *unit = text_argument(call, 2, "");
+    struct value standard = *argument(call, 1);
+    if (standard.kind != VALUE_NUMBER && standard.kind != VALUE_NOTHING)
+        refuse_argument(call, 1, "a number");
+    if (!call->fault)
+        give(call, declare_input(call->declarations, call->place, name, standard.number, unit));
+}
+
+/* ---- formulas ---- */
+
+static void run_ramp(struct module_call *call) {
+    expression t = expression_argument(call, 0), t0 = expression_argument(call, 1),
+               t1 = expression_argument(call, 2);
+    give(call, ramp(call->declarations->graph, t, t0, t1));
+}
+
+static void run_smoothstep(struct module_call *call) {
+    expression t = expression_argument(call, 0), t0 = expression_argument(call, 1),
+               t1 = expression_argument(call, 2);
+    give(call, smoothstep(call->declarations->graph, t, t0, t1));
+}
+
+static void give_section(struct module_call *call, struct section section) {
+    static const char *const names[] = {"It", "Iy", "Iz", "area"}; /* fields are sorted by name */
+    const expression entries[] = {section.It, section.Iy, section.Iz, section.area};
+    struct named_value *fields = memory_get(call->declarations->memory, 4 * sizeof *fields);
+    for (int i = 0; i < 4; i++)
+        fields[i] = (struct named_value){.name = names[i],
+                                         .value = {.kind = VALUE_EXPRESSION, .expression = entries[i]}};
+    call->result = (struct value){.kind = VALUE_TABLE, .fields = fields, .field_count = 4};
+}
+
+static void run_round(struct module_call *call) {
+    give_section(call, round_section(call->declarations->graph, expression_argument(call, 0)));
+}
+
+static void run_tube(struct module_call *call) {
+    expression outer = expression_argument(call, 0), inner = expression_argument(call, 1);
+    give_section(call, tube_section(call->declarations->graph, outer, inner));
+}
+
+static const struct {
+    const char *name;
+    int most_arguments;
+    void (*run)(struct module_call *call);
+} functions[] = {{"option", 3, run_option},       {"parameters", 1, run_parameters},
+                 {"parameter", 3, run_parameter}, {"input", 3, run_input},
+                 {"ramp", 3, run_ramp},           {"smoothstep", 3, run_smoothstep},
+                 {"round", 1, run_round},         {"tube", 2, run_tube}};
+
+enum { FUNCTION_COUNT = sizeof functions / sizeof *functions };
+
+/* ---- the functions of ops.def: numbers give a number, an expression among them an expression ---- */
+
+static const struct {
+    const char *name;
+    enum operation operation;
+} operations[] = {
+#define OP(name, arity, text, cost, value, da, db, dc) {#name, OP_##name},
+#include "ops.def"
+#undef OP
+};
+
+enum { OPERATION_COUNT = sizeof operations / sizeof *operations, FIRST_FUNCTION = OP_NEG - OP_ADD + 1 };
+
+static void run_operation(struct module_call *call, enum operation operation) {
+    struct graph *graph = call->declarations->graph;
+    expression operands[3] = {0};
+    double values[3] = {0};
+    bool are_numbers = true;
+    for (int i = 0; i < operation_arity(operation); i++) {
+        operands[i] = expression_argument(call, i);
+        values[i] = argument(call, i)->number;
+        are_numbers = are_numbers && argument(call, i)->kind == VALUE_NUMBER;
+    }
+    if (are_numbers)
+        call->result = (struct value){.kind = VALUE_NUMBER,
+                                      .number = operation_value(operation, values[0], values[1], values[2])};
+    else if (operation == OP_POW)
+        give(call, power(graph, operands[0], operands[1]));
+    else
+        give(call, apply(graph, operation, operands[0], operands[1], operands[2]));
+}
+
+/* ---- all functions, numbered ---- */
+
+int module_function_count(void) {
+    return FUNCTION_COUNT + OPERATION_COUNT - FIRST_FUNCTION;
+}
+
+static int operation_index(int function) {
+    return function - FUNCTION_COUNT + FIRST_FUNCTION;
+}
+
+const char *module_function_name(struct memory *memory, int function) {
+    if (function < FUNCTION_COUNT)
+        return functions[function].name;
+    char *name = memory_text(memory, operations[operation_index(function)].name);
+    for (char *c = name; *c; c++)
+        *c = (char)tolower((unsigned char)*c);
+    return name;
+}
+
+void module_run(struct module_call *call) {
+    struct memory *memory = call->declarations->memory;
+    bool is_operation = call->function >= FUNCTION_COUNT;
+    enum operation operation =
+        is_operation ? operations[operation_index(call->function)].operation : OP_COUNT;
+    int most = is_operation ? operation_arity(operation) : functions[call->function].most_arguments;
+    if (call->argument_count > most || (is_operation && call->argument_count < most))
+        call->fault = memory_format(memory, "rd.%s: number of arguments is %d, %d is needed",
+                                    module_function_name(memory, call->function), call->argument_count, most);
+    else if (is_operation)
+        run_operation(call, operation);
+    else
+        functions[call->function].run(call);
+}

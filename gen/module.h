@@ -1,0 +1,25 @@
+/*
+ * The functions of the module `refdyn` that a model file calls, on plain values: rd.option, rd.sin, rd.round ...
+ * script.c hands them to Lua; those of ops.def are among them.
+ */
+#ifndef REFDYN_GEN_MODULE_H
+#define REFDYN_GEN_MODULE_H
+
+#include "declare.h"
+#include "value.h"
+
+struct module_call {
+    struct declarations *declarations;
+    struct place place; /* of the call */
+    int function;       /* number of the function */
+    const struct value *arguments;
+    int argument_count;
+    struct value result;
+    const char *fault; /* NULL, or a message that ends the script */
+};
+
+int module_function_count(void);
+const char *module_function_name(struct memory *memory, int function);
+void module_run(struct module_call *call);
+
+#endif

@@ -1,0 +1,58 @@
+/*
+ * models/README.md says what the table of fields (gen/fields.def) says: each field is a row of its tables.
+ * With an argument, prints the rows: what to paste when the table of fields has changed.
+ */
+#include "fields.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ROW_ROOM = 1000 };
+
+/* As the page calls the types, by enum field_type. */
+static const char *const types[] = {"text",     "whole number",   "value",   "expression",
+                                    "3 values", "turns",          "names",   "values by joint",
+                                    "table",    "list of tables", "function"};
+
+static void write_row(const struct field_rule *rule, char *row) {
+    const char *range = range_text(rule->range);
+    char first[64] = "";
+    if (rule->item > 0)
+        snprintf(first, sizeof first, ", or item %d", rule->item);
+    snprintf(row, ROW_ROOM, "| `%s`%s%s | %s%s%s | %s | %s |\n", rule->name, first,
+             rule->is_needed ? ", needed" : "", types[rule->type], *range ? ", " : "", range, rule->unit,
+             rule->text);
+}
+
+static char *read_page(void) {
+    FILE *file = fopen(SOURCE_FOLDER "/models/README.md", "rb");
+    size_t room = (size_t)1 << 20;
+    char *text = calloc(room, 1);
+    if (file && text && fread(text, 1, room - 1, file) == 0)
+        printf("models/README.md cannot be read\n");
+    if (file)
+        fclose(file);
+    return text;
+}
+
+int main(int argc, char **argv) {
+    (void)argv;
+    char *page = read_page(), row[ROW_ROOM];
+    int missing = 0;
+    for (int i = 0; i < FIELD_COUNT; i++) {
+        write_row(&field_rules[i], row);
+        if (argc > 1 && (i == 0 || field_rules[i].owner != field_rules[i - 1].owner))
+            printf("\n%s\n\n| field | type | unit | what it is |\n|---|---|---|---|\n",
+                   owner_text(field_rules[i].owner));
+        if (argc > 1) {
+            printf("%s", row);
+        } else if (!page || !strstr(page, row)) {
+            printf("models/README.md lacks the row %s", row);
+            missing++;
+        }
+    }
+    free(page);
+    printf("%d fields, %d missing\n", (int)FIELD_COUNT, missing);
+    return missing > 0;
+}
