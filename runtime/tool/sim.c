@@ -99,6 +99,8 @@ static enum status stop(const struct motion *motion, struct output *output, int 
                 refdyn_status_text(drive->cause));
     if (result != MOTION_INTERRUPTED)
         numbers_failed(motion->scene, result, drive->t, drive->q, drive->qd);
+    if (result > REFDYN_OK && result != MOTION_INTERRUPTED)
+        fputs("refdyn: a smaller --step, or --method rk54, may help\n", stderr);
     if (output->part && is_kept)
         fprintf(stderr, "refdyn: what was computed until then is in %s\n", output->part);
     output_release(output);
