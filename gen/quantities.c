@@ -177,7 +177,8 @@ static void constrained_accelerations(struct derivation *d) {
 static expression *add_field(struct derivation *d, struct function *f, const char *name, const char *about,
                              int count, int columns) {
     expression *out = new_values(d, f->out_count + count);
-    memcpy(out, f->out, (size_t)f->out_count * sizeof *out);
+    if (f->out_count > 0)
+        memcpy(out, f->out, (size_t)f->out_count * sizeof *out);
     f->fields[f->field_count++] = (struct field){name, about, f->out_count, count, columns, 0};
     f->out = out;
     f->out_count += count;
