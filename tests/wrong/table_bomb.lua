@@ -1,3 +1,4 @@
+-- expect: ?
 local rd = require "refdyn"
 local t = {}
 for i = 1, 25 do t = { t, t } end

@@ -1,3 +1,4 @@
+-- expect: ?
 local rd = require "refdyn"
 local t = {}
 t[1] = t
