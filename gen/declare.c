@@ -73,31 +73,48 @@ static const char *value_text(struct memory *memory, const struct value *value) 
     return memory_format(memory, "%.15g", value->number);
 }
 
-static void check_allowed(struct declarations *declarations, struct place place, const char *name,
-                          const struct value *value, const struct value *allowed) {
-    const char *text = value_text(declarations->memory, value);
-    const char *choice = "";
-    for (int i = 0; i < allowed->item_count; i++) {
-        const char *candidate = value_text(declarations->memory, &allowed->items[i]);
-        if (strcmp(text, candidate) == 0)
-            return;
-        choice = memory_format(declarations->memory, "%s%s%s", choice, i > 0 ? ", " : "", candidate);
-    }
-    complain(declarations->messages, place, "option %s: value \"%s\", one of %s is needed", name, text,
-             choice);
+static bool is_choice(struct memory *memory, const struct value *value, const struct value *allowed) {
+    for (int i = 0; i < allowed->item_count; i++)
+        if (strcmp(value_text(memory, value), value_text(memory, &allowed->items[i])) == 0)
+            return true;
+    return allowed->item_count == 0;
+}
+
+/* `allowed` is a list of values, or { from = least, to = largest }. */
+static bool is_allowed(struct memory *memory, const struct value *value, const struct value *allowed) {
+    const struct value *from = find_field(allowed, "from"), *to = find_field(allowed, "to");
+    bool is_within = (!from || value->number >= from->number) && (!to || value->number <= to->number);
+    return is_within && is_choice(memory, value, allowed);
+}
+
+static const char *allowed_text(struct memory *memory, const struct value *allowed) {
+    const struct value *from = find_field(allowed, "from"), *to = find_field(allowed, "to");
+    const char *text = allowed->item_count > 0 ? "one of" : "a number";
+    for (int i = 0; i < allowed->item_count; i++)
+        text =
+            memory_format(memory, "%s%s %s", text, i > 0 ? "," : "", value_text(memory, &allowed->items[i]));
+    if (from)
+        text = memory_format(memory, "%s from %s", text, value_text(memory, from));
+    if (to)
+        text = memory_format(memory, "%s up to %s", text, value_text(memory, to));
+    return text;
 }
 
 struct value declare_option(struct declarations *declarations, struct place place, const char *name,
                             const struct value *standard, const struct value *allowed) {
+    struct memory *memory = declarations->memory;
     const char *text = setting_of(declarations, name);
     struct value value = text ? option_from_text(declarations, name, standard, text) : *standard;
-    if (allowed)
-        check_allowed(declarations, text ? command_line(declarations) : place, name, &value, allowed);
-    declarations->options =
-        memory_room(declarations->memory, declarations->options, declarations->option_count,
-                    &declarations->option_capacity, sizeof *declarations->options);
+    if (allowed && !is_allowed(memory, &value, allowed)) {
+        complain(declarations->messages, text ? command_line(declarations) : place,
+                 "option %s: value \"%s\", %s is needed", name, value_text(memory, &value),
+                 allowed_text(memory, allowed));
+        value = *standard;
+    }
+    declarations->options = memory_room(memory, declarations->options, declarations->option_count,
+                                        &declarations->option_capacity, sizeof *declarations->options);
     declarations->options[declarations->option_count++] =
-        (struct option){.name = name, .value = value_text(declarations->memory, &value), .place = place};
+        (struct option){.name = name, .value = value_text(memory, &value), .place = place};
     return value;
 }
 

@@ -28,7 +28,7 @@ struct declarations {
 
 void declarations_start(struct declarations *declarations, struct memory *memory, struct graph *graph,
                         const struct read_request *request, struct messages *messages);
-/* The option's value, of the type of `standard`; `allowed` is a list or NULL. */
+/* The option's value, of the type of `standard`; `allowed`: a list of values, { from = , to = }, or NULL. */
 struct value declare_option(struct declarations *declarations, struct place place, const char *name,
                             const struct value *standard, const struct value *allowed);
 /* `standard`: a number, or an expression of other parameters and of values at the start of a motion. */

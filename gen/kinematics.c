@@ -159,12 +159,17 @@ static struct frame_motion ground_motion(const struct kinematics *k) {
     return ground;
 }
 
-/* Column i of C: how the point moves when only coordinate i does. */
-static struct vector point_column(const struct kinematics *k, int i, struct vector r) {
-    const struct joint *joint = &k->tree->frames[i].joint;
-    const struct frame_motion *motion = &k->frames[i];
-    const struct vector axis = matrix_times(k->g, motion->rotation.at, unit_vector(k->g, joint->axis));
-    return joint->is_turn ? vector_cross(k->g, axis, vector_sub(k->g, r, motion->position)) : axis;
+struct vector joint_axis(const struct kinematics *k, int i) {
+    const struct vector axis = unit_vector(k->g, k->tree->frames[i].joint.axis);
+    return matrix_times(k->g, k->frames[i].rotation.at, axis);
+}
+
+/* Column i of C: how the point, or the direction, moves when only coordinate i does. */
+static struct vector point_column(const struct kinematics *k, int i, struct vector r, bool is_direction) {
+    const struct vector axis = joint_axis(k, i), still = {{0, 0, 0}};
+    if (!k->tree->frames[i].joint.is_turn)
+        return is_direction ? still : axis;
+    return vector_cross(k->g, axis, is_direction ? r : vector_sub(k->g, r, k->frames[i].position));
 }
 
 static void name_point(struct kinematics *k, int index) {
@@ -183,25 +188,29 @@ static void derive_point(struct kinematics *k, const struct frame_motion *ground
     const struct fixed_frame *fixed = &k->tree->points[index];
     const struct frame_motion *m = fixed->frame < 0 ? ground : &k->frames[fixed->frame];
     const struct vector rho = vector_of(fixed->placement.position);
+    const bool is_direction = k->model->points[index].is_direction;
+    struct frame_motion carrier = *m;
     struct point_motion *point = &k->points[index];
-    const struct vector velocity = vector_add(g, m->linear, vector_cross(g, m->angular, rho));
-    const struct vector bias = carried_acceleration(g, m, m->bias_linear, rho);
-    remark(g, memory_format(k->memory, "point %s: r = T rho, rd = C qd, rdd = C qdd + d",
-                            k->model->points[index].name));
-    point->r = vector_add(g, m->position, matrix_times(g, m->rotation.at, rho));
+    if (is_direction)
+        carrier.position = carrier.linear = carrier.bias_linear = (struct vector){{0, 0, 0}};
+    const struct vector velocity = vector_add(g, carrier.linear, vector_cross(g, m->angular, rho));
+    const struct vector bias = carried_acceleration(g, m, carrier.bias_linear, rho);
+    remark(g, memory_format(k->memory, "%s %s: r = T rho, rd = C qd, rdd = C qdd + d",
+                            is_direction ? "direction" : "point", k->model->points[index].name));
+    point->r = vector_add(g, carrier.position, matrix_times(g, m->rotation.at, rho));
     point->rd = matrix_times(g, m->rotation.at, velocity);
     point->d = matrix_times(g, m->rotation.at, bias);
     name_point(k, index);
     point->columns = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *point->columns);
     for (int i = fixed->frame; i >= 0; i = k->tree->frames[i].parent)
-        point->columns[i] = point_column(k, i, point->r);
+        point->columns[i] = point_column(k, i, point->r, is_direction);
 }
 
 void derive_kinematics(struct memory *memory, const struct model *model, const struct tree *tree,
                        struct kinematics *k) {
     *k = (struct kinematics){.g = model->graph, .memory = memory, .tree = tree, .model = model};
     k->frames = memory_get(memory, ((size_t)tree->count + 1) * sizeof *k->frames);
-    k->points = memory_get(memory, ((size_t)model->point_count + 1) * sizeof *k->points);
+    k->points = memory_get(memory, ((size_t)model->marker_count + 1) * sizeof *k->points);
     const struct frame_motion ground = ground_motion(k);
     for (int i = 0; i < tree->count; i++) {
         const int parent = tree->frames[i].parent;
@@ -211,6 +220,6 @@ void derive_kinematics(struct memory *memory, const struct model *model, const s
         place_in_ground(k, i, parent < 0 ? &ground : &k->frames[parent]);
         move_frame(k, i, parent < 0 ? &ground : &k->frames[parent]);
     }
-    for (int i = 0; i < model->point_count; i++)
+    for (int i = 0; i < model->marker_count; i++)
         derive_point(k, &ground, i);
 }

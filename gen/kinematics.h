@@ -23,6 +23,7 @@ struct frame_motion {
     struct vector position;     /* origin in the ground frame [m] */
 };
 
+/* Of a point, or of a direction: then r is the vector itself. */
 struct point_motion {
     struct vector r, rd, d; /* position, velocity, bias acceleration: rdd = C qdd + d */
     struct vector *columns; /* C: n columns, zero off the point's path */
@@ -40,6 +41,8 @@ struct kinematics {
 void derive_kinematics(struct memory *memory, const struct model *model, const struct tree *tree,
                        struct kinematics *kinematics);
 
+/* The axis of joint i in the ground frame. */
+struct vector joint_axis(const struct kinematics *k, int i);
 /* A free vector from the axes of frame i's parent into its own, and back. */
 struct vector to_child(const struct kinematics *k, int i, struct vector a);
 struct vector to_parent(const struct kinematics *k, int i, struct vector a);

@@ -73,10 +73,13 @@ struct link {
     struct beam beam;
 };
 
+/* A point or, when is_direction, a vector fixed to a link: only the placement's position counts, as its
+ * components. */
 struct point {
     const char *name;
     struct place place;
-    struct attachment at; /* only the placement's position counts */
+    struct attachment at;
+    bool is_direction;
 };
 
 struct option {
@@ -103,6 +106,20 @@ struct input {
 struct force {
     int coordinate;
     expression value; /* [N or N m] */
+    struct place place;
+};
+
+/* A force at a point, or a torque on the body that carries it, in the ground frame. */
+struct load {
+    int point;
+    bool is_torque;
+    expression value[3]; /* [N] or [N m] */
+    struct place place;
+};
+
+/* An energy V(q, points): Q_j gains -dV/dq_j; it counts as potential energy. */
+struct potential {
+    expression energy; /* [J] */
     struct place place;
 };
 
@@ -133,10 +150,14 @@ struct model {
     int input_count;
     struct link *links; /* each after the link that it stands on */
     int link_count;
-    struct point *points;
-    int point_count;
+    struct point *points; /* the first point_count are points of interest, others serve forces and rows */
+    int point_count, marker_count;
     struct force *forces;
     int force_count;
+    struct load *loads;
+    int load_count;
+    struct potential *potentials;
+    int potential_count;
     struct row *rows;
     int row_count;
     const char **dependent; /* coordinate names, row_count of them, or none: chosen at run time */

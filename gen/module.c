@@ -49,7 +49,7 @@ static void run_option(struct module_call *call) {
     if (standard->kind != VALUE_NUMBER && standard->kind != VALUE_TEXT && standard->kind != VALUE_BOOLEAN)
         refuse_argument(call, 1, "a number, a text, true or false");
     if (allowed->kind != VALUE_TABLE && allowed->kind != VALUE_NOTHING)
-        refuse_argument(call, 2, "a list of values");
+        refuse_argument(call, 2, "a list of values or { from = 1, to = 9 }");
     if (!call->fault)
         call->result = declare_option(call->declarations, call->place, name, standard,
                                       allowed->kind == VALUE_TABLE ? allowed : NULL);

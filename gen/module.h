@@ -1,6 +1,6 @@
 /*
- * The functions of the module `refdyn` that a model file calls, on plain values: rd.option, rd.sin, rd.round ...
- * script.c hands them to Lua; those of ops.def are among them.
+ * The functions of the module `refdyn` that a model file calls, on plain values: rd.option, rd.sin, rd.round
+ * ... script.c hands them to Lua; those of ops.def are among them.
  */
 #ifndef REFDYN_GEN_MODULE_H
 #define REFDYN_GEN_MODULE_H

@@ -8,7 +8,7 @@
 
 enum {
     LONGEST_EXPRESSION = 12, /* operations in one emitted line */
-    LONGEST_FUNCTION = 2000,  /* statements: compilers are more than linear beyond some thousand */
+    LONGEST_FUNCTION = 2000, /* statements: compilers are more than linear beyond some thousand */
     LONGEST_PIECE = 400
 };
 

@@ -6,7 +6,9 @@
  */
 #include "plan.h"
 #include "dynamics.h"
+#include "forces.h"
 #include "rows.h"
+#include "sensitivity.h"
 
 #include <stdio.h>
 #include <string.h>
@@ -19,7 +21,8 @@ struct derivation {
     int n, m, points;
     struct kinematics kinematics;
     struct inertia *composites;
-    expression *M, *bias, *falling, *springs, *dampers, *author, *qdd_free, *qdd, *force;
+    expression *M, *bias, *falling, *qdd_free, *qdd, *force;
+    struct applied applied;
     struct row_terms *rows;
     struct elimination *elimination;
 };
@@ -46,20 +49,17 @@ static const expression *mass_matrix(struct derivation *d) {
     return d->M;
 }
 
-/* Springs, dampers and the author's forces, and their sum without springs: all that has no potential. */
-static void derive_applied(struct derivation *d) {
-    if (d->springs)
-        return;
-    d->springs = derive_spring_forces(&d->kinematics);
-    d->dampers = derive_damper_forces(&d->kinematics);
-    d->author = derive_author_forces(&d->kinematics);
+static const struct applied *applied(struct derivation *d) {
+    if (!d->applied.others)
+        d->applied = derive_applied_forces(&d->kinematics);
+    return &d->applied;
 }
 
 static void add_applied(struct derivation *d, expression *Q) {
-    derive_applied(d);
+    const struct applied *forces = applied(d);
     const expression *printed = d->model->printed_form ? derive_printed_rates(&d->kinematics) : NULL;
     for (int i = 0; i < d->n; i++) {
-        Q[i] = add(d->g, Q[i], add(d->g, add(d->g, d->springs[i], d->dampers[i]), d->author[i]));
+        Q[i] = add(d->g, Q[i], add(d->g, forces->conservative[i], forces->others[i]));
         if (printed)
             Q[i] = add(d->g, Q[i], printed[i]);
     }
@@ -177,7 +177,8 @@ static void constrained_accelerations(struct derivation *d) {
 static expression *add_field(struct derivation *d, struct function *f, const char *name, const char *about,
                              int count, int columns) {
     expression *out = new_values(d, f->out_count + count);
-    memcpy(out, f->out, (size_t)f->out_count * sizeof *out);
+    if (f->out_count > 0)
+        memcpy(out, f->out, (size_t)f->out_count * sizeof *out);
     f->fields[f->field_count++] = (struct field){name, about, f->out_count, count, columns, 0};
     f->out = out;
     f->out_count += count;
@@ -271,33 +272,23 @@ static void build_energy(struct derivation *d, struct function *f) {
     struct graph *g = d->g;
     expression *out = add_field(d, f, "energy", "(2) kinetic, potential [J]", 2, 0);
     out[0] = derive_kinetic_energy(&d->kinematics);
-    out[1] = derive_gravity_energy(&d->kinematics, composites(d));
-    for (int i = 0; i < d->n; i++) {
-        const struct joint *joint = &d->plan->tree->frames[i].joint;
-        const expression stretch = sub(g, symbol(g, SYMBOL_COORDINATE, i, 0), joint->rest);
-        const expression energy = mul(g, mul(g, number(g, 0.5), joint->stiffness), mul(g, stretch, stretch));
-        out[1] = add(g, out[1], energy);
-    }
+    const expression gravity = derive_gravity_energy(&d->kinematics, composites(d));
+    out[1] = add(g, gravity, derive_applied_energy(&d->kinematics));
 }
 
 static void build_power(struct derivation *d, struct function *f) {
     expression *out = add_field(d, f, "power", "(1) of forces in Q without a potential [W]", 1, 0);
-    derive_applied(d);
-    for (int i = 0; i < d->n; i++) {
-        const expression force = add(d->g, d->dampers[i], d->author[i]);
-        out[0] = add(d->g, out[0], mul(d->g, force, symbol(d->g, SYMBOL_COORDINATE, i, 1)));
-    }
+    for (int i = 0; i < d->n; i++)
+        out[0] = add(d->g, out[0], mul(d->g, applied(d)->others[i], symbol(d->g, SYMBOL_COORDINATE, i, 1)));
 }
 
 static void build_Q_q(struct derivation *d, struct function *f) {
     const int n = d->n;
     expression *out = add_field(d, f, "Q_q", "(n x n) dQ_i/dq_j at qd = 0", n * n, n);
     const expression *gravity = derive_gravity_tangent(&d->kinematics, composites(d));
-    const expression *author = derive_author_tangent(&d->kinematics);
+    const expression *forces = derive_applied_tangent(&d->kinematics);
     for (int i = 0; i < n * n; i++)
-        out[i] = sub(d->g, author[i], gravity[i]);
-    for (int i = 0; i < n; i++)
-        out[i * n + i] = sub(d->g, out[i * n + i], d->plan->tree->frames[i].joint.stiffness);
+        out[i] = sub(d->g, forces[i], gravity[i]);
 }
 
 static void build_qdd_free(struct derivation *d, struct function *f) {
@@ -378,7 +369,7 @@ static bool has_work(const struct derivation *d) {
     for (int i = 0; i < d->n; i++)
         if (d->plan->tree->frames[i].joint.damping)
             return true;
-    return d->model->force_count > 0;
+    return d->model->force_count + d->model->load_count > 0;
 }
 
 static bool has_anchors(const struct derivation *d) {

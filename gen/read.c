@@ -412,7 +412,7 @@ static void read_points(const struct reader *reader, const struct value *table, 
         complain(reader->check.messages, table->items[i].place,
                  "points[%d]: without a name, E = \"arm\" or the like is needed", i + 1);
     model->points = memory_get(reader->check.memory, (size_t)table->field_count * sizeof *model->points);
-    model->point_count = table->field_count;
+    model->point_count = model->marker_count = table->field_count;
     for (int i = 0; i < table->field_count; i++)
         read_point(reader, entries, count, &table->fields[i], &model->points[i]);
 }

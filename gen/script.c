@@ -5,6 +5,7 @@
  * memory.fail again. Stack effects stand beside the functions as (-popped, +pushed).
  */
 #include "script.h"
+#include "doubts.h"
 #include "module.h"
 #include "pool.h"
 #include "sandbox.h"
@@ -515,6 +516,7 @@ static void load_source(lua_State *L, struct script *script) {
     if (luaL_loadbufferx(L, script->source, script->source_length, "=" CHUNK, "t") != LUA_OK)
         lua_error(L);
     lua_pop(L, 1);
+    warn_of_doubts(script->memory, script->messages, script->file, script->source, script->source_length);
     mark_tables(script->memory, script->messages, script->file, script->source, script->source_length,
                 &script->lines);
     if (luaL_loadbufferx(L, script->lines.text, script->lines.length, "=" CHUNK, "t") != LUA_OK)

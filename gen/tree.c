@@ -132,6 +132,20 @@ static struct fixed_frame attach(struct graph *g, const struct carrier *carriers
     return at;
 }
 
+/* A direction turns with its carrier and has no place. */
+static struct fixed_frame attach_point(struct graph *g, const struct carrier *carriers,
+                                       const struct point *point) {
+    struct attachment on = point->at;
+    if (!point->is_direction)
+        return attach(g, carriers, &on);
+    on.placement = placement_identity();
+    struct fixed_frame at = attach(g, carriers, &on);
+    const struct vector turned =
+        matrix_times(g, at.placement.rotation, vector_of(point->at.placement.position));
+    memcpy(at.placement.position, turned.at, sizeof turned.at);
+    return at;
+}
+
 static void add_link(struct expansion *x, const struct model *model, struct carrier *carriers, int index) {
     const struct link *link = &model->links[index];
     struct fixed_frame at = attach(x->g, carriers, &link->on);
@@ -167,9 +181,9 @@ void expand(struct memory *memory, const struct model *model, struct tree *tree)
         add_link(&x, model, carriers, i);
     for (int i = 0; i < tree->count; i++)
         name_inertia(&x, &tree->frames[i]);
-    tree->points = memory_get(memory, ((size_t)model->point_count + 1) * sizeof *tree->points);
-    for (int i = 0; i < model->point_count; i++)
-        tree->points[i] = attach(model->graph, carriers, &model->points[i].at);
+    tree->points = memory_get(memory, ((size_t)model->marker_count + 1) * sizeof *tree->points);
+    for (int i = 0; i < model->marker_count; i++)
+        tree->points[i] = attach_point(model->graph, carriers, &model->points[i]);
 }
 
 int find_coordinate(const struct tree *tree, const char *name) {

@@ -36,7 +36,7 @@ struct fixed_frame {
 struct tree {
     struct frame *frames;
     int count;
-    struct fixed_frame *points; /* by the model's points */
+    struct fixed_frame *points; /* by the model's points, marker_count */
 };
 
 void expand(struct memory *memory, const struct model *model, struct tree *tree);

@@ -26,7 +26,7 @@ return rd.model {
   },
   points = { hand = { on = "hand", at = { 0, 0.2, 0 } }, tail = "tail.tip", body = "body" },
   forces = function(s)
-    return { body_z = s.inputs.thrust * rd.exp(-0.1 * s.t), tail_psi = -0.4 * rd.tanh(5 * s.qd.tail_psi) }
+    return { body_z = s.inputs.thrust * rd.ramp(s.t, 0, 0.5), tail_psi = -0.4 * rd.tanh(5 * s.qd.tail_psi) }
   end,
   constraints = function(s)
     local hand, body = s.points.hand, s.points.body

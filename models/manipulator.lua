@@ -1,7 +1,7 @@
 -- The manipulator with a flexible arm of "Reference Dynamics Based Motion Planning for Robotic Systems with
 -- Flexible Components", Sect. 5.5. Marked as assumed: what the chapter does not print.
 local rd      = require "refdyn"
-local n       = rd.option("n_rfe", 4)                                   -- rigid finite elements; 1: rigid arm
+local n       = rd.option("n_rfe", 4, { from = 1 })                     -- rigid finite elements; 1: rigid arm
 local program = rd.option("program", "consistent", { "consistent", "chapter", "none" })
 local dofs    = rd.option("dofs", "psi,theta,phi")                      -- of each spring-damping element
 local drive   = rd.option("drive", "course", { "course", "input" })

@@ -1,7 +1,7 @@
 -- A flexible pendulum with torsion: a steel rod on a hinge, a mass beside its tip, nothing but gravity. Its energy
 -- is constant.
 local rd = require "refdyn"
-local n  = rd.option("n_rfe", 4)
+local n  = rd.option("n_rfe", 4, { from = 1 })
 local p  = rd.parameters {
   { "L", 2, "m" }, { "d", 0.01413200743, "m" }, { "E", 2.1e11, "Pa" }, { "nu", 0.3, "1" }, { "rho", 7801, "kg/m^3" },
   { "g", 9.81, "m/s^2" }, { "m_bob", 0.5, "kg" },

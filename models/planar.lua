@@ -1,7 +1,7 @@
 -- A planar arm with two flexible links in a horizontal plane: its tip goes along a line x + y = const, driven at
 -- both hinges, with a rate that the second row prescribes.
 local rd = require "refdyn"
-local n  = rd.option("n_rfe", 3)
+local n  = rd.option("n_rfe", 3, { from = 1 })
 local p  = rd.parameters {
   { "L1", 0.8, "m" }, { "L2", 0.6, "m" }, { "m_load", 0.4, "kg" }, { "E", 7e10, "Pa" }, { "nu", 0.33, "1" },
   { "rho", 2700, "kg/m^3" }, { "eta", 1e-3, "s" }, { "speed", 0.1, "m/s" }, { "alpha", 50, "1/s" }, { "beta", 50, "1/s" },

@@ -22,6 +22,10 @@ enum { ITERATIONS_MOST = 30 };
 /* Rounding of a residual: a few units in the last place of each term. */
 static const double rounding = 4 * DBL_EPSILON;
 
+/* Near enough to the programme for Newton to square the residual: one more correction would reach rounding.
+ */
+static const double near = 0x1p-26; /* sqrt(DBL_EPSILON) */
+
 static int has_position(const struct refdyn_model *model, int a) {
     return model->rows[a].level == REFDYN_POSITION;
 }
@@ -54,19 +58,22 @@ static double row_terms(const struct refdyn_workspace *work, int a, const double
     return sum;
 }
 
-static int rows_hold(const struct refdyn_workspace *work, double tol, double least, const double *q,
-                     const double *qd) {
-    for (int a = 0; a < work->m; a++) {
+static int positions_hold(const struct refdyn_workspace *work, double tol, double least, const double *q) {
+    for (int a = 0; a < work->m; a++)
         if (has_position(work->model, a) && !(fabs(work->phi[a]) <= tol * row_terms(work, a, q, least)))
             return 0;
+    return 1;
+}
+
+static int velocities_hold(const struct refdyn_workspace *work, double tol, double least, const double *qd) {
+    for (int a = 0; a < work->m; a++)
         if (has_velocity(work->model, a) && !(fabs(work->psi[a]) <= tol * row_terms(work, a, qd, least)))
             return 0;
-    }
     return 1;
 }
 
 int refdyn_is_consistent(const struct refdyn_workspace *work, double tol, const double *q, const double *qd) {
-    return rows_hold(work, tol, 1, q, qd);
+    return positions_hold(work, tol, 1, q) && velocities_hold(work, tol, 1, qd);
 }
 
 /* L L^T = M into work->reduced. */
@@ -171,15 +178,27 @@ static int correct(struct refdyn_workspace *work, double *q, double *qd) {
 }
 
 /* What is off, as one number: the largest residual over the largest coefficient of its row. */
-static double distance(const struct refdyn_workspace *work) {
+static double distance(const struct refdyn_workspace *work, const double *residual) {
     double largest = 0;
     for (int a = 0; a < work->m; a++) {
         const double size = refdyn_largest(work->u + a * work->n, work->n, NULL);
-        const double off = fmax(fabs(work->phi[a]), fabs(work->psi[a]));
         if (size > 0)
-            largest = fmax(largest, off / size);
+            largest = fmax(largest, fabs(residual[a]) / size);
     }
     return largest;
+}
+
+/* At rounding level, or near it and no longer falling; *last is the distance before the last correction. */
+static int positions_done(const struct refdyn_workspace *work, const double *q, double *last) {
+    const double now = distance(work, work->phi), before = *last;
+    *last = now;
+    return positions_hold(work, rounding, 0, q) || (now > before / 2 && positions_hold(work, near, 1, q));
+}
+
+static int velocities_done(const struct refdyn_workspace *work, const double *qd, double *last) {
+    const double now = distance(work, work->psi), before = *last;
+    *last = now;
+    return velocities_hold(work, rounding, 0, qd) || (now > before / 2 && velocities_hold(work, near, 1, qd));
 }
 
 static int not_converged(struct refdyn_workspace *work) {
@@ -189,17 +208,15 @@ static int not_converged(struct refdyn_workspace *work) {
     return REFDYN_NO_CONVERGENCE;
 }
 
-/* Done when every residual is at rounding level, or near it and no longer falling. */
+/* Velocities are judged once the positions no longer change them. */
 int refdyn_project_evaluated(struct refdyn_workspace *work, double t, double *q, double *qd) {
-    const double near = sqrt(DBL_EPSILON);
-    double last = INFINITY;
+    double last_phi = INFINITY, last_psi = INFINITY;
+    int positions_are_done = 0;
     for (int iteration = 0; iteration <= ITERATIONS_MOST; iteration++) {
-        const double now = distance(work);
-        if (rows_hold(work, rounding, 0, q, qd))
+        if (!positions_are_done)
+            positions_are_done = positions_done(work, q, &last_phi);
+        if (positions_are_done && velocities_done(work, qd, &last_psi))
             return REFDYN_OK;
-        if (now > last / 2 && rows_hold(work, near, 1, q, qd))
-            return REFDYN_OK;
-        last = now;
         int status = correct(work, q, qd);
         if (!status)
             status = refdyn_equations(work, t, q, qd);

@@ -42,9 +42,7 @@ static void put_legend(FILE *script, const struct run *runs, int count, int heig
                 plot_colours[i % COLOUR_COUNT], plot_dashes[i % DASH_COUNT]);
         gnuplot_quote(script, runs[i].name);
     }
-    fputs("\nset border 3\nset tics\nset grid\nset key inside top right vertical noopaque samplen 2.5 "
-          "spacing 1.05\n",
-          script);
+    fputs("\nset border 3\nset xtics nomirror\nset ytics nomirror\nset grid\n", script);
 }
 
 static bool has_one_run(const struct panel *panel) {
@@ -87,7 +85,8 @@ static void put_place(FILE *script, const struct page *page, int place) {
             part(left, page->width), part(left + BOX_WIDTH, page->width),
             1 - part(top + BOX_HEIGHT, page->height), 1 - part(top, page->height));
     fprintf(script,
-            "set key at screen %.6f,%.6f left bottom horizontal Left reverse samplen 1.4 width -1 font ',11' maxcols 4\n",
+            "set key at screen %.6f,%.6f left bottom horizontal Left reverse samplen 1.4 width -1 font ',11' "
+            "maxcols 4\n",
             part(left, page->width), 1 - part(top - 4, page->height));
     fprintf(script, "set label 1 at screen %.6f,%.6f left textcolor '#000000' ", part(left, page->width),
             1 - part(top - 50, page->height));

@@ -14,8 +14,7 @@ static void print_remedies(const struct options *options, enum refdyn_stabilise 
     static const char *const what[] = {
         [REFDYN_NONE] = "with --stabilise none it stays off, --stabilise baumgarte would pull it in",
         [REFDYN_BAUMGARTE] = "the stabilisation (baumgarte) pulls it in",
-        [REFDYN_PROJECT] = "the first step's projection moves it onto the programme, --stabilise baumgarte "
-                           "would pull it in"};
+        [REFDYN_PROJECT] = "the first projection moves it onto the programme, baumgarte would pull it in"};
     fprintf(stderr,
             "  Two remedies: solve for a consistent start with --start project,\n"
             "  or start off the programme: %s.\n  This motion runs from the start as it is%s.\n",
@@ -100,6 +99,8 @@ static enum status stop(const struct motion *motion, struct output *output, int 
                 refdyn_status_text(drive->cause));
     if (result != MOTION_INTERRUPTED)
         numbers_failed(motion->scene, result, drive->t, drive->q, drive->qd);
+    if (result > REFDYN_OK && result != MOTION_INTERRUPTED)
+        fputs("refdyn: a smaller --step, or --method rk54, may help\n", stderr);
     if (output->part && is_kept)
         fprintf(stderr, "refdyn: what was computed until then is in %s\n", output->part);
     output_release(output);

@@ -5,6 +5,19 @@
 #include <stdlib.h>
 #include <string.h>
 
+static enum status unknown_coordinate(const struct options *options, const struct refdyn_model *model,
+                                      const char *name) {
+    const char **names = allocate((size_t)model->n, sizeof *names);
+    for (int i = 0; i < model->n; i++)
+        names[i] = model->coordinates[i].name;
+    const char *near = nearest_name(name, names, model->n);
+    free(names);
+    if (near)
+        return usage_error(options->command, "--hold: the model has no coordinate '%s', the nearest is %s",
+                           name, near);
+    return usage_error(options->command, "--hold: the model has no coordinate '%s'", name);
+}
+
 /* Marks the coordinates of a list "a,b"; an empty list marks none. */
 static enum status mark_held(const struct options *options, const struct refdyn_model *model, int *held) {
     for (const char *at = options->hold; *at;) {
@@ -13,7 +26,7 @@ static enum status mark_held(const struct options *options, const struct refdyn_
         int place = refdyn_find_name(model->coordinates, model->n, name);
         enum status status = STATUS_DONE;
         if (place < 0)
-            status = usage_error(options->command, "--hold: the model has no coordinate '%s'", name);
+            status = unknown_coordinate(options, model, name);
         else
             held[place] = 1;
         free(name);

@@ -7,14 +7,14 @@
 #include <string.h>
 
 enum {
-    COARSEST_PARTS = 16, /* the first step tried is this part of the motion */
-    HALVINGS_MAX = 24,   /* down to a millionth of it */
+    HALVINGS_MAX = 20, /* of the time between outputs: down to a millionth of it */
     AUTOMATIC_STEPS = 12,
     REPORT_OUTPUTS = 50 /* times at which positions are compared */
 };
 
-/* Two runs this near, as a part of the way, are one motion. */
-static const double settled_part = 0.05;
+/* Two runs this near, as a part of the way, are one motion; this near, as a part of their size, one up to
+ * rounding. */
+static const double settled_part = 0.05, exhausted_part = 1e-12;
 
 /* Runs at all steps h, h/2 ... c cost less than twice the last one each, and the reference two of the last.
  */
@@ -40,18 +40,21 @@ static void keep_facts(struct trial *trial, const struct motion *motion) {
     trial->stopped_t = motion->drive.t;
 }
 
+static double output_interval(const struct scene *scene, const struct options *options) {
+    return options->every > 0 ? options->every : (options->until - scene->state.t) / REPORT_OUTPUTS;
+}
+
 /* One motion at trial->step and trial->stabilise, from a start on the programme. */
 static void run_trial(struct trial *trial, struct study *study, struct scene *scene,
                       const struct options *options, struct progress *progress) {
     struct refdyn_options drive = refdyn_options_default(REFDYN_RK4);
     struct motion motion;
-    double every = options->every > 0 ? options->every : (options->until - scene->state.t) / REPORT_OUTPUTS;
     drive.step = trial->step;
     drive.stabilise = trial->stabilise;
     drive.project_start = 1;
     drive.balance = 1;
     refdyn_partition_reset(&scene->work); /* every trial chooses its own, whatever ran before */
-    trial->result = motion_start(&motion, scene, &drive, options->until, every);
+    trial->result = motion_start(&motion, scene, &drive, options->until, output_interval(scene, options));
     study->outputs = motion.outputs;
     trial->track = allocate((size_t)(motion.outputs * study->tracked), sizeof *trial->track);
     for (long i = 0; i < motion.outputs && trial->result == REFDYN_OK; i++) {
@@ -80,16 +83,21 @@ static double distance(const double *a, const double *b, int count) {
     return sqrt(sum);
 }
 
-/* Whether two runs tell the same story: apart by a small part of the way that the track makes. */
-static bool is_near(const struct study *study, const double *a, const double *b) {
-    double apart = 0, way = 0;
+/* How far two runs are apart, and how far the second gets from its start and from the origin. */
+struct comparison {
+    double apart, way, size;
+};
+
+static struct comparison compare(const struct study *study, const double *a, const double *b) {
+    static const double origin[3] = {0, 0, 0};
+    struct comparison c = {0, 0, 0};
     for (long i = 0; i < study->outputs * study->tracked; i += study->stride) {
-        double here = distance(a + i, b + i, study->stride);
-        double from_start = distance(b + i, b + i % study->tracked, study->stride);
-        apart = here <= apart ? apart : here; /* NaN counts as larger */
-        way = from_start > way ? from_start : way;
+        double apart = distance(a + i, b + i, study->stride);
+        c.apart = apart <= c.apart ? c.apart : apart; /* NaN counts as larger */
+        c.way = fmax(c.way, distance(b + i, b + i % study->tracked, study->stride));
+        c.size = fmax(c.size, distance(b + i, origin, study->stride));
     }
-    return apart <= settled_part * way;
+    return c;
 }
 
 /* The last trial takes the place of the one before it. */
@@ -99,26 +107,36 @@ static void replace_previous(struct study *study) {
     *previous = study->trials[--study->count];
 }
 
+/* Compares the last two trials. Before the motion settles the later one takes the place of the earlier,
+ * unless they stand on the two sides of the edge of stability. Returns whether a smaller step is of use. */
+static bool sort_last(struct study *study, bool *is_settled) {
+    const struct trial *now = &study->trials[study->count - 1], *previous = now - 1;
+    bool is_of_use = true;
+    if (study->count > 1 && previous->track && now->track) {
+        struct comparison c = compare(study, previous->track, now->track);
+        *is_settled = *is_settled || c.apart <= settled_part * c.way;
+        is_of_use = c.apart > exhausted_part * c.size;
+    }
+    if (study->count > 1 && !*is_settled && (previous->track || !now->track))
+        replace_previous(study);
+    return is_of_use;
+}
+
 /*
  * Steps halved from the largest with which the projected motion settles, that is agrees with the motion at
- * half that step; the one before it is listed too, when it failed. The projected trials are then done.
- * Returns how many steps.
+ * half that step, until rounding is reached or time runs out; the one before the first is listed too, when it
+ * failed. The projected trials are then done. Returns how many steps.
  */
 static int find_steps(struct study *study, struct scene *scene, const struct options *options, double seconds,
                       double steps[static STEPS_MAX], struct progress *progress) {
-    double step = (options->until - scene->state.t) / COARSEST_PARTS;
-    bool is_settled = false, is_affordable = true;
-    for (int i = 0;
-         i < HALVINGS_MAX && is_affordable && study->count < AUTOMATIC_STEPS && !motion_interrupted; i++) {
-        struct trial *trial = add_trial(study, step, REFDYN_PROJECT);
-        run_trial(trial, study, scene, options, progress);
-        const struct trial *previous = study->count > 1 ? trial - 1 : NULL;
-        if (previous && previous->track && trial->track)
-            is_settled = is_settled || is_near(study, previous->track, trial->track);
-        bool is_edge = previous && !previous->track && trial->track; /* of stability: both stay */
-        if (previous && !is_settled && !is_edge)
-            replace_previous(study);
-        is_affordable = study->trials[study->count - 1].cpu_s * 2 * study_cost < seconds;
+    double step = output_interval(scene, options);
+    bool is_settled = false, is_of_use = true;
+    for (int i = 0; i < HALVINGS_MAX && is_of_use && study->count < AUTOMATIC_STEPS && !motion_interrupted;
+         i++) {
+        run_trial(add_trial(study, step, REFDYN_PROJECT), study, scene, options, progress);
+        is_of_use = sort_last(study, &is_settled);
+        if (study->trials[study->count - 1].cpu_s * 2 * study_cost > seconds)
+            is_of_use = false;
         step /= 2;
     }
     for (int i = 0; i < study->count; i++)

@@ -291,6 +291,62 @@ static inline struct refdyn_model rod_model(const int *dependent) {
     };
 }
 
+/*
+ * Car axis (IVP test set, Mazzia and Magherini 2008): masses 5 at l = (q0, q1), r = (q2, q3), springs 1e4 of
+ * rest length 0.5 from l to (0, 0) and from r to (xb, yb), yb = 0.1 sin 10 t, xb = sqrt(1 - yb^2), gravity 1.
+ * Rows: xb xl + yb yl = 0, |l - r|^2 = 1. Given as equations with their exact derivatives by t.
+ */
+static inline void axis_spring(const double *from, const double *to, double *force) {
+    const double x = to[0] - from[0], y = to[1] - from[1], length = sqrt(x * x + y * y);
+    const double pull = 1e4 * (0.5 - length) / length;
+    force[0] = pull * x;
+    force[1] = pull * y;
+}
+
+static inline void axis_equations(const double *p, const double *x, double t, const double *q,
+                                  const double *qd, double *out) {
+    (void)p, (void)x;
+    const double w = 10, yb = 0.1 * sin(w * t), ybd = 0.1 * w * cos(w * t), ybdd = -w * w * yb;
+    const double xb = sqrt(1 - yb * yb), xbd = -yb * ybd / xb,
+                 xbdd = -(ybd * ybd + yb * ybdd + xbd * xbd) / xb;
+    const double origin[] = {0, 0}, corner[] = {xb, yb};
+    double *f = out + 16, *u = f + 4, *v = u + 8, *phi = v + 2, *psi = phi + 2, *k = psi + 2;
+    memset(out, 0, (16 + 4 + 8 + 4 * 2) * sizeof *out);
+    for (int i = 0; i < 4; i++)
+        out[5 * i] = 5;
+    axis_spring(origin, q, f);
+    axis_spring(corner, q + 2, f + 2);
+    f[1] -= 5;
+    f[3] -= 5;
+    const double dx = q[0] - q[2], dy = q[1] - q[3], dxd = qd[0] - qd[2], dyd = qd[1] - qd[3];
+    const double rows[] = {xb, yb, 0, 0, 2 * dx, 2 * dy, -2 * dx, -2 * dy};
+    memcpy(u, rows, sizeof rows);
+    v[0] = xbdd * q[0] + ybdd * q[1] + 2 * (xbd * qd[0] + ybd * qd[1]);
+    v[1] = 2 * (dxd * dxd + dyd * dyd);
+    phi[0] = xb * q[0] + yb * q[1];
+    phi[1] = dx * dx + dy * dy - 1;
+    psi[0] = xb * qd[0] + yb * qd[1] + xbd * q[0] + ybd * q[1];
+    psi[1] = 2 * (dx * dxd + dy * dyd);
+    for (int a = 0; a < 2; a++)
+        k[a] = -v[a] - 2 * row_alpha * psi[a] - row_beta * row_beta * phi[a];
+}
+
+static const struct refdyn_name axis_coordinates[] = {
+    {"left_x", "m", 0}, {"left_y", "m", 0.5}, {"right_x", "m", 1}, {"right_y", "m", 0.5}};
+static const struct refdyn_row axis_rows[] = {{"corner", REFDYN_POSITION}, {"axis", REFDYN_POSITION}};
+
+static inline struct refdyn_model axis_model(void) {
+    return (struct refdyn_model){
+        .name = "axis",
+        .hash = "",
+        .n = 4,
+        .m = 2,
+        .coordinates = axis_coordinates,
+        .rows = axis_rows,
+        .equations = axis_equations,
+    };
+}
+
 /* A mass on an oil film whose force stops being defined: qdd = -3.1 sqrt(t_end - t) qd; input t_end. */
 static inline void film_equations(const double *p, const double *x, double t, const double *q,
                                   const double *qd, double *out) {

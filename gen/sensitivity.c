@@ -1,0 +1,54 @@
+/* Derivatives by the coordinates: see sensitivity.h. */
+#include "sensitivity.h"
+#include "memory.h"
+
+static expression place_symbol(void *context, struct graph *g, expression e) {
+    const struct kinematics *k = context;
+    const struct symbol s = *as_symbol(g, e);
+    if (s.kind == SYMBOL_COORDINATE && s.order == 2)
+        return zero(g);
+    if (s.kind != SYMBOL_POINT)
+        return e;
+    const struct point_motion *point = &k->points[s.index / 3];
+    const struct vector by_order[3] = {point->r, point->rd, point->d};
+    return by_order[s.order].at[s.index % 3];
+}
+
+static expression rest_symbol(void *context, struct graph *g, expression e) {
+    const struct symbol s = *as_symbol(g, e);
+    if (s.order > 0 && (s.kind == SYMBOL_COORDINATE || s.kind == SYMBOL_POINT))
+        return zero(g);
+    return place_symbol(context, g, e);
+}
+
+expression with_points(const struct kinematics *k, expression e) {
+    substitute(k->g, place_symbol, (void *)k, &e, &e, 1);
+    return e;
+}
+
+expression at_rest(const struct kinematics *k, expression e) {
+    substitute(k->g, rest_symbol, (void *)k, &e, &e, 1);
+    return e;
+}
+
+expression *symbol_gradient(const struct kinematics *k, expression e, int order) {
+    const int n = k->tree->count, count = n + 3 * k->model->marker_count;
+    expression *by = memory_get(k->memory, ((size_t)count + 1) * sizeof *by);
+    expression *result = memory_get(k->memory, ((size_t)count + 1) * sizeof *result);
+    for (int i = 0; i < count; i++)
+        by[i] = i < n ? symbol(k->g, SYMBOL_COORDINATE, i, order) : symbol(k->g, SYMBOL_POINT, i - n, order);
+    gradient(k->g, e, by, result, count);
+    return result;
+}
+
+expression *coefficients_of(const struct kinematics *k, expression e, int order, bool resting) {
+    const int n = k->tree->count, markers = k->model->marker_count;
+    expression *c = symbol_gradient(k, e, order);
+    substitute(k->g, resting ? rest_symbol : place_symbol, (void *)k, c, c, n + 3 * markers);
+    for (int p = 0; p < markers; p++) {
+        const struct vector weight = vector_of(c + n + 3 * p);
+        for (int j = 0; j < n && !vector_is_zero(weight); j++)
+            c[j] = add(k->g, c[j], vector_dot(k->g, weight, k->points[p].columns[j]));
+    }
+    return c;
+}

@@ -1,0 +1,512 @@
+/*
+ * Motions of the runtime core: tables, orders, landing, energy, drift, failures.
+ */
+#include <float.h>
+#include <string.h>
+#if defined(__GLIBC__)
+#include <malloc.h>
+#endif
+
+#include "check.h"
+#include "runge_kutta.h"
+#include "runtime_models.h"
+
+static const double row_forever = 1e9;
+
+static double largest_difference(const double *a, const double *b, int count) {
+    double largest = 0;
+    for (int i = 0; i < count; i++)
+        largest = fmax(largest, fabs(a[i] - b[i]));
+    return largest;
+}
+
+/* A drive of the model, started at its start values and qd (NULL: at rest) at time t. */
+static int rig_start(struct rig *rig, struct refdyn_model model, struct refdyn_options options, double t,
+                     const double *qd) {
+    rig_open(rig, model);
+    if (qd)
+        memcpy(rig->qd, qd, (size_t)model.n * sizeof *qd);
+    const int status = rig_drive(rig, &options);
+    return status ? status : refdyn_drive_start(&rig->drive, t, rig->q, rig->qd);
+}
+
+/* ---- Tables
+ * ------------------------------------------------------------------------------------------------------ */
+
+enum { STAGES_MOST = 7 };
+
+/* out_s = sum_j a_sj x_j */
+static void times_a(const struct refdyn_tableau *tableau, const double *x, double *out) {
+    for (int s = 0; s < tableau->stages; s++) {
+        out[s] = 0;
+        for (int j = 0; j < s; j++)
+            out[s] += tableau->a[s * tableau->stages + j] * x[j];
+    }
+}
+
+/* sum_s b_s x_s y_s z_s w_s; NULL counts as ones */
+static double weigh(int stages, const double *b, const double *x, const double *y, const double *z,
+                    const double *w) {
+    double sum = 0;
+    for (int s = 0; s < stages; s++)
+        sum += b[s] * (x ? x[s] : 1) * (y ? y[s] : 1) * (z ? z[s] : 1) * (w ? w[s] : 1);
+    return sum;
+}
+
+/* The 17 rooted trees up to order 5 (Hairer, Norsett and Wanner, Solving ODEs I, table II.2.1). */
+static void check_order(const struct refdyn_tableau *tableau, const double *b, int order) {
+    const int S = tableau->stages;
+    const double *c = tableau->c;
+    double ones[STAGES_MOST], c2[STAGES_MOST], c3[STAGES_MOST], row[STAGES_MOST];
+    double ac[STAGES_MOST], ac2[STAGES_MOST], ac3[STAGES_MOST], aac[STAGES_MOST], cac[STAGES_MOST],
+        acac[STAGES_MOST], aac2[STAGES_MOST], aaac[STAGES_MOST];
+    for (int s = 0; s < S; s++) {
+        ones[s] = 1;
+        c2[s] = c[s] * c[s];
+        c3[s] = c2[s] * c[s];
+    }
+    times_a(tableau, ones, row);
+    CHECK_NEAR(largest_difference(row, c, S), 0, 8 * DBL_EPSILON);
+    times_a(tableau, c, ac);
+    times_a(tableau, c2, ac2);
+    times_a(tableau, c3, ac3);
+    times_a(tableau, ac, aac);
+    times_a(tableau, ac2, aac2);
+    times_a(tableau, aac, aaac);
+    for (int s = 0; s < S; s++)
+        cac[s] = c[s] * ac[s];
+    times_a(tableau, cac, acac);
+    const struct {
+        int order;
+        double value, expected;
+    } trees[] = {
+        {1, weigh(S, b, NULL, NULL, NULL, NULL), 1},
+        {2, weigh(S, b, c, NULL, NULL, NULL), 1.0 / 2},
+        {3, weigh(S, b, c, c, NULL, NULL), 1.0 / 3},
+        {3, weigh(S, b, ac, NULL, NULL, NULL), 1.0 / 6},
+        {4, weigh(S, b, c, c, c, NULL), 1.0 / 4},
+        {4, weigh(S, b, c, ac, NULL, NULL), 1.0 / 8},
+        {4, weigh(S, b, ac2, NULL, NULL, NULL), 1.0 / 12},
+        {4, weigh(S, b, aac, NULL, NULL, NULL), 1.0 / 24},
+        {5, weigh(S, b, c, c, c, c), 1.0 / 5},
+        {5, weigh(S, b, c, c, ac, NULL), 1.0 / 10},
+        {5, weigh(S, b, ac, ac, NULL, NULL), 1.0 / 20},
+        {5, weigh(S, b, c, ac2, NULL, NULL), 1.0 / 15},
+        {5, weigh(S, b, ac3, NULL, NULL, NULL), 1.0 / 20},
+        {5, weigh(S, b, c, aac, NULL, NULL), 1.0 / 30},
+        {5, weigh(S, b, acac, NULL, NULL, NULL), 1.0 / 40},
+        {5, weigh(S, b, aac2, NULL, NULL, NULL), 1.0 / 60},
+        {5, weigh(S, b, aaac, NULL, NULL, NULL), 1.0 / 120},
+    };
+    int missed = 0;
+    for (size_t i = 0; i < sizeof trees / sizeof *trees; i++) {
+        if (trees[i].order <= order)
+            CHECK_NEAR(trees[i].value, trees[i].expected, 16 * DBL_EPSILON);
+        else if (trees[i].order == order + 1)
+            missed += fabs(trees[i].value - trees[i].expected) > 1e-6;
+    }
+    CHECK(order == 5 || missed > 0); /* not of a higher order than it says */
+}
+
+static void test_tables(void) {
+    for (int method = 0; method < REFDYN_METHOD_COUNT; method++) {
+        const struct refdyn_tableau *tableau = refdyn_tableau_of((enum refdyn_method)method);
+        CHECK(refdyn_method_find(refdyn_method_name(method)) == method);
+        check_order(tableau, tableau->b, tableau->order);
+        if (tableau->order_error) {
+            double embedded[STAGES_MOST];
+            for (int s = 0; s < tableau->stages; s++)
+                embedded[s] = tableau->b[s] - tableau->e[s];
+            check_order(tableau, embedded, tableau->order_error);
+        }
+        for (int s = 0; s < tableau->stages && tableau->is_last_new; s++)
+            CHECK_NEAR(tableau->a[(tableau->stages - 1) * tableau->stages + s], tableau->b[s], 0);
+    }
+    CHECK(refdyn_method_find("rk5") == -1 && refdyn_method_name(-1) == NULL);
+}
+
+/* ---- Observed order
+ * ------------------------------------------------------------------------------------------------ */
+
+/* State at the end of a constrained, time-dependent motion with equal steps. */
+static void end_state(enum refdyn_method method, enum refdyn_stabilise stabilise, long steps, double *state) {
+    const double begin = 0.2, end = 0.7131, qd[] = {0.2317, -0.713, 0.617};
+    struct rig rig;
+    struct refdyn_options options = refdyn_options_default(method);
+    options.step = options.step_max = (end - begin) / (double)steps;
+    options.tol = 0.99; /* every step is accepted, none grows beyond step_max */
+    options.stabilise = stabilise;
+    options.project_start = 1;
+    CHECK(rig_start(&rig, spring_model(2), options, begin, qd) == REFDYN_OK);
+    CHECK(refdyn_drive_to(&rig.drive, end) == REFDYN_OK);
+    CHECK(rig.drive.statistics.steps == steps && rig.drive.statistics.rejected == 0);
+    CHECK(rig.drive.t == end);
+    memcpy(state, rig.drive.state, 6 * sizeof *state);
+    CHECK(rig_close(&rig));
+}
+
+static void test_orders(void) {
+    double exact[6], coarse[6], fine[6];
+    end_state(REFDYN_RK54, REFDYN_PROJECT, 1500, exact);
+    for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
+        for (int stabilise = REFDYN_NONE; stabilise <= REFDYN_PROJECT; stabilise++) {
+            const int order = refdyn_tableau_of((enum refdyn_method)method)->order;
+            end_state((enum refdyn_method)method, (enum refdyn_stabilise)stabilise, 60, coarse);
+            end_state((enum refdyn_method)method, (enum refdyn_stabilise)stabilise, 120, fine);
+            const double rate =
+                log2(largest_difference(coarse, exact, 6) / largest_difference(fine, exact, 6));
+            CHECK_NEAR(rate, order, 0.35);
+        }
+}
+
+/* ---- Landing, counting, reproducing
+ * ----------------------------------------------------------------------------------- */
+
+static void test_landing(void) {
+    struct rig rig;
+    struct refdyn_options options = refdyn_options_default(REFDYN_RK4);
+    options.step = 0.0173;
+    const double qd[] = {0.2317, -0.713, 0.617};
+    CHECK(rig_start(&rig, spring_model(0), options, 0, qd) == REFDYN_OK);
+    for (int i = 1; i <= 30; i++) {
+        CHECK(refdyn_drive_to(&rig.drive, i * 0.1) == REFDYN_OK);
+        CHECK(rig.drive.t == i * 0.1);
+        CHECK(rig.drive.statistics.steps == 6 * i); /* 5.78 steps, rounded up */
+    }
+    CHECK_NEAR(rig.drive.statistics.step_largest, 0.1 / 6, 1e-15);
+    CHECK(rig.drive.statistics.evaluations == 4 * rig.drive.statistics.steps + 1);
+    CHECK(refdyn_drive_to(&rig.drive, 3) == REFDYN_OK); /* already there */
+    CHECK(refdyn_drive_to(&rig.drive, 2.9) == REFDYN_BAD_OPTION);
+    CHECK(refdyn_drive_to(&rig.drive, NAN) == REFDYN_BAD_OPTION);
+    CHECK(refdyn_drive_to(&rig.drive, INFINITY) == REFDYN_BAD_OPTION);
+    CHECK(rig_close(&rig));
+    /* an interval that is a multiple of the step, up to rounding, takes just that many */
+    options.step = 1e-5;
+    CHECK(rig_start(&rig, film_model(), options, 0, NULL) == REFDYN_OK);
+    CHECK(refdyn_drive_to(&rig.drive, 0.05) == REFDYN_OK && rig.drive.statistics.steps == 5000);
+    CHECK(refdyn_drive_to(&rig.drive, 0.1) == REFDYN_OK && rig.drive.statistics.steps == 10000);
+    CHECK(rig_close(&rig));
+}
+
+static void test_adaptive_landing(void) {
+    struct rig rig;
+    struct refdyn_options options = refdyn_options_default(REFDYN_RK54);
+    options.tol = 1e-8;
+    CHECK(rig_start(&rig, spring_model(0), options, 0, NULL) == REFDYN_OK);
+    for (int i = 1; i <= 100; i++) {
+        CHECK(refdyn_drive_to(&rig.drive, i * 0.02) == REFDYN_OK);
+        CHECK(rig.drive.t == i * 0.02);
+    }
+    const long many_stops = rig.drive.statistics.steps;
+    CHECK(refdyn_drive_start(&rig.drive, 0, rig.q, rig.qd) == REFDYN_OK);
+    CHECK(refdyn_drive_to(&rig.drive, 2) == REFDYN_OK);
+    CHECK(rig.drive.statistics.steps <= many_stops);
+    /* without projection each step costs six evaluations, the first of the next is its last */
+    const struct refdyn_statistics *statistics = &rig.drive.statistics;
+    CHECK(statistics->evaluations == 6 * (statistics->steps + statistics->rejected) + 1);
+    CHECK(rig_close(&rig));
+}
+
+static void test_tolerance(void) {
+    double exact[6], error_last = row_forever;
+    const double qd[] = {0.2317, -0.713, 0.617};
+    for (double tol = 1e-13; tol < 1e-4; tol = tol < 1e-12 ? 1e-10 : tol * 100) {
+        struct rig rig;
+        struct refdyn_options options = refdyn_options_default(REFDYN_RK54);
+        options.tol = tol;
+        options.project_start = 1;
+        CHECK(rig_start(&rig, spring_model(2), options, 0.2, qd) == REFDYN_OK);
+        CHECK(rig.drive.start_is_off && rig.drive.start.phi > 1e-3);
+        CHECK(refdyn_drive_to(&rig.drive, 1.2) == REFDYN_OK);
+        if (tol < 1e-12)
+            memcpy(exact, rig.drive.state, sizeof exact);
+        else {
+            const double error = largest_difference(rig.drive.state, exact, 3);
+            CHECK(error < 30 * tol);
+            CHECK(error_last == row_forever || error > error_last);
+            error_last = error;
+        }
+        CHECK(rig.drive.statistics.phi_max < 1e-14 && rig.drive.statistics.psi_max < 1e-13);
+        CHECK(rig_close(&rig));
+    }
+}
+
+/* Two drives taking turns give bit by bit what one gives alone, and so does the same drive a second time. */
+static void test_reproduces(void) {
+    struct rig one, two;
+    const double qd[] = {0.2317, -0.713, 0.617};
+    double alone[7];
+    struct refdyn_options options = refdyn_options_default(REFDYN_RK54);
+    options.balance = options.project_start = 1;
+    CHECK(rig_start(&one, spring_model(2), options, 0.2, qd) == REFDYN_OK);
+    CHECK(refdyn_drive_to(&one.drive, 1) == REFDYN_OK);
+    memcpy(alone, one.drive.state, sizeof alone);
+    CHECK(rig_start(&two, spring_model(2), options, 0.2, qd) == REFDYN_OK);
+    CHECK(refdyn_drive_start(&one.drive, 0.2, one.q, one.qd) == REFDYN_OK);
+    while (one.drive.t < 1 || two.drive.t < 1) {
+        CHECK(refdyn_drive_step(&one.drive, 1) == REFDYN_OK);
+        CHECK(refdyn_drive_step(&two.drive, 1) == REFDYN_OK);
+    }
+    CHECK(memcmp(alone, one.drive.state, sizeof alone) == 0);
+    CHECK(memcmp(alone, two.drive.state, sizeof alone) == 0);
+    CHECK(rig_close(&one));
+    CHECK(rig_close(&two));
+}
+
+static long allocated(void) {
+#if defined(__GLIBC__) && (__GLIBC__ > 2 || __GLIBC_MINOR__ >= 33)
+    return (long)mallinfo2().uordblks;
+#else
+    return 0;
+#endif
+}
+
+static void test_allocates_nothing(void) {
+    struct rig rig;
+    const double qd[] = {0.2317, -0.713, 0.617};
+    struct refdyn_options options = refdyn_options_default(REFDYN_RK54);
+    options.project_start = 1;
+    options.balance = 1;
+    rig_open(&rig, spring_model(2));
+    CHECK(rig_drive(&rig, &options) == REFDYN_OK);
+    const long before = allocated();
+    CHECK(refdyn_drive_start(&rig.drive, 0.2, rig.q, qd) == REFDYN_OK);
+    CHECK(refdyn_drive_to(&rig.drive, 0.5) == REFDYN_OK);
+    CHECK(allocated() == before);
+    CHECK(rig_close(&rig));
+}
+
+/* ---- Energy
+ * ------------------------------------------------------------------------------------------------------------
+ */
+
+static double balance_error(enum refdyn_method method, enum refdyn_stabilise stabilise, int rows,
+                            double step) {
+    struct rig rig;
+    struct refdyn_energy energy;
+    const double qd[] = {0.2317, -0.713, 0.617};
+    struct refdyn_options options = refdyn_options_default(method);
+    options.balance = options.project_start = 1;
+    options.stabilise = stabilise;
+    options.tol = 1e-11;
+    options.step = step;
+    CHECK(rig_start(&rig, spring_model(rows), options, 0.2, qd) == REFDYN_OK);
+    CHECK(refdyn_energy_start(&energy, &rig.drive) == REFDYN_OK);
+    for (int i = 1; i <= 20; i++) {
+        CHECK(refdyn_drive_to(&rig.drive, 0.2 + i * 0.05) == REFDYN_OK);
+        CHECK(refdyn_energy_add(&energy, &rig.drive) == REFDYN_OK);
+    }
+    CHECK(rig.drive.work_done != 0 && energy.largest_change > 0.1);
+    CHECK(rig_close(&rig));
+    return refdyn_energy_error(&energy);
+}
+
+static void test_energy(void) {
+    for (int rows = 0; rows <= 2; rows++)
+        for (int stabilise = REFDYN_NONE; stabilise <= REFDYN_PROJECT; stabilise++) {
+            CHECK_NEAR(balance_error(REFDYN_RK4, (enum refdyn_stabilise)stabilise, rows, 5e-4), 0, 1e-10);
+            CHECK_NEAR(balance_error(REFDYN_RK54, (enum refdyn_stabilise)stabilise, rows, 0), 0, 1e-9);
+        }
+    struct rig rig;
+    struct refdyn_energy energy;
+    CHECK(rig_start(&rig, film_model(), refdyn_options_default(REFDYN_RK4), 0, NULL) == REFDYN_OK);
+    CHECK(refdyn_energy_start(&energy, &rig.drive) == REFDYN_FUNCTION_MISSING);
+    CHECK_NEAR(refdyn_energy_error(&energy), 0, 0);
+    CHECK(rig_close(&rig));
+}
+
+/* ---- Published and known motions
+ * ------------------------------------------------------------------------------------------ */
+
+static void test_pendulum(void) {
+    const double at_5[] = {-0.942305435044, -0.334754338414}, at_10[] = {-0.275087462576, -0.961419205099};
+    struct rig rig;
+    struct refdyn_options options = refdyn_options_default(REFDYN_RK54);
+    options.tol = 1e-12;
+    CHECK(rig_start(&rig, rod_model(rod_dependent), options, 0, NULL) == REFDYN_OK);
+    CHECK(refdyn_drive_to(&rig.drive, 5) == REFDYN_OK);
+    CHECK_NEAR(largest_difference(rig.drive.q, at_5, 2), 0, 1e-9);
+    CHECK(refdyn_drive_to(&rig.drive, 10) == REFDYN_OK);
+    CHECK_NEAR(largest_difference(rig.drive.q, at_10, 2), 0, 1e-9);
+    double energy[2];
+    CHECK(refdyn_energies(&rig.work, 10, rig.drive.q, rig.drive.qd, energy) == REFDYN_OK);
+    CHECK_NEAR(energy[0] + energy[1], 0, 1e-9);
+    CHECK(rig_close(&rig));
+}
+
+static void test_car_axis(void) {
+    const double at_3[] = {0.0493455784275402809, 0.496989460230171154, 1.04174252488542152,
+                           0.373911027265361257};
+    const double qd[] = {-0.5, 0, -0.5, 0};
+    struct rig rig;
+    struct refdyn_options options = refdyn_options_default(REFDYN_RK54);
+    options.tol = 1e-12;
+    CHECK(rig_start(&rig, axis_model(), options, 0, qd) == REFDYN_OK);
+    CHECK(!rig.drive.start_is_off);
+    CHECK(refdyn_drive_to(&rig.drive, 3) == REFDYN_OK);
+    CHECK_NEAR(largest_difference(rig.drive.q, at_3, 4), 0, 1e-9);
+    CHECK(rig_close(&rig));
+}
+
+/* Once round the circle without gravity: the declared coordinate x is useless where x = 0, so the choice
+ * changes. */
+static void test_changes_partition(void) {
+    struct rig rig;
+    const double rate = 0.917, qd[] = {0, -rate};
+    for (int method = 0; method < REFDYN_METHOD_COUNT; method++) {
+        struct refdyn_options options = refdyn_options_default((enum refdyn_method)method);
+        options.tol = 1e-10;
+        rig_open(&rig, rod_model(rod_dependent));
+        rig.work.p[0] = 0;
+        refdyn_prepare(&rig.work);
+        CHECK(rig_drive(&rig, &options) == REFDYN_OK);
+        CHECK(refdyn_drive_start(&rig.drive, 0, rig.q, qd) == REFDYN_OK);
+        CHECK(rig.work.partition.is_declared);
+        CHECK(refdyn_drive_to(&rig.drive, 2 * acos(-1) / rate) == REFDYN_OK);
+        CHECK_NEAR(rig.drive.q[0], -1, 1e-8);
+        CHECK_NEAR(rig.drive.q[1], 0, 1e-8);
+        const struct refdyn_statistics *statistics = &rig.drive.statistics;
+        CHECK(statistics->partition_changes >= 2 && statistics->partition_changes <= 8);
+        CHECK(statistics->condition_max < 20 && statistics->pivot_min > 0.05);
+        CHECK(rig_close(&rig));
+    }
+}
+
+/* Redundant rows along a motion: cranks stay parallel, energy stays. (At 0.446 s they lie flat, a bifurcation.) */
+static void test_redundant_motion(void) {
+    for (int method = 0; method < REFDYN_METHOD_COUNT; method++) {
+        struct rig rig;
+        struct refdyn_options options = refdyn_options_default((enum refdyn_method)method);
+        options.tol = 1e-10;
+        const double qd[] = {0.317, 0, 0.317, 0.317};
+        CHECK(rig_start(&rig, cranks_model(), options, 0, qd) == REFDYN_OK);
+        CHECK(!rig.drive.start_is_off && rig.work.partition.rank == 3);
+        const double energy = cranks_energy(rig.q, qd);
+        CHECK(refdyn_drive_to(&rig.drive, 0.4) == REFDYN_OK);
+        CHECK(rig.work.partition.rank == 3);
+        CHECK_NEAR(rig.drive.q[0] - rig.drive.q[2], 0, 1e-9);
+        CHECK_NEAR(rig.drive.q[0] - rig.drive.q[3], 0, 1e-9);
+        CHECK_NEAR(rig.drive.q[1], 0, 1e-9);
+        CHECK_NEAR(cranks_energy(rig.drive.q, rig.drive.qd), energy, 1e-8 * fabs(energy));
+        CHECK(rig_close(&rig));
+    }
+}
+
+/* ---- Failures
+ * ------------------------------------------------------------------------------------------------------------------
+ */
+
+static void test_undefined_mid_run(void) {
+    struct rig rig;
+    const double qd[] = {0.713};
+    struct refdyn_options options = refdyn_options_default(REFDYN_RK4);
+    CHECK(rig_start(&rig, film_model(), options, 0, qd) == REFDYN_OK);
+    CHECK(refdyn_drive_to(&rig.drive, 1) == REFDYN_NOT_FINITE);
+    CHECK(rig.drive.cause == REFDYN_NOT_FINITE && rig.work.fault.coordinate == 0);
+    CHECK(rig.drive.t <= 0.5173 && rig.drive.t > 0.5173 - 2e-3 && rig.drive.failed_t > 0.5173);
+    CHECK(isfinite(rig.drive.q[0]) && isfinite(rig.drive.qd[0]));
+    /* the input is put right, and the motion goes on from the last accepted state */
+    rig.work.x[0] = 2;
+    CHECK(refdyn_drive_refresh(&rig.drive) == REFDYN_OK);
+    CHECK(refdyn_drive_to(&rig.drive, 1) == REFDYN_OK);
+    CHECK(rig_close(&rig));
+
+    options = refdyn_options_default(REFDYN_RK54);
+    CHECK(rig_start(&rig, film_model(), options, 0, qd) == REFDYN_OK);
+    CHECK(refdyn_drive_to(&rig.drive, 1) == REFDYN_STEP_TOO_SMALL);
+    CHECK(rig.drive.cause == REFDYN_NOT_FINITE);
+    CHECK_NEAR(rig.drive.t, 0.5173, 1e-12);
+    CHECK(rig_close(&rig));
+
+    rig_open(&rig, film_model());
+    rig.work.x[0] = -1;
+    CHECK(rig_drive(&rig, &options) == REFDYN_OK);
+    CHECK(refdyn_drive_start(&rig.drive, 0, rig.q, qd) == REFDYN_NOT_FINITE);
+    CHECK(rig.drive.cause == REFDYN_NOT_FINITE && rig.drive.failed_t == 0);
+    CHECK(rig_close(&rig));
+}
+
+/* A step far beyond the stability limit ends in a status, never in a state that is not finite. */
+static void test_unstable(void) {
+    struct rig rig;
+    struct refdyn_options options = refdyn_options_default(REFDYN_RK4);
+    const double qd[] = {3.17, -7.13, 6.17};
+    options.step = 0.7;
+    CHECK(rig_start(&rig, spring_model(0), options, 0, qd) == REFDYN_OK);
+    const int status = refdyn_drive_to(&rig.drive, 1e3);
+    CHECK(status > 0);
+    for (int i = 0; i < 6; i++)
+        CHECK(isfinite(rig.drive.state[i]));
+    CHECK(rig_close(&rig));
+}
+
+static void test_limits(void) {
+    struct rig rig;
+    struct refdyn_options options = refdyn_options_default(REFDYN_RK4);
+    options.step_limit = 100;
+    CHECK(rig_start(&rig, spring_model(0), options, 0, NULL) == REFDYN_OK);
+    CHECK(refdyn_drive_to(&rig.drive, 1) == REFDYN_TOO_MANY_STEPS);
+    CHECK(rig.drive.statistics.steps == 100);
+    CHECK_NEAR(rig.drive.t, 0.1, 1e-15);
+    CHECK(rig_close(&rig));
+    options.step = 1e-20;
+    CHECK(rig_start(&rig, spring_model(0), options, 0, NULL) == REFDYN_OK);
+    CHECK(refdyn_drive_to(&rig.drive, 1) == REFDYN_STEP_TOO_SMALL);
+    CHECK(rig_close(&rig));
+}
+
+static void check_refused(struct refdyn_options options) {
+    const char *fact = NULL;
+    CHECK(refdyn_options_validate(&options, &fact) == REFDYN_BAD_OPTION && fact);
+    CHECK(refdyn_options_validate(&options, NULL) == REFDYN_BAD_OPTION);
+}
+
+static void test_options(void) {
+    const struct refdyn_options fixed = refdyn_options_default(REFDYN_RK4);
+    const struct refdyn_options adaptive = refdyn_options_default(REFDYN_RK54);
+    CHECK(refdyn_options_validate(&fixed, NULL) == REFDYN_OK &&
+          refdyn_options_validate(&adaptive, NULL) == REFDYN_OK);
+    struct refdyn_options options;
+#define REFUSED(start, field, value) (options = (start), options.field = (value), check_refused(options))
+    REFUSED(fixed, method, REFDYN_METHOD_COUNT);
+    REFUSED(fixed, step, 0);
+    REFUSED(fixed, step, -1e-3);
+    REFUSED(fixed, step, NAN);
+    REFUSED(adaptive, step, INFINITY);
+    REFUSED(adaptive, step_max, -0.1);
+    REFUSED(adaptive, tol, 0);
+    REFUSED(adaptive, tol, 1e-17);
+    REFUSED(adaptive, tol, NAN);
+    REFUSED(adaptive, length, 0);
+    REFUSED(fixed, stabilise, (enum refdyn_stabilise)3);
+    REFUSED(fixed, step_limit, -1);
+#undef REFUSED
+    struct rig rig;
+    rig_open(&rig, film_model());
+    options = fixed;
+    options.step = 0;
+    CHECK(rig_drive(&rig, &options) == REFDYN_BAD_OPTION);
+    CHECK(rig_drive(&rig, &fixed) == REFDYN_OK);
+    CHECK(refdyn_drive_init(&rig.drive, &rig.work, &fixed, inside(rig.drive_memory), 8) == REFDYN_BAD_MEMORY);
+    CHECK(rig_close(&rig));
+}
+
+int main(void) {
+    test_tables();
+    test_orders();
+    test_landing();
+    test_adaptive_landing();
+    test_tolerance();
+    test_reproduces();
+    test_allocates_nothing();
+    test_energy();
+    test_pendulum();
+    test_car_axis();
+    test_changes_partition();
+    test_redundant_motion();
+    test_undefined_mid_run();
+    test_unstable();
+    test_limits();
+    test_options();
+    return check_summary();
+}

@@ -1,0 +1,5 @@
+-- expect: 0: option n: value "0", a number from 1 up to 9 is needed
+-- set: n=0
+local rd = require "refdyn"
+local n = rd.option("n", 2, { from = 1, to = 9 })
+return rd.model { name = "wrong", links = { { "a", joint = { "x" }, mass = n } } }
