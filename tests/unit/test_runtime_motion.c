@@ -57,8 +57,8 @@ static double weigh(int stages, const double *b, const double *x, const double *
 static void check_order(const struct refdyn_tableau *tableau, const double *b, int order) {
     const int S = tableau->stages;
     const double *c = tableau->c;
-    double ones[STAGES_MOST], c2[STAGES_MOST], c3[STAGES_MOST], row[STAGES_MOST];
-    double ac[STAGES_MOST], ac2[STAGES_MOST], ac3[STAGES_MOST], aac[STAGES_MOST], cac[STAGES_MOST],
+    double ones[STAGES_MOST] = {0}, c2[STAGES_MOST], c3[STAGES_MOST], row[STAGES_MOST];
+    double ac[STAGES_MOST], ac2[STAGES_MOST], ac3[STAGES_MOST], aac[STAGES_MOST], cac[STAGES_MOST] = {0},
         acac[STAGES_MOST], aac2[STAGES_MOST], aaac[STAGES_MOST];
     for (int s = 0; s < S; s++) {
         ones[s] = 1;
