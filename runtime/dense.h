@@ -7,10 +7,6 @@
 #ifndef REFDYN_DENSE_H
 #define REFDYN_DENSE_H
 
-#ifdef __cplusplus
-#define restrict
-#endif
-
 /* sum_j a_j b_j; four sums side by side, since one alone would wait for each addition */
 static inline double dense_dot(const double *restrict a, const double *restrict b, int count) {
     double s0 = 0, s1 = 0, s2 = 0, s3 = 0;

@@ -222,9 +222,9 @@ static int eliminate_forward(struct refdyn_workspace *work) {
     double smallest = 1;
     for (int k = 0; k < work->partition.rank; k++) {
         const double *restrict pivot_row = work->rows + k * stride;
-        const double pivot = fabs(pivot_row[k]) * work->weight[k];
-        if (!(pivot >= smallest * work->row_size[k]))
-            smallest = pivot / work->row_size[k];
+        const double pivot = fabs(pivot_row[k]) * work->weight[k] / work->row_size[k];
+        if (!(pivot >= smallest))
+            smallest = pivot; /* NaN for a row of zeros */
         if (!(smallest > work->rank_tol / worse))
             return 0;
         const double inverse = 1 / pivot_row[k];

@@ -419,6 +419,19 @@ static void test_rank_changes(void) {
     given[25 + 5 + 10] -= 0.1;
     CHECK(refdyn_accelerate(&rig.work, 0, rig.q, rig.qd, REFDYN_BAUMGARTE, qdd) == REFDYN_OK);
     CHECK(rig.work.partition.rank == 2);
+    /* rows that fade to nothing, one after the other: 0 = 0 asks for nothing, 0 = k contradicts */
+    for (int a = 0; a < 3; a++) {
+        for (int j = 0; j < 5; j++)
+            given[25 + 5 + 5 * a + j] = 0;
+        CHECK(refdyn_accelerate(&rig.work, 0, rig.q, rig.qd, REFDYN_BAUMGARTE, qdd) ==
+              REFDYN_ROWS_INCONSISTENT);
+        CHECK(rig.work.fault.row == a);
+        given[given_count - 3 + a] = 0;
+        CHECK(refdyn_accelerate(&rig.work, 0, rig.q, rig.qd, REFDYN_BAUMGARTE, qdd) == REFDYN_OK);
+        CHECK(rig.work.partition.rank == (a == 0 ? 2 : 2 - a));
+    }
+    for (int i = 0; i < 5; i++)
+        CHECK_NEAR(dense_dot(rig.work.M + 5 * i, qdd, 5), rig.work.f[i], 1e-12 * (1 + fabs(rig.work.f[i])));
     CHECK(rig_close(&rig));
 }
 
