@@ -106,7 +106,7 @@ def test_statics_hold():
     assert abs(more["hold_force"][0] - 9.81 * (18.54331045 + 10 + 2 + 7801 * 3.141592653589793 * 0.01413200743**2 / 4 * 2)) < 1e-9
     free = statics("--hold", "")
     assert free["hold_force"] == [] and free["residual"] < 1e-8
-    assert "arm_psi" in statics("--hold", "arm_ps", status=2).stderr
+    assert "'arm_ps'" in statics("--hold", "arm_ps", status=2).stderr
 
 
 def test_statics_without_equilibrium(tmp_path):
