@@ -86,12 +86,17 @@ static enum group group_of(const char *name) {
     return is_slide ? SLIDES : OTHERS;
 }
 
+/* Those of elements that do not bend are left out: a planar motion has many. */
+static bool is_of_elements(enum group group) {
+    return group == ELEMENT_PSI || group == ELEMENT_THETA || group == ELEMENT_PHI;
+}
+
 static void add_coordinates(struct panels *panels, enum group group, const char *title, const char *y_label) {
     struct panel *panel = add_panel(panels, title, y_label);
     for (int r = 0; r < panels->run_count; r++) {
         const struct run *run = &panels->runs[r];
         for (int i = run->coordinates; i < run->coordinates + run->coordinate_count; i++)
-            if (group_of(run->columns[i]) == group)
+            if (group_of(run->columns[i]) == group && (!is_of_elements(group) || run->largest[i] > 0))
                 add_named(panel, r, i, run->columns[i]);
     }
     end_panel(panels);
