@@ -320,10 +320,11 @@ double refdyn_energy_error(const struct refdyn_energy *energy);
  * -------------------------------------------------------------------------------------------- */
 
 struct refdyn_statics_options {
-    double tol;        /* largest last Newton correction [rad, or `length`] */
-    double length;     /* what 1 rad weighs against in translations [m] */
-    int iterations;    /* Newton iterations for each load */
-    double load_step;  /* first part of the load that is tried, 0 < load_step <= 1 */
+    double tol;       /* largest last Newton correction [rad, or `length`] */
+    double length;    /* what 1 rad weighs against in translations [m] */
+    double reach;     /* largest first correction of a load step; a longer one is halved [rad, or `length`] */
+    int iterations;   /* Newton iterations for each load */
+    double load_step; /* first part of the load that is tried, 0 < load_step <= 1 */
     double load_least; /* smallest part that is tried after failures */
 };
 

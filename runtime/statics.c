@@ -19,7 +19,9 @@
 static const double tol_default =
     1e-12;                              /* [rad, length]: Newton's last correction; the error is its square */
 static const double length_default = 1; /* [m] */
-static const double load_least_default = 1.0 / 1024;
+static const double reach_default = 0.5; /* [rad, length]: sine and cosine are still nearly straight */
+static const double load_least_default =
+    1e-6; /* a load that a million parts do not reach has a limit point before it */
 static const double damping_least = 1.0 / 1024; /* ten halvings, then the load step is halved instead */
 enum { ITERATIONS_DEFAULT = 50 };
 
@@ -28,6 +30,7 @@ struct statics {
     const struct refdyn_statics_options *options;
     struct refdyn_statics_result *result;
     int n, count;
+    int is_first;      /* the next Newton step is the first of its load */
     double share;      /* 1 - s: share of the load Q(q0) that is held back */
     double *q;         /* (n) */
     double *q_trial;   /* (n) */
@@ -69,6 +72,7 @@ struct refdyn_statics_options refdyn_statics_default(void) {
     return (struct refdyn_statics_options){
         .tol = tol_default,
         .length = length_default,
+        .reach = reach_default,
         .iterations = ITERATIONS_DEFAULT,
         .load_step = 1,
         .load_least = load_least_default,
@@ -80,6 +84,8 @@ static const char *wrong_option(const struct refdyn_statics_options *options) {
         return "tol must be positive";
     if (!(isfinite(options->length) && options->length > 0))
         return "length must be positive";
+    if (!(options->reach > 0))
+        return "reach must be positive";
     if (options->iterations < 1)
         return "iterations must be positive";
     if (!(options->load_step > 0 && options->load_step <= 1))
@@ -269,6 +275,9 @@ static int newton_step(struct statics *statics, int *done) {
     find_step(statics, statics->step);
     const double length = length_of(statics, statics->step);
     double length_next;
+    if (statics->is_first && length > statics->options->reach)
+        return REFDYN_NO_CONVERGENCE;
+    statics->is_first = 0;
     if (length <= statics->options->tol) {
         move(statics, 1, statics->step, statics->q);
         *done = 1;
@@ -287,6 +296,7 @@ static int newton_step(struct statics *statics, int *done) {
 /* Newton for the present load, from statics->q, whose forces are in statics->Q. */
 static int solve_load(struct statics *statics) {
     int done = 0, status = REFDYN_OK;
+    statics->is_first = 1;
     for (int i = 0; i < statics->options->iterations && !done && !status; i++) {
         status = newton_step(statics, &done);
         statics->result->iterations++;
@@ -316,6 +326,7 @@ static int raise_load(struct statics *statics, double *q) {
         memcpy(q, statics->q, bytes);
         statics->result->load = load = load_next;
         statics->result->loads++;
+        step *= 2;
     }
     return REFDYN_OK;
 }
@@ -338,7 +349,7 @@ static void report(struct statics *statics, const double *q, double *hold_force)
         return;
     double largest = 0;
     for (int j = 0; hold_force && j < statics->n; j++)
-        hold_force[j] = -statics->Q[j];
+        hold_force[j] = 0 - statics->Q[j]; /* no -0 */
     for (int i = 0; i < statics->count; i++) {
         const int j = statics->free[i];
         largest = fmax(largest, fabs(statics->Q[j]));

@@ -57,9 +57,9 @@ static double weigh(int stages, const double *b, const double *x, const double *
 static void check_order(const struct refdyn_tableau *tableau, const double *b, int order) {
     const int S = tableau->stages;
     const double *c = tableau->c;
-    double ones[STAGES_MOST] = {0}, c2[STAGES_MOST], c3[STAGES_MOST], row[STAGES_MOST];
-    double ac[STAGES_MOST], ac2[STAGES_MOST], ac3[STAGES_MOST], aac[STAGES_MOST], cac[STAGES_MOST] = {0},
-        acac[STAGES_MOST], aac2[STAGES_MOST], aaac[STAGES_MOST];
+    double ones[STAGES_MOST] = {0}, c2[STAGES_MOST] = {0}, c3[STAGES_MOST] = {0}, row[STAGES_MOST] = {0};
+    double ac[STAGES_MOST], ac2[STAGES_MOST], ac3[STAGES_MOST], aac[STAGES_MOST], cac[STAGES_MOST] = {0};
+    double acac[STAGES_MOST], aac2[STAGES_MOST], aaac[STAGES_MOST];
     for (int s = 0; s < S; s++) {
         ones[s] = 1;
         c2[s] = c[s] * c[s];
@@ -372,7 +372,8 @@ static void test_changes_partition(void) {
     }
 }
 
-/* Redundant rows along a motion: cranks stay parallel, energy stays. (At 0.446 s they lie flat, a bifurcation.) */
+/* Redundant rows along a motion: cranks stay parallel, energy stays. (At 0.446 s they lie flat, a
+ * bifurcation.) */
 static void test_redundant_motion(void) {
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++) {
         struct rig rig;

@@ -1,0 +1,273 @@
+/*
+ * Equilibria of the runtime core: known answers, load stepping, what cannot be solved.
+ */
+#include <float.h>
+#include <string.h>
+
+#include "check.h"
+#include "runtime_models.h"
+
+/*
+ * Chain of five equal rods of length 1 m on rotational springs; angles relative to the rod before. A dead
+ * load P across the tip and a moment at the tip: Q_i = -s q_i + moment - P dy/dq_i, y the height of the tip.
+ * Parameters: s, moment, P.
+ */
+enum { CHAIN_N = 5 };
+
+static void chain_angles(const double *q, double *angle) {
+    double sum = 0;
+    for (int i = 0; i < CHAIN_N; i++)
+        angle[i] = sum += q[i];
+}
+
+static void chain_Q(const double *p, const double *x, double t, const double *q, const double *qd,
+                    double *out) {
+    (void)x, (void)t, (void)qd;
+    double angle[CHAIN_N], column = 0;
+    chain_angles(q, angle);
+    for (int i = CHAIN_N - 1; i >= 0; i--) {
+        column += cos(angle[i]);
+        out[i] = -p[0] * q[i] + p[1] - p[2] * column;
+    }
+}
+
+static void chain_Q_q(const double *p, const double *x, double t, const double *q, const double *qd,
+                      double *out) {
+    (void)x, (void)t, (void)qd;
+    double angle[CHAIN_N], beyond[CHAIN_N], sum = 0;
+    chain_angles(q, angle);
+    for (int i = CHAIN_N - 1; i >= 0; i--)
+        beyond[i] = sum += sin(angle[i]);
+    for (int i = 0; i < CHAIN_N; i++)
+        for (int j = 0; j < CHAIN_N; j++)
+            out[CHAIN_N * i + j] = p[2] * beyond[i > j ? i : j] - (i == j ? p[0] : 0);
+}
+
+static const struct refdyn_name chain_coordinates[CHAIN_N] = {
+    {"one", "rad", 0}, {"two", "rad", 0}, {"three", "rad", 0}, {"four", "rad", 0}, {"five", "rad", 0}};
+static const struct refdyn_name chain_parameters[] = {
+    {"s", "N m", 3.17}, {"moment", "N m", 0}, {"P", "N", 0}};
+
+static void unit_mass(const double *p, const double *x, double t, const double *q, const double *qd,
+                      double *out) {
+    (void)p, (void)x, (void)t, (void)q, (void)qd;
+    for (int i = 0; i < CHAIN_N * CHAIN_N; i++)
+        out[i] = i % (CHAIN_N + 1) == 0;
+}
+
+static struct refdyn_model chain_model(void) {
+    return (struct refdyn_model){
+        .name = "chain",
+        .hash = "",
+        .n = CHAIN_N,
+        .coordinates = chain_coordinates,
+        .parameters = chain_parameters,
+        .parameter_count = 3,
+        .M = unit_mass,
+        .h = unit_mass,
+        .Q = chain_Q,
+        .Q_q = chain_Q_q,
+    };
+}
+
+struct outcome {
+    int status;
+    int guards_hold;
+    struct refdyn_statics_result result;
+};
+
+static struct outcome solve(struct rig *rig, const struct refdyn_statics_options *options, const int *held,
+                            int count, double *hold_force) {
+    struct memory_piece memory = guarded(refdyn_statics_size(&rig->model));
+    struct outcome outcome;
+    outcome.status = refdyn_statics(&rig->work, options, held, count, rig->q, hold_force, &outcome.result,
+                                    inside(memory), memory.size);
+    outcome.guards_hold = guards_hold(memory);
+    free(memory.bytes);
+    return outcome;
+}
+
+static void test_moment(void) {
+    struct rig rig;
+    rig_open(&rig, chain_model());
+    const struct refdyn_statics_options options = refdyn_statics_default();
+    rig.work.p[1] = 2 * acos(-1) * rig.work.p[0] / CHAIN_N; /* rolls up into a closed pentagon */
+    const struct outcome outcome = solve(&rig, &options, NULL, 0, NULL);
+    CHECK(outcome.status == REFDYN_OK && outcome.guards_hold && outcome.result.load == 1);
+    for (int i = 0; i < CHAIN_N; i++)
+        CHECK_NEAR(rig.q[i], 2 * acos(-1) / CHAIN_N, 1e-14);
+    CHECK(rig_close(&rig));
+}
+
+/* Large deflection: forces vanish, whatever the load and however it was stepped, and all ways end at one
+ * place. */
+static void test_tip_load(void) {
+    for (double load = 0.1; load < 1e4; load *= 7.3) {
+        double q[CHAIN_N], Q[CHAIN_N];
+        for (int ways = 0; ways < 2; ways++) {
+            struct rig rig;
+            rig_open(&rig, chain_model());
+            struct refdyn_statics_options options = refdyn_statics_default();
+            rig.work.p[2] = load;
+            if (ways == 1)
+                options.load_step = 0.03;
+            const struct outcome outcome = solve(&rig, &options, NULL, 0, NULL);
+            CHECK(outcome.status == REFDYN_OK && outcome.guards_hold);
+            chain_Q(rig.work.p, NULL, 0, rig.q, rig.qd, Q);
+            for (int i = 0; i < CHAIN_N; i++) {
+                CHECK_NEAR(Q[i], 0, 1e-13 * (1 + load));
+                if (ways == 1)
+                    CHECK_NEAR(rig.q[i], q[i], 1e-11);
+                q[i] = rig.q[i];
+            }
+            CHECK(rig_close(&rig));
+        }
+    }
+}
+
+static void test_held(void) {
+    struct rig rig;
+    rig_open(&rig, chain_model());
+    const struct refdyn_statics_options options = refdyn_statics_default();
+    rig.work.p[2] = 1.713;
+    rig.q[1] = 0.317;
+    rig.q[3] = -0.217;
+    const int held[] = {3, 1};
+    double hold[CHAIN_N], Q[CHAIN_N];
+    const struct outcome outcome = solve(&rig, &options, held, 2, hold);
+    CHECK(outcome.status == REFDYN_OK);
+    CHECK_NEAR(rig.q[1], 0.317, 0);
+    CHECK_NEAR(rig.q[3], -0.217, 0);
+    chain_Q(rig.work.p, NULL, 0, rig.q, rig.qd, Q);
+    for (int i = 0; i < CHAIN_N; i++) {
+        const int is_held = i == 1 || i == 3;
+        CHECK_NEAR(hold[i], is_held ? -Q[i] : 0, 0);
+        CHECK_NEAR(is_held ? 0 : Q[i], 0, 1e-14);
+    }
+    CHECK_NEAR(outcome.result.residual, fmax(fmax(fabs(Q[0]), fabs(Q[2])), fabs(Q[4])), 0);
+    const int all[] = {0, 1, 2, 3, 4};
+    CHECK(solve(&rig, &options, all, CHAIN_N, hold).status == REFDYN_OK);
+    CHECK(rig_close(&rig));
+}
+
+/* From a bad start the full load does not converge: the step of the load is halved, and the answer is the
+ * same. */
+static void test_spring_pendulum(void) {
+    const double starts[] = {0.5313, 1.4, 2.1, -1.9};
+    for (size_t i = 0; i < sizeof starts / sizeof *starts; i++) {
+        struct rig rig;
+        rig_open(&rig, spring_model(0));
+        const struct refdyn_statics_options options = refdyn_statics_default();
+        rig.q[2] = starts[i];
+        const struct outcome outcome = solve(&rig, &options, NULL, 0, NULL);
+        CHECK(outcome.status == REFDYN_OK && outcome.result.residual < 1e-12);
+        CHECK_NEAR(sin(rig.q[2]), 0, 1e-12); /* hangs down, or stands upright */
+        CHECK_NEAR(rig.q[1], rod_length + cos(rig.q[2]) * tip_mass * gravity / rod_spring, 1e-12);
+        CHECK(rig_close(&rig));
+    }
+}
+
+static void only_second_Q(const double *p, const double *x, double t, const double *q, const double *qd,
+                          double *out) {
+    (void)x, (void)t, (void)qd;
+    for (int i = 0; i < CHAIN_N; i++)
+        out[i] = i == 1 ? 0.713 - 3.1 * q[1] : 0;
+    out[3] = p[1];
+}
+
+static void only_second_Q_q(const double *p, const double *x, double t, const double *q, const double *qd,
+                            double *out) {
+    (void)p, (void)x, (void)t, (void)q, (void)qd;
+    memset(out, 0, CHAIN_N * CHAIN_N * sizeof *out);
+    out[CHAIN_N + 1] = -3.1;
+}
+
+static void test_free_coordinates(void) {
+    struct rig rig;
+    struct refdyn_model model = chain_model();
+    model.Q = only_second_Q;
+    model.Q_q = only_second_Q_q;
+    rig_open(&rig, model);
+    const struct refdyn_statics_options options = refdyn_statics_default();
+    rig.q[2] = 0.917; /* nothing acts on it */
+    CHECK(solve(&rig, &options, NULL, 0, NULL).status == REFDYN_OK);
+    CHECK_NEAR(rig.q[2], 0.917, 0);
+    CHECK_NEAR(rig.q[1], 0.23, 1e-15);
+    rig.work.p[1] = 0.37; /* a load that nothing takes up */
+    const struct outcome outcome = solve(&rig, &options, NULL, 0, NULL);
+    CHECK(outcome.status == REFDYN_TANGENT_SINGULAR && rig.work.fault.coordinate == 3);
+    CHECK(outcome.guards_hold);
+    CHECK(rig_close(&rig));
+}
+
+static void undefined_Q(const double *p, const double *x, double t, const double *q, const double *qd,
+                        double *out) {
+    chain_Q(p, x, t, q, qd, out);
+    out[2] += log(0.3 - q[2]) - log(0.3);
+}
+
+static void test_failures(void) {
+    struct rig rig;
+    struct refdyn_statics_options options = refdyn_statics_default();
+    struct refdyn_model model = chain_model();
+    rig_open(&rig, model);
+    rig.work.p[2] = 50;
+    options.iterations = 1;
+    struct outcome outcome = solve(&rig, &options, NULL, 0, NULL);
+    CHECK(outcome.status == REFDYN_NO_CONVERGENCE && outcome.result.load < 1);
+    CHECK(rig.work.fault.coordinate >= 0);
+    options = refdyn_statics_default();
+    char memory[8];
+    CHECK(refdyn_statics(&rig.work, &options, NULL, 0, rig.q, NULL, &outcome.result, memory, 8) ==
+          REFDYN_BAD_MEMORY);
+    options.tol = -1;
+    CHECK(solve(&rig, &options, NULL, 0, NULL).status == REFDYN_BAD_OPTION);
+    CHECK(rig_close(&rig));
+
+    options = refdyn_statics_default();
+    model.Q = undefined_Q; /* log of a negative number on the way */
+    rig_open(&rig, model);
+    rig.work.p[1] = 40;
+    outcome = solve(&rig, &options, NULL, 0, NULL);
+    CHECK(outcome.status != REFDYN_OK && outcome.guards_hold);
+    for (int i = 0; i < CHAIN_N; i++)
+        CHECK(isfinite(rig.q[i]));
+    rig.q[2] = 0.4;
+    CHECK(solve(&rig, &options, NULL, 0, NULL).status == REFDYN_NOT_FINITE && rig.work.fault.coordinate == 2);
+    CHECK(rig_close(&rig));
+
+    model.Q_q = NULL;
+    rig_open(&rig, model);
+    CHECK(solve(&rig, &options, NULL, 0, NULL).status == REFDYN_FUNCTION_MISSING);
+    CHECK(rig_close(&rig));
+}
+
+static void test_options(void) {
+    struct refdyn_statics_options options = refdyn_statics_default();
+    const char *fact = "";
+    CHECK(refdyn_statics_validate(&options, &fact) == REFDYN_OK && !fact);
+#define REFUSED(field, value)                                     \
+    (options = refdyn_statics_default(), options.field = (value), \
+     CHECK(refdyn_statics_validate(&options, &fact) == REFDYN_BAD_OPTION && fact))
+    REFUSED(tol, 0);
+    REFUSED(tol, NAN);
+    REFUSED(length, -1);
+    REFUSED(reach, 0);
+    REFUSED(iterations, 0);
+    REFUSED(load_step, 0);
+    REFUSED(load_step, 1.5);
+    REFUSED(load_least, 0);
+    REFUSED(load_least, 2);
+#undef REFUSED
+}
+
+int main(void) {
+    test_moment();
+    test_tip_load();
+    test_held();
+    test_spring_pendulum();
+    test_free_coordinates();
+    test_failures();
+    test_options();
+    return check_summary();
+}

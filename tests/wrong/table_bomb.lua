@@ -1,0 +1,5 @@
+-- expect: ?
+local rd = require "refdyn"
+local t = {}
+for i = 1, 25 do t = { t, t } end
+return rd.model { name = "wrong", links = t }

@@ -1,0 +1,5 @@
+-- expect: ?
+local rd = require "refdyn"
+local t = {}
+t[1] = t
+return rd.model { name = "wrong", links = t }
