@@ -169,7 +169,7 @@ static bool is_positive_semidefinite(const double J[6]) {
 static void check_inertia(const struct check *check, const struct link *link) {
     double I[6], second[6];
     for (int i = 0; i < 6; i++) {
-        I[i] = value_of(check->model, link->solid.inertia[i]);
+        I[i] = value_of(check->model, link->solids[0].inertia[i]);
         second[i] = -I[i];
     }
     const double half = (I[0] + I[1] + I[2]) / 2;
@@ -185,7 +185,7 @@ static void check_inertia(const struct check *check, const struct link *link) {
         complain(check->messages, link->place,
                  "link %s: inertia: products %.6g %.6g %.6g are too large for its moments, no body has such",
                  link->name, I[3], I[4], I[5]);
-    else if (half > 0 && value_of(check->model, link->solid.mass) <= 0)
+    else if (half > 0 && value_of(check->model, link->solids[0].mass) <= 0)
         complain(check->messages, link->place, "link %s: inertia without mass, a mass is needed", link->name);
 }
 

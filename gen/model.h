@@ -34,32 +34,41 @@ struct joint {
     struct place place;
 };
 
-/* Rigid body data in the link's frame. */
+/* One rigid body of a link. */
 struct solid {
-    expression mass;       /* [kg] */
-    expression center[3];  /* centre of mass [m] */
-    expression inertia[6]; /* about the centre of mass: xx yy zz xy xz yz, products as integrals -int x y dm
-                              negated: the tensor's entries [kg m^2] */
+    struct placement placement; /* in the link's frame */
+    expression mass;            /* [kg] */
+    expression center[3];       /* centre of mass [m] */
+    expression inertia[6]; /* tensor about the centre of mass: xx yy zz xy xz yz, off the diagonal -int x y dm
+                              [kg m^2] */
 };
 
-/* A straight flexible link along the local x axis (formulation, sect. 2). */
-struct beam {
-    bool exists;
+/* A prismatic stretch of a beam, cut into rigid finite elements of its own length (formulation, sect. 2). */
+struct segment {
     int rfe;                     /* number of rigid finite elements, 1: rigid */
-    bool keeps[3];               /* which of psi, theta, phi an element has, in this order */
     expression length;           /* [m] */
     expression area, Iy, Iz, It; /* section [m^2, m^4]: Iz = int y^2 dA, Iy = int z^2 dA */
-    expression E, nu, rho, eta;  /* [Pa, 1, kg/m^3, s] */
+    expression E, nu, rho;       /* [Pa, 1, kg/m^3] */
+    expression eta;              /* Kelvin-Voigt: damping over stiffness [s] */
+    expression damping[3];       /* of one spring-damping element, psi theta phi; adds to eta's [N m s] */
+    expression curvature[3];     /* of the unloaded beam: about z, about y, twist [rad/m] */
 };
 
-enum attachment_where {
-    AT_FRAME,
-    AT_TIP
-}; /* the link's own frame (first element of a beam), or the beam's end */
+/* A flexible link along its local x axis: segments one behind the other, rigidly joined. */
+struct beam {
+    bool exists;
+    bool keeps[3]; /* which of psi, theta, phi an element has, in this order */
+    struct segment *segments;
+    int segment_count;
+};
+
+/* The link's own frame (first element of a beam), the beam's end, or a place along it. */
+enum attachment_where { AT_FRAME, AT_TIP, AT_ALONG };
 
 struct attachment {
     int link; /* -1: the ground */
     enum attachment_where where;
+    expression along; /* [m], AT_ALONG only */
     struct placement placement;
 };
 
@@ -69,7 +78,8 @@ struct link {
     struct attachment on;
     struct joint *joints; /* from the parent outward; none: welded on */
     int joint_count;
-    struct solid solid;
+    struct solid *solids;
+    int solid_count;
     struct beam beam;
 };
 

@@ -181,7 +181,11 @@ static void read_by_joint(const struct reader *reader, const struct value *table
 /* ---- bodies ---- */
 
 static void read_solid(const struct reader *reader, const struct value *table, const char *path,
-                       struct solid *solid) {
+                       struct link *link) {
+    struct solid *solid = memory_get(reader->check.memory, sizeof *solid);
+    link->solids = solid;
+    link->solid_count = 1;
+    solid->placement = placement_identity();
     static const enum field entries[] = {FIELD_INERTIA_xx, FIELD_INERTIA_yy, FIELD_INERTIA_zz,
                                          FIELD_INERTIA_xy, FIELD_INERTIA_xz, FIELD_INERTIA_yz};
     const struct checker *check = &reader->check;
@@ -220,24 +224,27 @@ static void read_dofs(const struct reader *reader, const struct value *value, co
 static void read_beam(const struct reader *reader, const struct value *table, const char *path,
                       struct beam *beam) {
     const struct checker *check = &reader->check;
+    struct segment *segment = memory_get(check->memory, sizeof *segment);
     const struct value *section = get_field(table, FIELD_BEAM_section);
     const struct value *rfe = get_field(table, FIELD_BEAM_rfe);
     check_fields(check, table, OWNER_BEAM, path);
     beam->exists = true;
-    beam->length = get_value(check, table, FIELD_BEAM_length);
-    beam->E = get_value(check, table, FIELD_BEAM_E);
-    beam->nu = get_value(check, table, FIELD_BEAM_nu);
-    beam->rho = get_value(check, table, FIELD_BEAM_rho);
-    beam->eta = get_value(check, table, FIELD_BEAM_eta);
-    beam->rfe = rfe && rfe->number >= 1 && rfe->number <= 10000 ? (int)rfe->number : 1;
+    beam->segments = segment;
+    beam->segment_count = 1;
+    segment->length = get_value(check, table, FIELD_BEAM_length);
+    segment->E = get_value(check, table, FIELD_BEAM_E);
+    segment->nu = get_value(check, table, FIELD_BEAM_nu);
+    segment->rho = get_value(check, table, FIELD_BEAM_rho);
+    segment->eta = get_value(check, table, FIELD_BEAM_eta);
+    segment->rfe = rfe && rfe->number >= 1 && rfe->number <= 10000 ? (int)rfe->number : 1;
     read_dofs(reader, get_field(table, FIELD_BEAM_dofs), path_name(check, path, "dofs"), beam);
     if (!section)
         return;
     check_fields(check, section, OWNER_SECTION, path_name(check, path, "section"));
-    beam->area = get_value(check, section, FIELD_SECTION_area);
-    beam->Iy = get_value(check, section, FIELD_SECTION_Iy);
-    beam->Iz = get_value(check, section, FIELD_SECTION_Iz);
-    beam->It = get_value(check, section, FIELD_SECTION_It);
+    segment->area = get_value(check, section, FIELD_SECTION_area);
+    segment->Iy = get_value(check, section, FIELD_SECTION_Iy);
+    segment->Iz = get_value(check, section, FIELD_SECTION_Iz);
+    segment->It = get_value(check, section, FIELD_SECTION_It);
 }
 
 /* ---- links ---- */
@@ -267,7 +274,7 @@ static void read_link(const struct reader *reader, const struct value *value, st
     read_joints(reader, get_field(value, FIELD_LINK_joint), path_name(check, entry->path, "joint"), link);
     for (size_t i = 0; i < sizeof by_joint / sizeof *by_joint; i++)
         read_by_joint(reader, value, by_joint[i], entry->path, link);
-    read_solid(reader, value, entry->path, &link->solid);
+    read_solid(reader, value, entry->path, link);
     if (beam)
         read_beam(reader, beam, path_name(check, entry->path, "beam"), &link->beam);
 }

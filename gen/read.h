@@ -21,10 +21,17 @@ struct read_request {
 
 struct script;
 
-/* Opens the file and runs it up to the model's table; NULL when that failed (messages say why). */
+/*
+ * Opens the file and runs it up to the model's table; NULL when that failed (messages say why). Complaints
+ * that leave something to read leave a script too. What it takes lives in `memory`, so that it may be left
+ * unclosed.
+ */
 struct script *script_open(struct memory *memory, struct graph *graph, const struct read_request *request,
                            struct messages *messages);
+/* Fills the model; after complaints it is whole, with harmless values for what is missing, but not to be
+ * expanded. */
 void read_scene(struct script *script, struct model *model);
+/* Of a model and a tree without complaints; complains about unknown settings too. */
 void read_programme(struct script *script, const struct tree *tree, struct model *model);
 void script_close(struct script *script);
 

@@ -87,11 +87,13 @@ static int mark_table(lua_State *L) {
     return 1;
 }
 
+/* The table's number in `lines`, -1 for one that the model made otherwise. */
 static int table_number(lua_State *L, int index) {
-    get_note(L, script_of(L)->marks, index);
-    int number = lua_type(L, -1) == LUA_TNUMBER ? (int)lua_tointeger(L, -1) : -1;
+    struct script *script = script_of(L);
+    get_note(L, script->marks, index);
+    lua_Integer found = lua_isinteger(L, -1) ? lua_tointeger(L, -1) : -1;
     lua_pop(L, 1);
-    return number;
+    return found >= 0 && found < script->lines.count ? (int)found : -1;
 }
 
 /* ---- expressions ---- */
@@ -167,6 +169,12 @@ static int refuse_assignment(lua_State *L) {
 
 static void convert(lua_State *L, int index, struct place place, int depth, struct value *value);
 
+/* Ends the script with a message about a bound that was passed at `place`. */
+static void stop_at(lua_State *L, struct place place, const char *what, int bound) {
+    lua_pushfstring(L, CHUNK ":%d: %s %d", place.line, what, bound);
+    lua_error(L);
+}
+
 static int compare_names(const void *a, const void *b) {
     const struct named_value *left = a, *right = b;
     return strcmp(left->name, right->name);
@@ -235,7 +243,7 @@ static void convert_table(lua_State *L, int index, int depth, struct value *valu
     struct script *script = script_of(L);
     int table = table_number(L, index);
     if (depth > DEPTH_BOUND)
-        luaL_error(L, "tables nested deeper than %d", DEPTH_BOUND);
+        stop_at(L, value->place, "tables nested deeper than", DEPTH_BOUND);
     luaL_checkstack(L, 8, "tables nested too deeply");
     value->kind = VALUE_TABLE;
     if (table >= 0)
@@ -255,7 +263,7 @@ static void convert(lua_State *L, int index, struct place place, int depth, stru
     index = lua_absindex(L, index);
     *value = (struct value){.place = place};
     if (++script->value_count > VALUE_BOUND)
-        luaL_error(L, "the model has more than %d values", VALUE_BOUND);
+        stop_at(L, place, "more values in the model than", VALUE_BOUND);
     switch (lua_type(L, index)) {
     case LUA_TNUMBER:
         value->kind = VALUE_NUMBER;
@@ -346,7 +354,8 @@ static int refuse_field(lua_State *L) {
     lua_pushnil(L);
     while (lua_next(L, 1)) {
         known = memory_room(memory, known, count, &capacity, sizeof *known);
-        known[count++] = memory_text(memory, lua_tostring(L, -2));
+        if (lua_type(L, -2) == LUA_TSTRING)
+            known[count++] = memory_text(memory, lua_tostring(L, -2));
         lua_pop(L, 1);
     }
     const char *nearest = nearest_name(name, known, count);

@@ -46,16 +46,23 @@ void gen_print_summary(const struct generation *gen, FILE *out) {
         fprintf(out, "%s: %zu bytes\n", plan->files[i].name, plan->files[i].length);
 }
 
+static double solid_mass(const struct generation *gen, const struct link *link) {
+    double mass = 0;
+    for (int i = 0; i < link->solid_count; i++)
+        mass += value_of(gen, link->solids[i].mass);
+    return mass;
+}
+
 static void print_links(const struct generation *gen, FILE *out) {
     fprintf(out, "links:\n");
     for (int i = 0; i < gen->model.link_count; i++) {
         const struct link *link = &gen->model.links[i];
         fprintf(out, "  %s on %s%s, %g kg", link->name,
                 link->on.link < 0 ? "the ground" : gen->model.links[link->on.link].name,
-                link->on.where == AT_TIP ? ".tip" : "", value_of(gen, link->solid.mass));
-        if (link->beam.exists)
-            fprintf(out, ", beam of %g m in %d rigid finite elements", value_of(gen, link->beam.length),
-                    link->beam.rfe);
+                link->on.where == AT_TIP ? ".tip" : "", solid_mass(gen, link));
+        for (int s = 0; s < link->beam.segment_count; s++)
+            fprintf(out, ", %s of %g m in %d rigid finite elements", s ? "then" : "beam",
+                    value_of(gen, link->beam.segments[s].length), link->beam.segments[s].rfe);
         fputc('\n', out);
     }
 }

@@ -8,13 +8,22 @@
 
 #include <string.h>
 
+/* An element of a beam: the frame that carries it, and where it begins along the beam. */
+struct element {
+    struct fixed_frame at;
+    expression start; /* [m] from the beam's root */
+};
+
 /* Where links and points attach: the frame that carries them and their placement in it. */
 struct carrier {
     struct fixed_frame base, tip; /* the link's own frame (a beam's first element) and a beam's end */
+    struct element *elements;     /* of a beam */
+    int element_count;
 };
 
 struct expansion {
     struct memory *memory;
+    const struct model *model;
     struct graph *g;
     struct tree *tree;
     int capacity;
@@ -59,105 +68,159 @@ static struct inertia solid_inertia(struct graph *g, const struct solid *solid) 
     struct inertia inertia = {.mass = solid->mass};
     memcpy(to_center.position, solid->center, sizeof to_center.position);
     memcpy(inertia.tensor, solid->inertia, sizeof inertia.tensor);
-    return inertia_place(g, &to_center, inertia);
+    inertia = inertia_place(g, &to_center, inertia);
+    return inertia_place(g, &solid->placement, inertia);
 }
 
 /* The exact integral over a prism from x = 0 to `length`. */
-static struct inertia prism_inertia(struct graph *g, const struct beam *beam, expression length) {
-    const expression line = mul(g, beam->rho, length);
-    const expression mass = mul(g, line, beam->area);
+static struct inertia prism_inertia(struct graph *g, const struct segment *segment, expression length) {
+    const expression line = mul(g, segment->rho, length);
+    const expression mass = mul(g, line, segment->area);
     const expression slender = quotient(g, mul(g, mass, mul(g, length, length)), number(g, 3));
     return (struct inertia){
         .mass = mass,
         .moment = {mul(g, number(g, 0.5), mul(g, mass, length)), 0, 0},
-        .tensor = {mul(g, line, add(g, beam->Iy, beam->Iz)), add(g, slender, mul(g, line, beam->Iy)),
-                   add(g, slender, mul(g, line, beam->Iz)), 0, 0, 0},
+        .tensor = {mul(g, line, add(g, segment->Iy, segment->Iz)), add(g, slender, mul(g, line, segment->Iy)),
+                   add(g, slender, mul(g, line, segment->Iz)), 0, 0, 0},
     };
 }
 
-static expression element_stiffness(struct graph *g, const struct beam *beam, int turn, expression dl) {
-    const expression G = quotient(g, beam->E, mul(g, number(g, 2), add(g, one(g), beam->nu)));
-    const expression rigidity[3] = {mul(g, beam->E, beam->Iz), mul(g, beam->E, beam->Iy),
-                                    mul(g, G, beam->It)};
+/* s = E Iz / dl, E Iy / dl, G It / dl with G = E / (2 (1 + nu)) */
+static expression element_stiffness(struct graph *g, const struct segment *segment, int turn, expression dl) {
+    const expression G = quotient(g, segment->E, mul(g, number(g, 2), add(g, one(g), segment->nu)));
+    const expression rigidity[3] = {mul(g, segment->E, segment->Iz), mul(g, segment->E, segment->Iy),
+                                    mul(g, G, segment->It)};
     return quotient(g, rigidity[turn], dl);
 }
 
-/* The spring-damping element before element r: up to three turns at one point, R = Rz Ry Rx. */
-static void add_element_joints(struct expansion *x, const struct link *link, int link_index, int r,
-                               expression dl, struct fixed_frame *at) {
+/* The length that one spring-damping element stands for. */
+static expression spacing(struct graph *g, const struct segment *segment) {
+    return segment->rfe > 1 ? quotient(g, segment->length, number(g, segment->rfe - 1)) : segment->length;
+}
+
+static struct joint element_joint(struct expansion *x, const struct link *link, const struct segment *segment,
+                                  int turn) {
     struct graph *g = x->g;
+    const expression dl = spacing(g, segment);
+    struct joint joint = {
+        .is_turn = true, .axis = turn_axes[turn], .name = turn_names[turn], .place = link->place};
+    joint.stiffness = element_stiffness(g, segment, turn, dl);
+    joint.damping = add(g, mul(g, segment->eta, joint.stiffness), segment->damping[turn]);
+    joint.rest = joint.start = mul(g, segment->curvature[turn], dl);
+    name_value(g, joint.stiffness, memory_format(x->memory, "%s_stiffness_%s", link->name, turn_names[turn]));
+    name_value(g, joint.damping, memory_format(x->memory, "%s_damping_%s", link->name, turn_names[turn]));
+    return joint;
+}
+
+/* The spring-damping element before element r: up to three turns at one point, R = Rz Ry Rx. */
+static void add_element_joints(struct expansion *x, const struct link *link, const struct segment *segment,
+                               int r, struct fixed_frame *at) {
     for (int turn = 0; turn < 3; turn++) {
         if (!link->beam.keeps[turn])
             continue;
-        struct joint joint = {
-            .is_turn = true, .axis = turn_axes[turn], .name = turn_names[turn], .place = link->place};
-        joint.stiffness = element_stiffness(g, &link->beam, turn, dl);
-        joint.damping = mul(g, link->beam.eta, joint.stiffness);
+        const struct joint joint = element_joint(x, link, segment, turn);
         struct frame *frame = add_joint(x, at, &joint);
-        frame->link = link_index;
+        frame->link = (int)(link - x->model->links);
         frame->element = r;
         frame->name = memory_format(x->memory, "%s_%s_%d", link->name, turn_names[turn], r);
-        name_value(g, joint.stiffness,
-                   memory_format(x->memory, "%s_stiffness_%s", link->name, turn_names[turn]));
-        name_value(g, joint.damping, memory_format(x->memory, "%s_damping_%s", link->name, turn_names[turn]));
     }
 }
 
-/* Elements of a beam whose first one stands at `at`; gives its end. */
-static struct fixed_frame add_beam(struct expansion *x, const struct link *link, int link_index,
-                                   struct fixed_frame at) {
+/* One element from the carrier's tip on; the entry behind the last element holds the beam's whole length. */
+static void add_element(struct expansion *x, struct carrier *carrier, const struct segment *segment,
+                        expression length) {
+    struct element *element = &carrier->elements[carrier->element_count++];
+    const struct placement end = placement_shift_x(length);
+    add_inertia(x, &carrier->tip, prism_inertia(x->g, segment, length));
+    element[0].at = carrier->tip;
+    element[1].start = add(x->g, element[0].start, length);
+    carrier->tip.placement = placement_compose(x->g, &carrier->tip.placement, &end);
+}
+
+/* Elements of one segment from the carrier's tip on; half ones at both ends, so that segments join rigidly.
+ */
+static void add_segment(struct expansion *x, const struct link *link, const struct segment *segment,
+                        int *number_of_sde, struct carrier *carrier) {
     struct graph *g = x->g;
-    const struct beam *beam = &link->beam;
-    const int count = beam->rfe;
-    const expression dl = count > 1 ? quotient(g, beam->length, number(g, count - 1)) : beam->length;
-    const expression half = count > 1 ? mul(g, number(g, 0.5), dl) : dl;
+    const expression dl = spacing(g, segment);
+    const expression half = segment->rfe > 1 ? mul(g, number(g, 0.5), dl) : dl;
     name_value(g, dl, memory_format(x->memory, "%s_element_length", link->name));
-    for (int r = 0; r < count; r++) {
-        const expression length = r == 0 || r == count - 1 ? half : dl;
+    for (int r = 0; r < segment->rfe; r++) {
         if (r > 0)
-            add_element_joints(x, link, link_index, r, dl, &at);
-        add_inertia(x, &at, prism_inertia(g, beam, length));
-        const struct placement end = placement_shift_x(length);
-        at.placement = placement_compose(g, &at.placement, &end);
+            add_element_joints(x, link, segment, ++*number_of_sde, &carrier->tip);
+        add_element(x, carrier, segment, r == 0 || r == segment->rfe - 1 ? half : dl);
     }
+}
+
+static void add_beam(struct expansion *x, const struct link *link, struct carrier *carrier) {
+    int count = 0, number_of_sde = 0;
+    for (int i = 0; i < link->beam.segment_count; i++)
+        count += link->beam.segments[i].rfe;
+    carrier->elements = memory_get(x->memory, ((size_t)count + 1) * sizeof *carrier->elements);
+    for (int i = 0; i < link->beam.segment_count; i++)
+        add_segment(x, link, &link->beam.segments[i], &number_of_sde, carrier);
+}
+
+static double parameter_value(void *context, const struct symbol *s) {
+    const struct model *model = context;
+    return s->kind == SYMBOL_PARAMETER ? model->parameters[s->index].value : 0;
+}
+
+static double value_of(const struct expansion *x, expression e) {
+    return evaluate(x->g, e, parameter_value, (void *)x->model);
+}
+
+/* The element that covers a place, with the parameters' values as they are when the C is generated. */
+static struct fixed_frame along_beam(const struct expansion *x, const struct carrier *carrier,
+                                     expression along) {
+    const double place = value_of(x, along);
+    int i = 0;
+    while (i + 1 < carrier->element_count && value_of(x, carrier->elements[i + 1].start) <= place)
+        i++;
+    struct fixed_frame at = carrier->elements[i].at;
+    const struct placement shift = placement_shift_x(sub(x->g, along, carrier->elements[i].start));
+    at.placement = placement_compose(x->g, &at.placement, &shift);
     return at;
 }
 
-static struct fixed_frame attach(struct graph *g, const struct carrier *carriers,
+static struct fixed_frame attach(const struct expansion *x, const struct carrier *carriers,
                                  const struct attachment *on) {
     struct fixed_frame at = {.frame = -1, .placement = placement_identity()};
-    if (on->link >= 0)
+    if (on->link >= 0 && on->where == AT_ALONG)
+        at = along_beam(x, &carriers[on->link], on->along);
+    else if (on->link >= 0)
         at = on->where == AT_TIP ? carriers[on->link].tip : carriers[on->link].base;
-    at.placement = placement_compose(g, &at.placement, &on->placement);
+    at.placement = placement_compose(x->g, &at.placement, &on->placement);
     return at;
 }
 
 /* A direction turns with its carrier and has no place. */
-static struct fixed_frame attach_point(struct graph *g, const struct carrier *carriers,
+static struct fixed_frame attach_point(const struct expansion *x, const struct carrier *carriers,
                                        const struct point *point) {
     struct attachment on = point->at;
     if (!point->is_direction)
-        return attach(g, carriers, &on);
+        return attach(x, carriers, &on);
     on.placement = placement_identity();
-    struct fixed_frame at = attach(g, carriers, &on);
+    struct fixed_frame at = attach(x, carriers, &on);
     const struct vector turned =
-        matrix_times(g, at.placement.rotation, vector_of(point->at.placement.position));
+        matrix_times(x->g, at.placement.rotation, vector_of(point->at.placement.position));
     memcpy(at.placement.position, turned.at, sizeof turned.at);
     return at;
 }
 
-static void add_link(struct expansion *x, const struct model *model, struct carrier *carriers, int index) {
-    const struct link *link = &model->links[index];
-    struct fixed_frame at = attach(x->g, carriers, &link->on);
+static void add_link(struct expansion *x, struct carrier *carriers, int index) {
+    const struct link *link = &x->model->links[index];
+    struct fixed_frame at = attach(x, carriers, &link->on);
     for (int i = 0; i < link->joint_count; i++) {
         struct frame *frame = add_joint(x, &at, &link->joints[i]);
         frame->link = index;
         frame->name = memory_format(x->memory, "%s_%s", link->name, link->joints[i].name);
     }
-    add_inertia(x, &at, solid_inertia(x->g, &link->solid));
+    for (int i = 0; i < link->solid_count; i++)
+        add_inertia(x, &at, solid_inertia(x->g, &link->solids[i]));
     carriers[index].base = carriers[index].tip = at;
     if (link->beam.exists)
-        carriers[index].tip = add_beam(x, link, index, at);
+        add_beam(x, link, &carriers[index]);
 }
 
 /* "arm_psi_1_mass", "arm_psi_1_moment_x", "arm_psi_1_inertia_xx": fields of the derived parameters. */
@@ -174,16 +237,16 @@ static void name_inertia(struct expansion *x, const struct frame *frame) {
 }
 
 void expand(struct memory *memory, const struct model *model, struct tree *tree) {
-    struct expansion x = {.memory = memory, .g = model->graph, .tree = tree};
+    struct expansion x = {.memory = memory, .model = model, .g = model->graph, .tree = tree};
     struct carrier *carriers = memory_get(memory, ((size_t)model->link_count + 1) * sizeof *carriers);
     *tree = (struct tree){0};
     for (int i = 0; i < model->link_count; i++)
-        add_link(&x, model, carriers, i);
+        add_link(&x, carriers, i);
     for (int i = 0; i < tree->count; i++)
         name_inertia(&x, &tree->frames[i]);
     tree->points = memory_get(memory, ((size_t)model->marker_count + 1) * sizeof *tree->points);
     for (int i = 0; i < model->marker_count; i++)
-        tree->points[i] = attach_point(model->graph, carriers, &model->points[i]);
+        tree->points[i] = attach_point(&x, carriers, &model->points[i]);
 }
 
 int find_coordinate(const struct tree *tree, const char *name) {

@@ -52,10 +52,9 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     p->derived.base_z_mass_beyond = p->m_base + column_psi_mass_beyond;
     /* base_z: bias forces c, inward */
     p->derived.constant_9 = p->g * p->derived.base_z_mass_beyond;
-    /* forces that the model names */
-    p->derived.constant_10 = 1.0 / p->b;
-    p->derived.constant_11 = 1.0 / p->a;
     /* row 1 (position level): u qdd + v = 0 */
+    p->derived.constant_10 = 1.0 / p->a;
+    p->derived.constant_11 = 1.0 / p->b;
     p->derived.constant_12 = 2.0 * p->alpha;
     p->derived.constant_13 = p->beta * p->beta;
     /* row 2 (velocity level): u qdd + v = 0 */
@@ -1069,30 +1068,30 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
     /* row 1 (position level): u qdd + v = 0 */
     const double t15 = (effector_z_position_x - p->xc) / p->a;
     const double t16 = effector_z_position_y / p->b;
-    const double t17 = p->derived.constant_11 * (t15 + t15);
-    const double t18 = p->derived.constant_10 * (t16 + t16);
-    const double row_1_u_column_psi = effector_z_position_x * t18 - effector_z_position_y * t17;
-    const double row_1_u_arm_theta_1 = (t3 * t13 + arm_psi_1_ground_z_y * t11) * t18 - (arm_psi_1_ground_z_y *
-        t12 + t4 * t13) * t17;
-    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t13 - arm_theta_1_ground_z_x * t12) * t17 +
-        (arm_theta_1_ground_z_x * t11 - arm_theta_1_ground_x_x * t13) * t18;
-    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t10 - arm_phi_1_ground_z_z * t9) * t17 + (arm_phi_1_ground_z_z *
-        t8 - arm_phi_1_ground_x_z * t10) * t18;
-    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t10 - arm_psi_2_ground_z_y * t9) * t17 + (arm_psi_2_ground_z_y *
-        t8 - arm_psi_2_ground_x_y * t10) * t18;
-    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t10 - arm_theta_2_ground_z_x * t9) * t17 +
-        (arm_theta_2_ground_z_x * t8 - arm_theta_2_ground_x_x * t10) * t18;
-    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t7 - arm_phi_2_ground_z_z * t6) * t17 + (arm_phi_2_ground_z_z *
-        t5 - arm_phi_2_ground_x_z * t7) * t18;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t7 - arm_psi_3_ground_z_y * t6) * t17 + (arm_psi_3_ground_z_y *
-        t5 - arm_psi_3_ground_x_y * t7) * t18;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t7 - arm_theta_3_ground_z_x * t6) * t17 + (arm_theta_3_ground_z_x *
-        t5 - arm_theta_3_ground_x_x * t7) * t18;
-    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t17 + arm_theta_3_ground_y_x * t18;
+    const double t17 = p->derived.constant_11 * (t16 + t16);
+    const double t18 = p->derived.constant_10 * (t15 + t15);
+    const double row_1_u_column_psi = effector_z_position_x * t17 - effector_z_position_y * t18;
+    const double row_1_u_arm_theta_1 = (t3 * t13 + arm_psi_1_ground_z_y * t11) * t17 - (arm_psi_1_ground_z_y *
+        t12 + t4 * t13) * t18;
+    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t13 - arm_theta_1_ground_z_x * t12) * t18 +
+        (arm_theta_1_ground_z_x * t11 - arm_theta_1_ground_x_x * t13) * t17;
+    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t10 - arm_phi_1_ground_z_z * t9) * t18 + (arm_phi_1_ground_z_z *
+        t8 - arm_phi_1_ground_x_z * t10) * t17;
+    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t10 - arm_psi_2_ground_z_y * t9) * t18 + (arm_psi_2_ground_z_y *
+        t8 - arm_psi_2_ground_x_y * t10) * t17;
+    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t10 - arm_theta_2_ground_z_x * t9) * t18 +
+        (arm_theta_2_ground_z_x * t8 - arm_theta_2_ground_x_x * t10) * t17;
+    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t7 - arm_phi_2_ground_z_z * t6) * t18 + (arm_phi_2_ground_z_z *
+        t5 - arm_phi_2_ground_x_z * t7) * t17;
+    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t7 - arm_psi_3_ground_z_y * t6) * t18 + (arm_psi_3_ground_z_y *
+        t5 - arm_psi_3_ground_x_y * t7) * t17;
+    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t7 - arm_theta_3_ground_z_x * t6) * t18 + (arm_theta_3_ground_z_x *
+        t5 - arm_theta_3_ground_x_x * t7) * t17;
+    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t18 + arm_theta_3_ground_y_x * t17;
     u[0 * 13 + 0] = 0.0;
     u[0 * 13 + 1] = row_1_u_column_psi;
-    u[0 * 13 + 2] = -(column_psi_cos * t14 * t17 + column_psi_sin * t14 * t18);
-    u[0 * 13 + 3] = -(column_psi_cos * t13 * t17 + column_psi_sin * t13 * t18);
+    u[0 * 13 + 2] = -(column_psi_cos * t14 * t18 + column_psi_sin * t14 * t17);
+    u[0 * 13 + 3] = -(column_psi_cos * t13 * t18 + column_psi_sin * t13 * t17);
     u[0 * 13 + 4] = row_1_u_arm_theta_1;
     u[0 * 13 + 5] = row_1_u_arm_phi_1;
     u[0 * 13 + 6] = row_1_u_arm_psi_2;
@@ -1383,13 +1382,13 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
     const double point_E_bias_z = effector_z_ground_z_x * effector_z_bias_a_x + arm_phi_3_ground_z_y * effector_z_bias_a_y +
         arm_theta_3_ground_z_x * effector_z_bias_a_z;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t29 = point_E_xd * p->derived.constant_11;
-    const double t30 = point_E_yd * p->derived.constant_10;
-    const double t31 = t29 * t29 + (effector_z_position_x - p->xc) / p->a * (point_E_bias_x * p->derived.constant_11);
-    const double t32 = t30 * t30 + effector_z_position_y / p->b * (point_E_bias_y * p->derived.constant_10);
+    const double t29 = point_E_xd * p->derived.constant_10;
+    const double t30 = point_E_yd * p->derived.constant_11;
+    const double t31 = t29 * t29 + (effector_z_position_x - p->xc) / p->a * (point_E_bias_x * p->derived.constant_10);
+    const double t32 = t30 * t30 + effector_z_position_y / p->b * (point_E_bias_y * p->derived.constant_11);
     const double row_1_v = t31 + t31 + (t32 + t32);
     /* row 2 (velocity level): u qdd + v = 0 */
-    const double t33 = sin(t1) * (cos(t1) * p->derived.constant_14);
+    const double t33 = sin(t1) * (p->derived.constant_14 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t33 + t33);
     v[0] = row_1_v;
     v[1] = row_2_v;
@@ -1667,8 +1666,8 @@ void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, c
     const double point_E_zd = effector_z_ground_z_x * effector_z_v_x + arm_phi_3_ground_z_y * effector_z_v_y +
         arm_theta_3_ground_z_x * effector_z_v_z;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t10 = (effector_z_position_x - p->xc) / p->a * (point_E_xd * p->derived.constant_11);
-    const double t11 = effector_z_position_y / p->b * (point_E_yd * p->derived.constant_10);
+    const double t10 = (effector_z_position_x - p->xc) / p->a * (point_E_xd * p->derived.constant_10);
+    const double t11 = effector_z_position_y / p->b * (point_E_yd * p->derived.constant_11);
     const double row_1_psi = t10 + t10 + (t11 + t11);
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t1 * t1);
@@ -1948,17 +1947,17 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
     const double t30 = (effector_z_position_x - p->xc) / p->a;
     const double t31 = effector_z_position_y / p->b;
     const double row_1_phi = t30 * t30 + t31 * t31 - 1.0;
-    const double t32 = point_E_xd * p->derived.constant_11;
+    const double t32 = point_E_xd * p->derived.constant_10;
     const double t33 = t30 * t32;
-    const double t34 = point_E_yd * p->derived.constant_10;
+    const double t34 = point_E_yd * p->derived.constant_11;
     const double t35 = t31 * t34;
     const double row_1_psi = t33 + t33 + (t35 + t35);
-    const double t36 = t32 * t32 + t30 * (point_E_bias_x * p->derived.constant_11);
-    const double t37 = t34 * t34 + t31 * (point_E_bias_y * p->derived.constant_10);
+    const double t36 = t32 * t32 + t30 * (point_E_bias_x * p->derived.constant_10);
+    const double t37 = t34 * t34 + t31 * (point_E_bias_y * p->derived.constant_11);
     const double row_1_v = t36 + t36 + (t37 + t37);
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t38 = t2 * (cos(t1) * p->derived.constant_14);
+    const double t38 = t2 * (p->derived.constant_14 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t38 + t38);
     k[0] = -(row_1_phi * p->derived.constant_13 + (row_1_v + row_1_psi * p->derived.constant_12));
     k[1] = -(row_2_v + p->derived.constant_12 * row_2_psi);
@@ -2813,14 +2812,13 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     const double t14 = t8 + t9 + t10 + t11 + t12 + t13 + (effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_y *
         (p->m_E * effector_z_v_y) + effector_z_v_z * (p->m_E * effector_z_v_z));
     /* potential energy of gravity, zero at the ground's origin */
-    const double t15 = p->g * (column_psi_moment_beyond_z + q[0] * p->derived.base_z_mass_beyond) + q[0] *
-        q[0] * p->derived.constant_15 + q[3] * q[3] * p->derived.constant_16 + p->derived.constant_16 * (q[4] *
-        q[4]);
-    const double t16 = t15 + q[5] * q[5] * p->derived.constant_17 + p->derived.constant_16 * (q[6] * q[6]) +
-        p->derived.constant_16 * (q[7] * q[7]) + p->derived.constant_17 * (q[8] * q[8]);
+    const double t15 = p->derived.constant_15 * (q[0] * q[0]) + p->derived.constant_16 * (q[3] * q[3]) + p->derived.constant_16 *
+        (q[4] * q[4]) + p->derived.constant_17 * (q[5] * q[5]) + p->derived.constant_16 * (q[6] * q[6]);
+    const double t16 = t15 + p->derived.constant_16 * (q[7] * q[7]) + p->derived.constant_17 * (q[8] * q[8]) +
+        p->derived.constant_16 * (q[9] * q[9]) + p->derived.constant_16 * (q[10] * q[10]);
     energy[0] = 0.5 * t14;
-    energy[1] = t16 + p->derived.constant_16 * (q[9] * q[9]) + p->derived.constant_16 * (q[10] * q[10]) +
-        p->derived.constant_17 * (q[11] * q[11]);
+    energy[1] = p->g * (column_psi_moment_beyond_z + q[0] * p->derived.base_z_mass_beyond) + (t16 + p->derived.constant_17 *
+        (q[11] * q[11]));
 }
 
 void manipulator_flexible_power(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -3106,7 +3104,7 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     Q_q[5 * 13 + 2] = t86;
     Q_q[5 * 13 + 3] = t85;
     Q_q[5 * 13 + 4] = -t84;
-    Q_q[5 * 13 + 5] = arm_phi_1_moment_beyond_y * t83 - t6 * t24 - p->derived.arm_stiffness_phi;
+    Q_q[5 * 13 + 5] = -(p->derived.arm_stiffness_phi + (t6 * t24 - arm_phi_1_moment_beyond_y * t83));
     Q_q[5 * 13 + 6] = -t88;
     Q_q[5 * 13 + 7] = -t93;
     Q_q[5 * 13 + 8] = t98;
@@ -3117,8 +3115,8 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     Q_q[6 * 13 + 3] = t90;
     Q_q[6 * 13 + 4] = -t89;
     Q_q[6 * 13 + 5] = -t88;
-    Q_q[6 * 13 + 6] = arm_psi_2_moment_beyond_x * t87 - arm_psi_2_gravity_y * arm_theta_2_moment_beyond_y -
-        p->derived.arm_stiffness_psi;
+    Q_q[6 * 13 + 6] = -(p->derived.arm_stiffness_psi + (arm_psi_2_gravity_y * arm_theta_2_moment_beyond_y -
+        arm_psi_2_moment_beyond_x * t87));
     Q_q[6 * 13 + 7] = t78;
     Q_q[6 * 13 + 8] = t97;
     Q_q[6 * 13 + 9] = t104;
@@ -3129,8 +3127,8 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     Q_q[7 * 13 + 4] = t94;
     Q_q[7 * 13 + 5] = -t93;
     Q_q[7 * 13 + 6] = t78;
-    Q_q[7 * 13 + 7] = arm_theta_2_moment_beyond_z * t92 - arm_theta_2_gravity_x * arm_phi_2_moment_beyond_x -
-        p->derived.arm_stiffness_psi;
+    Q_q[7 * 13 + 7] = -(p->derived.arm_stiffness_psi + (arm_theta_2_gravity_x * arm_phi_2_moment_beyond_x -
+        arm_theta_2_moment_beyond_z * t92));
     Q_q[7 * 13 + 8] = t79;
     Q_q[7 * 13 + 9] = t103;
     Q_q[7 * 13 + 10] = -t110;
@@ -3141,7 +3139,8 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     Q_q[8 * 13 + 5] = t98;
     Q_q[8 * 13 + 6] = t97;
     Q_q[8 * 13 + 7] = t79;
-    Q_q[8 * 13 + 8] = arm_phi_2_gravity_z * t11 - arm_phi_2_gravity_y * arm_phi_2_moment_beyond_y - p->derived.arm_stiffness_phi;
+    Q_q[8 * 13 + 8] = -(p->derived.arm_stiffness_phi + (arm_phi_2_gravity_y * arm_phi_2_moment_beyond_y -
+        arm_phi_2_gravity_z * t11));
     Q_q[8 * 13 + 9] = t102;
     Q_q[8 * 13 + 10] = t109;
     Q_q[8 * 13 + 12] = t118;
@@ -4361,39 +4360,39 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double t86 = (effector_z_position_x - p->xc) / p->a;
     const double t87 = effector_z_position_y / p->b;
     const double row_1_phi = t86 * t86 + t87 * t87 - 1.0;
-    const double t88 = point_E_xd * p->derived.constant_11;
+    const double t88 = point_E_xd * p->derived.constant_10;
     const double t89 = t86 * t88;
-    const double t90 = point_E_yd * p->derived.constant_10;
+    const double t90 = point_E_yd * p->derived.constant_11;
     const double t91 = t87 * t90;
     const double row_1_psi = t89 + t89 + (t91 + t91);
-    const double t92 = t88 * t88 + t86 * (point_E_bias_x * p->derived.constant_11);
-    const double t93 = t90 * t90 + t87 * (point_E_bias_y * p->derived.constant_10);
+    const double t92 = t88 * t88 + t86 * (point_E_bias_x * p->derived.constant_10);
+    const double t93 = t90 * t90 + t87 * (point_E_bias_y * p->derived.constant_11);
     const double row_1_v = t92 + t92 + (t93 + t93);
-    const double t94 = p->derived.constant_11 * (t86 + t86);
-    const double t95 = p->derived.constant_10 * (t87 + t87);
-    const double row_1_u_column_psi = effector_z_position_x * t95 - effector_z_position_y * t94;
-    const double t96 = column_psi_cos * t64 * t94 + column_psi_sin * t64 * t95;
-    const double t97 = column_psi_cos * t63 * t94 + column_psi_sin * t63 * t95;
-    const double row_1_u_arm_theta_1 = (t6 * t63 + arm_psi_1_ground_z_y * t61) * t95 - (arm_psi_1_ground_z_y *
-        t62 + t7 * t63) * t94;
-    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t63 - arm_theta_1_ground_z_x * t62) * t94 +
-        (arm_theta_1_ground_z_x * t61 - arm_theta_1_ground_x_x * t63) * t95;
-    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t60 - arm_phi_1_ground_z_z * t59) * t94 + (arm_phi_1_ground_z_z *
-        t58 - arm_phi_1_ground_x_z * t60) * t95;
-    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t60 - arm_psi_2_ground_z_y * t59) * t94 + (arm_psi_2_ground_z_y *
-        t58 - arm_psi_2_ground_x_y * t60) * t95;
-    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t60 - arm_theta_2_ground_z_x * t59) * t94 +
-        (arm_theta_2_ground_z_x * t58 - arm_theta_2_ground_x_x * t60) * t95;
-    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t57 - arm_phi_2_ground_z_z * t56) * t94 + (arm_phi_2_ground_z_z *
-        t55 - arm_phi_2_ground_x_z * t57) * t95;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t57 - arm_psi_3_ground_z_y * t56) * t94 + (arm_psi_3_ground_z_y *
-        t55 - arm_psi_3_ground_x_y * t57) * t95;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t57 - arm_theta_3_ground_z_x * t56) * t94 +
-        (arm_theta_3_ground_z_x * t55 - arm_theta_3_ground_x_x * t57) * t95;
-    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t94 + arm_theta_3_ground_y_x * t95;
+    const double t94 = p->derived.constant_11 * (t87 + t87);
+    const double t95 = p->derived.constant_10 * (t86 + t86);
+    const double row_1_u_column_psi = effector_z_position_x * t94 - effector_z_position_y * t95;
+    const double t96 = column_psi_cos * t64 * t95 + column_psi_sin * t64 * t94;
+    const double t97 = column_psi_cos * t63 * t95 + column_psi_sin * t63 * t94;
+    const double row_1_u_arm_theta_1 = (t6 * t63 + arm_psi_1_ground_z_y * t61) * t94 - (arm_psi_1_ground_z_y *
+        t62 + t7 * t63) * t95;
+    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t63 - arm_theta_1_ground_z_x * t62) * t95 +
+        (arm_theta_1_ground_z_x * t61 - arm_theta_1_ground_x_x * t63) * t94;
+    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t60 - arm_phi_1_ground_z_z * t59) * t95 + (arm_phi_1_ground_z_z *
+        t58 - arm_phi_1_ground_x_z * t60) * t94;
+    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t60 - arm_psi_2_ground_z_y * t59) * t95 + (arm_psi_2_ground_z_y *
+        t58 - arm_psi_2_ground_x_y * t60) * t94;
+    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t60 - arm_theta_2_ground_z_x * t59) * t95 +
+        (arm_theta_2_ground_z_x * t58 - arm_theta_2_ground_x_x * t60) * t94;
+    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t57 - arm_phi_2_ground_z_z * t56) * t95 + (arm_phi_2_ground_z_z *
+        t55 - arm_phi_2_ground_x_z * t57) * t94;
+    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t57 - arm_psi_3_ground_z_y * t56) * t95 + (arm_psi_3_ground_z_y *
+        t55 - arm_psi_3_ground_x_y * t57) * t94;
+    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t57 - arm_theta_3_ground_z_x * t56) * t95 +
+        (arm_theta_3_ground_z_x * t55 - arm_theta_3_ground_x_x * t57) * t94;
+    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t95 + arm_theta_3_ground_y_x * t94;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t98 = t2 * (cos(t1) * p->derived.constant_14);
+    const double t98 = t2 * (p->derived.constant_14 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t98 + t98);
     /* effector_z: bias and gravity forces c + g, inward */
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
@@ -5695,39 +5694,39 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double t86 = (effector_z_position_x - p->xc) / p->a;
     const double t87 = effector_z_position_y / p->b;
     const double row_1_phi = t86 * t86 + t87 * t87 - 1.0;
-    const double t88 = point_E_xd * p->derived.constant_11;
+    const double t88 = point_E_xd * p->derived.constant_10;
     const double t89 = t86 * t88;
-    const double t90 = point_E_yd * p->derived.constant_10;
+    const double t90 = point_E_yd * p->derived.constant_11;
     const double t91 = t87 * t90;
     const double row_1_psi = t89 + t89 + (t91 + t91);
-    const double t92 = t88 * t88 + t86 * (point_E_bias_x * p->derived.constant_11);
-    const double t93 = t90 * t90 + t87 * (point_E_bias_y * p->derived.constant_10);
+    const double t92 = t88 * t88 + t86 * (point_E_bias_x * p->derived.constant_10);
+    const double t93 = t90 * t90 + t87 * (point_E_bias_y * p->derived.constant_11);
     const double row_1_v = t92 + t92 + (t93 + t93);
-    const double t94 = p->derived.constant_11 * (t86 + t86);
-    const double t95 = p->derived.constant_10 * (t87 + t87);
-    const double row_1_u_column_psi = effector_z_position_x * t95 - effector_z_position_y * t94;
-    const double t96 = column_psi_cos * t64 * t94 + column_psi_sin * t64 * t95;
-    const double t97 = column_psi_cos * t63 * t94 + column_psi_sin * t63 * t95;
-    const double row_1_u_arm_theta_1 = (t6 * t63 + arm_psi_1_ground_z_y * t61) * t95 - (arm_psi_1_ground_z_y *
-        t62 + t7 * t63) * t94;
-    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t63 - arm_theta_1_ground_z_x * t62) * t94 +
-        (arm_theta_1_ground_z_x * t61 - arm_theta_1_ground_x_x * t63) * t95;
-    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t60 - arm_phi_1_ground_z_z * t59) * t94 + (arm_phi_1_ground_z_z *
-        t58 - arm_phi_1_ground_x_z * t60) * t95;
-    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t60 - arm_psi_2_ground_z_y * t59) * t94 + (arm_psi_2_ground_z_y *
-        t58 - arm_psi_2_ground_x_y * t60) * t95;
-    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t60 - arm_theta_2_ground_z_x * t59) * t94 +
-        (arm_theta_2_ground_z_x * t58 - arm_theta_2_ground_x_x * t60) * t95;
-    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t57 - arm_phi_2_ground_z_z * t56) * t94 + (arm_phi_2_ground_z_z *
-        t55 - arm_phi_2_ground_x_z * t57) * t95;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t57 - arm_psi_3_ground_z_y * t56) * t94 + (arm_psi_3_ground_z_y *
-        t55 - arm_psi_3_ground_x_y * t57) * t95;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t57 - arm_theta_3_ground_z_x * t56) * t94 +
-        (arm_theta_3_ground_z_x * t55 - arm_theta_3_ground_x_x * t57) * t95;
-    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t94 + arm_theta_3_ground_y_x * t95;
+    const double t94 = p->derived.constant_11 * (t87 + t87);
+    const double t95 = p->derived.constant_10 * (t86 + t86);
+    const double row_1_u_column_psi = effector_z_position_x * t94 - effector_z_position_y * t95;
+    const double t96 = column_psi_cos * t64 * t95 + column_psi_sin * t64 * t94;
+    const double t97 = column_psi_cos * t63 * t95 + column_psi_sin * t63 * t94;
+    const double row_1_u_arm_theta_1 = (t6 * t63 + arm_psi_1_ground_z_y * t61) * t94 - (arm_psi_1_ground_z_y *
+        t62 + t7 * t63) * t95;
+    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t63 - arm_theta_1_ground_z_x * t62) * t95 +
+        (arm_theta_1_ground_z_x * t61 - arm_theta_1_ground_x_x * t63) * t94;
+    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t60 - arm_phi_1_ground_z_z * t59) * t95 + (arm_phi_1_ground_z_z *
+        t58 - arm_phi_1_ground_x_z * t60) * t94;
+    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t60 - arm_psi_2_ground_z_y * t59) * t95 + (arm_psi_2_ground_z_y *
+        t58 - arm_psi_2_ground_x_y * t60) * t94;
+    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t60 - arm_theta_2_ground_z_x * t59) * t95 +
+        (arm_theta_2_ground_z_x * t58 - arm_theta_2_ground_x_x * t60) * t94;
+    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t57 - arm_phi_2_ground_z_z * t56) * t95 + (arm_phi_2_ground_z_z *
+        t55 - arm_phi_2_ground_x_z * t57) * t94;
+    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t57 - arm_psi_3_ground_z_y * t56) * t95 + (arm_psi_3_ground_z_y *
+        t55 - arm_psi_3_ground_x_y * t57) * t94;
+    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t57 - arm_theta_3_ground_z_x * t56) * t95 +
+        (arm_theta_3_ground_z_x * t55 - arm_theta_3_ground_x_x * t57) * t94;
+    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t95 + arm_theta_3_ground_y_x * t94;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t98 = t2 * (cos(t1) * p->derived.constant_14);
+    const double t98 = t2 * (p->derived.constant_14 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t98 + t98);
     /* effector_z: bias and gravity forces c + g, inward */
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
@@ -7357,37 +7356,37 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double t286 = (effector_z_position_x - p->xc) / p->a;
     const double t287 = effector_z_position_y / p->b;
     const double row_1_phi = t286 * t286 + t287 * t287 - 1.0;
-    const double t288 = point_E_xd * p->derived.constant_11;
+    const double t288 = point_E_xd * p->derived.constant_10;
     const double t289 = t286 * t288;
-    const double t290 = point_E_yd * p->derived.constant_10;
+    const double t290 = point_E_yd * p->derived.constant_11;
     const double t291 = t287 * t290;
     const double row_1_psi = t289 + t289 + (t291 + t291);
-    const double t292 = t288 * t288 + t286 * (point_E_bias_x * p->derived.constant_11);
-    const double t293 = t290 * t290 + t287 * (point_E_bias_y * p->derived.constant_10);
+    const double t292 = t288 * t288 + t286 * (point_E_bias_x * p->derived.constant_10);
+    const double t293 = t290 * t290 + t287 * (point_E_bias_y * p->derived.constant_11);
     const double row_1_v = t292 + t292 + (t293 + t293);
-    const double t294 = p->derived.constant_11 * (t286 + t286);
-    const double t295 = p->derived.constant_10 * (t287 + t287);
-    const double row_1_u_column_psi = effector_z_position_x * t295 - effector_z_position_y * t294;
-    const double row_1_u_arm_theta_1 = (t6 * t63 + arm_psi_1_ground_z_y * t61) * t295 - (arm_psi_1_ground_z_y *
-        t62 + t7 * t63) * t294;
-    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t63 - arm_theta_1_ground_z_x * t62) * t294 +
-        (arm_theta_1_ground_z_x * t61 - arm_theta_1_ground_x_x * t63) * t295;
-    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t60 - arm_phi_1_ground_z_z * t59) * t294 + (arm_phi_1_ground_z_z *
-        t58 - arm_phi_1_ground_x_z * t60) * t295;
-    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t60 - arm_psi_2_ground_z_y * t59) * t294 +
-        (arm_psi_2_ground_z_y * t58 - arm_psi_2_ground_x_y * t60) * t295;
-    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t60 - arm_theta_2_ground_z_x * t59) * t294 +
-        (arm_theta_2_ground_z_x * t58 - arm_theta_2_ground_x_x * t60) * t295;
-    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t57 - arm_phi_2_ground_z_z * t56) * t294 + (arm_phi_2_ground_z_z *
-        t55 - arm_phi_2_ground_x_z * t57) * t295;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t57 - arm_psi_3_ground_z_y * t56) * t294 +
-        (arm_psi_3_ground_z_y * t55 - arm_psi_3_ground_x_y * t57) * t295;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t57 - arm_theta_3_ground_z_x * t56) * t294 +
-        (arm_theta_3_ground_z_x * t55 - arm_theta_3_ground_x_x * t57) * t295;
-    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t294 + arm_theta_3_ground_y_x * t295;
+    const double t294 = p->derived.constant_11 * (t287 + t287);
+    const double t295 = p->derived.constant_10 * (t286 + t286);
+    const double row_1_u_column_psi = effector_z_position_x * t294 - effector_z_position_y * t295;
+    const double row_1_u_arm_theta_1 = (t6 * t63 + arm_psi_1_ground_z_y * t61) * t294 - (arm_psi_1_ground_z_y *
+        t62 + t7 * t63) * t295;
+    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t63 - arm_theta_1_ground_z_x * t62) * t295 +
+        (arm_theta_1_ground_z_x * t61 - arm_theta_1_ground_x_x * t63) * t294;
+    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t60 - arm_phi_1_ground_z_z * t59) * t295 + (arm_phi_1_ground_z_z *
+        t58 - arm_phi_1_ground_x_z * t60) * t294;
+    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t60 - arm_psi_2_ground_z_y * t59) * t295 +
+        (arm_psi_2_ground_z_y * t58 - arm_psi_2_ground_x_y * t60) * t294;
+    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t60 - arm_theta_2_ground_z_x * t59) * t295 +
+        (arm_theta_2_ground_z_x * t58 - arm_theta_2_ground_x_x * t60) * t294;
+    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t57 - arm_phi_2_ground_z_z * t56) * t295 + (arm_phi_2_ground_z_z *
+        t55 - arm_phi_2_ground_x_z * t57) * t294;
+    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t57 - arm_psi_3_ground_z_y * t56) * t295 +
+        (arm_psi_3_ground_z_y * t55 - arm_psi_3_ground_x_y * t57) * t294;
+    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t57 - arm_theta_3_ground_z_x * t56) * t295 +
+        (arm_theta_3_ground_z_x * t55 - arm_theta_3_ground_x_x * t57) * t294;
+    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t295 + arm_theta_3_ground_y_x * t294;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t296 = t2 * (cos(t1) * p->derived.constant_14);
+    const double t296 = t2 * (p->derived.constant_14 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t296 + t296);
     /* effector_z: bias and gravity forces c + g, inward */
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
@@ -7604,8 +7603,8 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     out->f[12] = -effector_z_load_force_z;
     out->u[0 * 13 + 0] = 0.0;
     out->u[0 * 13 + 1] = row_1_u_column_psi;
-    out->u[0 * 13 + 2] = -(column_psi_cos * t64 * t294 + column_psi_sin * t64 * t295);
-    out->u[0 * 13 + 3] = -(column_psi_cos * t63 * t294 + column_psi_sin * t63 * t295);
+    out->u[0 * 13 + 2] = -(column_psi_cos * t64 * t295 + column_psi_sin * t64 * t294);
+    out->u[0 * 13 + 3] = -(column_psi_cos * t63 * t295 + column_psi_sin * t63 * t294);
     out->u[0 * 13 + 4] = row_1_u_arm_theta_1;
     out->u[0 * 13 + 5] = row_1_u_arm_phi_1;
     out->u[0 * 13 + 6] = row_1_u_arm_psi_2;
@@ -7941,7 +7940,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "0c1951fbcf35e960",
+    SET(hash) "8638801938d0292b",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

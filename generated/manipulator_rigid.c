@@ -21,10 +21,9 @@ void manipulator_rigid_prepare(struct manipulator_rigid_parameters *p) {
     p->derived.base_z_mass_beyond = p->m_base + column_psi_mass_beyond;
     /* base_z: bias forces c, inward */
     p->derived.constant_2 = p->g * p->derived.base_z_mass_beyond;
-    /* forces that the model names */
-    p->derived.constant_3 = 1.0 / p->b;
-    p->derived.constant_4 = 1.0 / p->a;
     /* row 1 (position level): u qdd + v = 0 */
+    p->derived.constant_3 = 1.0 / p->a;
+    p->derived.constant_4 = 1.0 / p->b;
     p->derived.constant_5 = 2.0 * p->alpha;
     p->derived.constant_6 = p->beta * p->beta;
     /* row 2 (velocity level): u qdd + v = 0 */
@@ -157,13 +156,13 @@ void manipulator_rigid_u(const struct manipulator_rigid_parameters *p, const str
     /* row 1 (position level): u qdd + v = 0 */
     const double t2 = (effector_z_position_x - p->xc) / p->a;
     const double t3 = effector_z_position_y / p->b;
-    const double t4 = p->derived.constant_4 * (t2 + t2);
-    const double t5 = p->derived.constant_3 * (t3 + t3);
-    const double row_1_u_column_psi = effector_z_position_x * t5 - effector_z_position_y * t4;
-    const double row_1_u_effector_z = arm_psi_ground_x_x * t4 + arm_psi_ground_y_x * t5;
+    const double t4 = p->derived.constant_4 * (t3 + t3);
+    const double t5 = p->derived.constant_3 * (t2 + t2);
+    const double row_1_u_column_psi = effector_z_position_x * t4 - effector_z_position_y * t5;
+    const double row_1_u_effector_z = arm_psi_ground_x_x * t5 + arm_psi_ground_y_x * t4;
     u[0 * 4 + 0] = 0.0;
     u[0 * 4 + 1] = row_1_u_column_psi;
-    u[0 * 4 + 2] = -(column_psi_cos * t1 * t4 + column_psi_sin * t1 * t5);
+    u[0 * 4 + 2] = -(column_psi_cos * t1 * t5 + column_psi_sin * t1 * t4);
     u[0 * 4 + 3] = row_1_u_effector_z;
     u[1 * 4 + 0] = 1.0;
     u[1 * 4 + 1] = 0.0;
@@ -211,14 +210,14 @@ void manipulator_rigid_v(const struct manipulator_rigid_parameters *p, const str
         t5;
     const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t5;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t8 = point_E_xd * p->derived.constant_4;
-    const double t9 = point_E_yd * p->derived.constant_3;
+    const double t8 = point_E_xd * p->derived.constant_3;
+    const double t9 = point_E_yd * p->derived.constant_4;
     const double t10 = t8 * t8 - (effector_z_position_x - p->xc) / p->a * ((column_psi_sin * effector_z_bias_a_x +
-        t2 * effector_z_bias_a_y + arm_psi_ground_x_x * t5) * p->derived.constant_4);
-    const double t11 = t9 * t9 + effector_z_position_y / p->b * (point_E_bias_y * p->derived.constant_3);
+        t2 * effector_z_bias_a_y + arm_psi_ground_x_x * t5) * p->derived.constant_3);
+    const double t11 = t9 * t9 + effector_z_position_y / p->b * (point_E_bias_y * p->derived.constant_4);
     const double row_1_v = t10 + t10 + (t11 + t11);
     /* row 2 (velocity level): u qdd + v = 0 */
-    const double t12 = sin(t1) * (cos(t1) * p->derived.constant_7);
+    const double t12 = sin(t1) * (p->derived.constant_7 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t12 + t12);
     v[0] = row_1_v;
     v[1] = row_2_v;
@@ -277,8 +276,8 @@ void manipulator_rigid_psi(const struct manipulator_rigid_parameters *p, const s
         arm_psi_ground_y_x * effector_z_v_z;
     const double point_E_zd = arm_psi_cos * effector_z_v_y + arm_psi_sin * effector_z_v_z;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t2 = (effector_z_position_x - p->xc) / p->a * (point_E_xd * p->derived.constant_4);
-    const double t3 = effector_z_position_y / p->b * (point_E_yd * p->derived.constant_3);
+    const double t2 = (effector_z_position_x - p->xc) / p->a * (point_E_xd * p->derived.constant_3);
+    const double t3 = effector_z_position_y / p->b * (point_E_yd * p->derived.constant_4);
     const double row_1_psi = t2 + t2 + (t3 + t3);
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t1 * t1);
@@ -331,18 +330,18 @@ void manipulator_rigid_k(const struct manipulator_rigid_parameters *p, const str
     const double t9 = (effector_z_position_x - p->xc) / p->a;
     const double t10 = effector_z_position_y / p->b;
     const double row_1_phi = t9 * t9 + t10 * t10 - 1.0;
-    const double t11 = point_E_xd * p->derived.constant_4;
+    const double t11 = point_E_xd * p->derived.constant_3;
     const double t12 = t9 * t11;
-    const double t13 = point_E_yd * p->derived.constant_3;
+    const double t13 = point_E_yd * p->derived.constant_4;
     const double t14 = t10 * t13;
     const double row_1_psi = t12 + t12 + (t14 + t14);
     const double t15 = t11 * t11 - t9 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
-        arm_psi_ground_x_x * t6) * p->derived.constant_4);
-    const double t16 = t13 * t13 + t10 * (point_E_bias_y * p->derived.constant_3);
+        arm_psi_ground_x_x * t6) * p->derived.constant_3);
+    const double t16 = t13 * t13 + t10 * (point_E_bias_y * p->derived.constant_4);
     const double row_1_v = t15 + t15 + (t16 + t16);
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t17 = t2 * (cos(t1) * p->derived.constant_7);
+    const double t17 = t2 * (p->derived.constant_7 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t17 + t17);
     k[0] = -(row_1_phi * p->derived.constant_6 + (row_1_v + row_1_psi * p->derived.constant_5));
     k[1] = -(row_2_v + p->derived.constant_5 * row_2_psi);
@@ -502,8 +501,8 @@ void manipulator_rigid_energy(const struct manipulator_rigid_parameters *p, cons
         (effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_y * (p->m_E * effector_z_v_y) + effector_z_v_z *
         (p->m_E * effector_z_v_z));
     energy[0] = 0.5 * t2;
-    energy[1] = p->g * (column_psi_moment_beyond_z + q[0] * p->derived.base_z_mass_beyond) + q[0] * q[0] *
-        p->derived.constant_8;
+    energy[1] = p->g * (column_psi_moment_beyond_z + q[0] * p->derived.base_z_mass_beyond) + p->derived.constant_8 *
+        (q[0] * q[0]);
 }
 
 void manipulator_rigid_power(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -689,23 +688,23 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
     const double t18 = (effector_z_position_x - p->xc) / p->a;
     const double t19 = effector_z_position_y / p->b;
     const double row_1_phi = t18 * t18 + t19 * t19 - 1.0;
-    const double t20 = point_E_xd * p->derived.constant_4;
+    const double t20 = point_E_xd * p->derived.constant_3;
     const double t21 = t18 * t20;
-    const double t22 = point_E_yd * p->derived.constant_3;
+    const double t22 = point_E_yd * p->derived.constant_4;
     const double t23 = t19 * t22;
     const double row_1_psi = t21 + t21 + (t23 + t23);
     const double t24 = t20 * t20 - t18 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
-        arm_psi_ground_x_x * t7) * p->derived.constant_4);
-    const double t25 = t22 * t22 + t19 * (point_E_bias_y * p->derived.constant_3);
+        arm_psi_ground_x_x * t7) * p->derived.constant_3);
+    const double t25 = t22 * t22 + t19 * (point_E_bias_y * p->derived.constant_4);
     const double row_1_v = t24 + t24 + (t25 + t25);
-    const double t26 = p->derived.constant_4 * (t18 + t18);
-    const double t27 = p->derived.constant_3 * (t19 + t19);
-    const double row_1_u_column_psi = effector_z_position_x * t27 - effector_z_position_y * t26;
-    const double t28 = column_psi_cos * t12 * t26 + column_psi_sin * t12 * t27;
-    const double row_1_u_effector_z = arm_psi_ground_x_x * t26 + arm_psi_ground_y_x * t27;
+    const double t26 = p->derived.constant_4 * (t19 + t19);
+    const double t27 = p->derived.constant_3 * (t18 + t18);
+    const double row_1_u_column_psi = effector_z_position_x * t26 - effector_z_position_y * t27;
+    const double t28 = column_psi_cos * t12 * t27 + column_psi_sin * t12 * t26;
+    const double row_1_u_effector_z = arm_psi_ground_x_x * t27 + arm_psi_ground_y_x * t26;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t29 = t2 * (cos(t1) * p->derived.constant_7);
+    const double t29 = t2 * (p->derived.constant_7 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t29 + t29);
     /* effector_z: bias and gravity forces c + g, inward */
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
@@ -847,23 +846,23 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
     const double t18 = (effector_z_position_x - p->xc) / p->a;
     const double t19 = effector_z_position_y / p->b;
     const double row_1_phi = t18 * t18 + t19 * t19 - 1.0;
-    const double t20 = point_E_xd * p->derived.constant_4;
+    const double t20 = point_E_xd * p->derived.constant_3;
     const double t21 = t18 * t20;
-    const double t22 = point_E_yd * p->derived.constant_3;
+    const double t22 = point_E_yd * p->derived.constant_4;
     const double t23 = t19 * t22;
     const double row_1_psi = t21 + t21 + (t23 + t23);
     const double t24 = t20 * t20 - t18 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
-        arm_psi_ground_x_x * t7) * p->derived.constant_4);
-    const double t25 = t22 * t22 + t19 * (point_E_bias_y * p->derived.constant_3);
+        arm_psi_ground_x_x * t7) * p->derived.constant_3);
+    const double t25 = t22 * t22 + t19 * (point_E_bias_y * p->derived.constant_4);
     const double row_1_v = t24 + t24 + (t25 + t25);
-    const double t26 = p->derived.constant_4 * (t18 + t18);
-    const double t27 = p->derived.constant_3 * (t19 + t19);
-    const double row_1_u_column_psi = effector_z_position_x * t27 - effector_z_position_y * t26;
-    const double t28 = column_psi_cos * t12 * t26 + column_psi_sin * t12 * t27;
-    const double row_1_u_effector_z = arm_psi_ground_x_x * t26 + arm_psi_ground_y_x * t27;
+    const double t26 = p->derived.constant_4 * (t19 + t19);
+    const double t27 = p->derived.constant_3 * (t18 + t18);
+    const double row_1_u_column_psi = effector_z_position_x * t26 - effector_z_position_y * t27;
+    const double t28 = column_psi_cos * t12 * t27 + column_psi_sin * t12 * t26;
+    const double row_1_u_effector_z = arm_psi_ground_x_x * t27 + arm_psi_ground_y_x * t26;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t29 = t2 * (cos(t1) * p->derived.constant_7);
+    const double t29 = t2 * (p->derived.constant_7 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t29 + t29);
     /* effector_z: bias and gravity forces c + g, inward */
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
@@ -1011,22 +1010,22 @@ void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, c
     const double t19 = (effector_z_position_x - p->xc) / p->a;
     const double t20 = effector_z_position_y / p->b;
     const double row_1_phi = t19 * t19 + t20 * t20 - 1.0;
-    const double t21 = point_E_xd * p->derived.constant_4;
+    const double t21 = point_E_xd * p->derived.constant_3;
     const double t22 = t19 * t21;
-    const double t23 = point_E_yd * p->derived.constant_3;
+    const double t23 = point_E_yd * p->derived.constant_4;
     const double t24 = t20 * t23;
     const double row_1_psi = t22 + t22 + (t24 + t24);
     const double t25 = t21 * t21 - t19 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
-        arm_psi_ground_x_x * t7) * p->derived.constant_4);
-    const double t26 = t23 * t23 + t20 * (point_E_bias_y * p->derived.constant_3);
+        arm_psi_ground_x_x * t7) * p->derived.constant_3);
+    const double t26 = t23 * t23 + t20 * (point_E_bias_y * p->derived.constant_4);
     const double row_1_v = t25 + t25 + (t26 + t26);
-    const double t27 = p->derived.constant_4 * (t19 + t19);
-    const double t28 = p->derived.constant_3 * (t20 + t20);
-    const double row_1_u_column_psi = effector_z_position_x * t28 - effector_z_position_y * t27;
-    const double row_1_u_effector_z = arm_psi_ground_x_x * t27 + arm_psi_ground_y_x * t28;
+    const double t27 = p->derived.constant_4 * (t20 + t20);
+    const double t28 = p->derived.constant_3 * (t19 + t19);
+    const double row_1_u_column_psi = effector_z_position_x * t27 - effector_z_position_y * t28;
+    const double row_1_u_effector_z = arm_psi_ground_x_x * t28 + arm_psi_ground_y_x * t27;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t29 = t2 * (cos(t1) * p->derived.constant_7);
+    const double t29 = t2 * (p->derived.constant_7 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t29 + t29);
     /* effector_z: bias and gravity forces c + g, inward */
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
@@ -1056,7 +1055,7 @@ void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, c
     out->f[3] = -effector_z_load_force_z;
     out->u[0 * 4 + 0] = 0.0;
     out->u[0 * 4 + 1] = row_1_u_column_psi;
-    out->u[0 * 4 + 2] = -(column_psi_cos * t12 * t27 + column_psi_sin * t12 * t28);
+    out->u[0 * 4 + 2] = -(column_psi_cos * t12 * t28 + column_psi_sin * t12 * t27);
     out->u[0 * 4 + 3] = row_1_u_effector_z;
     out->u[1 * 4 + 0] = 1.0;
     out->u[1 * 4 + 1] = 0.0;
@@ -1313,7 +1312,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "437a6bb1cb1cea1a",
+    SET(hash) "d90ce030bf4151b2",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,

@@ -9,12 +9,11 @@ SOURCE = pathlib.Path(__file__).resolve().parent.parent
 TESTS = SOURCE / "tests"
 MODELS = SOURCE / "models"
 BUILD = pathlib.Path(os.environ.get("REFDYN_BUILD", SOURCE / "build" / "release"))
-REFDYN = os.environ.get("REFDYN", str(BUILD / "bin" / "refdyn"))
+REFDYN = os.path.abspath(os.environ.get("REFDYN", BUILD / "bin" / "refdyn"))
 # 0 shows the real residuals: every comparison then fails and prints its figure.
 SCALE = float(os.environ.get("REFDYN_TOLERANCE_SCALE", "1"))
 
 REFERENCE = MODELS / "manipulator.lua"
-LOOP_FREE = ["--set", "program=none"]
 
 
 def oracle(name):

@@ -43,7 +43,7 @@ def test_compiles_alone_without_warning(scene, tmp_path):
                                   text=True)
             assert done.returncode == 0, f"{compiler[0]} {source}\n{done.stderr[:2000]}"
     header = next(name for name in files if name.endswith(".h"))
-    for compiler in COMPILERS[0], COMPILERS[2]:
+    for compiler in ["gcc", "-std=c11", "-x", "c"], COMPILERS[2]:
         done = subprocess.run([*compiler, *WARNINGS, "-fsyntax-only", "-"], cwd=tmp_path, text=True, capture_output=True,
                               input=f'#include "{header}"\n#include "{header}"\n')
         assert done.returncode == 0, done.stderr[:2000]

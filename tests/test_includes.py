@@ -58,12 +58,12 @@ def changing_variable(line):
     declared = re.match(r"(?!typedef|extern|return|goto|else|#)([A-Za-z_][\w\s*]*\w(\[[^\]]*\])*)\s*(=[^=]|;)", line)
     if not declared or re.match(r"(struct|enum|union)\s+\w+\s*;", line):
         return False
-    return "const" not in declared.group(1).split("*")[-1]
+    return "const" not in re.sub(r"\[[^\]]*\]", "", declared.group(1)).split("*")[-1]
 
 
 def test_changing_variables_are_seen():
     changing = ["static int counter;", "int x = 3;", "static double t[3] = {", "static const char *name;", "static char **list = NULL;"]
-    constant = ["struct point;", "const double x = 1;", "static const char *const names[] = {", "};", "void f(int a);"]
+    constant = ["struct point;", "const double x = 1;", "static const double a[4 * 4] = {", "static const char *const names[] = {", "};", "void f(int a);"]
     assert all(map(changing_variable, changing)) and not any(map(changing_variable, constant))
 
 

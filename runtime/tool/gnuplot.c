@@ -2,6 +2,7 @@
 #include "gnuplot.h"
 #include "output.h"
 #include "process.h"
+#include "svg.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -65,19 +66,22 @@ static void show_log(const char *path) {
         fclose(file);
 }
 
-/* A copy under PATH.part, renamed: the temporary folder may lie on another file system. */
+/* Gnuplot's file, smaller, under the final name. */
 static bool publish(const char *from, const char *path) {
     struct output output;
+    char *text = NULL;
+    size_t size = 0;
     FILE *file = fopen(from, "r");
-    if (!file || !output_open(&output, path)) {
-        if (file)
-            fclose(file);
-        return false;
-    }
-    for (int c; (c = getc(file)) != EOF;)
-        fputc(c, output.file);
-    fclose(file);
-    return output_close(&output);
+    bool is_read = file && getdelim(&text, &size, '\0', file) > 0;
+    if (file)
+        fclose(file);
+    if (!is_read)
+        fprintf(stderr, "refdyn: %s: cannot be read\n", from);
+    bool is_open = is_read && output_open(&output, path);
+    if (is_open)
+        svg_shrink(text, output.file);
+    free(text);
+    return is_open && output_close(&output);
 }
 
 static bool draw(struct gnuplot *gnuplot, const char *path) {

@@ -86,12 +86,17 @@ static enum group group_of(const char *name) {
     return is_slide ? SLIDES : OTHERS;
 }
 
+/* Those of elements that do not bend are left out: a planar motion has many. */
+static bool is_of_elements(enum group group) {
+    return group == ELEMENT_PSI || group == ELEMENT_THETA || group == ELEMENT_PHI;
+}
+
 static void add_coordinates(struct panels *panels, enum group group, const char *title, const char *y_label) {
     struct panel *panel = add_panel(panels, title, y_label);
     for (int r = 0; r < panels->run_count; r++) {
         const struct run *run = &panels->runs[r];
         for (int i = run->coordinates; i < run->coordinates + run->coordinate_count; i++)
-            if (group_of(run->columns[i]) == group)
+            if (group_of(run->columns[i]) == group && (!is_of_elements(group) || run->largest[i] > 0))
                 add_named(panel, r, i, run->columns[i]);
     }
     end_panel(panels);
@@ -156,23 +161,17 @@ static int rank_of(const struct run *run, int column, int first, int count) {
     return rank;
 }
 
-/* The largest columns by name without its prefix, the others thin. */
+/* The largest columns, by name without its prefix; the rest would only drown them. */
 static void add_columns(struct panel *panel, const struct run *run, int r, int first, int count,
                         size_t prefix) {
     double least = noise_part * largest_of(run, first, count);
-    for (int i = first; i < first + count; i++) {
-        if (run->largest[i] <= least)
-            continue;
-        if (rank_of(run, i, first, count) < FORCE_KEYS)
+    for (int i = first; i < first + count; i++)
+        if (run->largest[i] > least && rank_of(run, i, first, count) < FORCE_KEYS)
             add_named(panel, r, i, run->columns[i] + prefix);
-        else
-            add_curve(panel,
-                      (struct curve){.run = r, .y = i, .colour = COLOUR_COUNT - 2, .width = thin_width / 2});
-    }
 }
 
 static void add_courses(struct panels *panels) {
-    struct panel *panel = add_panel(panels, "Programme forces on the coordinates", "force [N], torque [N m]");
+    struct panel *panel = add_panel(panels, "Programme forces, the largest", "force [N], torque [N m]");
     for (int r = 0; r < panels->run_count; r++)
         add_columns(panel, &panels->runs[r], r, panels->runs[r].forces, panels->runs[r].force_count,
                     strlen("force_"));

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 
 /* Pixels. */
-enum { PANEL_WIDTH = 470, PANEL_HEIGHT = 310, TOP = 40, LEFT = 78, RIGHT = 16, ABOVE = 62, BELOW = 52 };
+enum { PANEL_WIDTH = 486, PANEL_HEIGHT = 310, TOP = 40, LEFT = 94, RIGHT = 16, ABOVE = 62, BELOW = 52 };
 enum { BOX_WIDTH = PANEL_WIDTH - LEFT - RIGHT, BOX_HEIGHT = PANEL_HEIGHT - ABOVE - BELOW };
 enum { COLUMNS_MAX = 3, POINTS_MAX = 2000 /* of a curve: more cannot be seen */, CROWD = 8 /* curves */ };
 
@@ -117,17 +117,42 @@ static struct range range_of(const struct panels *panels, const struct panel *pa
     return range;
 }
 
+/* A change below this part of the value is rounding. */
+static const double noise = 1e-9;
+
+static double size_of(struct range range) {
+    return fmax(fabs(range.low), fabs(range.high));
+}
+
+/* What does not change gets an axis, too: a twentieth of the value, or 1, to both sides. */
+static void put_narrow(FILE *script, const char *axis, struct range range) {
+    const double sides = 0.05;
+    double size = size_of(range), more = size > 0 ? sides * size : 1;
+    if (range.high - range.low <= noise * size)
+        fprintf(script, "set %srange [%.9g:%.9g]\n", axis, range.low - more, range.high + more);
+}
+
 /* Equal scales: the narrower direction shows more than it needs. */
 static void put_equal_scales(FILE *script, const struct panels *panels, const struct panel *panel) {
     const double room = 1.08; /* a little more than the curves */
     struct range x = range_of(panels, panel, true), y = range_of(panels, panel, false);
+    double span = fmax(x.high - x.low, y.high - y.low);
     double pixel = room * fmax((x.high - x.low) / BOX_WIDTH, (y.high - y.low) / BOX_HEIGHT);
-    if (!(pixel > 0))
+    if (span <= noise * fmax(size_of(x), size_of(y)))
         return;
     double x_middle = 0.5 * (x.low + x.high), y_middle = 0.5 * (y.low + y.high);
     fprintf(script, "set xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\n", x_middle - 0.5 * pixel * BOX_WIDTH,
             x_middle + 0.5 * pixel * BOX_WIDTH, y_middle - 0.5 * pixel * BOX_HEIGHT,
             y_middle + 0.5 * pixel * BOX_HEIGHT);
+}
+
+static void put_ranges(FILE *script, const struct panels *panels, const struct panel *panel) {
+    fputs("set autoscale\n", script);
+    put_narrow(script, "x", range_of(panels, panel, true));
+    if (!panel->is_logarithmic)
+        put_narrow(script, "y", range_of(panels, panel, false));
+    if (panel->is_square)
+        put_equal_scales(script, panels, panel);
 }
 
 static void put_panel(FILE *script, const struct panels *panels, int place, const struct page *page) {
@@ -137,9 +162,7 @@ static void put_panel(FILE *script, const struct panels *panels, int place, cons
     fputs(panel->is_logarithmic ? "set logscale y\nset format y '1e%T'\nset mytics 1\n"
                                 : "unset logscale y\nset format y '%g'\n",
           script);
-    fputs("set autoscale\n", script);
-    if (panel->is_square)
-        put_equal_scales(script, panels, panel);
+    put_ranges(script, panels, panel);
     fputs("plot ", script);
     for (int i = 0; i < panel->count; i++) {
         if (i)

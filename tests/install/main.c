@@ -1,4 +1,5 @@
-/* A user's program: the emitted rigid manipulator and the installed runtime, a tenth of a second of motion. */
+/* A user's program: the emitted rigid manipulator and the installed runtime, a tenth of a second of motion.
+ */
 #include "manipulator_rigid.h"
 #include <refdyn.h>
 

@@ -1,6 +1,6 @@
 /*
- * Memory that runs out: reading and planning with room for 0, 1, 2, ... blocks fails cleanly until it succeeds.
- * Leaks and stray accesses are the sanitizer preset's to find.
+ * Memory that runs out: reading and planning with room for 0, 1, 2, ... blocks fails cleanly until it
+ * succeeds. Leaks and stray accesses are the sanitizer preset's to find.
  */
 #include "gen.h"
 
@@ -32,7 +32,8 @@ static int failures(const char *file) {
             return allowance == 0; /* a model that needs no memory: the allowance is not obeyed */
         }
         if (status != GEN_NO_MEMORY) {
-            printf("%s: status %d with room for %ld blocks, not GEN_NO_MEMORY\n", file, (int)status, allowance);
+            printf("%s: status %d with room for %ld blocks, not GEN_NO_MEMORY\n", file, (int)status,
+                   allowance);
             return 1;
         }
     }

@@ -1,9 +1,10 @@
 /*
- * The emitted C against the interpreter of the plan: every quantity of several scenes at random states agrees to
- * 4 units in the last place of its largest entry.
+ * The emitted C against the interpreter of the plan: every quantity of several scenes at random states agrees
+ * to 4 units in the last place of its largest entry. Beyond that, the emitted accelerations solve the emitted
+ * equations, and are those of the runtime.
  */
 #include "gen.h"
-#include "refdyn_model.h"
+#include "refdyn.h"
 
 #include <dlfcn.h>
 #include <float.h>
@@ -37,26 +38,26 @@ static const struct scene scenes[] = {
 };
 
 /* A quantity: where its function stands in struct refdyn_model, and how long its result is. */
-#define QUANTITIES(ENTRY)                                                                                    \
-    ENTRY(start, 2 * n)                                                                                      \
-    ENTRY(M, n *n)                                                                                           \
-    ENTRY(h, n)                                                                                              \
-    ENTRY(Q, n)                                                                                              \
-    ENTRY(u, m *n)                                                                                           \
-    ENTRY(v, m)                                                                                              \
-    ENTRY(phi, m)                                                                                            \
-    ENTRY(psi, m)                                                                                            \
-    ENTRY(k, m)                                                                                              \
-    ENTRY(r, 3 * points)                                                                                     \
-    ENTRY(rd, 3 * points)                                                                                    \
-    ENTRY(C, 3 * points *n)                                                                                  \
-    ENTRY(d, 3 * points)                                                                                     \
-    ENTRY(energy, 2)                                                                                         \
-    ENTRY(power, 1)                                                                                          \
-    ENTRY(Q_q, n *n)                                                                                         \
-    ENTRY(qdd_free, n)                                                                                       \
-    ENTRY(qdd, n)                                                                                            \
-    ENTRY(force, n)                                                                                          \
+#define QUANTITIES(ENTRY)    \
+    ENTRY(start, 2 * n)      \
+    ENTRY(M, n *n)           \
+    ENTRY(h, n)              \
+    ENTRY(Q, n)              \
+    ENTRY(u, m *n)           \
+    ENTRY(v, m)              \
+    ENTRY(phi, m)            \
+    ENTRY(psi, m)            \
+    ENTRY(k, m)              \
+    ENTRY(r, 3 * points)     \
+    ENTRY(rd, 3 * points)    \
+    ENTRY(C, 3 * points * n) \
+    ENTRY(d, 3 * points)     \
+    ENTRY(energy, 2)         \
+    ENTRY(power, 1)          \
+    ENTRY(Q_q, n *n)         \
+    ENTRY(qdd_free, n)       \
+    ENTRY(qdd, n)            \
+    ENTRY(force, n)          \
     ENTRY(equations, n *n + n + m * n + 4 * m)
 
 static double uniform(unsigned *seed, double size) {
@@ -70,8 +71,8 @@ static void *load(struct generation *generation, char *folder) {
     if (!mkdtemp(folder) || gen_write(generation, folder) != GEN_OK)
         return NULL;
     snprintf(command, sizeof command,
-             "cc -std=c11 -O1 -ffp-contract=off -fPIC -shared -I%s -I%s/runtime %s/*.c -o %s/model.so -lm", folder,
-             SOURCE_FOLDER, folder, folder);
+             "cc -std=c11 -O1 -ffp-contract=off -fPIC -shared -I%s -I%s/runtime %s/*.c -o %s/model.so -lm",
+             folder, SOURCE_FOLDER, folder, folder);
     if (system(command) != 0)
         return NULL;
     snprintf(command, sizeof command, "%s/model.so", folder);
@@ -102,7 +103,8 @@ static int differs(const char *what, const double *found, const double *expected
 }
 
 /* Random values near the defaults; the derived values by the model's own `prepare`. */
-static void set_values(const struct refdyn_model *model, unsigned *seed, double *p, double *x, double *state) {
+static void set_values(const struct refdyn_model *model, unsigned *seed, double *p, double *x,
+                       double *state) {
     const int n = model->n;
     for (int i = 0; i < model->parameter_count; i++)
         p[i] = model->parameters[i].value * (1 + uniform(seed, 0.05));
@@ -122,24 +124,26 @@ static void set_values(const struct refdyn_model *model, unsigned *seed, double 
         model->prepare(p);
 }
 
-static int compare(const struct generation *generation, const struct refdyn_model *model, unsigned *seed, int *compared) {
+static int compare(const struct generation *generation, const struct refdyn_model *model, unsigned *seed,
+                   int *compared) {
     const int n = model->n, m = model->m, points = model->point_count;
     const size_t most = (size_t)(3 * (points + 1) + n + m + 8) * (size_t)(n + 8);
     double *p = calloc((size_t)(model->parameter_count + model->derived_count) + 1, sizeof *p);
-    double *x = calloc((size_t)model->input_count + 1, sizeof *x), *state = calloc(2 * (size_t)n, sizeof *state);
+    double *x = calloc((size_t)model->input_count + 1, sizeof *x),
+           *state = calloc(2 * (size_t)n, sizeof *state);
     double *found = calloc(most, sizeof *found), *expected = calloc(most, sizeof *expected);
     const double t = 0.75 + uniform(seed, 0.5);
     int failed = 0;
     set_values(model, seed, p, x, state);
-#define COMPARE(name, count)                                                                                 \
-    if (model->name && (count) > 0) {                                                                        \
-        model->name(p, x, t, state, state + n, found);                                                       \
-        if (gen_interpret(generation, #name, p, x, t, state, state + n, expected) != 0) {                    \
-            printf("  %s: emitted, but not known to the interpreter\n", #name);                              \
-            failed++;                                                                                        \
-        } else                                                                                               \
-            failed += differs(#name, found, expected, count);                                                \
-        ++*compared;                                                                                         \
+#define COMPARE(name, count)                                                              \
+    if (model->name && (count) > 0) {                                                     \
+        model->name(p, x, t, state, state + n, found);                                    \
+        if (gen_interpret(generation, #name, p, x, t, state, state + n, expected) != 0) { \
+            printf("  %s: emitted, but not known to the interpreter\n", #name);           \
+            failed++;                                                                     \
+        } else                                                                            \
+            failed += differs(#name, found, expected, count);                             \
+        ++*compared;                                                                      \
     }
     QUANTITIES(COMPARE)
     free(expected);
@@ -147,6 +151,75 @@ static int compare(const struct generation *generation, const struct refdyn_mode
     free(state);
     free(x);
     free(p);
+    return failed;
+}
+
+static double largest(const double *values, int count) {
+    double result = 0;
+    for (int i = 0; i < count; i++)
+        result = fmax(result, fabs(values[i]));
+    return result;
+}
+
+/* Largest |a b - c| over the largest |a_ij b_j|; a (rows x n). */
+static double residual(const double *a, const double *b, const double *c, int rows, int n) {
+    double worst = 0, size = 0;
+    for (int i = 0; i < rows; i++) {
+        double sum = -c[i];
+        for (int j = 0; j < n; j++) {
+            sum += a[i * n + j] * b[j];
+            size = fmax(size, fabs(a[i * n + j] * b[j]));
+        }
+        worst = fmax(worst, fabs(sum));
+    }
+    return size > 0 ? worst / size : worst;
+}
+
+static int exceeds(const char *what, double value, double limit) {
+    if (value <= limit)
+        return 0;
+    printf("  %s: %.2e, allowed %.0e\n", what, value, limit);
+    return 1;
+}
+
+/* M qdd_free = f; with rows u qdd = k, M qdd = f + force, and qdd as the runtime solves it. work holds p and
+ * x. */
+static int check_accelerations(struct refdyn_workspace *work, double t, const double *state, double *room) {
+    const struct refdyn_model *model = work->model;
+    const int n = work->n, m = work->m;
+    double *qdd = room, *side = room + n, *force = room + 2 * n, *solved = room + 3 * n;
+    const double *q = state, *qd = state + n;
+    if (refdyn_accelerate(work, t, q, qd, REFDYN_BAUMGARTE, solved) != REFDYN_OK) {
+        printf("  the runtime finds no accelerations\n");
+        return 1;
+    }
+    model->qdd_free(work->p, work->x, t, q, qd, qdd);
+    int failed = exceeds("M qdd_free = f", residual(work->M, qdd, work->f, n, n), 1e-11);
+    if (m == 0)
+        return failed;
+    model->qdd(work->p, work->x, t, q, qd, qdd);
+    model->force(work->p, work->x, t, q, qd, force);
+    for (int i = 0; i < n; i++) {
+        side[i] = work->f[i] + force[i];
+        solved[i] -= qdd[i];
+    }
+    failed += exceeds("u qdd = k", residual(work->u, qdd, work->k, m, n), 1e-11);
+    failed += exceeds("M qdd = f + force", residual(work->M, qdd, side, n, n), 1e-11);
+    return failed + exceeds("qdd of the runtime", largest(solved, n) / largest(qdd, n), 1e-8);
+}
+
+static int compare_with_runtime(const struct refdyn_model *model, unsigned *seed) {
+    const size_t size = refdyn_workspace_size(model);
+    void *memory = malloc(size);
+    double *state = calloc(6 * (size_t)model->n, sizeof *state);
+    struct refdyn_workspace work;
+    int failed = refdyn_workspace_init(&work, model, memory, size) != REFDYN_OK;
+    if (!failed) {
+        set_values(model, seed, work.p, work.x, state);
+        failed = check_accelerations(&work, 0.75, state, state + 2 * model->n);
+    }
+    free(state);
+    free(memory);
     return failed;
 }
 
@@ -159,7 +232,7 @@ static int judge(struct generation *generation, unsigned *seed) {
     if (model) {
         failed = 0;
         for (int state = 0; state < STATES; state++)
-            failed += compare(generation, model, seed, &compared);
+            failed += compare(generation, model, seed, &compared) + compare_with_runtime(model, seed);
         printf("  %d results compared\n", compared);
         failed += compared < STATES * 6; /* M h Q energy qdd_free equations at the least */
     } else {
@@ -186,7 +259,8 @@ static int check_scene_number(int number, unsigned *seed) {
         failed = judge(&generation, seed);
     else
         for (int i = 0; i < generation.messages.count; i++)
-            printf("  line %d: %s\n", generation.messages.list[i].place.line, generation.messages.list[i].text);
+            printf("  line %d: %s\n", generation.messages.list[i].place.line,
+                   generation.messages.list[i].text);
     gen_release(&generation);
     return failed;
 }
