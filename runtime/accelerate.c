@@ -13,35 +13,36 @@
 
 #include "dense.h"
 
-/* R = M_ii + P^T Y + Y^T P with Y = M_di + M_dd P / 2, upper triangle; mass_d = [M_dd M_di] on the way. */
-static void reduce_mass(struct refdyn_workspace *work) {
+/* mass_d = [M_dd M_di] and Y = M_di + M_dd P / 2 */
+static void couple_mass(struct refdyn_workspace *work) {
     const int n = work->n, rank = work->partition.rank, count = n - rank;
     const int *restrict column = work->partition.column;
     for (int a = 0; a < rank; a++) {
         const double *restrict from = work->M + column[a] * n;
         double *restrict row = work->mass_d + a * n;
+        double *restrict Y = work->coupling + a * count;
         for (int b = 0; b < n; b++)
             row[b] = from[column[b]];
-    }
-    for (int a = 0; a < rank; a++) {
-        double *restrict Y = work->coupling + a * count;
-        const double *row = work->mass_d + a * n;
         for (int b = 0; b < count; b++)
             Y[b] = row[rank + b];
         for (int k = 0; k < rank; k++)
             dense_add(Y, 0.5 * row[k], work->P + k * count, count);
     }
+}
+
+/* R = M_ii + P^T Y + Y^T P, upper triangle */
+static void reduce_mass(struct refdyn_workspace *work) {
+    const int n = work->n, rank = work->partition.rank, count = n - rank;
+    const int *restrict column = work->partition.column;
     for (int i = 0; i < count; i++) {
         const double *restrict from = work->M + column[rank + i] * n;
         double *restrict row = work->reduced + i * count;
         for (int j = i; j < count; j++)
             row[j] = from[column[rank + j]];
         for (int k = 0; k < rank; k++) {
-            const double *restrict P = work->P + k * count;
-            const double *restrict Y = work->coupling + k * count;
-            const double p = P[i], y = Y[i];
-            for (int j = i; j < count; j++)
-                row[j] += p * Y[j] + y * P[j];
+            const double *P = work->P + k * count, *Y = work->coupling + k * count;
+            dense_add(row + i, P[i], Y + i, count - i);
+            dense_add(row + i, Y[i], P + i, count - i);
         }
     }
 }
@@ -89,6 +90,7 @@ int refdyn_solve(struct refdyn_workspace *work, enum refdyn_stabilise stabilise,
     if (status)
         return explain(work, status, work->fault);
     const int rank = work->partition.rank, count = work->n - rank;
+    couple_mass(work);
     reduce_mass(work);
     reduce_force(work);
     const int failed = refdyn_factor(work->reduced, count, count);
