@@ -456,16 +456,11 @@ static void say_left_out(struct plan *plan, const struct quantity *quantity, con
 static void list_anchored(struct derivation *d) {
     struct plan *plan = d->plan;
     bool *read = memory_get(d->memory, ((size_t)d->model->parameter_count + 1) * sizeof *read);
-    bool *needed = memory_get(d->memory, d->g->count * sizeof *needed);
-    for (int f = 0; f < plan->function_count; f++)
-        for (int i = 0; i < plan->functions[f].out_count; i++)
-            needed[plan->functions[f].out[i]] = true;
-    for (expression e = d->g->count; e-- > 0;) {
-        const struct symbol *s = as_symbol(d->g, e);
-        if (needed[e] && s && s->kind == SYMBOL_PARAMETER)
+    const bool *needed = nodes_of_functions(plan);
+    for (expression e = 0; e < d->g->count; e++) {
+        const struct symbol *s = needed[e] ? as_symbol(d->g, e) : NULL;
+        if (s && s->kind == SYMBOL_PARAMETER)
             read[s->index] = true;
-        for (int k = 0; needed[e] && k < operation_arity(d->g->nodes[e].operation); k++)
-            needed[d->g->nodes[e].operand[k]] = true;
     }
     plan->anchored = memory_get(d->memory, ((size_t)d->model->parameter_count + 1) * sizeof *plan->anchored);
     for (int i = 0; i < d->model->parameter_count; i++)
