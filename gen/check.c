@@ -293,6 +293,18 @@ static void check_force(const struct check *check, const struct force *force) {
                  "%s: depends on accelerations, a force has t, q, qd and inputs", path);
 }
 
+static void check_course(const struct check *check, const struct course *course) {
+    const char *path = memory_format(check->messages->memory, "courses.%s", course->name);
+    check_formula(check, course->place, path, course->value);
+    if (moving_of(check, course->value).symbols[2] > 0)
+        complain(check->messages, course->place,
+                 "%s: depends on accelerations, a course has t, q, qd and inputs", path);
+    for (int i = 0; i < check->model->input_count; i++)
+        if (strcmp(check->model->inputs[i].name, course->name) == 0)
+            complain(check->messages, course->place, "%s: an input has this name too, another is needed",
+                     path);
+}
+
 static void check_linear(const struct check *check, const struct row *row, const char *path,
                          const struct moving *moving) {
     int count = moving->symbols[2];
@@ -362,6 +374,8 @@ void check_programme(const struct model *model, const struct tree *tree, struct 
     check_inputs(&check);
     for (int i = 0; i < model->force_count; i++)
         check_force(&check, &model->forces[i]);
+    for (int i = 0; i < model->course_count; i++)
+        check_course(&check, &model->courses[i]);
     for (int i = 0; i < model->row_count; i++)
         check_row(&check, &model->rows[i], i);
     check_row_names(&check);

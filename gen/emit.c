@@ -37,6 +37,7 @@ static int emit_sources(struct emission *x, struct text *sources) {
     struct plan *plan = x->plan;
     int parts = 1, statements = 0;
     open_source(x, &sources[0], 1);
+    emit_spline_functions(x, &sources[0]);
     if (plan->prepare.out_count)
         emit_function(x, &sources[0], &plan->prepare);
     for (int f = 0; f < plan->function_count; f++) {

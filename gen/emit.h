@@ -28,6 +28,10 @@ void emit_value(struct emission *emission, struct text *text, expression e);
 void emit_name(struct emission *emission, struct text *text, expression e);
 void name_values(struct emission *emission);
 
+/* Splines that the functions use: in the first source, and their prototypes. */
+void emit_spline_functions(struct emission *emission, struct text *text);
+void emit_spline_prototypes(struct emission *emission, struct text *text);
+
 /* The parts of a model's files. */
 void emit_header(struct emission *emission, struct text *text);
 void emit_function(struct emission *emission, struct text *text, const struct function *function);

@@ -3,6 +3,7 @@
  * has it.
  */
 #include "emit.h"
+#include "spline.h"
 
 #include <string.h>
 
@@ -92,6 +93,12 @@ static void emit_choice(struct emission *x, struct text *text, expression condit
     text_add(text, ")");
 }
 
+static void emit_spline(struct emission *x, struct text *text, const struct node *node) {
+    text_add(text, "%s_spline_%u(", x->name, node->operand[1] / SPLINE_ORDERS + 1);
+    emit_value(x, text, node->operand[0]);
+    text_add(text, ", %u)", node->operand[1] % SPLINE_ORDERS);
+}
+
 static void emit_call(struct emission *x, struct text *text, const struct node *node) {
     text_add(text, "%s(", operation_text(node->operation));
     for (int k = 0; k < operation_arity(node->operation); k++) {
@@ -128,6 +135,9 @@ void emit_definition(struct emission *x, struct text *text, expression e) {
         return;
     case OP_WHERE:
         emit_choice(x, text, node.operand[0], node.operand[1], node.operand[2]);
+        return;
+    case OP_SPLINE:
+        emit_spline(x, text, &node);
         return;
     default:
         emit_call(x, text, &node);

@@ -38,6 +38,12 @@ static void emit_names(struct emission *x, struct text *text) {
         }
         text_add(text, "};\n\n");
     }
+    if (model->course_count) {
+        text_add(text, "static const char *const %s_courses[] = {", x->name);
+        for (int i = 0; i < model->course_count; i++)
+            text_add(text, "%s\"%s\"", i ? ", " : "", model->courses[i].name);
+        text_add(text, "};\n\n");
+    }
     if (model->input_count) {
         open_names(x, text, "input_names");
         for (int i = 0; i < model->input_count; i++)
@@ -171,9 +177,9 @@ static void set_pointer(struct emission *x, struct text *text, const char *field
 
 static void set_functions(struct emission *x, struct text *text) {
     /* In the order of struct refdyn_model. */
-    static const char *const order[] = {"start",  "anchor", "M",   "h",        "Q",   "u",     "v",
-                                        "phi",    "psi",    "k",   "r",        "rd",  "C",     "d",
-                                        "energy", "power",  "Q_q", "qdd_free", "qdd", "force", "equations"};
+    static const char *const order[] = {
+        "start", "anchor", "M", "h",      "Q",     "u",   "v",        "phi", "psi",   "k",         "r",
+        "rd",    "C",      "d", "energy", "power", "Q_q", "qdd_free", "qdd", "force", "equations", "course"};
     for (size_t i = 0; i < sizeof order / sizeof *order; i++) {
         bool exists = false;
         for (int f = 0; f < x->plan->function_count; f++)
@@ -198,10 +204,12 @@ static void emit_model_table(struct emission *x, struct text *text, const char *
              plan->prepare.out_count);
     text_add(text, "    SET(input_count) %d,\n    SET(point_count) %d,\n", model->input_count,
              model->point_count);
+    text_add(text, "    SET(course_count) %d,\n", model->course_count);
     set_pointer(x, text, "coordinates", "coordinate_names", true);
     set_pointer(x, text, "parameters", "parameter_names", plan->parameter_count > 0);
     set_pointer(x, text, "inputs", "input_names", model->input_count > 0);
     set_pointer(x, text, "points", "points", model->point_count > 0);
+    set_pointer(x, text, "courses", "courses", model->course_count > 0);
     set_pointer(x, text, "rows", "rows", model->row_count > 0);
     set_pointer(x, text, "parent", "parent", true);
     set_pointer(x, text, "dependent", "dependent", model->dependent_count > 0);

@@ -1,6 +1,7 @@
 /* The expression graph: hash-consing and exact folding. See graph.h; operators come from ops.def. */
 #include "graph.h"
 #include "memory.h"
+#include "spline.h"
 
 #include <math.h>
 #include <string.h>
@@ -14,6 +15,7 @@ struct operator_entry {
 static const struct operator_entry operators[OP_COUNT] = {
     [OP_NUMBER] = {"", 0, COST_NONE},
     [OP_SYMBOL] = {"", 0, COST_NONE},
+    [OP_SPLINE] = {"spline", 1, COST_FUNCTION},
 #define OP(name, arity, text, cost, value, da, db, dc) [OP_##name] = {text, arity, cost},
 #include "ops.def"
 #undef OP
@@ -389,4 +391,52 @@ expression apply1(struct graph *g, enum operation operation, expression a) {
 
 expression apply2(struct graph *g, enum operation operation, expression a, expression b) {
     return apply(g, operation, a, b, 0);
+}
+
+int spline_table(struct graph *g, const double *knots, const double *values, int count) {
+    if (g->spline_count == g->spline_capacity) {
+        uint32_t capacity = g->spline_capacity ? 2 * g->spline_capacity : 4;
+        g->splines = memory_grow(g->memory, g->splines, g->spline_count * sizeof *g->splines,
+                                 capacity * sizeof *g->splines);
+        g->spline_capacity = capacity;
+    }
+    g->splines[g->spline_count] = spline_through(g->memory, knots, values, count);
+    return (int)g->spline_count++;
+}
+
+static expression spline_node(struct graph *g, uint32_t code, expression at) {
+    double x;
+    if (is_number(g, at, &x))
+        return number(g, spline_value(&g->splines[code / SPLINE_ORDERS], x, (int)(code % SPLINE_ORDERS)));
+    return intern(
+        g, (struct node){.operation = OP_SPLINE, .depends = g->nodes[at].depends, .operand = {at, code}});
+}
+
+expression spline(struct graph *g, int table, expression at) {
+    return spline_node(g, SPLINE_ORDERS * (uint32_t)table, at);
+}
+
+expression spline_slope(struct graph *g, expression e) {
+    const struct node node = g->nodes[e];
+    const uint32_t code = node.operand[1];
+    return code % SPLINE_ORDERS == SPLINE_ORDERS - 1 ? zero(g) : spline_node(g, code + 1, node.operand[0]);
+}
+
+double node_value(const struct graph *g, expression e, const double *values) {
+    const struct node *node = &g->nodes[e];
+    const expression *operand = node->operand;
+    double value;
+    if (is_number(g, e, &value))
+        return value;
+    if (node->operation == OP_SPLINE)
+        return spline_value(&g->splines[operand[1] / SPLINE_ORDERS], values[operand[0]],
+                            (int)(operand[1] % SPLINE_ORDERS));
+    return operation_value(node->operation, values[operand[0]], values[operand[1]], values[operand[2]]);
+}
+
+expression rebuild(struct graph *g, expression e, const expression operands[3]) {
+    const struct node node = g->nodes[e];
+    if (node.operation == OP_SPLINE)
+        return spline_node(g, node.operand[1], operands[0]);
+    return apply(g, node.operation, operands[0], operands[1], operands[2]);
 }

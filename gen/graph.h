@@ -19,6 +19,8 @@ typedef uint32_t expression;
 enum operation {
     OP_NUMBER,
     OP_SYMBOL,
+    OP_SPLINE, /* of operand[0]; operand[1] is SPLINE_ORDERS times the table plus the order of the derivative
+                */
 #define OP(name, arity, text, cost, value, da, db, dc) OP_##name,
 #include "ops.def"
 #undef OP
@@ -68,6 +70,8 @@ struct graph {
     uint32_t number_count, number_capacity;
     struct symbol *symbols;
     uint32_t symbol_count, symbol_capacity;
+    struct spline *splines;
+    uint32_t spline_count, spline_capacity;
     const char **names; /* by handle: what the value is called in the emitted C, or NULL */
     expression *table;  /* hash table of handles, a power of two long, 0 empty */
     uint32_t table_size;
@@ -99,6 +103,12 @@ expression apply(struct graph *g, enum operation operation, expression a, expres
 expression apply1(struct graph *g, enum operation operation, expression a);
 expression apply2(struct graph *g, enum operation operation, expression a, expression b);
 
+/* A cubic spline through samples (spline.h), to be used by its number. */
+int spline_table(struct graph *g, const double *knots, const double *values, int count);
+expression spline(struct graph *g, int table, expression at);
+/* The derivative of a spline node by its operand. */
+expression spline_slope(struct graph *g, expression e);
+
 bool is_number(const struct graph *g, expression e, double *value);  /* value may be NULL */
 const struct symbol *as_symbol(const struct graph *g, expression e); /* NULL when e is no symbol */
 /* The first name given stays. `text` must live as long as the graph. */
@@ -111,6 +121,10 @@ int operation_arity(enum operation operation);
 const char *operation_text(enum operation operation);
 enum cost operation_cost(enum operation operation);
 double operation_value(enum operation operation, double a, double b, double c);
+/* Value of node e from the values of its operands; not for symbols. */
+double node_value(const struct graph *g, expression e, const double *values);
+/* The node of e over other operands. */
+expression rebuild(struct graph *g, expression e, const expression operands[3]);
 /* Partial derivative of node r by its operand number `which` (0, 1, 2). */
 expression operation_partial(struct graph *g, expression r, int which);
 
@@ -125,6 +139,9 @@ void substitute(struct graph *g, leaf_rule *leaf, void *context, const expressio
 expression differentiate(struct graph *g, expression e, leaf_rule *leaf, void *context);
 /* Derivatives of e by each symbol in `by` (one backward sweep). */
 void gradient(struct graph *g, expression e, const expression *by, expression *result, int count);
+
+/* Marks (by handle) all that the marked nodes below `limit` are made of. */
+void mark_operands(const struct graph *g, bool *needed, uint32_t limit);
 
 /* Calls `visit` for each symbol that e depends on, in order of handles. */
 void visit_symbols(struct graph *g, expression e, void (*visit)(void *context, expression symbol),

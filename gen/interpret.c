@@ -32,18 +32,6 @@ static double symbol_value(const struct arguments *a, const struct symbol *s) {
     }
 }
 
-static double node_value(const struct arguments *a, const double *values, expression e) {
-    const struct graph *g = a->plan->g;
-    const struct node *node = &g->nodes[e];
-    double value;
-    if (is_number(g, e, &value))
-        return value;
-    if (node->operation == OP_SYMBOL)
-        return symbol_value(a, as_symbol(g, e));
-    return operation_value(node->operation, values[node->operand[0]], values[node->operand[1]],
-                           values[node->operand[2]]);
-}
-
 static const struct function *find_function(const struct plan *plan, const char *quantity) {
     for (int f = 0; f < plan->function_count; f++)
         if (!strcmp(plan->functions[f].quantity, quantity))
@@ -63,12 +51,11 @@ int gen_interpret(const struct generation *generation, const char *quantity, con
     double *values = memory_get(plan->memory, g->count * sizeof *values);
     for (int i = 0; i < function->out_count; i++)
         needed[function->out[i]] = true;
-    for (expression e = g->count; e-- > 0;)
-        for (int k = 0; needed[e] && k < operation_arity(g->nodes[e].operation); k++)
-            needed[g->nodes[e].operand[k]] = true;
+    mark_operands(g, needed, g->count);
     for (expression e = 0; e < g->count; e++)
         if (needed[e])
-            values[e] = node_value(&arguments, values, e);
+            values[e] =
+                as_symbol(g, e) ? symbol_value(&arguments, as_symbol(g, e)) : node_value(g, e, values);
     for (int i = 0; i < function->out_count; i++)
         out[i] = values[function->out[i]];
     return 0;

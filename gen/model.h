@@ -133,6 +133,13 @@ struct potential {
     struct place place;
 };
 
+/* A value that the author wants recorded with a motion. */
+struct course {
+    const char *name;
+    expression value;
+    struct place place;
+};
+
 enum row_level { ROW_POSITION, ROW_VELOCITY, ROW_ACCELERATION };
 
 /* A programme constraint: residual = 0. */
@@ -168,6 +175,8 @@ struct model {
     int load_count;
     struct potential *potentials;
     int potential_count;
+    struct course *courses; /* in the order of their names */
+    int course_count;
     struct row *rows;
     int row_count;
     const char **dependent; /* coordinate names, row_count of them, or none: chosen at run time */

@@ -167,16 +167,19 @@ static void plan_prepare(struct plan *plan) {
     plan_function(plan, prepare);
 }
 
+bool *nodes_of_functions(const struct plan *plan) {
+    bool *needed = memory_get(plan->memory, plan->g->count * sizeof *needed);
+    for (int f = 0; f < plan->function_count; f++)
+        for (int i = 0; i < plan->functions[f].out_count; i++)
+            needed[plan->functions[f].out[i]] = true;
+    mark_operands(plan->g, needed, plan->g->count);
+    return needed;
+}
+
 /* Parameters that some function reads, itself or through a derived value. */
 static void list_parameters(struct plan *plan) {
     struct graph *g = plan->g;
-    bool *read = memory_get(plan->memory, g->count * sizeof *read);
-    for (int f = 0; f < plan->function_count; f++)
-        for (int i = 0; i < plan->functions[f].out_count; i++)
-            read[plan->functions[f].out[i]] = true;
-    for (expression e = g->count; e-- > 0;)
-        for (int k = 0; read[e] && k < operation_arity(g->nodes[e].operation); k++)
-            read[g->nodes[e].operand[k]] = true;
+    const bool *read = nodes_of_functions(plan);
     plan->parameters =
         memory_get(plan->memory, ((size_t)plan->model->parameter_count + 1) * sizeof *plan->parameters);
     for (int i = 0; i < plan->model->parameter_count; i++)

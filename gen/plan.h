@@ -59,6 +59,9 @@ void plan_functions(struct plan *plan);
 void mark_statements(struct plan *plan, const struct function *function);
 bool is_output_copied(const struct field *field, int entry); /* false in the mirrored upper half */
 
+/* By handle: all nodes that the functions listed so far are made of. */
+bool *nodes_of_functions(const struct plan *plan);
+
 /* emit.c: the text of all files into plan->files. */
 void emit_files(struct plan *plan);
 

@@ -318,6 +318,13 @@ static void build_equations(struct derivation *d, struct function *f) {
     build_k(d, f);
 }
 
+static void build_course(struct derivation *d, struct function *f) {
+    expression *out = add_field(d, f, "course", "values that the model records, by NAME_model.courses",
+                                d->model->course_count, 0);
+    for (int i = 0; i < d->model->course_count; i++)
+        out[i] = with_points(&d->kinematics, d->model->courses[i].value);
+}
+
 static void build_start(struct derivation *d, struct function *f) {
     expression *out = add_field(d, f, "start", "(2 n) q and qd at the start of a motion", 2 * d->n, 0);
     for (int i = 0; i < d->n; i++) {
@@ -372,6 +379,10 @@ static bool has_work(const struct derivation *d) {
     return d->model->force_count + d->model->load_count > 0;
 }
 
+static bool has_courses(const struct derivation *d) {
+    return d->model->course_count > 0;
+}
+
 static bool has_anchors(const struct derivation *d) {
     return d->plan->anchored_count > 0;
 }
@@ -406,6 +417,7 @@ static const struct quantity quantities[] = {
     {"qdd", "accelerations with stabilised constraints, O(n m)", has_rows, "constraints", build_qdd},
     {"force", "programme force r = M qdd - h - Q", has_rows, "constraints", build_force},
     {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations},
+    {"course", "values that the model records with a motion", has_courses, "courses", build_course},
     {"anchor", "parameters whose default is a value at the start of a motion", has_anchors,
      "anchored parameters", build_anchor},
     {"start", "coordinates and rates at the start of a motion", always, "", build_start},
@@ -456,16 +468,11 @@ static void say_left_out(struct plan *plan, const struct quantity *quantity, con
 static void list_anchored(struct derivation *d) {
     struct plan *plan = d->plan;
     bool *read = memory_get(d->memory, ((size_t)d->model->parameter_count + 1) * sizeof *read);
-    bool *needed = memory_get(d->memory, d->g->count * sizeof *needed);
-    for (int f = 0; f < plan->function_count; f++)
-        for (int i = 0; i < plan->functions[f].out_count; i++)
-            needed[plan->functions[f].out[i]] = true;
-    for (expression e = d->g->count; e-- > 0;) {
-        const struct symbol *s = as_symbol(d->g, e);
-        if (needed[e] && s && s->kind == SYMBOL_PARAMETER)
+    const bool *needed = nodes_of_functions(plan);
+    for (expression e = 0; e < d->g->count; e++) {
+        const struct symbol *s = needed[e] ? as_symbol(d->g, e) : NULL;
+        if (s && s->kind == SYMBOL_PARAMETER)
             read[s->index] = true;
-        for (int k = 0; needed[e] && k < operation_arity(d->g->nodes[e].operation); k++)
-            needed[d->g->nodes[e].operand[k]] = true;
     }
     plan->anchored = memory_get(d->memory, ((size_t)d->model->parameter_count + 1) * sizeof *plan->anchored);
     for (int i = 0; i < d->model->parameter_count; i++)

@@ -487,6 +487,31 @@ static void read_force(const struct reader *reader, const struct tree *tree,
         model->forces[model->force_count++] = force;
 }
 
+static void read_course(const struct reader *reader, const struct named_value *named) {
+    const struct checker *check = &reader->check;
+    struct model *model = reader->model;
+    struct course *course = &model->courses[model->course_count];
+    *course = (struct course){.name = named->name, .place = named->value.place};
+    if (value_expression(check->graph, &named->value, &course->value))
+        model->course_count++;
+    else
+        complain(check->messages, course->place, "%s: %s, a number or an expression is needed",
+                 path_name(check, "courses", named->name), kind_text(named->value.kind));
+}
+
+static void read_courses(const struct reader *reader, const struct value *table) {
+    if (table->kind != VALUE_TABLE || table->item_count > 0) {
+        complain(reader->check.messages, table->place,
+                 "courses: the function gives %s, a table of values by name is needed",
+                 table->item_count > 0 ? "a list" : kind_text(table->kind));
+        return;
+    }
+    reader->model->courses =
+        memory_get(reader->check.memory, (size_t)table->field_count * sizeof *reader->model->courses);
+    for (int i = 0; i < table->field_count; i++)
+        read_course(reader, &table->fields[i]);
+}
+
 static void read_forces(const struct reader *reader, const struct tree *tree, const struct value *table) {
     if (table->kind == VALUE_NOTHING)
         return;
@@ -572,6 +597,7 @@ void read_programme(struct script *script, const struct tree *tree, struct model
     const struct value *root = script_result(script);
     const struct value *forces = get_field(root, FIELD_MODEL_forces);
     const struct value *constraints = get_field(root, FIELD_MODEL_constraints);
+    const struct value *courses = get_field(root, FIELD_MODEL_courses);
     const char **points = memory_get(reader.check.memory, ((size_t)model->point_count + 1) * sizeof *points);
     struct value result;
     for (int i = 0; i < model->point_count; i++)
@@ -580,6 +606,8 @@ void read_programme(struct script *script, const struct tree *tree, struct model
                      model->point_count);
     if (forces && script_call(script, forces, &result))
         read_forces(&reader, tree, &result);
+    if (courses && script_call(script, courses, &result))
+        read_courses(&reader, &result);
     if (constraints && script_call(script, constraints, &result))
         read_rows(&reader, &result);
     copy_declarations(&reader);

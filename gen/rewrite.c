@@ -18,10 +18,18 @@ expression operation_partial(struct graph *g, expression r, int which) {
         return which == 0 ? da : which == 1 ? db : dc;
 #include "ops.def"
 #undef OP
+    case OP_SPLINE:
+        return spline_slope(g, r);
     default:
         return 0;
     }
     (void)b;
+}
+
+void mark_operands(const struct graph *g, bool *needed, uint32_t limit) {
+    for (expression e = limit; e-- > 0;)
+        for (int k = 0; needed[e] && k < operation_arity(g->nodes[e].operation); k++)
+            needed[g->nodes[e].operand[k]] = true;
 }
 
 /* marks[e] for all that the `count` roots need; the array has `limit` entries, limit the largest root + 1. */
@@ -33,10 +41,7 @@ static bool *mark_needed(struct graph *g, const expression *roots, int count, ui
     bool *marks = memory_get(g->memory, (*limit + 1) * sizeof *marks);
     for (int i = 0; i < count; i++)
         marks[roots[i]] = true;
-    for (uint32_t e = *limit; e-- > 0;)
-        if (marks[e])
-            for (int k = 0; k < operation_arity(g->nodes[e].operation); k++)
-                marks[g->nodes[e].operand[k]] = true;
+    mark_operands(g, marks, *limit);
     return marks;
 }
 
@@ -49,13 +54,15 @@ void substitute(struct graph *g, leaf_rule *leaf, void *context, const expressio
         if (!needed[e])
             continue;
         const struct node node = g->nodes[e];
+        expression operands[3] = {0, 0, 0};
+        for (int k = 0; k < operation_arity(node.operation); k++)
+            operands[k] = image[node.operand[k]];
         if (node.operation == OP_NUMBER)
             image[e] = e;
         else if (node.operation == OP_SYMBOL)
             image[e] = leaf(context, g, e);
         else
-            image[e] = apply(g, node.operation, image[node.operand[0]], image[node.operand[1]],
-                             image[node.operand[2]]);
+            image[e] = rebuild(g, e, operands);
     }
     for (int i = 0; i < count; i++)
         to[i] = image[from[i]];
@@ -114,12 +121,8 @@ double evaluate(struct graph *g, expression e, double (*value_of)(void *context,
     for (expression i = 0; i < limit; i++) {
         if (!needed[i])
             continue;
-        const struct node *node = &g->nodes[i];
-        if (node->operation == OP_SYMBOL)
-            value[i] = value_of(context, as_symbol(g, i));
-        else if (!is_number(g, i, &value[i]))
-            value[i] = operation_value(node->operation, value[node->operand[0]], value[node->operand[1]],
-                                       value[node->operand[2]]);
+        const struct symbol *leaf = as_symbol(g, i);
+        value[i] = leaf ? value_of(context, leaf) : node_value(g, i, value);
     }
     return value[e];
 }

@@ -7640,6 +7640,15 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
             out->M[j * 13 + i] = out->M[i * 13 + j];
 }
 
+void manipulator_flexible_course(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double course[2]) {
+    (void)x;
+    (void)q;
+    const double t1 = sin(t * 3.141592653589793 / p->T);
+    course[0] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1];
+    course[1] = p->v0 * (t1 * t1);
+}
+
 void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double anchored[1]) {
     (void)x;
@@ -7786,6 +7795,8 @@ static const struct refdyn_name manipulator_flexible_parameter_names[] = {
     {"xc", "m", 0.0},
 };
 
+static const char *const manipulator_flexible_courses[] = {"torque", "vertical_velocity"};
+
 static const int manipulator_flexible_parent[] = {-1, 0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
 
 static const int manipulator_flexible_dependent[] = {2, 12};
@@ -7919,6 +7930,12 @@ static void manipulator_flexible_equations_doubles(const double *p, const double
         (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, (struct manipulator_flexible_equations_result *)(void *)out);
 }
 
+static void manipulator_flexible_course_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_flexible_course((const struct manipulator_flexible_parameters *)(const void *)p,
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+}
+
 static void manipulator_flexible_anchor_doubles(const double *p, const double *x, double t, const double *q,
         const double *qd, double *out) {
     manipulator_flexible_anchor((const struct manipulator_flexible_parameters *)(const void *)p,
@@ -7940,17 +7957,19 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "8638801938d0292b",
+    SET(hash) "7d45b5c2b99a897e",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,
     SET(derived_count) 37,
     SET(input_count) 0,
     SET(point_count) 1,
+    SET(course_count) 2,
     SET(coordinates) manipulator_flexible_coordinate_names,
     SET(parameters) manipulator_flexible_parameter_names,
     SET(inputs) 0,
     SET(points) manipulator_flexible_points,
+    SET(courses) manipulator_flexible_courses,
     SET(rows) manipulator_flexible_rows,
     SET(parent) manipulator_flexible_parent,
     SET(dependent) manipulator_flexible_dependent,
@@ -7980,4 +7999,5 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(qdd) manipulator_flexible_qdd_doubles,
     SET(force) manipulator_flexible_force_doubles,
     SET(equations) manipulator_flexible_equations_doubles,
+    SET(course) manipulator_flexible_course_doubles,
 };

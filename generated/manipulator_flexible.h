@@ -40,6 +40,7 @@
  *   qdd          1353   1985   18   27
  *   force        1338   1982   18   27
  *   equations     759   1199    4   27
+ *   course          2      7    2    4
  *   anchor         19     34    0   20
  *   start           0      0    0    0
  */
@@ -209,6 +210,10 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
 /* M, h + Q and the rows in one call, work shared */
 void manipulator_flexible_equations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], struct manipulator_flexible_equations_result *out);
+
+/* values that the model records with a motion: values that the model records, by NAME_model.courses */
+void manipulator_flexible_course(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double course[2]);
 
 /* parameters whose default is a value at the start of a motion: values at the start of a motion, by NAME_model.anchored */
 void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,

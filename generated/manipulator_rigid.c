@@ -1074,6 +1074,15 @@ void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, c
             out->M[j * 4 + i] = out->M[i * 4 + j];
 }
 
+void manipulator_rigid_course(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], double course[2]) {
+    (void)x;
+    (void)q;
+    const double t1 = sin(t * 3.141592653589793 / p->T);
+    course[0] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1];
+    course[1] = p->v0 * (t1 * t1);
+}
+
 void manipulator_rigid_anchor(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double anchored[1]) {
     (void)x;
@@ -1157,6 +1166,8 @@ static const struct refdyn_name manipulator_rigid_parameter_names[] = {
     {"T", "s", 10.0},
     {"xc", "m", 0.0},
 };
+
+static const char *const manipulator_rigid_courses[] = {"torque", "vertical_velocity"};
 
 static const int manipulator_rigid_parent[] = {-1, 0, 1, 2};
 
@@ -1291,6 +1302,12 @@ static void manipulator_rigid_equations_doubles(const double *p, const double *x
         (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, (struct manipulator_rigid_equations_result *)(void *)out);
 }
 
+static void manipulator_rigid_course_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_rigid_course((const struct manipulator_rigid_parameters *)(const void *)p,
+        (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, out);
+}
+
 static void manipulator_rigid_anchor_doubles(const double *p, const double *x, double t, const double *q,
         const double *qd, double *out) {
     manipulator_rigid_anchor((const struct manipulator_rigid_parameters *)(const void *)p,
@@ -1312,17 +1329,19 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "d90ce030bf4151b2",
+    SET(hash) "0fd2b967cefe02ef",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,
     SET(derived_count) 18,
     SET(input_count) 0,
     SET(point_count) 1,
+    SET(course_count) 2,
     SET(coordinates) manipulator_rigid_coordinate_names,
     SET(parameters) manipulator_rigid_parameter_names,
     SET(inputs) 0,
     SET(points) manipulator_rigid_points,
+    SET(courses) manipulator_rigid_courses,
     SET(rows) manipulator_rigid_rows,
     SET(parent) manipulator_rigid_parent,
     SET(dependent) manipulator_rigid_dependent,
@@ -1352,4 +1371,5 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(qdd) manipulator_rigid_qdd_doubles,
     SET(force) manipulator_rigid_force_doubles,
     SET(equations) manipulator_rigid_equations_doubles,
+    SET(course) manipulator_rigid_course_doubles,
 };

@@ -31,6 +31,7 @@
  *   qdd           111    170   10    9
  *   force         106    168   10    9
  *   equations      75    116    4    9
+ *   course          2      7    2    4
  *   anchor          2      2    0    2
  *   start           0      0    0    0
  */
@@ -178,6 +179,10 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
 /* M, h + Q and the rows in one call, work shared */
 void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], struct manipulator_rigid_equations_result *out);
+
+/* values that the model records with a motion: values that the model records, by NAME_model.courses */
+void manipulator_rigid_course(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], double course[2]);
 
 /* parameters whose default is a value at the start of a motion: values at the start of a motion, by NAME_model.anchored */
 void manipulator_rigid_anchor(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,

@@ -35,6 +35,9 @@ return rd.model {
   },
   points      = { E = "effector" },
   forces      = function(s) return { column_psi = tau or torque(s.t, s.qd.column_psi) } end,
+  courses     = function(s)
+    return { torque = tau or torque(s.t, s.qd.column_psi), vertical_velocity = program ~= "none" and rise(s.t) or nil }
+  end,
   constraints = function(s)
     local E  = s.points.E
     local xc = rd.parameter("xc", s.start.points.E.x - p.a, "m")        -- the start lies on the ellipse

@@ -42,10 +42,12 @@ struct refdyn_model {
     int derived_count;   /* values behind them in p */
     int input_count;
     int point_count;
+    int course_count;    /* values that the author wants recorded */
     const struct refdyn_name *coordinates; /* n */
     const struct refdyn_name *parameters;  /* parameter_count */
     const struct refdyn_name *inputs;      /* input_count */
     const char *const *points;             /* point_count names */
+    const char *const *courses;            /* course_count names */
     const struct refdyn_row *rows;         /* m */
     const int *parent;                     /* n: the coordinate before this one on the way to the ground, -1: none. M[i][j] is zero unless one of i, j leads to the other */
     const int *dependent;                  /* m coordinates declared dependent, or NULL: choose */
@@ -77,6 +79,7 @@ struct refdyn_model {
     refdyn_function *qdd;      /* (n) accelerations with constraints and stabilisation, O(n m) */
     refdyn_function *force;    /* (n) programme force r = M qdd - h - Q at that qdd */
     refdyn_function *equations; /* struct NAME_equations_result as doubles: M (n x n), f = h + Q (n), u (m x n), v (m), phi (m), psi (m), k (m) */
+    refdyn_function *course;    /* (course_count) values to record with a motion, in the units of the model */
 };
 
 #endif

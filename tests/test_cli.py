@@ -104,9 +104,18 @@ def test_statics_hold():
     more = statics("--hold", "effector_z,arm_psi,column_psi,base_z")
     assert more["q"][0] == 0 and len(more["hold_force"]) == 4
     assert abs(more["hold_force"][0] - 9.81 * (18.54331045 + 10 + 2 + 7801 * 3.141592653589793 * 0.01413200743**2 / 4 * 2)) < 1e-9
-    free = statics("--hold", "")
-    assert free["hold_force"] == [] and free["residual"] < 1e-8
     assert "'arm_ps'" in statics("--hold", "arm_ps", status=2).stderr
+
+
+def test_statics_all_free(tmp_path):
+    """--hold '' frees what the model holds: two weights on springs, one of them held by the model."""
+    model = tmp_path / "weights.lua"
+    model.write_text('local rd = require "refdyn"\nreturn rd.model { name = "weights", gravity = { 0, 0, -10 }, hold = { "b_z" },\n'
+                     '  links = { { "a", joint = { "z" }, mass = 1, spring = { z = 100 } },\n'
+                     '            { "b", joint = { "z" }, mass = 2, spring = { z = 100 } } } }\n')
+    held, free = (json.loads(refdyn("statics", model, *hold).stdout) for hold in ((), ("--hold", "")))
+    assert abs(held["q"][0] + 0.1) < 1e-12 and held["q"][1] == 0 and abs(held["hold_force"][0] - 20) < 1e-12
+    assert abs(free["q"][0] + 0.1) < 1e-12 and abs(free["q"][1] + 0.2) < 1e-12 and free["hold_force"] == []
 
 
 def test_statics_without_equilibrium(tmp_path):

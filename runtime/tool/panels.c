@@ -6,7 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TEXTS_MAX = 256, FORCE_KEYS = 4 /* a run's largest forces have names */ };
+enum {
+    TEXTS_MAX = 256,
+    FORCE_KEYS = 4, /* a run's largest forces have names */
+    MOST_INPUTS = 6 /* panels of inputs and courses */
+};
 
 static const double plain_width = 1.6, thin_width = 0.8;
 
@@ -170,16 +174,30 @@ static void add_columns(struct panel *panel, const struct run *run, int r, int f
             add_named(panel, r, i, run->columns[i] + prefix);
 }
 
-static void add_courses(struct panels *panels) {
+static void add_forces(struct panels *panels) {
     struct panel *panel = add_panel(panels, "Programme forces, the largest", "force [N], torque [N m]");
     for (int r = 0; r < panels->run_count; r++)
         add_columns(panel, &panels->runs[r], r, panels->runs[r].forces, panels->runs[r].force_count,
                     strlen("force_"));
     end_panel(panels);
-    panel = add_panel(panels, "Inputs", "input");
-    for (int r = 0; r < panels->run_count; r++)
-        add_columns(panel, &panels->runs[r], r, panels->runs[r].inputs, panels->runs[r].input_count, 0);
-    end_panel(panels);
+}
+
+/* One panel for each input or course of the first run that has any: their units differ. */
+static void add_inputs(struct panels *panels) {
+    const struct run *first = panels->runs;
+    for (int r = 0; r < panels->run_count && first->input_count == 0; r++)
+        first = &panels->runs[r];
+    for (int i = 0; i < first->input_count && i < MOST_INPUTS; i++) {
+        const char *name = first->columns[first->inputs + i];
+        struct panel *panel =
+            add_panel(panels, keep_text(panels, text_format("Input or course: %s", name)), name);
+        for (int r = 0; r < panels->run_count; r++) {
+            const int column = run_column(&panels->runs[r], name);
+            if (column >= 0)
+                add_curve(panel, (struct curve){.run = r, .y = column, .colour = -1, .width = plain_width});
+        }
+        end_panel(panels);
+    }
 }
 
 static void add_residuals(struct panels *panels, const char *prefix, const char *title, const char *y_label) {
@@ -212,7 +230,8 @@ void panels_make(struct panels *panels, const struct run *runs, int run_count) {
     add_coordinates(panels, ELEMENT_PHI, "Torsion of the elements, phi", "angle [rad]");
     add_coordinates(panels, OTHERS, "Further coordinates", "[m], [rad]");
     add_paths(panels);
-    add_courses(panels);
+    add_forces(panels);
+    add_inputs(panels);
     add_residuals(panels, "phi_", "Residuals of position constraints", "|phi|");
     add_residuals(panels, "psi_", "Residuals at velocity level", "|psi|");
     add_energy(panels);

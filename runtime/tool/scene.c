@@ -126,7 +126,7 @@ static char *emit_list(const struct model *model, unsigned needs) {
     return text_format(
         "%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
         needs & NEEDS_STATE && rows ? ",u,v,phi,psi,k" : "", needs & NEEDS_STATICS ? ",Q,Q_q" : "",
-        needs & (NEEDS_STATE | NEEDS_MOTION) ? ",energy,power" : "",
+        needs & (NEEDS_STATE | NEEDS_MOTION) ? ",energy,power,course" : "",
         needs & NEEDS_POINTS && points ? ",r" : "", needs & NEEDS_POINT_RATES && points ? ",rd,C,d" : "");
 }
 

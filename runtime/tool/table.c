@@ -30,6 +30,8 @@ static void put_header(const struct table *table) {
         fprintf(out, ",force_%s", model->coordinates[i].name);
     for (int i = 0; i < model->input_count; i++)
         fprintf(out, ",%s", model->inputs[i].name);
+    for (int i = 0; i < model->course_count; i++)
+        fprintf(out, ",%s", model->courses[i]);
     fputc('\n', out);
 }
 
@@ -37,7 +39,7 @@ void table_start(struct table *table, FILE *out, const struct refdyn_drive *driv
     const struct refdyn_model *model = drive->work->model;
     size_t n = (size_t)model->n, columns = 3 * (size_t)model->point_count;
     *table = (struct table){.out = out, .drive = drive};
-    table->room = allocate(n + columns * (n + 3), sizeof *table->room);
+    table->room = allocate(n + columns * (n + 3) + (size_t)model->course_count, sizeof *table->room);
     put_header(table);
 }
 
@@ -89,6 +91,16 @@ static void put_residuals(const struct table *table) {
             put_value(table, work->psi[i]);
 }
 
+static void put_courses(const struct table *table) {
+    const struct refdyn_drive *drive = table->drive;
+    const struct refdyn_workspace *work = drive->work;
+    const struct refdyn_model *model = work->model;
+    if (!model->course_count)
+        return;
+    model->course(work->p, work->x, drive->t, drive->q, drive->qd, table->room);
+    put_values(table, table->room, model->course_count);
+}
+
 void table_row(struct table *table) {
     const struct refdyn_drive *drive = table->drive;
     int n = drive->work->n;
@@ -103,6 +115,7 @@ void table_row(struct table *table) {
     refdyn_programme_force(drive->work, drive->qdd, table->room, NULL);
     put_values(table, table->room, n);
     put_values(table, drive->work->x, drive->work->model->input_count);
+    put_courses(table);
     fputc('\n', table->out);
 }
 

@@ -208,15 +208,56 @@ static int check_accelerations(struct refdyn_workspace *work, double t, const do
     return failed + exceeds("qdd of the runtime", largest(solved, n) / largest(qdd, n), 1e-8);
 }
 
-static int compare_with_runtime(const struct refdyn_model *model, unsigned *seed) {
+/* Q_q is dQ/dq at qd = 0, and power is qd . (Q + dV/dq): by differences of order four. room (4 n). In the
+ * printed form Q has terms that do no work of any force: its power is not looked at. */
+static int check_derivatives(struct refdyn_workspace *work, bool is_printed, double t, double *state,
+                             double *room) {
+    const struct refdyn_model *model = work->model;
+    const int n = work->n;
+    const double step = 1e-3, weights[] = {1, -8, 8, -1};
+    double *Q = room, *slope = room + n, *still = room + 2 * n, *force = room + 3 * n, energy[2], power = 0;
+    double *tangent = calloc((size_t)(n * n), sizeof *tangent), worst = 0, rate = 0, size = 0;
+    model->Q_q(work->p, work->x, t, state, still, tangent);
+    model->Q(work->p, work->x, t, state, state + n, force);
+    for (int j = 0; j < n; j++) {
+        const double q = state[j];
+        double potential = 0;
+        for (int i = 0; i < n; i++)
+            slope[i] = 0;
+        for (int k = 0; k < 4; k++) {
+            state[j] = q + step * (k < 2 ? k - 2 : k - 1);
+            model->Q(work->p, work->x, t, state, still, Q);
+            model->energy(work->p, work->x, t, state, still, energy);
+            for (int i = 0; i < n; i++)
+                slope[i] += weights[k] * Q[i] / (12 * step);
+            potential += weights[k] * energy[1] / (12 * step);
+        }
+        state[j] = q;
+        for (int i = 0; i < n; i++)
+            worst = fmax(worst, fabs(slope[i] - tangent[i * n + j]));
+        rate += state[n + j] * (force[j] + potential);
+        size = fmax(size, fabs(state[n + j] * force[j]));
+    }
+    if (is_printed)
+        rate = 0;
+    else if (model->power)
+        model->power(work->p, work->x, t, state, state + n, &power);
+    int failed = exceeds("Q_q", worst / fmax(largest(tangent, n * n), 1e-300), 1e-8);
+    failed += exceeds("power", fabs(rate - power) / fmax(size, 1e-300), 1e-8);
+    free(tangent);
+    return failed;
+}
+
+static int compare_with_runtime(const struct refdyn_model *model, bool is_printed, unsigned *seed) {
     const size_t size = refdyn_workspace_size(model);
     void *memory = malloc(size);
-    double *state = calloc(6 * (size_t)model->n, sizeof *state);
+    double *state = calloc(10 * (size_t)model->n, sizeof *state);
     struct refdyn_workspace work;
     int failed = refdyn_workspace_init(&work, model, memory, size) != REFDYN_OK;
     if (!failed) {
         set_values(model, seed, work.p, work.x, state);
         failed = check_accelerations(&work, 0.75, state, state + 2 * model->n);
+        failed += check_derivatives(&work, is_printed, 0.75, state, state + 6 * model->n);
     }
     free(state);
     free(memory);
@@ -232,7 +273,8 @@ static int judge(struct generation *generation, unsigned *seed) {
     if (model) {
         failed = 0;
         for (int state = 0; state < STATES; state++)
-            failed += compare(generation, model, seed, &compared) + compare_with_runtime(model, seed);
+            failed += compare(generation, model, seed, &compared) +
+                      compare_with_runtime(model, generation->model.printed_form, seed);
         printf("  %d results compared\n", compared);
         failed += compared < STATES * 6; /* M h Q energy qdd_free equations at the least */
     } else {
