@@ -19,8 +19,8 @@ static const double step_default = 1e-3; /* [s], the step of the chapter's rigid
 static const double tol_default = 1e-6;  /* [rad]: a micrometre at 1 m */
 static const double length_default = 1;  /* [m] */
 static const double safety = 0.9;        /* aims below the tolerance, so that few steps are refused */
-static const double growth_most =
-    5; /* an estimate that is near 0 by chance says nothing about the next step */
+/* an estimate that is near 0 by chance says nothing about the next step */
+static const double growth_most = 5;
 static const double growth_least = 0.2;
 static const double shrink_failed = 0.25;   /* no estimate, so a guess */
 static const double error_share = 0.7;      /* exponents times the order: of this error, */
