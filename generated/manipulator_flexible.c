@@ -7649,6 +7649,17 @@ void manipulator_flexible_course(const struct manipulator_flexible_parameters *p
     course[1] = p->v0 * (t1 * t1);
 }
 
+void manipulator_flexible_breaks(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double breaks[2]) {
+    (void)p;
+    (void)x;
+    (void)t;
+    (void)q;
+    (void)qd;
+    breaks[0] = 0.0;
+    breaks[1] = 2.0;
+}
+
 void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double anchored[1]) {
     (void)x;
@@ -7936,6 +7947,12 @@ static void manipulator_flexible_course_doubles(const double *p, const double *x
         (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
+static void manipulator_flexible_breaks_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_flexible_breaks((const struct manipulator_flexible_parameters *)(const void *)p,
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+}
+
 static void manipulator_flexible_anchor_doubles(const double *p, const double *x, double t, const double *q,
         const double *qd, double *out) {
     manipulator_flexible_anchor((const struct manipulator_flexible_parameters *)(const void *)p,
@@ -7957,7 +7974,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "7d45b5c2b99a897e",
+    SET(hash) "c9aff5df2d248007",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,
@@ -7965,6 +7982,7 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(input_count) 0,
     SET(point_count) 1,
     SET(course_count) 2,
+    SET(break_count) 2,
     SET(coordinates) manipulator_flexible_coordinate_names,
     SET(parameters) manipulator_flexible_parameter_names,
     SET(inputs) 0,
@@ -8000,4 +8018,5 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(force) manipulator_flexible_force_doubles,
     SET(equations) manipulator_flexible_equations_doubles,
     SET(course) manipulator_flexible_course_doubles,
+    SET(breaks) manipulator_flexible_breaks_doubles,
 };

@@ -41,6 +41,7 @@
  *   force        1338   1982   18   27
  *   equations     759   1199    4   27
  *   course          2      7    2    4
+ *   breaks          0      0    0    0
  *   anchor         19     34    0   20
  *   start           0      0    0    0
  */
@@ -214,6 +215,10 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
 /* values that the model records with a motion: values that the model records, by NAME_model.courses */
 void manipulator_flexible_course(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double course[2]);
+
+/* times at which formulas of time alone have kinks: times at which formulas of time alone have kinks, in no order [s] */
+void manipulator_flexible_breaks(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double breaks[2]);
 
 /* parameters whose default is a value at the start of a motion: values at the start of a motion, by NAME_model.anchored */
 void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,

@@ -263,9 +263,14 @@ struct refdyn_drive {
     double *stage;     /* (2 n + 1) the same at a stage */
     double *slopes; /* (stages x (2 n + 1)) qd, qdd, power at each stage; the first are those of the state */
     double *error;  /* (2 n) estimate for q, qd */
-    double step_next;                   /* adaptive: proposed step, 0: to be found [s] */
-    double error_last;                  /* adaptive: error norm of the last accepted step */
-    double from, to;                    /* fixed step: output interval in progress [s] */
+    double
+        *breaks; /* (break_count) kinks of formulas of time, ascending; every step ends at the next one [s] */
+    int break_next;    /* first of them that lies ahead */
+    double t_limit;    /* stages are evaluated before this: the left side of a break; INFINITY: no break ahead
+                          [s] */
+    double step_next;  /* adaptive: proposed step, 0: to be found [s] */
+    double error_last; /* adaptive: error norm of the last accepted step */
+    double from, to;   /* fixed step: output interval in progress [s] */
     long interval_steps, interval_done; /* fixed step: steps of that interval */
     long evaluations_before;            /* of the workspace, at the start */
 };
