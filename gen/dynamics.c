@@ -74,9 +74,22 @@ static struct wrench falling_wrench(const struct kinematics *k, int i) {
     return inertia_wrench(k, i, k->frames[i].bias_falling);
 }
 
+struct wrench *derive_loads(const struct kinematics *k) {
+    struct wrench *loads = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *loads);
+    for (int i = 0; i < k->tree->count; i++) {
+        remark(k->g, memory_format(k->memory, "%s: inertia and gravity of the body at qdd = 0",
+                                   k->tree->frames[i].name));
+        loads[i] = falling_wrench(k, i);
+        name_vector(k, i, "load_moment", loads[i].moment);
+        name_vector(k, i, "load_force", loads[i].force);
+    }
+    return loads;
+}
+
 expression *derive_bias_forces(const struct kinematics *k, bool falling) {
     if (falling)
-        return sum_inward(k, falling_wrench, "load_moment", "load_force", "bias and gravity forces c + g");
+        return sum_inward(k, falling_wrench, "carried_moment", "carried_force",
+                          "bias and gravity forces c + g");
     return sum_inward(k, bias_wrench, "bias_moment", "bias_force", "bias forces c");
 }
 

@@ -110,8 +110,14 @@ static const struct elimination *elimination(struct derivation *d) {
 }
 
 static const expression *free_accelerations(struct derivation *d) {
-    if (!d->qdd_free)
-        d->qdd_free = solve_eliminated(&d->kinematics, elimination(d), all_forces(d));
+    const struct kinematics *k = &d->kinematics;
+    if (!d->qdd_free && d->model->printed_form) {
+        d->qdd_free = solve_eliminated(k, elimination(d), all_forces(d), NULL);
+    } else if (!d->qdd_free) {
+        expression *applied_forces = new_values(d, d->n);
+        add_applied(d, applied_forces);
+        d->qdd_free = solve_eliminated(k, elimination(d), applied_forces, derive_loads(k));
+    }
     return d->qdd_free;
 }
 
@@ -154,7 +160,7 @@ static void constrained_accelerations(struct derivation *d) {
     expression **response = memory_get(d->memory, ((size_t)m + 1) * sizeof *response);
     expression *S = new_values(d, m * m), *lambda = new_values(d, m);
     for (int i = 0; i < m; i++)
-        response[i] = solve_eliminated(&d->kinematics, elimination(d), row[i].u);
+        response[i] = solve_eliminated(&d->kinematics, elimination(d), row[i].u, NULL);
     remark(d->g, "rows: (u M^-1 u^T) lambda = k - u qdd_free");
     for (int i = 0; i < m; i++) {
         lambda[i] = sub(d->g, row[i].k, dot(d, row[i].u, free));
