@@ -14,12 +14,12 @@ static struct tensor tensor_of(const expression at[6]) {
     return t;
 }
 
-static struct wrench wrench_add(struct graph *g, struct wrench a, struct wrench b) {
+struct wrench wrench_add(struct graph *g, struct wrench a, struct wrench b) {
     return (struct wrench){vector_add(g, a.moment, b.moment), vector_add(g, a.force, b.force)};
 }
 
 /* About the parent's origin: force f, moment m + r x f. */
-static struct wrench wrench_to_parent(const struct kinematics *k, int i, struct wrench w) {
+struct wrench wrench_to_parent(const struct kinematics *k, int i, struct wrench w) {
     const struct vector force = to_parent(k, i, w.force);
     const struct vector moment = to_parent(k, i, w.moment);
     return (struct wrench){vector_add(k->g, moment, vector_cross(k->g, k->frames[i].shift, force)), force};

@@ -13,6 +13,10 @@ struct wrench {
     struct vector moment, force; /* [N m], [N] */
 };
 
+struct wrench wrench_add(struct graph *g, struct wrench a, struct wrench b);
+/* About the origin of frame i's parent, in its axes. */
+struct wrench wrench_to_parent(const struct kinematics *k, int i, struct wrench w);
+
 /* Composite pseudo-inertia of all beyond each joint, in the joint's frame; entry [n] is the ground's. */
 struct inertia *derive_composites(const struct kinematics *k);
 

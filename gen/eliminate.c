@@ -4,7 +4,10 @@
  * elimination serves any f).
  *
  * Takes kinematics, gives x for right sides f; declared in dynamics.h. For each frame the articulated inertia
- * maps (angular, linear) acceleration to (moment, force): [J H; H^T M], J and M symmetric.
+ * maps (angular, linear) acceleration to (moment, force): [J H; H^T M], J and M symmetric. Three turns at one
+ * point, as of a spring-damping element, are eliminated together, as a ball joint: the moment m in it follows
+ * from the forces on its coordinates alone, wd = J^-1 (m - p_n - H a), and only M - H^T J^-1 H is passed on.
+ * What vanishes then is an exact zero, not a difference.
  */
 #include "dynamics.h"
 #include "memory.h"
@@ -23,8 +26,26 @@ struct pivot {
     expression D_inverse;
 };
 
+/* What stays of a ball joint, in the axes of its last frame: J = L D L^T, J^-1 H, and how its coordinates
+ * turn. */
+struct ball {
+    expression D_inverse[3], L[3]; /* L: yx zx zy */
+    struct matrix H, J_inverse_H;
+    expression tilt,
+        cos_inverse; /* the first axis in the middle frame: cos along itself, tilt along the last axis */
+};
+
+/* One step of the elimination: the joint of frame `first`, or a ball joint of the three frames up to `last`.
+ */
+struct stage {
+    int first, last;
+    struct pivot pivot;
+    struct ball ball;
+};
+
 struct elimination {
-    struct pivot *pivots;
+    struct stage *stages; /* from the ground outward */
+    int count;
 };
 
 /* A rigid body: J, H = [mc]x, M = m 1. */
@@ -156,26 +177,179 @@ static struct articulated articulated_add(struct graph *g, struct articulated a,
     return a;
 }
 
+/* ---- Ball joints ---- */
+
+static bool is_massless(const struct inertia *inertia) {
+    bool empty = !inertia->mass;
+    for (int i = 0; i < 6; i++)
+        empty = empty && !inertia->tensor[i] && !inertia->moment[i / 2];
+    return empty;
+}
+
+static bool is_identity(const struct placement *placement) {
+    const struct placement identity = placement_identity();
+    return !memcmp(placement, &identity, sizeof identity);
+}
+
+static int count_children(const struct tree *tree, int i) {
+    int children = 0;
+    for (int k = i + 1; k < tree->count; k++)
+        children += tree->frames[k].parent == i;
+    return children;
+}
+
+/* A turn that carries nothing but the turn of frame `next`, at the same point and about another axis. */
+static bool leads_to(const struct tree *tree, int i, int next) {
+    const struct frame *frame = &tree->frames[i], *child = &tree->frames[next];
+    return child->parent == i && frame->joint.is_turn && child->joint.is_turn &&
+           frame->joint.axis != child->joint.axis && is_massless(&frame->inertia) &&
+           is_identity(&child->placement) && count_children(tree, i) == 1;
+}
+
+static bool is_ball(const struct tree *tree, int first) {
+    return first + 2 < tree->count && leads_to(tree, first, first + 1) &&
+           leads_to(tree, first + 1, first + 2) &&
+           tree->frames[first].joint.axis != tree->frames[first + 2].joint.axis;
+}
+
+/* z = J^-1 v */
+static struct vector solve_ball(struct graph *g, const struct ball *ball, struct vector v) {
+    const expression *L = ball->L;
+    v.at[1] = sub(g, v.at[1], mul(g, L[0], v.at[0]));
+    v.at[2] = sub(g, sub(g, v.at[2], mul(g, L[1], v.at[0])), mul(g, L[2], v.at[1]));
+    for (int i = 0; i < 3; i++)
+        v.at[i] = mul(g, ball->D_inverse[i], v.at[i]);
+    v.at[1] = sub(g, v.at[1], mul(g, L[2], v.at[2]));
+    v.at[0] = sub(g, sub(g, v.at[0], mul(g, L[0], v.at[1])), mul(g, L[1], v.at[2]));
+    return v;
+}
+
+/* J = L D L^T */
+static void factor_ball(struct graph *g, const struct tensor *J, struct ball *ball) {
+    const expression xx = J->at[0], xy = J->at[3], xz = J->at[4];
+    expression yy = J->at[1], zz = J->at[2], yz = J->at[5];
+    ball->D_inverse[0] = quotient(g, one(g), xx);
+    ball->L[0] = mul(g, ball->D_inverse[0], xy);
+    ball->L[1] = mul(g, ball->D_inverse[0], xz);
+    yy = sub(g, yy, mul(g, ball->L[0], xy));
+    yz = sub(g, yz, mul(g, ball->L[0], xz));
+    ball->D_inverse[1] = quotient(g, one(g), yy);
+    ball->L[2] = mul(g, ball->D_inverse[1], yz);
+    zz = sub(g, sub(g, zz, mul(g, ball->L[1], xz)), mul(g, ball->L[2], yz));
+    ball->D_inverse[2] = quotient(g, one(g), zz);
+}
+
+/* The first axis seen from the middle frame. */
+static void tilt_ball(const struct kinematics *k, const struct stage *stage, struct ball *ball) {
+    const struct tree *tree = k->tree;
+    const int first = tree->frames[stage->first].joint.axis, last = tree->frames[stage->last].joint.axis;
+    const struct vector axis = to_child(k, stage->first + 1, unit_vector(k->g, first));
+    ball->tilt = axis.at[last];
+    ball->cos_inverse = quotient(k->g, one(k->g), axis.at[first]);
+    name_scalar(k, stage->first + 1, "cos_inverse", ball->cos_inverse);
+}
+
+/* M - H^T J^-1 H is all that a ball joint passes on. */
+static struct articulated eliminate_ball(const struct kinematics *k, struct stage *stage,
+                                         const struct articulated *beyond) {
+    struct graph *g = k->g;
+    struct ball *ball = &stage->ball;
+    struct articulated rest = {.M = beyond->M};
+    factor_ball(g, &beyond->J, ball);
+    tilt_ball(k, stage, ball);
+    ball->H = beyond->H;
+    for (int column = 0; column < 3; column++) {
+        const struct vector solved = solve_ball(g, ball, column_of(&beyond->H, column));
+        for (int row = 0; row < 3; row++)
+            ball->J_inverse_H.at[3 * row + column] = solved.at[row];
+    }
+    for (int i = 0; i < 3; i++)
+        for (int j = i; j < 3; j++) {
+            expression *entry = &rest.M.at[tensor_index(i, j)];
+            *entry =
+                sub(g, *entry, vector_dot(g, column_of(&beyond->H, i), column_of(&ball->J_inverse_H, j)));
+        }
+    return rest;
+}
+
+/* The moment in the joint from the forces on its three coordinates: each is the moment's part along its axis.
+ */
+static struct vector ball_moment(const struct kinematics *k, const struct stage *stage, const expression *f) {
+    struct graph *g = k->g;
+    const struct frame *frames = k->tree->frames;
+    const int first = stage->first, middle = first + 1, last = stage->last;
+    struct vector moment; /* in the middle frame */
+    moment.at[frames[last].joint.axis] = f[last];
+    moment.at[frames[middle].joint.axis] = f[middle];
+    const expression along = sub(g, f[first], mul(g, stage->ball.tilt, f[last]));
+    moment.at[frames[first].joint.axis] = mul(g, along, stage->ball.cos_inverse);
+    return to_child(k, last, moment);
+}
+
+/* The coordinates' accelerations from the angular accelerations on both sides. */
+static void ball_coordinates(const struct kinematics *k, const struct stage *stage, struct vector inside,
+                             struct vector outside, expression *x) {
+    struct graph *g = k->g;
+    const struct frame *frames = k->tree->frames;
+    const int first = stage->first, middle = first + 1, last = stage->last;
+    const struct vector carried = to_child(k, middle, to_child(k, first, inside));
+    const struct vector relative = vector_sub(g, to_parent(k, last, outside), carried);
+    x[first] = mul(g, relative.at[frames[first].joint.axis], stage->ball.cos_inverse);
+    x[middle] = relative.at[frames[middle].joint.axis];
+    x[last] = sub(g, relative.at[frames[last].joint.axis], mul(g, stage->ball.tilt, x[first]));
+}
+
+/* ---- The elimination, from the tips ---- */
+
+static struct articulated stage_to_parent(const struct kinematics *k, const struct stage *stage,
+                                          struct articulated a) {
+    for (int i = stage->last; i >= stage->first; i--)
+        a = articulated_to_parent(k, i, a);
+    return a;
+}
+
+static void list_stages(const struct kinematics *k, struct elimination *e) {
+    e->stages = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *e->stages);
+    for (int i = 0; i < k->tree->count; i++) {
+        struct stage *stage = &e->stages[e->count++];
+        stage->first = i;
+        stage->last = i += is_ball(k->tree, i) ? 2 : 0;
+    }
+}
+
+static struct articulated eliminate_stage(const struct kinematics *k, struct stage *stage,
+                                          struct articulated own) {
+    struct graph *g = k->g;
+    const struct frame *frame = &k->tree->frames[stage->last];
+    if (stage->last > stage->first)
+        return eliminate_ball(k, stage, &own);
+    stage->pivot = pivot_of(g, &frame->joint, &own);
+    name_scalar(k, stage->last, "D_inverse", stage->pivot.D_inverse);
+    name_vector(k, stage->last, "U_moment", stage->pivot.U.moment);
+    name_vector(k, stage->last, "U_force", stage->pivot.U.force);
+    eliminate_joint(g, &frame->joint, &stage->pivot, &own);
+    return own;
+}
+
 struct elimination *eliminate(const struct kinematics *k) {
-    const int n = k->tree->count;
     struct elimination *e = memory_get(k->memory, sizeof *e);
-    struct articulated *beyond = memory_get(k->memory, ((size_t)n + 1) * sizeof *beyond);
-    e->pivots = memory_get(k->memory, ((size_t)n + 1) * sizeof *e->pivots);
-    for (int i = n - 1; i >= 0; i--) {
-        const struct frame *frame = &k->tree->frames[i];
-        remark(k->g,
-               memory_format(k->memory, "%s: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward",
-                             frame->name));
-        struct articulated own = rigid(k->g, &frame->inertia);
-        own = articulated_add(k->g, own, &beyond[i]);
-        e->pivots[i] = pivot_of(k->g, &frame->joint, &own);
-        name_scalar(k, i, "D_inverse", e->pivots[i].D_inverse);
-        name_vector(k, i, "U_moment", e->pivots[i].U.moment);
-        name_vector(k, i, "U_force", e->pivots[i].U.force);
-        eliminate_joint(k->g, &frame->joint, &e->pivots[i], &own);
-        if (frame->parent >= 0) {
-            own = articulated_to_parent(k, i, own);
-            beyond[frame->parent] = articulated_add(k->g, beyond[frame->parent], &own);
+    struct articulated *beyond = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *beyond);
+    list_stages(k, e);
+    for (int s = e->count - 1; s >= 0; s--) {
+        struct stage *stage = &e->stages[s];
+        const struct frame *frame = &k->tree->frames[stage->last];
+        const int parent = k->tree->frames[stage->first].parent;
+        remark(k->g, memory_format(k->memory,
+                                   stage->last > stage->first
+                                       ? "%s and the two turns before: J = L D L^T, M - H^T J^-1 H, inward"
+                                       : "%s: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward",
+                                   frame->name));
+        const struct articulated rigid_part = rigid(k->g, &frame->inertia);
+        struct articulated own = articulated_add(k->g, rigid_part, &beyond[stage->last]);
+        own = eliminate_stage(k, stage, own);
+        if (parent >= 0) {
+            own = stage_to_parent(k, stage, own);
+            beyond[parent] = articulated_add(k->g, beyond[parent], &own);
         }
     }
     return e;
@@ -185,61 +359,120 @@ static expression wrench_dot(struct graph *g, struct wrench a, struct vector ang
     return add(g, vector_dot(g, a.moment, angular), vector_dot(g, a.force, linear));
 }
 
-/* Inward: what is left of f_i after all beyond, u_i = f_i - e.p, p += I e u_i / D. */
-static expression *reduce_inward(const struct kinematics *k, const struct pivot *pivots,
-                                 const expression *f) {
+/* One right side on its way: what the tips pass on, then the accelerations from the base. */
+struct solution {
+    const expression *f;
+    struct wrench *p;                /* at each frame, from all beyond */
+    expression *u;                   /* force left for a joint */
+    struct vector *angular_at_rest;  /* J^-1 (m - p_n) of a ball joint, by its last frame */
+    struct vector *angular, *linear; /* accelerations of each frame */
+    expression *x;
+};
+
+/* What is left of f_i after all beyond, u_i = f_i - e.p; p + I e u_i / D goes on. */
+static struct wrench reduce_joint(const struct kinematics *k, const struct stage *stage,
+                                  struct solution *solution) {
     struct graph *g = k->g;
-    const int n = k->tree->count;
-    struct wrench *p = memory_get(k->memory, ((size_t)n + 1) * sizeof *p);
-    expression *u = memory_get(k->memory, ((size_t)n + 1) * sizeof *u);
-    for (int i = n - 1; i >= 0; i--) {
-        const struct frame *frame = &k->tree->frames[i];
-        const int axis = frame->joint.axis;
-        const bool turn = frame->joint.is_turn;
-        remark(g, memory_format(k->memory, "%s: force left for the joint, inward", frame->name));
-        u[i] = sub(g, f[i], turn ? p[i].moment.at[axis] : p[i].force.at[axis]);
-        if (frame->parent < 0)
-            continue;
-        struct wrench through = {vector_scale(g, u[i], pivots[i].U_over_D.moment),
-                                 vector_scale(g, u[i], pivots[i].U_over_D.force)};
-        through.moment = vector_add(g, p[i].moment, through.moment);
-        through.force = vector_add(g, p[i].force, through.force);
-        /* Along the joint's own axis all of f_i is passed on: e.p + (f_i - e.p) = f_i, exactly. */
-        *(turn ? &through.moment.at[axis] : &through.force.at[axis]) = f[i];
-        const struct vector force = to_parent(k, i, through.force);
-        const struct vector moment = to_parent(k, i, through.moment);
-        struct wrench *outer = &p[frame->parent];
-        outer->force = vector_add(g, outer->force, force);
-        outer->moment =
-            vector_add(g, outer->moment, vector_add(g, moment, vector_cross(g, k->frames[i].shift, force)));
-    }
-    return u;
+    const int i = stage->first;
+    const struct joint *joint = &k->tree->frames[i].joint;
+    const struct wrench p = solution->p[i];
+    const expression felt = joint->is_turn ? p.moment.at[joint->axis] : p.force.at[joint->axis];
+    const expression u = solution->u[i] = sub(g, solution->f[i], felt);
+    struct wrench through = {vector_scale(g, u, stage->pivot.U_over_D.moment),
+                             vector_scale(g, u, stage->pivot.U_over_D.force)};
+    through = wrench_add(g, p, through);
+    /* Along the joint's own axis all of f_i is passed on: e.p + (f_i - e.p) = f_i, exactly. */
+    (joint->is_turn ? &through.moment : &through.force)->at[joint->axis] = solution->f[i];
+    return through;
 }
 
-/* Outward: x_i = (u_i - U.a) / D with a the acceleration that the parent passes on. */
+/* The moment m and the force p_f + H^T J^-1 (m - p_n) go on. */
+static struct wrench reduce_ball(const struct kinematics *k, const struct stage *stage,
+                                 struct solution *solution) {
+    struct graph *g = k->g;
+    const struct ball *ball = &stage->ball;
+    const struct wrench p = solution->p[stage->last];
+    const struct vector moment = ball_moment(k, stage, solution->f);
+    const struct vector turned = solve_ball(g, ball, vector_sub(g, moment, p.moment));
+    solution->angular_at_rest[stage->last] = turned;
+    return (struct wrench){moment, vector_add(g, p.force, transpose_times(g, ball->H.at, turned))};
+}
+
+static void reduce_inward(const struct kinematics *k, const struct elimination *e,
+                          struct solution *solution) {
+    for (int s = e->count - 1; s >= 0; s--) {
+        const struct stage *stage = &e->stages[s];
+        const bool ball = stage->last > stage->first;
+        const int parent = k->tree->frames[stage->first].parent;
+        remark(k->g, memory_format(k->memory, "%s: force left for the joint, inward",
+                                   k->tree->frames[stage->last].name));
+        struct wrench through = ball ? reduce_ball(k, stage, solution) : reduce_joint(k, stage, solution);
+        for (int i = stage->last; parent >= 0 && i >= stage->first; i--)
+            through = wrench_to_parent(k, i, through);
+        if (parent >= 0)
+            solution->p[parent] = wrench_add(k->g, solution->p[parent], through);
+    }
+}
+
+/* x_i = (u_i - U.a) / D with a the acceleration that the parent passes on. */
+static void accelerate_joint(const struct kinematics *k, const struct stage *stage, struct vector angular,
+                             struct vector linear, struct solution *solution) {
+    struct graph *g = k->g;
+    const int i = stage->first;
+    const struct joint *joint = &k->tree->frames[i].joint;
+    const struct pivot *pivot = &stage->pivot;
+    const expression carried = wrench_dot(g, pivot->U_over_D, angular, linear);
+    const expression x = solution->x[i] = sub(g, mul(g, pivot->D_inverse, solution->u[i]), carried);
+    expression *along = &(joint->is_turn ? &angular : &linear)->at[joint->axis];
+    *along = add(g, *along, x);
+    solution->angular[i] = angular;
+    solution->linear[i] = linear;
+}
+
+/* wd = J^-1 (m - p_n) - J^-1 H a */
+static void accelerate_ball(const struct kinematics *k, const struct stage *stage, struct vector inside,
+                            struct vector linear, struct solution *solution) {
+    struct graph *g = k->g;
+    const int last = stage->last;
+    const struct vector at_rest = solution->angular_at_rest[last];
+    const struct vector slowed = matrix_times(g, stage->ball.J_inverse_H.at, linear);
+    solution->angular[last] = vector_sub(g, at_rest, slowed);
+    solution->linear[last] = linear;
+    ball_coordinates(k, stage, inside, solution->angular[last], solution->x);
+}
+
+static void accelerate_outward(const struct kinematics *k, const struct elimination *e,
+                               struct solution *solution) {
+    const struct vector still = {{0, 0, 0}};
+    for (int s = 0; s < e->count; s++) {
+        const struct stage *stage = &e->stages[s];
+        const bool ball = stage->last > stage->first;
+        const int parent = k->tree->frames[stage->first].parent;
+        struct vector angular = parent < 0 ? still : solution->angular[parent];
+        struct vector linear = parent < 0 ? still : solution->linear[parent];
+        remark(k->g,
+               memory_format(k->memory, "%s: acceleration, outward", k->tree->frames[stage->last].name));
+        linear = vector_add(k->g, linear, vector_cross(k->g, angular, k->frames[stage->first].shift));
+        for (int i = stage->first; i <= stage->last; i++)
+            linear = to_child(k, i, linear);
+        if (ball)
+            accelerate_ball(k, stage, angular, linear, solution);
+        else
+            accelerate_joint(k, stage, to_child(k, stage->first, angular), linear, solution);
+    }
+}
+
 expression *solve_eliminated(const struct kinematics *k, const struct elimination *elimination,
                              const expression *f) {
-    struct graph *g = k->g;
-    const int n = k->tree->count;
-    const struct pivot *pivots = elimination->pivots;
-    const expression *u = reduce_inward(k, pivots, f);
-    expression *x = memory_get(k->memory, ((size_t)n + 1) * sizeof *x);
-    struct vector *angular = memory_get(k->memory, ((size_t)n + 1) * sizeof *angular);
-    struct vector *linear = memory_get(k->memory, ((size_t)n + 1) * sizeof *linear);
-    for (int i = 0; i < n; i++) {
-        const struct frame *frame = &k->tree->frames[i];
-        const int parent = frame->parent;
-        remark(g, memory_format(k->memory, "%s: acceleration, outward", frame->name));
-        if (parent >= 0) {
-            const struct vector lever = vector_cross(g, angular[parent], k->frames[i].shift);
-            angular[i] = to_child(k, i, angular[parent]);
-            linear[i] = to_child(k, i, vector_add(g, linear[parent], lever));
-        }
-        const expression carried = wrench_dot(g, pivots[i].U_over_D, angular[i], linear[i]);
-        x[i] = sub(g, mul(g, pivots[i].D_inverse, u[i]), carried);
-        expression *along =
-            frame->joint.is_turn ? &angular[i].at[frame->joint.axis] : &linear[i].at[frame->joint.axis];
-        *along = add(g, *along, x[i]);
-    }
-    return x;
+    const size_t n = (size_t)k->tree->count + 1;
+    struct solution solution = {.f = f};
+    solution.p = memory_get(k->memory, n * sizeof *solution.p);
+    solution.u = memory_get(k->memory, n * sizeof *solution.u);
+    solution.angular_at_rest = memory_get(k->memory, n * sizeof *solution.angular_at_rest);
+    solution.angular = memory_get(k->memory, n * sizeof *solution.angular);
+    solution.linear = memory_get(k->memory, n * sizeof *solution.linear);
+    solution.x = memory_get(k->memory, n * sizeof *solution.x);
+    reduce_inward(k, elimination, &solution);
+    accelerate_outward(k, elimination, &solution);
+    return solution.x;
 }

@@ -177,9 +177,10 @@ static void set_pointer(struct emission *x, struct text *text, const char *field
 
 static void set_functions(struct emission *x, struct text *text) {
     /* In the order of struct refdyn_model. */
-    static const char *const order[] = {
-        "start", "anchor", "M", "h",      "Q",     "u",   "v",        "phi", "psi",   "k",         "r",
-        "rd",    "C",      "d", "energy", "power", "Q_q", "qdd_free", "qdd", "force", "equations", "course"};
+    static const char *const order[] = {"start", "anchor", "M",         "h",      "Q",     "u",
+                                        "v",     "phi",    "psi",       "k",      "r",     "rd",
+                                        "C",     "d",      "energy",    "power",  "Q_q",   "qdd_free",
+                                        "qdd",   "force",  "equations", "course", "breaks"};
     for (size_t i = 0; i < sizeof order / sizeof *order; i++) {
         bool exists = false;
         for (int f = 0; f < x->plan->function_count; f++)
@@ -205,6 +206,7 @@ static void emit_model_table(struct emission *x, struct text *text, const char *
     text_add(text, "    SET(input_count) %d,\n    SET(point_count) %d,\n", model->input_count,
              model->point_count);
     text_add(text, "    SET(course_count) %d,\n", model->course_count);
+    text_add(text, "    SET(break_count) %d,\n", plan->break_count);
     set_pointer(x, text, "coordinates", "coordinate_names", true);
     set_pointer(x, text, "parameters", "parameter_names", plan->parameter_count > 0);
     set_pointer(x, text, "inputs", "input_names", model->input_count > 0);

@@ -135,6 +135,8 @@ expression operation_partial(struct graph *g, expression r, int which);
 typedef expression leaf_rule(void *context, struct graph *g, expression e);
 void substitute(struct graph *g, leaf_rule *leaf, void *context, const expression *from, expression *to,
                 int count);
+/* e with one node in it replaced. */
+expression replace(struct graph *g, expression e, expression node, expression by);
 /* Directional derivative (one forward sweep): `leaf` returns the derivative of the symbol `e`. */
 expression differentiate(struct graph *g, expression e, leaf_rule *leaf, void *context);
 /* Derivatives of e by each symbol in `by` (one backward sweep). */

@@ -43,6 +43,8 @@ struct plan {
     int parameter_count;
     int *anchored; /* model's index of each parameter that `anchor` sets */
     int anchored_count;
+    expression *breaks; /* times of kinks, of parameters alone */
+    int break_count;
     struct function prepare; /* results: values of parameters alone, ascending */
     bool *is_statement;      /* scratch of the function being planned or printed, by handle */
     bool *is_derived;        /* by handle */

@@ -5,6 +5,7 @@
  * and how it is built; terms that several quantities share are derived once, when first asked for.
  */
 #include "plan.h"
+#include "breaks.h"
 #include "dynamics.h"
 #include "forces.h"
 #include "rows.h"
@@ -325,6 +326,12 @@ static void build_course(struct derivation *d, struct function *f) {
         out[i] = with_points(&d->kinematics, d->model->courses[i].value);
 }
 
+static void build_breaks(struct derivation *d, struct function *f) {
+    fill_field(d, f, "breaks", "times at which formulas of time alone have kinks, in no order [s]",
+               d->plan->breaks, d->plan->break_count);
+    f->fields[f->field_count - 1].columns = 0;
+}
+
 static void build_start(struct derivation *d, struct function *f) {
     expression *out = add_field(d, f, "start", "(2 n) q and qd at the start of a motion", 2 * d->n, 0);
     for (int i = 0; i < d->n; i++) {
@@ -383,6 +390,10 @@ static bool has_courses(const struct derivation *d) {
     return d->model->course_count > 0;
 }
 
+static bool has_breaks(const struct derivation *d) {
+    return d->plan->break_count > 0;
+}
+
 static bool has_anchors(const struct derivation *d) {
     return d->plan->anchored_count > 0;
 }
@@ -418,6 +429,7 @@ static const struct quantity quantities[] = {
     {"force", "programme force r = M qdd - h - Q", has_rows, "constraints", build_force},
     {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations},
     {"course", "values that the model records with a motion", has_courses, "courses", build_course},
+    {"breaks", "times at which formulas of time alone have kinks", has_breaks, "kinks in time", build_breaks},
     {"anchor", "parameters whose default is a value at the start of a motion", has_anchors,
      "anchored parameters", build_anchor},
     {"start", "coordinates and rates at the start of a motion", always, "", build_start},
@@ -492,14 +504,16 @@ bool list_functions(struct plan *plan, const char *emit, struct messages *messag
     plan->functions = memory_get(plan->memory, QUANTITY_COUNT * sizeof *plan->functions);
     for (int i = 0; i < QUANTITY_COUNT; i++) {
         const struct quantity *quantity = &quantities[i];
+        if (quantity->build == build_breaks)
+            find_breaks(plan);
         if (quantity->build == build_anchor)
             list_anchored(&d);
         if (!quantity->exists(&d)) {
             say_left_out(plan, quantity, &last_reason);
             continue;
         }
-        const bool is_needed =
-            quantity->build == build_anchor || (quantity->build == build_start && has_anchors(&d));
+        const bool is_needed = quantity->build == build_anchor || quantity->build == build_breaks ||
+                               (quantity->build == build_start && has_anchors(&d));
         if (emit && !is_in_list(emit, quantity->name) && !is_needed)
             continue;
         struct function *function = &plan->functions[plan->function_count++];

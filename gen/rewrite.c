@@ -45,27 +45,34 @@ static bool *mark_needed(struct graph *g, const expression *roots, int count, ui
     return marks;
 }
 
+/* The image of e, whose operands have theirs. */
+static expression image_of(struct graph *g, expression e, const expression *image) {
+    expression operands[3] = {0, 0, 0};
+    for (int k = 0; k < operation_arity(g->nodes[e].operation); k++)
+        operands[k] = image[g->nodes[e].operand[k]];
+    return g->nodes[e].operation == OP_NUMBER ? e : rebuild(g, e, operands);
+}
+
 void substitute(struct graph *g, leaf_rule *leaf, void *context, const expression *from, expression *to,
                 int count) {
     uint32_t limit;
     bool *needed = mark_needed(g, from, count, &limit);
     expression *image = memory_get(g->memory, (limit + 1) * sizeof *image);
-    for (expression e = 0; e < limit; e++) {
-        if (!needed[e])
-            continue;
-        const struct node node = g->nodes[e];
-        expression operands[3] = {0, 0, 0};
-        for (int k = 0; k < operation_arity(node.operation); k++)
-            operands[k] = image[node.operand[k]];
-        if (node.operation == OP_NUMBER)
-            image[e] = e;
-        else if (node.operation == OP_SYMBOL)
-            image[e] = leaf(context, g, e);
-        else
-            image[e] = rebuild(g, e, operands);
-    }
+    for (expression e = 0; e < limit; e++)
+        if (needed[e])
+            image[e] = as_symbol(g, e) ? leaf(context, g, e) : image_of(g, e, image);
     for (int i = 0; i < count; i++)
         to[i] = image[from[i]];
+}
+
+expression replace(struct graph *g, expression in, expression node, expression by) {
+    uint32_t limit;
+    bool *needed = mark_needed(g, &in, 1, &limit);
+    expression *image = memory_get(g->memory, (limit + 1) * sizeof *image);
+    for (expression e = 0; e < limit; e++)
+        if (needed[e])
+            image[e] = e == node ? by : as_symbol(g, e) ? e : image_of(g, e, image);
+    return image[in];
 }
 
 expression differentiate(struct graph *g, expression root_of, leaf_rule *leaf, void *context) {

@@ -69,8 +69,10 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     p->derived.constant_19 = p->m_base * p->g;
     /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     p->derived.effector_z_D_inverse = 1.0 / p->m_E;
-    /* arm_phi_3: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    p->derived.arm_phi_3_D_inverse = 1.0 / p->derived.arm_psi_inertia_xx;
+    /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+    p->derived.constant_20 = 1.0 / p->derived.arm_psi_inertia_xx;
+    /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+    p->derived.constant_21 = 1.0 / p->derived.arm_phi_1_inertia_xx;
 }
 
 void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -3483,495 +3485,311 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
         p->derived.constant_18;
     /* base_z: bias and gravity forces c + g, inward */
     const double base_z_load_force_z = column_psi_load_force_z + p->derived.constant_19;
-    const double t56 = t53 - t54 - (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi * qd[3]);
-    const double t57 = t51 - t52 - (p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4]);
-    const double t58 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5] + arm_phi_1_load_moment_x;
-    const double t59 = t48 - t49 - (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi * qd[6]);
-    const double t60 = t46 - t47 - (p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7]);
-    const double t61 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8] + arm_phi_2_load_moment_x;
-    const double t62 = t27 - t44 - (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi * qd[9]);
-    const double t63 = t42 - t43 - (p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10]);
-    const double t64 = arm_phi_3_bias_moment_x + (p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi *
+    const double t56 = t51 - t52 - (p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4]);
+    const double t57 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5] + arm_phi_1_load_moment_x;
+    const double t58 = t46 - t47 - (p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7]);
+    const double t59 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8] + arm_phi_2_load_moment_x;
+    const double t60 = t42 - t43 - (p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10]);
+    const double t61 = arm_phi_3_bias_moment_x + (p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi *
         qd[11]);
-    /* arm_phi_3: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double t65 = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t21;
-    const double t66 = arm_phi_3_cos * t65;
-    const double t67 = arm_phi_3_sin * t65;
-    const double arm_theta_3_U_moment_y = arm_phi_3_sin * t67 + arm_phi_3_cos * t66;
-    const double arm_theta_3_U_moment_z = arm_phi_3_sin * t66 - arm_phi_3_cos * t67;
-    const double t68 = arm_phi_3_sin * arm_phi_3_moment_beyond_x;
-    const double t69 = arm_phi_3_cos * arm_phi_3_moment_beyond_x;
-    const double arm_theta_3_U_force_y = arm_phi_3_sin * t69 - arm_phi_3_cos * t68;
-    const double t70 = arm_phi_3_sin * t68 + arm_phi_3_cos * t69;
-    const double t71 = arm_phi_3_cos * p->derived.arm_phi_3_mass_beyond;
-    const double t72 = arm_phi_3_sin * p->derived.arm_phi_3_mass_beyond;
-    const double t73 = arm_phi_3_sin * t72 + arm_phi_3_cos * t71;
-    /* arm_theta_3: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_theta_3_D_inverse = 1.0 / arm_theta_3_U_moment_y;
-    const double t74 = arm_theta_3_U_moment_z * arm_theta_3_D_inverse;
-    const double t75 = arm_theta_3_U_force_y * arm_theta_3_D_inverse;
-    const double t76 = t70 * arm_theta_3_D_inverse;
-    const double t77 = arm_phi_3_sin * t71 - arm_phi_3_cos * t72 + arm_theta_3_U_force_y * t76;
-    const double t78 = t70 - arm_theta_3_U_moment_z * t75;
-    const double t79 = arm_theta_3_U_moment_y - arm_theta_3_U_moment_z * t74;
-    const double t80 = t73 - t70 * t76;
-    const double t81 = arm_theta_3_U_force_y + arm_theta_3_U_moment_z * t76;
-    const double t82 = arm_theta_3_cos * t79;
-    const double arm_psi_3_U_moment_z = arm_theta_3_cos * t82;
-    const double arm_psi_3_U_moment_x = arm_theta_3_sin * t82;
-    const double arm_psi_3_U_force_y = arm_theta_3_cos * t78;
-    const double t83 = arm_theta_3_cos * t81;
-    const double t84 = arm_theta_3_sin * t81;
-    const double arm_psi_3_U_force_z = arm_theta_3_cos * t83;
-    const double arm_psi_3_U_force_x = arm_theta_3_sin * t83;
-    const double t85 = arm_theta_3_cos * t80;
-    const double t86 = p->derived.arm_psi_mass * arm_theta_3_sin;
-    /* arm_psi_3: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_3_D_inverse = 1.0 / arm_psi_3_U_moment_z;
-    const double t87 = arm_psi_3_U_moment_x * arm_psi_3_D_inverse;
-    const double t88 = arm_psi_3_U_force_x * arm_psi_3_D_inverse;
-    const double t89 = arm_psi_3_U_force_y * arm_psi_3_D_inverse;
-    const double t90 = arm_psi_3_U_force_z * arm_psi_3_D_inverse;
-    const double t91 = arm_theta_3_sin * (arm_theta_3_sin * t79) - arm_psi_3_U_moment_x * t87;
-    const double t92 = arm_theta_3_cos * (p->derived.arm_psi_mass * arm_theta_3_cos) + arm_theta_3_sin * (arm_theta_3_sin *
-        t80) - arm_psi_3_U_force_x * t88;
-    const double t93 = arm_theta_3_sin * t84 - arm_psi_3_U_moment_x * t88;
-    const double t94 = arm_theta_3_sin * t77 - arm_psi_3_U_force_x * t89;
-    const double t95 = arm_theta_3_sin * t78 - arm_psi_3_U_moment_x * t89;
-    const double t96 = arm_theta_3_sin * t85 - arm_theta_3_cos * t86 - arm_psi_3_U_force_x * t90;
-    const double t97 = arm_theta_3_cos * t84 - arm_psi_3_U_moment_x * t90;
-    const double t98 = t73 - arm_theta_3_U_force_y * t75 - arm_psi_3_U_force_y * t89;
-    const double t99 = arm_theta_3_cos * t77 - arm_psi_3_U_force_y * t90;
-    const double t100 = arm_theta_3_sin * t86 + arm_theta_3_cos * t85 - arm_psi_3_U_force_z * t90;
-    const double t101 = arm_psi_3_cos * t91;
-    const double t102 = arm_psi_3_cos * t93;
-    const double t103 = arm_psi_3_sin * t93;
-    const double t104 = arm_psi_3_cos * t95;
-    const double t105 = arm_psi_3_sin * t95;
-    const double arm_phi_2_U_force_z = arm_psi_3_cos * t97;
-    const double t106 = arm_psi_3_sin * t97;
-    const double arm_phi_2_U_force_x = arm_psi_3_cos * t102 - arm_psi_3_sin * t104;
-    const double arm_phi_2_U_force_y = arm_psi_3_sin * t102 + arm_psi_3_cos * t104;
-    const double t107 = arm_psi_3_sin * t103 + arm_psi_3_cos * t105;
-    const double t108 = arm_psi_3_sin * t94;
-    const double t109 = arm_psi_3_cos * t92 - t108;
-    const double t110 = arm_psi_3_cos * t94;
-    const double t111 = t110 - arm_psi_3_sin * t98;
-    const double t112 = arm_psi_3_cos * t111 + arm_psi_3_sin * t109;
-    const double t113 = arm_psi_3_cos * (t108 + arm_psi_3_cos * t98) + arm_psi_3_sin * (t110 + arm_psi_3_sin *
-        t92);
-    const double t114 = arm_psi_3_cos * t96 - arm_psi_3_sin * t99;
-    const double t115 = arm_psi_3_cos * t99 + arm_psi_3_sin * t96;
-    const double t116 = p->derived.arm_element_length * t115;
-    const double t117 = p->derived.arm_element_length * t113;
-    const double t118 = t106 - p->derived.arm_element_length * t100;
-    const double arm_phi_2_U_moment_z = p->derived.arm_element_length * arm_phi_2_U_force_y;
-    const double arm_phi_2_U_moment_y = arm_psi_3_sin * t101 - p->derived.arm_element_length * arm_phi_2_U_force_z;
-    /* arm_phi_2: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_phi_2_U_moment_x = p->derived.arm_phi_1_inertia_xx + arm_psi_3_cos * t101;
-    const double arm_phi_2_D_inverse = 1.0 / arm_phi_2_U_moment_x;
-    const double t119 = arm_phi_2_U_moment_y * arm_phi_2_D_inverse;
-    const double t120 = arm_phi_2_U_moment_z * arm_phi_2_D_inverse;
-    const double t121 = arm_phi_2_U_force_x * arm_phi_2_D_inverse;
-    const double t122 = arm_phi_2_U_force_y * arm_phi_2_D_inverse;
-    const double t123 = arm_phi_2_U_force_z * arm_phi_2_D_inverse;
-    const double t124 = t112 - arm_phi_2_U_force_x * t122;
-    const double t125 = t114 - arm_phi_2_U_force_x * t123;
-    const double t126 = arm_psi_3_cos * t103 - arm_psi_3_sin * t105 - p->derived.arm_element_length * t114 -
-        arm_phi_2_U_moment_y * t121;
-    const double t127 = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_sin * (arm_psi_3_sin * t91) - p->derived.arm_element_length *
-        t106 - p->derived.arm_element_length * t118) - arm_phi_2_U_moment_y * t119;
-    const double t128 = p->derived.arm_phi_1_mass + t113 - arm_phi_2_U_force_y * t122;
-    const double t129 = t107 - t116 - arm_phi_2_U_moment_y * t122;
-    const double t130 = p->derived.arm_element_length * t107 - p->derived.arm_element_length * t116 - arm_phi_2_U_moment_y *
-        t120;
-    const double t131 = t115 - arm_phi_2_U_force_y * t123;
-    const double t132 = t118 - p->derived.arm_phi_1_moment_x - arm_phi_2_U_moment_y * t123;
-    const double t133 = p->derived.arm_element_length * t112 - arm_phi_2_U_moment_z * t121;
-    const double t134 = p->derived.arm_phi_1_moment_x + t117 - arm_phi_2_U_moment_z * t122;
-    const double t135 = p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t117 - arm_phi_2_U_moment_z *
-        t120;
-    const double t136 = p->derived.arm_phi_1_mass + t100 - arm_phi_2_U_force_z * t123;
-    const double t137 = t116 - arm_phi_2_U_moment_z * t123;
-    const double t138 = arm_phi_2_sin * t130;
-    const double t139 = arm_phi_2_cos * t127 - t138;
-    const double t140 = arm_phi_2_cos * t130;
-    const double t141 = t140 - arm_phi_2_sin * t135;
-    const double arm_theta_2_U_moment_y = arm_phi_2_cos * t139 - arm_phi_2_sin * t141;
-    const double arm_theta_2_U_moment_z = arm_phi_2_cos * t141 + arm_phi_2_sin * t139;
-    const double arm_theta_2_U_force_x = arm_phi_2_cos * t126 - arm_phi_2_sin * t133;
-    const double t142 = arm_phi_2_cos * t129 - arm_phi_2_sin * t134;
-    const double t143 = arm_phi_2_sin * t129 + arm_phi_2_cos * t134;
-    const double t144 = arm_phi_2_cos * t132 - arm_phi_2_sin * t137;
-    const double t145 = arm_phi_2_sin * t132 + arm_phi_2_cos * t137;
-    const double arm_theta_2_U_force_y = arm_phi_2_cos * t142 - arm_phi_2_sin * t144;
-    const double arm_theta_2_U_force_z = arm_phi_2_sin * t142 + arm_phi_2_cos * t144;
-    const double t146 = arm_phi_2_sin * t131;
-    const double t147 = arm_phi_2_cos * t128 - t146;
-    const double t148 = arm_phi_2_cos * t131;
-    const double t149 = t148 - arm_phi_2_sin * t136;
-    /* arm_theta_2: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_theta_2_D_inverse = 1.0 / arm_theta_2_U_moment_y;
-    const double t150 = arm_theta_2_U_moment_z * arm_theta_2_D_inverse;
-    const double t151 = arm_theta_2_U_force_x * arm_theta_2_D_inverse;
-    const double t152 = arm_theta_2_U_force_y * arm_theta_2_D_inverse;
-    const double t153 = arm_theta_2_U_force_z * arm_theta_2_D_inverse;
-    const double t154 = p->derived.arm_phi_1_mass + (arm_psi_3_cos * t109 - arm_psi_3_sin * t111) - arm_phi_2_U_force_x *
-        t121 - arm_theta_2_U_force_x * t151;
-    const double t155 = arm_phi_2_cos * t124 - arm_phi_2_sin * t125 - arm_theta_2_U_force_x * t152;
-    const double t156 = arm_phi_2_cos * t125 + arm_phi_2_sin * t124 - arm_theta_2_U_force_x * t153;
-    const double t157 = arm_phi_2_cos * t149 + arm_phi_2_sin * t147 - arm_theta_2_U_force_y * t153;
-    const double t158 = arm_phi_2_sin * t126 + arm_phi_2_cos * t133 - arm_theta_2_U_moment_z * t151;
-    const double t159 = arm_phi_2_cos * t143 - arm_phi_2_sin * t145 - arm_theta_2_U_moment_z * t152;
-    const double t160 = arm_phi_2_cos * (t138 + arm_phi_2_cos * t135) + arm_phi_2_sin * (t140 + arm_phi_2_sin *
-        t127) - arm_theta_2_U_moment_z * t150;
-    const double t161 = arm_phi_2_cos * (t146 + arm_phi_2_cos * t136) + arm_phi_2_sin * (t148 + arm_phi_2_sin *
-        t128) - arm_theta_2_U_force_z * t153;
-    const double t162 = arm_phi_2_sin * t143 + arm_phi_2_cos * t145 - arm_theta_2_U_moment_z * t153;
-    const double t163 = arm_theta_2_cos * t160;
-    const double arm_psi_2_U_moment_z = arm_theta_2_cos * t163;
-    const double arm_psi_2_U_moment_x = arm_theta_2_sin * t163;
-    const double t164 = arm_theta_2_cos * t158;
-    const double t165 = arm_theta_2_sin * t158;
-    const double arm_psi_2_U_force_y = arm_theta_2_cos * t159;
-    const double t166 = arm_theta_2_cos * t162;
-    const double t167 = arm_theta_2_sin * t162;
-    const double arm_psi_2_U_force_z = arm_theta_2_cos * t166 - arm_theta_2_sin * t164;
-    const double arm_psi_2_U_force_x = arm_theta_2_sin * t166 + arm_theta_2_cos * t164;
-    const double t168 = arm_theta_2_sin * t156;
-    const double t169 = arm_theta_2_cos * t161 - t168;
-    const double t170 = arm_theta_2_cos * t156;
-    const double t171 = t170 - arm_theta_2_sin * t154;
-    /* arm_psi_2: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_2_D_inverse = 1.0 / arm_psi_2_U_moment_z;
-    const double t172 = arm_psi_2_U_moment_x * arm_psi_2_D_inverse;
-    const double t173 = arm_psi_2_U_force_x * arm_psi_2_D_inverse;
-    const double t174 = arm_psi_2_U_force_y * arm_psi_2_D_inverse;
-    const double t175 = arm_psi_2_U_force_z * arm_psi_2_D_inverse;
-    const double t176 = arm_theta_2_sin * (arm_theta_2_sin * t160) - arm_psi_2_U_moment_x * t172;
-    const double t177 = arm_theta_2_cos * (t168 + arm_theta_2_cos * t154) + arm_theta_2_sin * (t170 + arm_theta_2_sin *
-        t161) - arm_psi_2_U_force_x * t173;
-    const double t178 = arm_theta_2_sin * t167 + arm_theta_2_cos * t165 - arm_psi_2_U_moment_x * t173;
-    const double t179 = arm_theta_2_cos * t155 + arm_theta_2_sin * t157 - arm_psi_2_U_force_x * t174;
-    const double t180 = arm_theta_2_sin * t159 - arm_psi_2_U_moment_x * t174;
-    const double t181 = arm_theta_2_cos * t171 + arm_theta_2_sin * t169 - arm_psi_2_U_force_x * t175;
-    const double t182 = arm_theta_2_cos * t167 - arm_theta_2_sin * t165 - arm_psi_2_U_moment_x * t175;
-    const double t183 = arm_phi_2_cos * t147 - arm_phi_2_sin * t149 - arm_theta_2_U_force_y * t152 - arm_psi_2_U_force_y *
-        t174;
-    const double t184 = arm_theta_2_cos * t157 - arm_theta_2_sin * t155 - arm_psi_2_U_force_y * t175;
-    const double t185 = arm_theta_2_cos * t169 - arm_theta_2_sin * t171 - arm_psi_2_U_force_z * t175;
-    const double t186 = arm_psi_2_cos * t176;
-    const double t187 = arm_psi_2_cos * t178;
-    const double t188 = arm_psi_2_sin * t178;
-    const double t189 = arm_psi_2_cos * t180;
-    const double t190 = arm_psi_2_sin * t180;
-    const double arm_phi_1_U_force_z = arm_psi_2_cos * t182;
-    const double t191 = arm_psi_2_sin * t182;
-    const double arm_phi_1_U_force_x = arm_psi_2_cos * t187 - arm_psi_2_sin * t189;
-    const double arm_phi_1_U_force_y = arm_psi_2_sin * t187 + arm_psi_2_cos * t189;
-    const double t192 = arm_psi_2_sin * t188 + arm_psi_2_cos * t190;
-    const double t193 = arm_psi_2_sin * t179;
-    const double t194 = arm_psi_2_cos * t177 - t193;
-    const double t195 = arm_psi_2_cos * t179;
-    const double t196 = t195 - arm_psi_2_sin * t183;
-    const double t197 = arm_psi_2_cos * t196 + arm_psi_2_sin * t194;
-    const double t198 = arm_psi_2_cos * (t193 + arm_psi_2_cos * t183) + arm_psi_2_sin * (t195 + arm_psi_2_sin *
-        t177);
-    const double t199 = arm_psi_2_cos * t181 - arm_psi_2_sin * t184;
-    const double t200 = arm_psi_2_cos * t184 + arm_psi_2_sin * t181;
-    const double t201 = p->derived.arm_element_length * t200;
-    const double t202 = p->derived.arm_element_length * t198;
-    const double t203 = t191 - p->derived.arm_element_length * t185;
-    const double arm_phi_1_U_moment_z = p->derived.arm_element_length * arm_phi_1_U_force_y;
-    const double arm_phi_1_U_moment_y = arm_psi_2_sin * t186 - p->derived.arm_element_length * arm_phi_1_U_force_z;
-    /* arm_phi_1: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_phi_1_U_moment_x = p->derived.arm_phi_1_inertia_xx + arm_psi_2_cos * t186;
-    const double arm_phi_1_D_inverse = 1.0 / arm_phi_1_U_moment_x;
-    const double t204 = arm_phi_1_U_moment_y * arm_phi_1_D_inverse;
-    const double t205 = arm_phi_1_U_moment_z * arm_phi_1_D_inverse;
-    const double t206 = arm_phi_1_U_force_x * arm_phi_1_D_inverse;
-    const double t207 = arm_phi_1_U_force_y * arm_phi_1_D_inverse;
-    const double t208 = arm_phi_1_U_force_z * arm_phi_1_D_inverse;
-    const double t209 = t197 - arm_phi_1_U_force_x * t207;
-    const double t210 = t199 - arm_phi_1_U_force_x * t208;
-    const double t211 = arm_psi_2_cos * t188 - arm_psi_2_sin * t190 - p->derived.arm_element_length * t199 -
-        arm_phi_1_U_moment_y * t206;
-    const double t212 = p->derived.arm_phi_1_inertia_yy + (arm_psi_2_sin * (arm_psi_2_sin * t176) - p->derived.arm_element_length *
-        t191 - p->derived.arm_element_length * t203) - arm_phi_1_U_moment_y * t204;
-    const double t213 = p->derived.arm_phi_1_mass + t198 - arm_phi_1_U_force_y * t207;
-    const double t214 = t192 - t201 - arm_phi_1_U_moment_y * t207;
-    const double t215 = p->derived.arm_element_length * t192 - p->derived.arm_element_length * t201 - arm_phi_1_U_moment_y *
-        t205;
-    const double t216 = t200 - arm_phi_1_U_force_y * t208;
-    const double t217 = t203 - p->derived.arm_phi_1_moment_x - arm_phi_1_U_moment_y * t208;
-    const double t218 = p->derived.arm_element_length * t197 - arm_phi_1_U_moment_z * t206;
-    const double t219 = p->derived.arm_phi_1_moment_x + t202 - arm_phi_1_U_moment_z * t207;
-    const double t220 = p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t202 - arm_phi_1_U_moment_z *
-        t205;
-    const double t221 = p->derived.arm_phi_1_mass + t185 - arm_phi_1_U_force_z * t208;
-    const double t222 = t201 - arm_phi_1_U_moment_z * t208;
-    const double t223 = arm_phi_1_sin * t215;
-    const double t224 = arm_phi_1_cos * t212 - t223;
-    const double t225 = arm_phi_1_cos * t215;
-    const double t226 = t225 - arm_phi_1_sin * t220;
-    const double arm_theta_1_U_moment_y = arm_phi_1_cos * t224 - arm_phi_1_sin * t226;
-    const double arm_theta_1_U_moment_z = arm_phi_1_cos * t226 + arm_phi_1_sin * t224;
-    const double arm_theta_1_U_force_x = arm_phi_1_cos * t211 - arm_phi_1_sin * t218;
-    const double t227 = arm_phi_1_cos * t214 - arm_phi_1_sin * t219;
-    const double t228 = arm_phi_1_sin * t214 + arm_phi_1_cos * t219;
-    const double t229 = arm_phi_1_cos * t217 - arm_phi_1_sin * t222;
-    const double t230 = arm_phi_1_sin * t217 + arm_phi_1_cos * t222;
-    const double arm_theta_1_U_force_y = arm_phi_1_cos * t227 - arm_phi_1_sin * t229;
-    const double arm_theta_1_U_force_z = arm_phi_1_sin * t227 + arm_phi_1_cos * t229;
-    const double t231 = arm_phi_1_sin * t216;
-    const double t232 = arm_phi_1_cos * t213 - t231;
-    const double t233 = arm_phi_1_cos * t216;
-    const double t234 = t233 - arm_phi_1_sin * t221;
-    /* arm_theta_1: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_theta_1_D_inverse = 1.0 / arm_theta_1_U_moment_y;
-    const double t235 = arm_theta_1_U_moment_z * arm_theta_1_D_inverse;
-    const double t236 = arm_theta_1_U_force_x * arm_theta_1_D_inverse;
-    const double t237 = arm_theta_1_U_force_y * arm_theta_1_D_inverse;
-    const double t238 = arm_theta_1_U_force_z * arm_theta_1_D_inverse;
-    const double t239 = p->derived.arm_phi_1_mass + (arm_psi_2_cos * t194 - arm_psi_2_sin * t196) - arm_phi_1_U_force_x *
-        t206 - arm_theta_1_U_force_x * t236;
-    const double t240 = arm_phi_1_cos * t209 - arm_phi_1_sin * t210 - arm_theta_1_U_force_x * t237;
-    const double t241 = arm_phi_1_cos * t210 + arm_phi_1_sin * t209 - arm_theta_1_U_force_x * t238;
-    const double t242 = arm_phi_1_cos * t234 + arm_phi_1_sin * t232 - arm_theta_1_U_force_y * t238;
-    const double t243 = arm_phi_1_sin * t211 + arm_phi_1_cos * t218 - arm_theta_1_U_moment_z * t236;
-    const double t244 = arm_phi_1_cos * t228 - arm_phi_1_sin * t230 - arm_theta_1_U_moment_z * t237;
-    const double t245 = arm_phi_1_cos * (t223 + arm_phi_1_cos * t220) + arm_phi_1_sin * (t225 + arm_phi_1_sin *
-        t212) - arm_theta_1_U_moment_z * t235;
-    const double t246 = arm_phi_1_cos * (t231 + arm_phi_1_cos * t221) + arm_phi_1_sin * (t233 + arm_phi_1_sin *
-        t213) - arm_theta_1_U_force_z * t238;
-    const double t247 = arm_phi_1_sin * t228 + arm_phi_1_cos * t230 - arm_theta_1_U_moment_z * t238;
-    const double t248 = arm_theta_1_cos * t245;
-    const double arm_psi_1_U_moment_z = arm_theta_1_cos * t248;
-    const double arm_psi_1_U_moment_x = arm_theta_1_sin * t248;
-    const double t249 = arm_theta_1_cos * t243;
-    const double t250 = arm_theta_1_sin * t243;
-    const double arm_psi_1_U_force_y = arm_theta_1_cos * t244;
-    const double t251 = arm_theta_1_cos * t247;
-    const double t252 = arm_theta_1_sin * t247;
-    const double arm_psi_1_U_force_z = arm_theta_1_cos * t251 - arm_theta_1_sin * t249;
-    const double arm_psi_1_U_force_x = arm_theta_1_sin * t251 + arm_theta_1_cos * t249;
-    const double t253 = arm_theta_1_sin * t241;
-    const double t254 = arm_theta_1_cos * t246 - t253;
-    const double t255 = arm_theta_1_cos * t241;
-    const double t256 = t255 - arm_theta_1_sin * t239;
-    /* arm_psi_1: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_1_D_inverse = 1.0 / arm_psi_1_U_moment_z;
-    const double t257 = arm_psi_1_U_moment_x * arm_psi_1_D_inverse;
-    const double t258 = arm_psi_1_U_force_x * arm_psi_1_D_inverse;
-    const double t259 = arm_psi_1_U_force_y * arm_psi_1_D_inverse;
-    const double t260 = arm_psi_1_U_force_z * arm_psi_1_D_inverse;
-    const double t261 = arm_theta_1_sin * (arm_theta_1_sin * t245) - arm_psi_1_U_moment_x * t257;
-    const double t262 = arm_theta_1_cos * (t253 + arm_theta_1_cos * t239) + arm_theta_1_sin * (t255 + arm_theta_1_sin *
-        t246) - arm_psi_1_U_force_x * t258;
-    const double t263 = arm_theta_1_sin * t252 + arm_theta_1_cos * t250 - arm_psi_1_U_moment_x * t258;
-    const double t264 = arm_theta_1_cos * t240 + arm_theta_1_sin * t242 - arm_psi_1_U_force_x * t259;
-    const double t265 = arm_theta_1_sin * t244 - arm_psi_1_U_moment_x * t259;
-    const double t266 = arm_theta_1_cos * t256 + arm_theta_1_sin * t254 - arm_psi_1_U_force_x * t260;
-    const double t267 = arm_theta_1_cos * t252 - arm_theta_1_sin * t250 - arm_psi_1_U_moment_x * t260;
-    const double t268 = arm_phi_1_cos * t232 - arm_phi_1_sin * t234 - arm_theta_1_U_force_y * t237 - arm_psi_1_U_force_y *
-        t259;
-    const double t269 = arm_theta_1_cos * t242 - arm_theta_1_sin * t240 - arm_psi_1_U_force_y * t260;
-    const double t270 = arm_psi_1_cos * t261;
-    const double t271 = arm_psi_1_cos * t263;
-    const double t272 = arm_psi_1_sin * t263;
-    const double t273 = arm_psi_1_cos * t265;
-    const double t274 = arm_psi_1_sin * t265;
-    const double t275 = arm_psi_1_sin * t267;
-    const double t276 = arm_psi_1_sin * t271 + arm_psi_1_cos * t273;
-    const double t277 = arm_psi_1_sin * t272 + arm_psi_1_cos * t274;
-    const double t278 = arm_psi_1_sin * t264;
-    const double t279 = arm_psi_1_cos * t262 - t278;
-    const double t280 = arm_psi_1_cos * t264;
-    const double t281 = t280 - arm_psi_1_sin * t268;
-    const double t282 = arm_psi_1_cos * t281 + arm_psi_1_sin * t279;
-    const double t283 = arm_psi_1_cos * (t278 + arm_psi_1_cos * t268) + arm_psi_1_sin * (t280 + arm_psi_1_sin *
-        t262);
-    const double arm_psi_U_force_x = p->derived.constant_1 * t282;
-    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t269 + arm_psi_1_sin * t266);
-    const double t284 = p->derived.constant_1 * t283;
-    const double arm_psi_U_moment_x = p->derived.constant_1 * t276;
-    const double t285 = arm_psi_1_sin * (arm_psi_1_sin * t261) - p->derived.constant_1 * t275 - p->derived.constant_1 *
-        (t275 - p->derived.constant_1 * (arm_theta_1_cos * t254 - arm_theta_1_sin * t256 - arm_psi_1_U_force_z *
-        t260));
-    const double arm_psi_U_moment_y = p->derived.constant_1 * t277 - p->derived.constant_1 * arm_psi_U_force_z;
+    /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+    const double t62 = 1.0 / (p->derived.arm_psi_inertia_yy + effector_z_shift_x * t21);
+    const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
+    const double t63 = arm_phi_3_moment_beyond_x * t62;
+    const double t64 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t63;
+    const double t65 = arm_phi_3_cos * t64;
+    const double t66 = arm_phi_3_sin * t64;
+    const double t67 = arm_phi_3_sin * t66 + arm_phi_3_cos * t65;
+    const double t68 = arm_phi_3_sin * t65 - arm_phi_3_cos * t66;
+    const double t69 = arm_theta_3_cos * t67;
+    const double t70 = p->derived.arm_psi_mass * arm_theta_3_sin;
+    const double t71 = arm_theta_3_sin * t70 + arm_theta_3_cos * t69;
+    const double t72 = arm_theta_3_sin * t69 - arm_theta_3_cos * t70;
+    const double t73 = arm_theta_3_cos * (p->derived.arm_psi_mass * arm_theta_3_cos) + arm_theta_3_sin * (arm_theta_3_sin *
+        t67);
+    const double t74 = arm_theta_3_cos * t68;
+    const double t75 = arm_theta_3_sin * t68;
+    const double t76 = arm_psi_3_sin * t75;
+    const double t77 = arm_psi_3_cos * t73 - t76;
+    const double t78 = arm_psi_3_cos * t75;
+    const double t79 = t78 - arm_psi_3_sin * t67;
+    const double t80 = arm_psi_3_cos * t79 + arm_psi_3_sin * t77;
+    const double t81 = arm_psi_3_cos * (t76 + arm_psi_3_cos * t67) + arm_psi_3_sin * (t78 + arm_psi_3_sin *
+        t73);
+    const double t82 = arm_psi_3_cos * t72 - arm_psi_3_sin * t74;
+    const double t83 = arm_psi_3_cos * t74 + arm_psi_3_sin * t72;
+    const double t84 = p->derived.arm_element_length * t82;
+    const double t85 = p->derived.arm_element_length * t80;
+    const double t86 = p->derived.arm_element_length * t83;
+    const double t87 = p->derived.arm_element_length * t81;
+    const double t88 = p->derived.arm_element_length * t71;
+    const double t89 = p->derived.arm_element_length * t86;
+    /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+    const double t90 = p->derived.arm_phi_1_moment_x + t88;
+    const double t91 = p->derived.arm_phi_1_moment_x + t87;
+    const double t92 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t88);
+    const double t93 = t89 * t92;
+    const double t94 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t87 - t89 *
+        t93);
+    const double arm_theta_2_cos_inverse = 1.0 / arm_theta_2_cos;
+    const double t95 = t94 * (t85 - t84 * t93);
+    const double t96 = t93 * t95 - t84 * t92;
+    const double t97 = t94 * (t91 - t86 * t93);
+    const double t98 = t93 * t97 - t86 * t92;
+    const double t99 = t94 * (t86 - t90 * t93);
+    const double t100 = t93 * t99 - t90 * t92;
+    const double t101 = p->derived.arm_phi_1_mass + (arm_psi_3_cos * t77 - arm_psi_3_sin * t79) - (t85 * t95 -
+        t84 * t96);
+    const double t102 = t80 - (t85 * t97 - t84 * t98);
+    const double t103 = t82 - (t85 * t99 - t84 * t100);
+    const double t104 = p->derived.arm_phi_1_mass + t81 - (t91 * t97 - t86 * t98);
+    const double t105 = t83 - (t91 * t99 - t86 * t100);
+    const double t106 = p->derived.arm_phi_1_mass + t71 - (t86 * t99 - t90 * t100);
+    const double t107 = arm_phi_2_sin * t105;
+    const double t108 = arm_phi_2_cos * t104 - t107;
+    const double t109 = arm_phi_2_cos * t105;
+    const double t110 = t109 - arm_phi_2_sin * t106;
+    const double t111 = arm_phi_2_cos * t108 - arm_phi_2_sin * t110;
+    const double t112 = arm_phi_2_cos * t110 + arm_phi_2_sin * t108;
+    const double t113 = arm_phi_2_cos * (t107 + arm_phi_2_cos * t106) + arm_phi_2_sin * (t109 + arm_phi_2_sin *
+        t104);
+    const double t114 = arm_phi_2_cos * t102 - arm_phi_2_sin * t103;
+    const double t115 = arm_phi_2_cos * t103 + arm_phi_2_sin * t102;
+    const double t116 = arm_theta_2_sin * t115;
+    const double t117 = arm_theta_2_cos * t113 - t116;
+    const double t118 = arm_theta_2_cos * t115;
+    const double t119 = t118 - arm_theta_2_sin * t101;
+    const double t120 = arm_theta_2_cos * t117 - arm_theta_2_sin * t119;
+    const double t121 = arm_theta_2_cos * t119 + arm_theta_2_sin * t117;
+    const double t122 = arm_theta_2_cos * (t116 + arm_theta_2_cos * t101) + arm_theta_2_sin * (t118 + arm_theta_2_sin *
+        t113);
+    const double t123 = arm_theta_2_cos * t112 - arm_theta_2_sin * t114;
+    const double t124 = arm_theta_2_cos * t114 + arm_theta_2_sin * t112;
+    const double t125 = arm_psi_2_sin * t124;
+    const double t126 = arm_psi_2_cos * t122 - t125;
+    const double t127 = arm_psi_2_cos * t124;
+    const double t128 = t127 - arm_psi_2_sin * t111;
+    const double t129 = arm_psi_2_cos * t128 + arm_psi_2_sin * t126;
+    const double t130 = arm_psi_2_cos * (t125 + arm_psi_2_cos * t111) + arm_psi_2_sin * (t127 + arm_psi_2_sin *
+        t122);
+    const double t131 = arm_psi_2_cos * t121 - arm_psi_2_sin * t123;
+    const double t132 = arm_psi_2_cos * t123 + arm_psi_2_sin * t121;
+    const double t133 = p->derived.arm_element_length * t131;
+    const double t134 = p->derived.arm_element_length * t129;
+    const double t135 = p->derived.arm_element_length * t132;
+    const double t136 = p->derived.arm_element_length * t130;
+    const double t137 = p->derived.arm_element_length * t120;
+    const double t138 = p->derived.arm_element_length * t135;
+    /* arm_phi_1 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+    const double t139 = p->derived.arm_phi_1_moment_x + t137;
+    const double t140 = p->derived.arm_phi_1_moment_x + t136;
+    const double t141 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t137);
+    const double t142 = t138 * t141;
+    const double t143 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t136 - t138 *
+        t142);
+    const double arm_theta_1_cos_inverse = 1.0 / arm_theta_1_cos;
+    const double t144 = t143 * (t134 - t133 * t142);
+    const double t145 = t142 * t144 - t133 * t141;
+    const double t146 = t143 * (t140 - t135 * t142);
+    const double t147 = t142 * t146 - t135 * t141;
+    const double t148 = t143 * (t135 - t139 * t142);
+    const double t149 = t142 * t148 - t139 * t141;
+    const double t150 = p->derived.arm_phi_1_mass + (arm_psi_2_cos * t126 - arm_psi_2_sin * t128) - (t134 *
+        t144 - t133 * t145);
+    const double t151 = t129 - (t134 * t146 - t133 * t147);
+    const double t152 = t131 - (t134 * t148 - t133 * t149);
+    const double t153 = p->derived.arm_phi_1_mass + t130 - (t140 * t146 - t135 * t147);
+    const double t154 = t132 - (t140 * t148 - t135 * t149);
+    const double t155 = p->derived.arm_phi_1_mass + t120 - (t135 * t148 - t139 * t149);
+    const double t156 = arm_phi_1_sin * t154;
+    const double t157 = arm_phi_1_cos * t153 - t156;
+    const double t158 = arm_phi_1_cos * t154;
+    const double t159 = t158 - arm_phi_1_sin * t155;
+    const double t160 = arm_phi_1_cos * t157 - arm_phi_1_sin * t159;
+    const double t161 = arm_phi_1_cos * t159 + arm_phi_1_sin * t157;
+    const double t162 = arm_phi_1_cos * (t156 + arm_phi_1_cos * t155) + arm_phi_1_sin * (t158 + arm_phi_1_sin *
+        t153);
+    const double t163 = arm_phi_1_cos * t151 - arm_phi_1_sin * t152;
+    const double t164 = arm_phi_1_cos * t152 + arm_phi_1_sin * t151;
+    const double t165 = arm_theta_1_sin * t164;
+    const double t166 = arm_theta_1_cos * t162 - t165;
+    const double t167 = arm_theta_1_cos * t164;
+    const double t168 = t167 - arm_theta_1_sin * t150;
+    const double t169 = arm_theta_1_cos * t168 + arm_theta_1_sin * t166;
+    const double t170 = arm_theta_1_cos * (t165 + arm_theta_1_cos * t150) + arm_theta_1_sin * (t167 + arm_theta_1_sin *
+        t162);
+    const double t171 = arm_theta_1_cos * t161 - arm_theta_1_sin * t163;
+    const double t172 = arm_theta_1_cos * t163 + arm_theta_1_sin * t161;
+    const double t173 = arm_psi_1_sin * t172;
+    const double t174 = arm_psi_1_cos * t170 - t173;
+    const double t175 = arm_psi_1_cos * t172;
+    const double t176 = t175 - arm_psi_1_sin * t160;
+    const double t177 = arm_psi_1_cos * t176 + arm_psi_1_sin * t174;
+    const double t178 = arm_psi_1_cos * (t173 + arm_psi_1_cos * t160) + arm_psi_1_sin * (t175 + arm_psi_1_sin *
+        t170);
+    const double arm_psi_U_force_x = p->derived.constant_1 * t177;
+    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t171 + arm_psi_1_sin * t169);
+    const double t179 = p->derived.constant_1 * t178;
+    const double t180 = p->derived.constant_1 * arm_psi_U_force_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t284;
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t284;
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t179;
+    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t179;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t286 = arm_psi_U_moment_x * arm_psi_D_inverse;
-    const double t287 = arm_psi_U_moment_y * arm_psi_D_inverse;
-    const double t288 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t289 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t290 = arm_psi_1_sin * t270 - p->derived.constant_1 * (arm_psi_1_cos * t267) - arm_psi_U_moment_x *
-        t287;
-    const double t291 = t282 - arm_psi_U_force_x * t289;
-    const double t292 = arm_psi_cos * (arm_psi_sin * t290 + arm_psi_cos * (p->derived.arm_psi_inertia_yy +
-        t285 - arm_psi_U_moment_y * t287)) + arm_psi_sin * (arm_psi_cos * t290 + arm_psi_sin * (p->derived.arm_psi_inertia_xx +
-        arm_psi_1_cos * t270 - arm_psi_U_moment_x * t286));
-    const double t293 = arm_psi_sin * (arm_psi_1_cos * t271 - arm_psi_1_sin * t273 - arm_psi_U_moment_x *
-        t288) + arm_psi_cos * (arm_psi_1_cos * t272 - arm_psi_1_sin * t274 - p->derived.constant_1 * (arm_psi_1_cos *
-        t266 - arm_psi_1_sin * t269) - arm_psi_U_moment_y * t288);
-    const double column_psi_U_force_z = arm_psi_sin * t293 + arm_psi_cos * (arm_psi_sin * (t276 - arm_psi_U_moment_x *
-        t289) + arm_psi_cos * (t277 - arm_psi_U_force_z - arm_psi_U_moment_y * t289));
-    const double t294 = arm_psi_cos * (arm_psi_sin * t291 + arm_psi_cos * (p->derived.arm_psi_mass + t283 -
-        arm_psi_U_force_y * t289)) + arm_psi_sin * (arm_psi_cos * t291 + arm_psi_sin * (p->derived.arm_psi_mass +
-        (arm_psi_1_cos * t279 - arm_psi_1_sin * t281) - arm_psi_U_force_x * t288));
+    const double t181 = t180 * arm_psi_D_inverse;
+    const double t182 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t183 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t184 = t177 - arm_psi_U_force_x * t183;
+    const double t185 = arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_inertia_yy + p->derived.constant_1 *
+        (p->derived.constant_1 * (arm_theta_1_cos * t166 - arm_theta_1_sin * t168)) - t180 * t181)) + arm_psi_sin *
+        (p->derived.arm_psi_inertia_xx * arm_psi_sin);
+    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t180 * t182 - p->derived.constant_1 *
+        (arm_psi_1_cos * t169 - arm_psi_1_sin * t171))) + arm_psi_cos * (arm_psi_cos * (t180 * t183 - arm_psi_U_force_z));
+    const double t186 = arm_psi_cos * (arm_psi_sin * t184 + arm_psi_cos * (p->derived.arm_psi_mass + t178 -
+        arm_psi_U_force_y * t183)) + arm_psi_sin * (arm_psi_cos * t184 + arm_psi_sin * (p->derived.arm_psi_mass +
+        (arm_psi_1_cos * t174 - arm_psi_1_sin * t176) - arm_psi_U_force_x * t182));
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + t292;
+    const double column_psi_U_moment_z = p->Izz_col + t185;
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t295 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t187 = column_psi_U_force_z * column_psi_D_inverse;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + t294 - column_psi_U_force_z * t295);
+    const double base_z_U_force_z = p->m_base + (p->m_col + t186 - column_psi_U_force_z * t187);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* arm_theta_3: force left for the joint, inward */
-    const double t296 = t63 * t74;
-    const double t297 = t63 * t76;
-    /* arm_psi_3: force left for the joint, inward */
-    const double t298 = t62 - (arm_theta_3_sin * t64 + arm_theta_3_cos * t296);
-    const double t299 = arm_theta_3_sin * t296 - arm_theta_3_cos * t64 + t87 * t298;
-    const double t300 = t88 * t298 - (arm_theta_3_sin * t297 + arm_theta_3_cos * effector_z_load_force_z);
-    const double t301 = t63 * t75 + t89 * t298;
-    const double t302 = arm_theta_3_sin * effector_z_load_force_z - arm_theta_3_cos * t297 + t90 * t298;
-    const double t303 = arm_psi_3_sin * t300 + arm_psi_3_cos * t301;
+    /* arm_phi_3: force left for the joint, inward */
+    const double t188 = arm_theta_3_sin * t61;
+    const double t189 = arm_theta_3_cos_inverse * (t27 - t44 - (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
+        qd[9]) - t188);
+    const double t190 = arm_phi_3_sin * t189 + arm_phi_3_cos * t60;
+    const double t191 = arm_phi_3_cos * t189 - arm_phi_3_sin * t60;
+    const double t192 = t62 * t190;
+    const double t193 = t62 * t191;
+    const double t194 = arm_phi_3_moment_beyond_x * t193;
+    const double t195 = arm_phi_3_moment_beyond_x * t192;
+    const double t196 = arm_phi_3_sin * t195 + arm_phi_3_cos * t194;
+    const double t197 = arm_phi_3_sin * t194 - arm_phi_3_cos * t195;
+    const double t198 = arm_phi_3_cos * t190 - arm_phi_3_sin * t191;
+    const double t199 = arm_phi_3_sin * t190 + arm_phi_3_cos * t191;
+    const double t200 = arm_theta_3_sin * effector_z_load_force_z + arm_theta_3_cos * t197;
+    const double t201 = arm_theta_3_sin * t197 - arm_theta_3_cos * effector_z_load_force_z;
+    const double t202 = arm_theta_3_sin * t199 - arm_theta_3_cos * t61;
+    const double t203 = arm_psi_3_sin * t201 + arm_psi_3_cos * t196;
     /* arm_phi_2: force left for the joint, inward */
-    const double t304 = t61 + (arm_psi_3_cos * t299 - arm_psi_3_sin * t63);
-    const double t305 = arm_psi_3_sin * t299 + arm_psi_3_cos * t63 - p->derived.arm_element_length * t302 -
-        t119 * t304;
-    const double t306 = t62 + p->derived.arm_element_length * t303 - t120 * t304;
-    const double t307 = t303 - t122 * t304;
-    const double t308 = t302 - t123 * t304;
-    /* arm_theta_2: force left for the joint, inward */
-    const double t309 = t60 - (arm_phi_2_cos * t305 - arm_phi_2_sin * t306);
-    const double t310 = arm_phi_2_sin * t305 + arm_phi_2_cos * t306 + t150 * t309;
-    const double t311 = arm_psi_3_cos * t300 - arm_psi_3_sin * t301 - t121 * t304 + t151 * t309;
-    const double t312 = arm_phi_2_sin * t307 + arm_phi_2_cos * t308 + t153 * t309;
-    /* arm_psi_2: force left for the joint, inward */
-    const double t313 = t59 - (arm_theta_2_sin * t61 + arm_theta_2_cos * t310);
-    const double t314 = arm_theta_2_sin * t310 - arm_theta_2_cos * t61 + t172 * t313;
-    const double t315 = arm_theta_2_sin * t312 + arm_theta_2_cos * t311 + t173 * t313;
-    const double t316 = arm_phi_2_cos * t307 - arm_phi_2_sin * t308 + t152 * t309 + t174 * t313;
-    const double t317 = arm_theta_2_cos * t312 - arm_theta_2_sin * t311 + t175 * t313;
-    const double t318 = arm_psi_2_sin * t315 + arm_psi_2_cos * t316;
+    const double t204 = arm_theta_2_sin * t59;
+    const double t205 = arm_theta_2_cos_inverse * (t48 - t49 - (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
+        qd[6]) - t204);
+    const double t206 = arm_phi_2_sin * t205 + arm_phi_2_cos * t58;
+    const double t207 = arm_phi_2_cos * t205 - arm_phi_2_sin * t58;
+    const double t208 = t206 - (arm_psi_3_sin * t202 + arm_psi_3_cos * t198 - p->derived.arm_element_length *
+        t200);
+    const double t209 = p->derived.constant_21 * (t59 + (arm_psi_3_cos * t202 - arm_psi_3_sin * t198));
+    const double t210 = t94 * (t207 - (t188 + arm_theta_3_cos * t199 + p->derived.arm_element_length * t203) +
+        t93 * t208);
+    const double t211 = t92 * t208 + t93 * t210;
+    const double t212 = arm_psi_3_cos * t201 - arm_psi_3_sin * t196 + (t85 * t210 - t84 * t211);
+    const double t213 = t203 + (t91 * t210 - t86 * t211);
+    const double t214 = t200 + (t86 * t210 - t90 * t211);
+    const double t215 = arm_phi_2_cos * t213 - arm_phi_2_sin * t214;
+    const double t216 = arm_phi_2_sin * t213 + arm_phi_2_cos * t214;
+    const double t217 = arm_phi_2_cos * t206 - arm_phi_2_sin * t207;
+    const double t218 = arm_phi_2_sin * t206 + arm_phi_2_cos * t207;
+    const double t219 = arm_theta_2_cos * t216 - arm_theta_2_sin * t212;
+    const double t220 = arm_theta_2_sin * t216 + arm_theta_2_cos * t212;
+    const double t221 = arm_theta_2_sin * t218 - arm_theta_2_cos * t59;
+    const double t222 = arm_psi_2_sin * t220 + arm_psi_2_cos * t215;
     /* arm_phi_1: force left for the joint, inward */
-    const double t319 = t58 + (arm_psi_2_cos * t314 - arm_psi_2_sin * t60);
-    const double t320 = arm_psi_2_sin * t314 + arm_psi_2_cos * t60 - p->derived.arm_element_length * t317 -
-        t204 * t319;
-    const double t321 = t59 + p->derived.arm_element_length * t318 - t205 * t319;
-    const double t322 = t318 - t207 * t319;
-    const double t323 = t317 - t208 * t319;
-    /* arm_theta_1: force left for the joint, inward */
-    const double t324 = t57 - (arm_phi_1_cos * t320 - arm_phi_1_sin * t321);
-    const double t325 = arm_phi_1_sin * t320 + arm_phi_1_cos * t321 + t235 * t324;
-    const double t326 = arm_psi_2_cos * t315 - arm_psi_2_sin * t316 - t206 * t319 + t236 * t324;
-    const double t327 = arm_phi_1_sin * t322 + arm_phi_1_cos * t323 + t238 * t324;
-    /* arm_psi_1: force left for the joint, inward */
-    const double t328 = t56 - (arm_theta_1_sin * t58 + arm_theta_1_cos * t325);
-    const double t329 = arm_theta_1_sin * t325 - arm_theta_1_cos * t58 + t257 * t328;
-    const double t330 = arm_theta_1_sin * t327 + arm_theta_1_cos * t326 + t258 * t328;
-    const double t331 = arm_phi_1_cos * t322 - arm_phi_1_sin * t323 + t237 * t324 + t259 * t328;
-    const double t332 = arm_psi_1_sin * t330 + arm_psi_1_cos * t331;
+    const double t223 = arm_theta_1_sin * t57;
+    const double t224 = arm_theta_1_cos_inverse * (t53 - t54 - (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
+        qd[3]) - t223);
+    const double t225 = arm_phi_1_sin * t224 + arm_phi_1_cos * t56;
+    const double t226 = arm_phi_1_cos * t224 - arm_phi_1_sin * t56;
+    const double t227 = t225 - (arm_psi_2_sin * t221 + arm_psi_2_cos * t217 - p->derived.arm_element_length *
+        t219);
+    const double t228 = p->derived.constant_21 * (t57 + (arm_psi_2_cos * t221 - arm_psi_2_sin * t217));
+    const double t229 = t143 * (t226 - (t204 + arm_theta_2_cos * t218 + p->derived.arm_element_length * t222) +
+        t142 * t227);
+    const double t230 = t141 * t227 + t142 * t229;
+    const double t231 = arm_psi_2_cos * t220 - arm_psi_2_sin * t215 + (t134 * t229 - t133 * t230);
+    const double t232 = t222 + (t140 * t229 - t135 * t230);
+    const double t233 = t219 + (t135 * t229 - t139 * t230);
+    const double t234 = arm_phi_1_cos * t232 - arm_phi_1_sin * t233;
+    const double t235 = arm_phi_1_sin * t232 + arm_phi_1_cos * t233;
+    const double t236 = arm_phi_1_cos * t225 - arm_phi_1_sin * t226;
+    const double t237 = arm_phi_1_sin * t225 + arm_phi_1_cos * t226;
+    const double t238 = arm_theta_1_sin * t235 + arm_theta_1_cos * t231;
+    const double t239 = arm_theta_1_sin * t237 - arm_theta_1_cos * t57;
+    const double t240 = arm_psi_1_sin * t238 + arm_psi_1_cos * t234;
     /* arm_psi: force left for the joint, inward */
-    const double t333 = arm_psi_load_moment_z + (t56 + p->derived.constant_1 * t332);
-    const double t334 = arm_psi_1_sin * t329 + arm_psi_1_cos * t57 - p->derived.constant_1 * (arm_theta_1_cos *
-        t327 - arm_theta_1_sin * t326 + t260 * t328) - t287 * t333;
+    const double t241 = arm_psi_load_moment_z + (t223 + arm_theta_1_cos * t237 + p->derived.constant_1 * t240);
+    const double t242 = arm_psi_sin * (arm_psi_1_cos * t239 - arm_psi_1_sin * t236) + arm_psi_cos * (arm_psi_1_sin *
+        t239 + arm_psi_1_cos * t236 - p->derived.constant_1 * (arm_theta_1_cos * t235 - arm_theta_1_sin *
+        t231) + t181 * t241);
     /* column_psi: force left for the joint, inward */
-    const double t335 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - column_psi_load_moment_z - (arm_psi_sin * (arm_psi_1_cos * t329 - arm_psi_1_sin * t57 - t286 *
-        t333) + arm_psi_cos * t334);
-    const double t336 = arm_psi_sin * (arm_psi_1_cos * t330 - arm_psi_1_sin * t331 - t288 * t333) + arm_psi_cos *
-        (t332 - t289 * t333) + t295 * t335;
+    const double t243 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - column_psi_load_moment_z - t242;
+    const double t244 = arm_psi_sin * (arm_psi_1_cos * t238 - arm_psi_1_sin * t234 - t182 * t241) + arm_psi_cos *
+        (t240 - t183 * t241) + t187 * t243;
     /* base_z: acceleration, outward */
-    const double t337 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + base_z_load_force_z + t336);
+    const double t245 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + base_z_load_force_z + t244);
     /* column_psi: acceleration, outward */
-    const double t338 = t295 * t337 + column_psi_D_inverse * t335;
+    const double t246 = t187 * t245 + column_psi_D_inverse * t243;
     /* arm_psi: acceleration, outward */
-    const double t339 = arm_psi_sin * t338;
-    const double t340 = arm_psi_cos * t338;
-    const double t341 = arm_psi_sin * t337;
-    const double t342 = arm_psi_cos * t337;
-    const double t343 = t286 * t339 + t287 * t340 - (t288 * t341 + t289 * t342) + arm_psi_D_inverse * t333;
-    /* arm_psi_1: acceleration, outward */
-    const double t344 = p->derived.constant_1 * t340;
-    const double t345 = arm_psi_1_sin * t340 + arm_psi_1_cos * t339;
-    const double t346 = arm_psi_1_cos * t340 - arm_psi_1_sin * t339;
-    const double t347 = t342 + p->derived.constant_1 * t343;
-    const double t348 = arm_psi_1_sin * t347 + arm_psi_1_cos * t341;
-    const double t349 = arm_psi_1_sin * t341 - arm_psi_1_cos * t347;
-    const double t350 = arm_psi_1_D_inverse * t328 - (t259 * t349 - t258 * t348 - t260 * t344 + (t257 * t345 -
-        t343));
-    const double t351 = t350 - t343;
-    /* arm_theta_1: acceleration, outward */
-    const double t352 = arm_theta_1_sin * t345 + arm_theta_1_cos * t351;
-    const double t353 = arm_theta_1_cos * t345 - arm_theta_1_sin * t351;
-    const double t354 = arm_theta_1_sin * t348 + arm_theta_1_cos * t344;
-    const double t355 = arm_theta_1_sin * t344 - arm_theta_1_cos * t348;
-    const double t356 = arm_theta_1_D_inverse * t324 - (t236 * t355 + t237 * t349 - t238 * t354 + (t346 +
-        t235 * t352));
-    const double t357 = t346 + t356;
+    const double t247 = arm_psi_sin * t245;
+    const double t248 = arm_psi_cos * t245;
+    const double t249 = arm_psi_sin * t246;
+    const double t250 = arm_psi_cos * t246;
+    const double t251 = t182 * t247 + t183 * t248 + t181 * t250 - arm_psi_D_inverse * t241;
     /* arm_phi_1: acceleration, outward */
-    const double t358 = arm_phi_1_sin * t352 + arm_phi_1_cos * t357;
-    const double t359 = arm_phi_1_cos * t352 - arm_phi_1_sin * t357;
-    const double t360 = arm_phi_1_cos * t349 - arm_phi_1_sin * t354;
-    const double t361 = arm_phi_1_sin * t349 + arm_phi_1_cos * t354;
-    const double t362 = t206 * t355 + t207 * t360 - t208 * t361 + (t353 + t204 * t358 + t205 * t359) + arm_phi_1_D_inverse *
-        t319;
-    const double t363 = t353 - t362;
-    /* arm_psi_2: acceleration, outward */
-    const double t364 = arm_psi_2_sin * t358 + arm_psi_2_cos * t363;
-    const double t365 = arm_psi_2_cos * t358 - arm_psi_2_sin * t363;
-    const double t366 = t360 + p->derived.arm_element_length * t359;
-    const double t367 = t361 + p->derived.arm_element_length * t358;
-    const double t368 = arm_psi_2_sin * t366 + arm_psi_2_cos * t355;
-    const double t369 = arm_psi_2_cos * t366 - arm_psi_2_sin * t355;
-    const double t370 = arm_psi_2_D_inverse * t313 - (t173 * t368 + t174 * t369 - t175 * t367 + (t359 + t172 *
-        t364));
-    const double t371 = t359 + t370;
-    /* arm_theta_2: acceleration, outward */
-    const double t372 = arm_theta_2_sin * t364 + arm_theta_2_cos * t371;
-    const double t373 = arm_theta_2_cos * t364 - arm_theta_2_sin * t371;
-    const double t374 = arm_theta_2_sin * t368 - arm_theta_2_cos * t367;
-    const double t375 = arm_theta_2_sin * t367 + arm_theta_2_cos * t368;
-    const double t376 = arm_theta_2_D_inverse * t309 - (t151 * t375 + t152 * t369 + t153 * t374 + (t365 +
-        t150 * t372));
-    const double t377 = t365 + t376;
+    const double t252 = p->derived.constant_1 * t250;
+    const double t253 = p->derived.constant_1 * t251 - t248;
+    const double t254 = arm_psi_1_sin * t253 - arm_psi_1_cos * t247;
+    const double t255 = arm_psi_1_sin * t247 + arm_psi_1_cos * t253;
+    const double t256 = arm_theta_1_sin * t254 - arm_theta_1_cos * t252;
+    const double t257 = arm_theta_1_sin * t252 + arm_theta_1_cos * t254;
+    const double t258 = arm_phi_1_sin * t256 + arm_phi_1_cos * t255;
+    const double t259 = arm_phi_1_cos * t256 - arm_phi_1_sin * t255;
+    const double t260 = t230 - (t145 * t257 + t147 * t258 + t149 * t259);
+    const double t261 = t229 - (t144 * t257 + t146 * t258 + t148 * t259);
+    const double t262 = arm_psi_1_sin * t250 + arm_psi_1_cos * t249;
+    const double t263 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t260 + arm_phi_1_cos * t261 - (arm_theta_1_sin *
+        t262 + arm_theta_1_cos * t251));
     /* arm_phi_2: acceleration, outward */
-    const double t378 = arm_phi_2_sin * t372 + arm_phi_2_cos * t377;
-    const double t379 = arm_phi_2_cos * t372 - arm_phi_2_sin * t377;
-    const double t380 = arm_phi_2_sin * t374 + arm_phi_2_cos * t369;
-    const double t381 = arm_phi_2_cos * t374 - arm_phi_2_sin * t369;
-    const double t382 = t121 * t375 + t122 * t380 + t123 * t381 + (t373 + t119 * t378 + t120 * t379) + arm_phi_2_D_inverse *
-        t304;
-    const double t383 = t373 - t382;
-    /* arm_psi_3: acceleration, outward */
-    const double t384 = arm_psi_3_sin * t378 + arm_psi_3_cos * t383;
-    const double t385 = t380 + p->derived.arm_element_length * t379;
-    const double t386 = t381 - p->derived.arm_element_length * t378;
-    const double t387 = arm_psi_3_sin * t385 + arm_psi_3_cos * t375;
-    const double t388 = arm_psi_3_cos * t385 - arm_psi_3_sin * t375;
-    const double t389 = arm_psi_3_D_inverse * t298 - (t88 * t387 + t89 * t388 + t90 * t386 + (t379 + t87 *
-        t384));
-    const double t390 = t379 + t389;
-    /* arm_theta_3: acceleration, outward */
-    const double t391 = t75 * t388 - t76 * (arm_theta_3_sin * t387 + arm_theta_3_cos * t386) + (arm_psi_3_cos *
-        t378 - arm_psi_3_sin * t383 + t74 * (arm_theta_3_sin * t384 + arm_theta_3_cos * t390));
-    qdd[0] = -t337;
-    qdd[1] = t338;
-    qdd[2] = -t343;
-    qdd[3] = t350;
-    qdd[4] = t356;
-    qdd[5] = -t362;
-    qdd[6] = t370;
-    qdd[7] = t376;
-    qdd[8] = -t382;
-    qdd[9] = t389;
-    qdd[10] = t63 * arm_theta_3_D_inverse - t391;
-    qdd[11] = -(arm_theta_3_cos * t384 - arm_theta_3_sin * t390 + t64 * p->derived.arm_phi_3_D_inverse);
-    qdd[12] = -(arm_theta_3_cos * t387 - arm_theta_3_sin * t386 + effector_z_load_force_z * p->derived.effector_z_D_inverse);
+    const double t264 = t258 + p->derived.arm_element_length * t261;
+    const double t265 = t259 - p->derived.arm_element_length * t260;
+    const double t266 = arm_psi_2_sin * t264 + arm_psi_2_cos * t257;
+    const double t267 = arm_psi_2_cos * t264 - arm_psi_2_sin * t257;
+    const double t268 = arm_theta_2_sin * t266 + arm_theta_2_cos * t265;
+    const double t269 = arm_theta_2_cos * t266 - arm_theta_2_sin * t265;
+    const double t270 = arm_phi_2_sin * t268 + arm_phi_2_cos * t267;
+    const double t271 = arm_phi_2_cos * t268 - arm_phi_2_sin * t267;
+    const double t272 = t211 - (t96 * t269 + t98 * t270 + t100 * t271);
+    const double t273 = t210 - (t95 * t269 + t97 * t270 + t99 * t271);
+    const double t274 = arm_psi_2_sin * t260 - arm_psi_2_cos * t228;
+    const double t275 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t272 + arm_phi_2_cos * t273 - (arm_theta_2_sin *
+        t274 + arm_theta_2_cos * t261));
+    /* arm_phi_3: acceleration, outward */
+    const double t276 = t270 + p->derived.arm_element_length * t273;
+    const double t277 = t271 - p->derived.arm_element_length * t272;
+    const double t278 = arm_psi_3_sin * t276 + arm_psi_3_cos * t269;
+    const double t279 = arm_psi_3_cos * t276 - arm_psi_3_sin * t269;
+    const double t280 = arm_theta_3_sin * t278 + arm_theta_3_cos * t277;
+    const double t281 = t192 + t63 * (arm_phi_3_cos * t280 - arm_phi_3_sin * t279);
+    const double t282 = t193 - t63 * (arm_phi_3_sin * t280 + arm_phi_3_cos * t279);
+    const double t283 = arm_psi_3_sin * t272 - arm_psi_3_cos * t209;
+    const double t284 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t281 + arm_phi_3_cos * t282 - (arm_theta_3_sin *
+        t283 + arm_theta_3_cos * t273));
+    qdd[0] = -t245;
+    qdd[1] = t246;
+    qdd[2] = t251;
+    qdd[3] = t263;
+    qdd[4] = arm_phi_1_cos * t260 - arm_phi_1_sin * t261 - (arm_psi_1_cos * t250 - arm_psi_1_sin * t249);
+    qdd[5] = arm_theta_1_sin * t263 - (t228 + (arm_theta_1_cos * t262 - arm_theta_1_sin * t251));
+    qdd[6] = t275;
+    qdd[7] = arm_phi_2_cos * t272 - arm_phi_2_sin * t273 - (arm_psi_2_sin * t228 + arm_psi_2_cos * t260);
+    qdd[8] = arm_theta_2_sin * t275 - (t209 + (arm_theta_2_cos * t274 - arm_theta_2_sin * t261));
+    qdd[9] = t284;
+    qdd[10] = arm_phi_3_cos * t281 - arm_phi_3_sin * t282 - (arm_psi_3_sin * t209 + arm_psi_3_cos * t272);
+    qdd[11] = arm_theta_3_sin * t284 - (t61 * p->derived.constant_20 + (arm_theta_3_cos * t283 - arm_theta_3_sin *
+        t273));
+    qdd[12] = -(arm_theta_3_cos * t278 - arm_theta_3_sin * t277 + effector_z_load_force_z * p->derived.effector_z_D_inverse);
 }
 
 void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -4507,805 +4325,616 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
         p->derived.constant_18;
     /* base_z: bias and gravity forces c + g, inward */
     const double base_z_load_force_z = column_psi_load_force_z + p->derived.constant_19;
-    const double t113 = t110 - t111 - (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
-        qd[3]);
-    const double t114 = t108 - t109 - (p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi *
+    const double t113 = t108 - t109 - (p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi *
         qd[4]);
-    const double t115 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5] + arm_phi_1_load_moment_x;
-    const double t116 = t105 - t106 - (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
-        qd[6]);
-    const double t117 = t103 - t104 - (p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi *
+    const double t114 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5] + arm_phi_1_load_moment_x;
+    const double t115 = t103 - t104 - (p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi *
         qd[7]);
-    const double t118 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8] + arm_phi_2_load_moment_x;
-    const double t119 = t71 - t101 - (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi * qd[9]);
-    const double t120 = t99 - t100 - (p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi *
+    const double t116 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8] + arm_phi_2_load_moment_x;
+    const double t117 = t99 - t100 - (p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi *
         qd[10]);
-    const double t121 = arm_phi_3_bias_moment_x + (p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi *
+    const double t118 = arm_phi_3_bias_moment_x + (p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi *
         qd[11]);
-    /* arm_phi_3: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double t122 = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t65;
-    const double t123 = arm_phi_3_cos * t122;
-    const double t124 = arm_phi_3_sin * t122;
-    const double arm_theta_3_U_moment_y = arm_phi_3_sin * t124 + arm_phi_3_cos * t123;
-    const double arm_theta_3_U_moment_z = arm_phi_3_sin * t123 - arm_phi_3_cos * t124;
-    const double t125 = arm_phi_3_sin * arm_phi_3_moment_beyond_x;
-    const double t126 = arm_phi_3_cos * arm_phi_3_moment_beyond_x;
-    const double arm_theta_3_U_force_y = arm_phi_3_sin * t126 - arm_phi_3_cos * t125;
-    const double t127 = arm_phi_3_sin * t125 + arm_phi_3_cos * t126;
-    const double t128 = arm_phi_3_cos * p->derived.arm_phi_3_mass_beyond;
-    const double t129 = arm_phi_3_sin * p->derived.arm_phi_3_mass_beyond;
-    const double t130 = arm_phi_3_sin * t129 + arm_phi_3_cos * t128;
-    /* arm_theta_3: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_theta_3_D_inverse = 1.0 / arm_theta_3_U_moment_y;
-    const double t131 = arm_theta_3_U_moment_z * arm_theta_3_D_inverse;
-    const double t132 = arm_theta_3_U_force_y * arm_theta_3_D_inverse;
-    const double t133 = t127 * arm_theta_3_D_inverse;
-    const double t134 = arm_phi_3_sin * t128 - arm_phi_3_cos * t129 + arm_theta_3_U_force_y * t133;
-    const double t135 = t127 - arm_theta_3_U_moment_z * t132;
-    const double t136 = arm_theta_3_U_moment_y - arm_theta_3_U_moment_z * t131;
-    const double t137 = t130 - t127 * t133;
-    const double t138 = arm_theta_3_U_force_y + arm_theta_3_U_moment_z * t133;
-    const double t139 = arm_theta_3_cos * t136;
-    const double arm_psi_3_U_moment_z = arm_theta_3_cos * t139;
-    const double arm_psi_3_U_moment_x = arm_theta_3_sin * t139;
-    const double arm_psi_3_U_force_y = arm_theta_3_cos * t135;
-    const double t140 = arm_theta_3_cos * t138;
-    const double t141 = arm_theta_3_sin * t138;
-    const double arm_psi_3_U_force_z = arm_theta_3_cos * t140;
-    const double arm_psi_3_U_force_x = arm_theta_3_sin * t140;
-    const double t142 = arm_theta_3_cos * t137;
-    const double t143 = p->derived.arm_psi_mass * arm_theta_3_sin;
-    /* arm_psi_3: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_3_D_inverse = 1.0 / arm_psi_3_U_moment_z;
-    const double t144 = arm_psi_3_U_moment_x * arm_psi_3_D_inverse;
-    const double t145 = arm_psi_3_U_force_x * arm_psi_3_D_inverse;
-    const double t146 = arm_psi_3_U_force_y * arm_psi_3_D_inverse;
-    const double t147 = arm_psi_3_U_force_z * arm_psi_3_D_inverse;
-    const double t148 = arm_theta_3_sin * (arm_theta_3_sin * t136) - arm_psi_3_U_moment_x * t144;
-    const double t149 = arm_theta_3_cos * (p->derived.arm_psi_mass * arm_theta_3_cos) + arm_theta_3_sin *
-        (arm_theta_3_sin * t137) - arm_psi_3_U_force_x * t145;
-    const double t150 = arm_theta_3_sin * t141 - arm_psi_3_U_moment_x * t145;
-    const double t151 = arm_theta_3_sin * t134 - arm_psi_3_U_force_x * t146;
-    const double t152 = arm_theta_3_sin * t135 - arm_psi_3_U_moment_x * t146;
-    const double t153 = arm_theta_3_sin * t142 - arm_theta_3_cos * t143 - arm_psi_3_U_force_x * t147;
-    const double t154 = arm_theta_3_cos * t141 - arm_psi_3_U_moment_x * t147;
-    const double t155 = t130 - arm_theta_3_U_force_y * t132 - arm_psi_3_U_force_y * t146;
-    const double t156 = arm_theta_3_cos * t134 - arm_psi_3_U_force_y * t147;
-    const double t157 = arm_theta_3_sin * t143 + arm_theta_3_cos * t142 - arm_psi_3_U_force_z * t147;
-    const double t158 = arm_psi_3_cos * t148;
-    const double t159 = arm_psi_3_cos * t150;
-    const double t160 = arm_psi_3_sin * t150;
-    const double t161 = arm_psi_3_cos * t152;
-    const double t162 = arm_psi_3_sin * t152;
-    const double arm_phi_2_U_force_z = arm_psi_3_cos * t154;
-    const double t163 = arm_psi_3_sin * t154;
-    const double arm_phi_2_U_force_x = arm_psi_3_cos * t159 - arm_psi_3_sin * t161;
-    const double arm_phi_2_U_force_y = arm_psi_3_sin * t159 + arm_psi_3_cos * t161;
-    const double t164 = arm_psi_3_sin * t160 + arm_psi_3_cos * t162;
-    const double t165 = arm_psi_3_sin * t151;
-    const double t166 = arm_psi_3_cos * t149 - t165;
-    const double t167 = arm_psi_3_cos * t151;
-    const double t168 = t167 - arm_psi_3_sin * t155;
-    const double t169 = arm_psi_3_cos * t168 + arm_psi_3_sin * t166;
-    const double t170 = arm_psi_3_cos * (t165 + arm_psi_3_cos * t155) + arm_psi_3_sin * (t167 + arm_psi_3_sin *
-        t149);
-    const double t171 = arm_psi_3_cos * t153 - arm_psi_3_sin * t156;
-    const double t172 = arm_psi_3_cos * t156 + arm_psi_3_sin * t153;
-    const double t173 = p->derived.arm_element_length * t172;
-    const double t174 = p->derived.arm_element_length * t170;
-    const double t175 = t163 - p->derived.arm_element_length * t157;
-    const double arm_phi_2_U_moment_z = p->derived.arm_element_length * arm_phi_2_U_force_y;
-    const double arm_phi_2_U_moment_y = arm_psi_3_sin * t158 - p->derived.arm_element_length * arm_phi_2_U_force_z;
-    /* arm_phi_2: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_phi_2_U_moment_x = p->derived.arm_phi_1_inertia_xx + arm_psi_3_cos * t158;
-    const double arm_phi_2_D_inverse = 1.0 / arm_phi_2_U_moment_x;
-    const double t176 = arm_phi_2_U_moment_y * arm_phi_2_D_inverse;
-    const double t177 = arm_phi_2_U_moment_z * arm_phi_2_D_inverse;
-    const double t178 = arm_phi_2_U_force_x * arm_phi_2_D_inverse;
-    const double t179 = arm_phi_2_U_force_y * arm_phi_2_D_inverse;
-    const double t180 = arm_phi_2_U_force_z * arm_phi_2_D_inverse;
-    const double t181 = t169 - arm_phi_2_U_force_x * t179;
-    const double t182 = t171 - arm_phi_2_U_force_x * t180;
-    const double t183 = arm_psi_3_cos * t160 - arm_psi_3_sin * t162 - p->derived.arm_element_length * t171 -
-        arm_phi_2_U_moment_y * t178;
-    const double t184 = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_sin * (arm_psi_3_sin * t148) - p->derived.arm_element_length *
-        t163 - p->derived.arm_element_length * t175) - arm_phi_2_U_moment_y * t176;
-    const double t185 = p->derived.arm_phi_1_mass + t170 - arm_phi_2_U_force_y * t179;
-    const double t186 = t164 - t173 - arm_phi_2_U_moment_y * t179;
-    const double t187 = p->derived.arm_element_length * t164 - p->derived.arm_element_length * t173 - arm_phi_2_U_moment_y *
-        t177;
-    const double t188 = t172 - arm_phi_2_U_force_y * t180;
-    const double t189 = t175 - p->derived.arm_phi_1_moment_x - arm_phi_2_U_moment_y * t180;
-    const double t190 = p->derived.arm_element_length * t169 - arm_phi_2_U_moment_z * t178;
-    const double t191 = p->derived.arm_phi_1_moment_x + t174 - arm_phi_2_U_moment_z * t179;
-    const double t192 = p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t174 - arm_phi_2_U_moment_z *
-        t177;
-    const double t193 = p->derived.arm_phi_1_mass + t157 - arm_phi_2_U_force_z * t180;
-    const double t194 = t173 - arm_phi_2_U_moment_z * t180;
-    const double t195 = arm_phi_2_sin * t187;
-    const double t196 = arm_phi_2_cos * t184 - t195;
-    const double t197 = arm_phi_2_cos * t187;
-    const double t198 = t197 - arm_phi_2_sin * t192;
-    const double arm_theta_2_U_moment_y = arm_phi_2_cos * t196 - arm_phi_2_sin * t198;
-    const double arm_theta_2_U_moment_z = arm_phi_2_cos * t198 + arm_phi_2_sin * t196;
-    const double arm_theta_2_U_force_x = arm_phi_2_cos * t183 - arm_phi_2_sin * t190;
-    const double t199 = arm_phi_2_cos * t186 - arm_phi_2_sin * t191;
-    const double t200 = arm_phi_2_sin * t186 + arm_phi_2_cos * t191;
-    const double t201 = arm_phi_2_cos * t189 - arm_phi_2_sin * t194;
-    const double t202 = arm_phi_2_sin * t189 + arm_phi_2_cos * t194;
-    const double arm_theta_2_U_force_y = arm_phi_2_cos * t199 - arm_phi_2_sin * t201;
-    const double arm_theta_2_U_force_z = arm_phi_2_sin * t199 + arm_phi_2_cos * t201;
-    const double t203 = arm_phi_2_sin * t188;
-    const double t204 = arm_phi_2_cos * t185 - t203;
-    const double t205 = arm_phi_2_cos * t188;
-    const double t206 = t205 - arm_phi_2_sin * t193;
-    /* arm_theta_2: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_theta_2_D_inverse = 1.0 / arm_theta_2_U_moment_y;
-    const double t207 = arm_theta_2_U_moment_z * arm_theta_2_D_inverse;
-    const double t208 = arm_theta_2_U_force_x * arm_theta_2_D_inverse;
-    const double t209 = arm_theta_2_U_force_y * arm_theta_2_D_inverse;
-    const double t210 = arm_theta_2_U_force_z * arm_theta_2_D_inverse;
-    const double t211 = p->derived.arm_phi_1_mass + (arm_psi_3_cos * t166 - arm_psi_3_sin * t168) - arm_phi_2_U_force_x *
-        t178 - arm_theta_2_U_force_x * t208;
-    const double t212 = arm_phi_2_cos * t181 - arm_phi_2_sin * t182 - arm_theta_2_U_force_x * t209;
-    const double t213 = arm_phi_2_cos * t182 + arm_phi_2_sin * t181 - arm_theta_2_U_force_x * t210;
-    const double t214 = arm_phi_2_cos * t206 + arm_phi_2_sin * t204 - arm_theta_2_U_force_y * t210;
-    const double t215 = arm_phi_2_sin * t183 + arm_phi_2_cos * t190 - arm_theta_2_U_moment_z * t208;
-    const double t216 = arm_phi_2_cos * t200 - arm_phi_2_sin * t202 - arm_theta_2_U_moment_z * t209;
-    const double t217 = arm_phi_2_cos * (t195 + arm_phi_2_cos * t192) + arm_phi_2_sin * (t197 + arm_phi_2_sin *
-        t184) - arm_theta_2_U_moment_z * t207;
-    const double t218 = arm_phi_2_cos * (t203 + arm_phi_2_cos * t193) + arm_phi_2_sin * (t205 + arm_phi_2_sin *
-        t185) - arm_theta_2_U_force_z * t210;
-    const double t219 = arm_phi_2_sin * t200 + arm_phi_2_cos * t202 - arm_theta_2_U_moment_z * t210;
-    const double t220 = arm_theta_2_cos * t217;
-    const double arm_psi_2_U_moment_z = arm_theta_2_cos * t220;
-    const double arm_psi_2_U_moment_x = arm_theta_2_sin * t220;
-    const double t221 = arm_theta_2_cos * t215;
-    const double t222 = arm_theta_2_sin * t215;
-    const double arm_psi_2_U_force_y = arm_theta_2_cos * t216;
-    const double t223 = arm_theta_2_cos * t219;
-    const double t224 = arm_theta_2_sin * t219;
-    const double arm_psi_2_U_force_z = arm_theta_2_cos * t223 - arm_theta_2_sin * t221;
-    const double arm_psi_2_U_force_x = arm_theta_2_sin * t223 + arm_theta_2_cos * t221;
-    const double t225 = arm_theta_2_sin * t213;
-    const double t226 = arm_theta_2_cos * t218 - t225;
-    const double t227 = arm_theta_2_cos * t213;
-    const double t228 = t227 - arm_theta_2_sin * t211;
-    /* arm_psi_2: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_2_D_inverse = 1.0 / arm_psi_2_U_moment_z;
-    const double t229 = arm_psi_2_U_moment_x * arm_psi_2_D_inverse;
-    const double t230 = arm_psi_2_U_force_x * arm_psi_2_D_inverse;
-    const double t231 = arm_psi_2_U_force_y * arm_psi_2_D_inverse;
-    const double t232 = arm_psi_2_U_force_z * arm_psi_2_D_inverse;
-    const double t233 = arm_theta_2_sin * (arm_theta_2_sin * t217) - arm_psi_2_U_moment_x * t229;
-    const double t234 = arm_theta_2_cos * (t225 + arm_theta_2_cos * t211) + arm_theta_2_sin * (t227 + arm_theta_2_sin *
-        t218) - arm_psi_2_U_force_x * t230;
-    const double t235 = arm_theta_2_sin * t224 + arm_theta_2_cos * t222 - arm_psi_2_U_moment_x * t230;
-    const double t236 = arm_theta_2_cos * t212 + arm_theta_2_sin * t214 - arm_psi_2_U_force_x * t231;
-    const double t237 = arm_theta_2_sin * t216 - arm_psi_2_U_moment_x * t231;
-    const double t238 = arm_theta_2_cos * t228 + arm_theta_2_sin * t226 - arm_psi_2_U_force_x * t232;
-    const double t239 = arm_theta_2_cos * t224 - arm_theta_2_sin * t222 - arm_psi_2_U_moment_x * t232;
-    const double t240 = arm_phi_2_cos * t204 - arm_phi_2_sin * t206 - arm_theta_2_U_force_y * t209 - arm_psi_2_U_force_y *
-        t231;
-    const double t241 = arm_theta_2_cos * t214 - arm_theta_2_sin * t212 - arm_psi_2_U_force_y * t232;
-    const double t242 = arm_theta_2_cos * t226 - arm_theta_2_sin * t228 - arm_psi_2_U_force_z * t232;
-    const double t243 = arm_psi_2_cos * t233;
-    const double t244 = arm_psi_2_cos * t235;
-    const double t245 = arm_psi_2_sin * t235;
-    const double t246 = arm_psi_2_cos * t237;
-    const double t247 = arm_psi_2_sin * t237;
-    const double arm_phi_1_U_force_z = arm_psi_2_cos * t239;
-    const double t248 = arm_psi_2_sin * t239;
-    const double arm_phi_1_U_force_x = arm_psi_2_cos * t244 - arm_psi_2_sin * t246;
-    const double arm_phi_1_U_force_y = arm_psi_2_sin * t244 + arm_psi_2_cos * t246;
-    const double t249 = arm_psi_2_sin * t245 + arm_psi_2_cos * t247;
-    const double t250 = arm_psi_2_sin * t236;
-    const double t251 = arm_psi_2_cos * t234 - t250;
-    const double t252 = arm_psi_2_cos * t236;
-    const double t253 = t252 - arm_psi_2_sin * t240;
-    const double t254 = arm_psi_2_cos * t253 + arm_psi_2_sin * t251;
-    const double t255 = arm_psi_2_cos * (t250 + arm_psi_2_cos * t240) + arm_psi_2_sin * (t252 + arm_psi_2_sin *
-        t234);
-    const double t256 = arm_psi_2_cos * t238 - arm_psi_2_sin * t241;
-    const double t257 = arm_psi_2_cos * t241 + arm_psi_2_sin * t238;
-    const double t258 = p->derived.arm_element_length * t257;
-    const double t259 = p->derived.arm_element_length * t255;
-    const double t260 = t248 - p->derived.arm_element_length * t242;
-    const double arm_phi_1_U_moment_z = p->derived.arm_element_length * arm_phi_1_U_force_y;
-    const double arm_phi_1_U_moment_y = arm_psi_2_sin * t243 - p->derived.arm_element_length * arm_phi_1_U_force_z;
-    /* arm_phi_1: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_phi_1_U_moment_x = p->derived.arm_phi_1_inertia_xx + arm_psi_2_cos * t243;
-    const double arm_phi_1_D_inverse = 1.0 / arm_phi_1_U_moment_x;
-    const double t261 = arm_phi_1_U_moment_y * arm_phi_1_D_inverse;
-    const double t262 = arm_phi_1_U_moment_z * arm_phi_1_D_inverse;
-    const double t263 = arm_phi_1_U_force_x * arm_phi_1_D_inverse;
-    const double t264 = arm_phi_1_U_force_y * arm_phi_1_D_inverse;
-    const double t265 = arm_phi_1_U_force_z * arm_phi_1_D_inverse;
-    const double t266 = t254 - arm_phi_1_U_force_x * t264;
-    const double t267 = t256 - arm_phi_1_U_force_x * t265;
-    const double t268 = arm_psi_2_cos * t245 - arm_psi_2_sin * t247 - p->derived.arm_element_length * t256 -
-        arm_phi_1_U_moment_y * t263;
-    const double t269 = p->derived.arm_phi_1_inertia_yy + (arm_psi_2_sin * (arm_psi_2_sin * t233) - p->derived.arm_element_length *
-        t248 - p->derived.arm_element_length * t260) - arm_phi_1_U_moment_y * t261;
-    const double t270 = p->derived.arm_phi_1_mass + t255 - arm_phi_1_U_force_y * t264;
-    const double t271 = t249 - t258 - arm_phi_1_U_moment_y * t264;
-    const double t272 = p->derived.arm_element_length * t249 - p->derived.arm_element_length * t258 - arm_phi_1_U_moment_y *
-        t262;
-    const double t273 = t257 - arm_phi_1_U_force_y * t265;
-    const double t274 = t260 - p->derived.arm_phi_1_moment_x - arm_phi_1_U_moment_y * t265;
-    const double t275 = p->derived.arm_element_length * t254 - arm_phi_1_U_moment_z * t263;
-    const double t276 = p->derived.arm_phi_1_moment_x + t259 - arm_phi_1_U_moment_z * t264;
-    const double t277 = p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t259 - arm_phi_1_U_moment_z *
-        t262;
-    const double t278 = p->derived.arm_phi_1_mass + t242 - arm_phi_1_U_force_z * t265;
-    const double t279 = t258 - arm_phi_1_U_moment_z * t265;
-    const double t280 = arm_phi_1_sin * t272;
-    const double t281 = arm_phi_1_cos * t269 - t280;
-    const double t282 = arm_phi_1_cos * t272;
-    const double t283 = t282 - arm_phi_1_sin * t277;
-    const double arm_theta_1_U_moment_y = arm_phi_1_cos * t281 - arm_phi_1_sin * t283;
-    const double arm_theta_1_U_moment_z = arm_phi_1_cos * t283 + arm_phi_1_sin * t281;
-    const double arm_theta_1_U_force_x = arm_phi_1_cos * t268 - arm_phi_1_sin * t275;
-    const double t284 = arm_phi_1_cos * t271 - arm_phi_1_sin * t276;
-    const double t285 = arm_phi_1_sin * t271 + arm_phi_1_cos * t276;
-    const double t286 = arm_phi_1_cos * t274 - arm_phi_1_sin * t279;
-    const double t287 = arm_phi_1_sin * t274 + arm_phi_1_cos * t279;
-    const double arm_theta_1_U_force_y = arm_phi_1_cos * t284 - arm_phi_1_sin * t286;
-    const double arm_theta_1_U_force_z = arm_phi_1_sin * t284 + arm_phi_1_cos * t286;
-    const double t288 = arm_phi_1_sin * t273;
-    const double t289 = arm_phi_1_cos * t270 - t288;
-    const double t290 = arm_phi_1_cos * t273;
-    const double t291 = t290 - arm_phi_1_sin * t278;
-    /* arm_theta_1: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_theta_1_D_inverse = 1.0 / arm_theta_1_U_moment_y;
-    const double t292 = arm_theta_1_U_moment_z * arm_theta_1_D_inverse;
-    const double t293 = arm_theta_1_U_force_x * arm_theta_1_D_inverse;
-    const double t294 = arm_theta_1_U_force_y * arm_theta_1_D_inverse;
-    const double t295 = arm_theta_1_U_force_z * arm_theta_1_D_inverse;
-    const double t296 = p->derived.arm_phi_1_mass + (arm_psi_2_cos * t251 - arm_psi_2_sin * t253) - arm_phi_1_U_force_x *
-        t263 - arm_theta_1_U_force_x * t293;
-    const double t297 = arm_phi_1_cos * t266 - arm_phi_1_sin * t267 - arm_theta_1_U_force_x * t294;
-    const double t298 = arm_phi_1_cos * t267 + arm_phi_1_sin * t266 - arm_theta_1_U_force_x * t295;
-    const double t299 = arm_phi_1_cos * t291 + arm_phi_1_sin * t289 - arm_theta_1_U_force_y * t295;
-    const double t300 = arm_phi_1_sin * t268 + arm_phi_1_cos * t275 - arm_theta_1_U_moment_z * t293;
-    const double t301 = arm_phi_1_cos * t285 - arm_phi_1_sin * t287 - arm_theta_1_U_moment_z * t294;
-    const double t302 = arm_phi_1_cos * (t280 + arm_phi_1_cos * t277) + arm_phi_1_sin * (t282 + arm_phi_1_sin *
-        t269) - arm_theta_1_U_moment_z * t292;
-    const double t303 = arm_phi_1_cos * (t288 + arm_phi_1_cos * t278) + arm_phi_1_sin * (t290 + arm_phi_1_sin *
-        t270) - arm_theta_1_U_force_z * t295;
-    const double t304 = arm_phi_1_sin * t285 + arm_phi_1_cos * t287 - arm_theta_1_U_moment_z * t295;
-    const double t305 = arm_theta_1_cos * t302;
-    const double arm_psi_1_U_moment_z = arm_theta_1_cos * t305;
-    const double arm_psi_1_U_moment_x = arm_theta_1_sin * t305;
-    const double t306 = arm_theta_1_cos * t300;
-    const double t307 = arm_theta_1_sin * t300;
-    const double arm_psi_1_U_force_y = arm_theta_1_cos * t301;
-    const double t308 = arm_theta_1_cos * t304;
-    const double t309 = arm_theta_1_sin * t304;
-    const double arm_psi_1_U_force_z = arm_theta_1_cos * t308 - arm_theta_1_sin * t306;
-    const double arm_psi_1_U_force_x = arm_theta_1_sin * t308 + arm_theta_1_cos * t306;
-    const double t310 = arm_theta_1_sin * t298;
-    const double t311 = arm_theta_1_cos * t303 - t310;
-    const double t312 = arm_theta_1_cos * t298;
-    const double t313 = t312 - arm_theta_1_sin * t296;
-    /* arm_psi_1: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_1_D_inverse = 1.0 / arm_psi_1_U_moment_z;
-    const double t314 = arm_psi_1_U_moment_x * arm_psi_1_D_inverse;
-    const double t315 = arm_psi_1_U_force_x * arm_psi_1_D_inverse;
-    const double t316 = arm_psi_1_U_force_y * arm_psi_1_D_inverse;
-    const double t317 = arm_psi_1_U_force_z * arm_psi_1_D_inverse;
-    const double t318 = arm_theta_1_sin * (arm_theta_1_sin * t302) - arm_psi_1_U_moment_x * t314;
-    const double t319 = arm_theta_1_cos * (t310 + arm_theta_1_cos * t296) + arm_theta_1_sin * (t312 + arm_theta_1_sin *
-        t303) - arm_psi_1_U_force_x * t315;
-    const double t320 = arm_theta_1_sin * t309 + arm_theta_1_cos * t307 - arm_psi_1_U_moment_x * t315;
-    const double t321 = arm_theta_1_cos * t297 + arm_theta_1_sin * t299 - arm_psi_1_U_force_x * t316;
-    const double t322 = arm_theta_1_sin * t301 - arm_psi_1_U_moment_x * t316;
-    const double t323 = arm_theta_1_cos * t313 + arm_theta_1_sin * t311 - arm_psi_1_U_force_x * t317;
-    const double t324 = arm_theta_1_cos * t309 - arm_theta_1_sin * t307 - arm_psi_1_U_moment_x * t317;
-    const double t325 = arm_phi_1_cos * t289 - arm_phi_1_sin * t291 - arm_theta_1_U_force_y * t294 - arm_psi_1_U_force_y *
-        t316;
-    const double t326 = arm_theta_1_cos * t299 - arm_theta_1_sin * t297 - arm_psi_1_U_force_y * t317;
-    const double t327 = arm_psi_1_cos * t318;
-    const double t328 = arm_psi_1_cos * t320;
-    const double t329 = arm_psi_1_sin * t320;
-    const double t330 = arm_psi_1_cos * t322;
-    const double t331 = arm_psi_1_sin * t322;
-    const double t332 = arm_psi_1_sin * t324;
-    const double t333 = arm_psi_1_sin * t328 + arm_psi_1_cos * t330;
-    const double t334 = arm_psi_1_sin * t329 + arm_psi_1_cos * t331;
-    const double t335 = arm_psi_1_sin * t321;
-    const double t336 = arm_psi_1_cos * t319 - t335;
-    const double t337 = arm_psi_1_cos * t321;
-    const double t338 = t337 - arm_psi_1_sin * t325;
-    const double t339 = arm_psi_1_cos * t338 + arm_psi_1_sin * t336;
-    const double t340 = arm_psi_1_cos * (t335 + arm_psi_1_cos * t325) + arm_psi_1_sin * (t337 + arm_psi_1_sin *
-        t319);
-    const double arm_psi_U_force_x = p->derived.constant_1 * t339;
-    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t326 + arm_psi_1_sin * t323);
-    const double t341 = p->derived.constant_1 * t340;
-    const double arm_psi_U_moment_x = p->derived.constant_1 * t333;
-    const double t342 = arm_psi_1_sin * (arm_psi_1_sin * t318) - p->derived.constant_1 * t332 - p->derived.constant_1 *
-        (t332 - p->derived.constant_1 * (arm_theta_1_cos * t311 - arm_theta_1_sin * t313 - arm_psi_1_U_force_z *
-        t317));
-    const double arm_psi_U_moment_y = p->derived.constant_1 * t334 - p->derived.constant_1 * arm_psi_U_force_z;
+    /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+    const double t119 = 1.0 / (p->derived.arm_psi_inertia_yy + effector_z_shift_x * t65);
+    const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
+    const double t120 = arm_phi_3_moment_beyond_x * t119;
+    const double t121 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t120;
+    const double t122 = arm_phi_3_cos * t121;
+    const double t123 = arm_phi_3_sin * t121;
+    const double t124 = arm_phi_3_sin * t123 + arm_phi_3_cos * t122;
+    const double t125 = arm_phi_3_sin * t122 - arm_phi_3_cos * t123;
+    const double t126 = arm_theta_3_cos * t124;
+    const double t127 = p->derived.arm_psi_mass * arm_theta_3_sin;
+    const double t128 = arm_theta_3_sin * t127 + arm_theta_3_cos * t126;
+    const double t129 = arm_theta_3_sin * t126 - arm_theta_3_cos * t127;
+    const double t130 = arm_theta_3_cos * (p->derived.arm_psi_mass * arm_theta_3_cos) + arm_theta_3_sin *
+        (arm_theta_3_sin * t124);
+    const double t131 = arm_theta_3_cos * t125;
+    const double t132 = arm_theta_3_sin * t125;
+    const double t133 = arm_psi_3_sin * t132;
+    const double t134 = arm_psi_3_cos * t130 - t133;
+    const double t135 = arm_psi_3_cos * t132;
+    const double t136 = t135 - arm_psi_3_sin * t124;
+    const double t137 = arm_psi_3_cos * t136 + arm_psi_3_sin * t134;
+    const double t138 = arm_psi_3_cos * (t133 + arm_psi_3_cos * t124) + arm_psi_3_sin * (t135 + arm_psi_3_sin *
+        t130);
+    const double t139 = arm_psi_3_cos * t129 - arm_psi_3_sin * t131;
+    const double t140 = arm_psi_3_cos * t131 + arm_psi_3_sin * t129;
+    const double t141 = p->derived.arm_element_length * t139;
+    const double t142 = p->derived.arm_element_length * t137;
+    const double t143 = p->derived.arm_element_length * t140;
+    const double t144 = p->derived.arm_element_length * t138;
+    const double t145 = p->derived.arm_element_length * t128;
+    const double t146 = p->derived.arm_element_length * t143;
+    /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+    const double t147 = p->derived.arm_phi_1_moment_x + t145;
+    const double t148 = p->derived.arm_phi_1_moment_x + t144;
+    const double t149 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t145);
+    const double t150 = t146 * t149;
+    const double t151 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t144 - t146 *
+        t150);
+    const double arm_theta_2_cos_inverse = 1.0 / arm_theta_2_cos;
+    const double t152 = t151 * (t142 - t141 * t150);
+    const double t153 = t150 * t152 - t141 * t149;
+    const double t154 = t151 * (t148 - t143 * t150);
+    const double t155 = t150 * t154 - t143 * t149;
+    const double t156 = t151 * (t143 - t147 * t150);
+    const double t157 = t150 * t156 - t147 * t149;
+    const double t158 = p->derived.arm_phi_1_mass + (arm_psi_3_cos * t134 - arm_psi_3_sin * t136) - (t142 *
+        t152 - t141 * t153);
+    const double t159 = t137 - (t142 * t154 - t141 * t155);
+    const double t160 = t139 - (t142 * t156 - t141 * t157);
+    const double t161 = p->derived.arm_phi_1_mass + t138 - (t148 * t154 - t143 * t155);
+    const double t162 = t140 - (t148 * t156 - t143 * t157);
+    const double t163 = p->derived.arm_phi_1_mass + t128 - (t143 * t156 - t147 * t157);
+    const double t164 = arm_phi_2_sin * t162;
+    const double t165 = arm_phi_2_cos * t161 - t164;
+    const double t166 = arm_phi_2_cos * t162;
+    const double t167 = t166 - arm_phi_2_sin * t163;
+    const double t168 = arm_phi_2_cos * t165 - arm_phi_2_sin * t167;
+    const double t169 = arm_phi_2_cos * t167 + arm_phi_2_sin * t165;
+    const double t170 = arm_phi_2_cos * (t164 + arm_phi_2_cos * t163) + arm_phi_2_sin * (t166 + arm_phi_2_sin *
+        t161);
+    const double t171 = arm_phi_2_cos * t159 - arm_phi_2_sin * t160;
+    const double t172 = arm_phi_2_cos * t160 + arm_phi_2_sin * t159;
+    const double t173 = arm_theta_2_sin * t172;
+    const double t174 = arm_theta_2_cos * t170 - t173;
+    const double t175 = arm_theta_2_cos * t172;
+    const double t176 = t175 - arm_theta_2_sin * t158;
+    const double t177 = arm_theta_2_cos * t174 - arm_theta_2_sin * t176;
+    const double t178 = arm_theta_2_cos * t176 + arm_theta_2_sin * t174;
+    const double t179 = arm_theta_2_cos * (t173 + arm_theta_2_cos * t158) + arm_theta_2_sin * (t175 + arm_theta_2_sin *
+        t170);
+    const double t180 = arm_theta_2_cos * t169 - arm_theta_2_sin * t171;
+    const double t181 = arm_theta_2_cos * t171 + arm_theta_2_sin * t169;
+    const double t182 = arm_psi_2_sin * t181;
+    const double t183 = arm_psi_2_cos * t179 - t182;
+    const double t184 = arm_psi_2_cos * t181;
+    const double t185 = t184 - arm_psi_2_sin * t168;
+    const double t186 = arm_psi_2_cos * t185 + arm_psi_2_sin * t183;
+    const double t187 = arm_psi_2_cos * (t182 + arm_psi_2_cos * t168) + arm_psi_2_sin * (t184 + arm_psi_2_sin *
+        t179);
+    const double t188 = arm_psi_2_cos * t178 - arm_psi_2_sin * t180;
+    const double t189 = arm_psi_2_cos * t180 + arm_psi_2_sin * t178;
+    const double t190 = p->derived.arm_element_length * t188;
+    const double t191 = p->derived.arm_element_length * t186;
+    const double t192 = p->derived.arm_element_length * t189;
+    const double t193 = p->derived.arm_element_length * t187;
+    const double t194 = p->derived.arm_element_length * t177;
+    const double t195 = p->derived.arm_element_length * t192;
+    /* arm_phi_1 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+    const double t196 = p->derived.arm_phi_1_moment_x + t194;
+    const double t197 = p->derived.arm_phi_1_moment_x + t193;
+    const double t198 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t194);
+    const double t199 = t195 * t198;
+    const double t200 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t193 - t195 *
+        t199);
+    const double arm_theta_1_cos_inverse = 1.0 / arm_theta_1_cos;
+    const double t201 = t200 * (t191 - t190 * t199);
+    const double t202 = t199 * t201 - t190 * t198;
+    const double t203 = t200 * (t197 - t192 * t199);
+    const double t204 = t199 * t203 - t192 * t198;
+    const double t205 = t200 * (t192 - t196 * t199);
+    const double t206 = t199 * t205 - t196 * t198;
+    const double t207 = p->derived.arm_phi_1_mass + (arm_psi_2_cos * t183 - arm_psi_2_sin * t185) - (t191 *
+        t201 - t190 * t202);
+    const double t208 = t186 - (t191 * t203 - t190 * t204);
+    const double t209 = t188 - (t191 * t205 - t190 * t206);
+    const double t210 = p->derived.arm_phi_1_mass + t187 - (t197 * t203 - t192 * t204);
+    const double t211 = t189 - (t197 * t205 - t192 * t206);
+    const double t212 = p->derived.arm_phi_1_mass + t177 - (t192 * t205 - t196 * t206);
+    const double t213 = arm_phi_1_sin * t211;
+    const double t214 = arm_phi_1_cos * t210 - t213;
+    const double t215 = arm_phi_1_cos * t211;
+    const double t216 = t215 - arm_phi_1_sin * t212;
+    const double t217 = arm_phi_1_cos * t214 - arm_phi_1_sin * t216;
+    const double t218 = arm_phi_1_cos * t216 + arm_phi_1_sin * t214;
+    const double t219 = arm_phi_1_cos * (t213 + arm_phi_1_cos * t212) + arm_phi_1_sin * (t215 + arm_phi_1_sin *
+        t210);
+    const double t220 = arm_phi_1_cos * t208 - arm_phi_1_sin * t209;
+    const double t221 = arm_phi_1_cos * t209 + arm_phi_1_sin * t208;
+    const double t222 = arm_theta_1_sin * t221;
+    const double t223 = arm_theta_1_cos * t219 - t222;
+    const double t224 = arm_theta_1_cos * t221;
+    const double t225 = t224 - arm_theta_1_sin * t207;
+    const double t226 = arm_theta_1_cos * t225 + arm_theta_1_sin * t223;
+    const double t227 = arm_theta_1_cos * (t222 + arm_theta_1_cos * t207) + arm_theta_1_sin * (t224 + arm_theta_1_sin *
+        t219);
+    const double t228 = arm_theta_1_cos * t218 - arm_theta_1_sin * t220;
+    const double t229 = arm_theta_1_cos * t220 + arm_theta_1_sin * t218;
+    const double t230 = arm_psi_1_sin * t229;
+    const double t231 = arm_psi_1_cos * t227 - t230;
+    const double t232 = arm_psi_1_cos * t229;
+    const double t233 = t232 - arm_psi_1_sin * t217;
+    const double t234 = arm_psi_1_cos * t233 + arm_psi_1_sin * t231;
+    const double t235 = arm_psi_1_cos * (t230 + arm_psi_1_cos * t217) + arm_psi_1_sin * (t232 + arm_psi_1_sin *
+        t227);
+    const double arm_psi_U_force_x = p->derived.constant_1 * t234;
+    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t228 + arm_psi_1_sin * t226);
+    const double t236 = p->derived.constant_1 * t235;
+    const double t237 = p->derived.constant_1 * arm_psi_U_force_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t341;
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t341;
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t236;
+    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t236;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t343 = arm_psi_U_moment_x * arm_psi_D_inverse;
-    const double t344 = arm_psi_U_moment_y * arm_psi_D_inverse;
-    const double t345 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t346 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t347 = arm_psi_1_sin * t327 - p->derived.constant_1 * (arm_psi_1_cos * t324) - arm_psi_U_moment_x *
-        t344;
-    const double t348 = t339 - arm_psi_U_force_x * t346;
-    const double t349 = arm_psi_cos * (arm_psi_sin * t347 + arm_psi_cos * (p->derived.arm_psi_inertia_yy +
-        t342 - arm_psi_U_moment_y * t344)) + arm_psi_sin * (arm_psi_cos * t347 + arm_psi_sin * (p->derived.arm_psi_inertia_xx +
-        arm_psi_1_cos * t327 - arm_psi_U_moment_x * t343));
-    const double t350 = arm_psi_sin * (arm_psi_1_cos * t328 - arm_psi_1_sin * t330 - arm_psi_U_moment_x *
-        t345) + arm_psi_cos * (arm_psi_1_cos * t329 - arm_psi_1_sin * t331 - p->derived.constant_1 * (arm_psi_1_cos *
-        t323 - arm_psi_1_sin * t326) - arm_psi_U_moment_y * t345);
-    const double column_psi_U_force_z = arm_psi_sin * t350 + arm_psi_cos * (arm_psi_sin * (t333 - arm_psi_U_moment_x *
-        t346) + arm_psi_cos * (t334 - arm_psi_U_force_z - arm_psi_U_moment_y * t346));
-    const double t351 = arm_psi_cos * (arm_psi_sin * t348 + arm_psi_cos * (p->derived.arm_psi_mass + t340 -
-        arm_psi_U_force_y * t346)) + arm_psi_sin * (arm_psi_cos * t348 + arm_psi_sin * (p->derived.arm_psi_mass +
-        (arm_psi_1_cos * t336 - arm_psi_1_sin * t338) - arm_psi_U_force_x * t345));
+    const double t238 = t237 * arm_psi_D_inverse;
+    const double t239 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t240 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t241 = t234 - arm_psi_U_force_x * t240;
+    const double t242 = arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_inertia_yy + p->derived.constant_1 *
+        (p->derived.constant_1 * (arm_theta_1_cos * t223 - arm_theta_1_sin * t225)) - t237 * t238)) + arm_psi_sin *
+        (p->derived.arm_psi_inertia_xx * arm_psi_sin);
+    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t237 * t239 - p->derived.constant_1 *
+        (arm_psi_1_cos * t226 - arm_psi_1_sin * t228))) + arm_psi_cos * (arm_psi_cos * (t237 * t240 - arm_psi_U_force_z));
+    const double t243 = arm_psi_cos * (arm_psi_sin * t241 + arm_psi_cos * (p->derived.arm_psi_mass + t235 -
+        arm_psi_U_force_y * t240)) + arm_psi_sin * (arm_psi_cos * t241 + arm_psi_sin * (p->derived.arm_psi_mass +
+        (arm_psi_1_cos * t231 - arm_psi_1_sin * t233) - arm_psi_U_force_x * t239));
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + t349;
+    const double column_psi_U_moment_z = p->Izz_col + t242;
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t352 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t244 = column_psi_U_force_z * column_psi_D_inverse;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + t351 - column_psi_U_force_z * t352);
+    const double base_z_U_force_z = p->m_base + (p->m_col + t243 - column_psi_U_force_z * t244);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* arm_theta_3: force left for the joint, inward */
-    const double t353 = t120 * t131;
-    const double t354 = t120 * t133;
-    /* arm_psi_3: force left for the joint, inward */
-    const double t355 = t119 - (arm_theta_3_sin * t121 + arm_theta_3_cos * t353);
-    const double t356 = arm_theta_3_sin * t353 - arm_theta_3_cos * t121 + t144 * t355;
-    const double t357 = t145 * t355 - (arm_theta_3_sin * t354 + arm_theta_3_cos * effector_z_load_force_z);
-    const double t358 = t120 * t132 + t146 * t355;
-    const double t359 = arm_theta_3_sin * effector_z_load_force_z - arm_theta_3_cos * t354 + t147 * t355;
-    const double t360 = arm_psi_3_sin * t357 + arm_psi_3_cos * t358;
+    /* arm_phi_3: force left for the joint, inward */
+    const double t245 = arm_theta_3_sin * t118;
+    const double t246 = arm_theta_3_cos_inverse * (t71 - t101 - (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
+        qd[9]) - t245);
+    const double t247 = arm_phi_3_sin * t246 + arm_phi_3_cos * t117;
+    const double t248 = arm_phi_3_cos * t246 - arm_phi_3_sin * t117;
+    const double t249 = t119 * t247;
+    const double t250 = t119 * t248;
+    const double t251 = arm_phi_3_moment_beyond_x * t250;
+    const double t252 = arm_phi_3_moment_beyond_x * t249;
+    const double t253 = arm_phi_3_sin * t252 + arm_phi_3_cos * t251;
+    const double t254 = arm_phi_3_sin * t251 - arm_phi_3_cos * t252;
+    const double t255 = arm_phi_3_cos * t247 - arm_phi_3_sin * t248;
+    const double t256 = arm_phi_3_sin * t247 + arm_phi_3_cos * t248;
+    const double t257 = arm_theta_3_sin * effector_z_load_force_z + arm_theta_3_cos * t254;
+    const double t258 = arm_theta_3_sin * t254 - arm_theta_3_cos * effector_z_load_force_z;
+    const double t259 = arm_theta_3_sin * t256 - arm_theta_3_cos * t118;
+    const double t260 = arm_psi_3_sin * t258 + arm_psi_3_cos * t253;
     /* arm_phi_2: force left for the joint, inward */
-    const double t361 = t118 + (arm_psi_3_cos * t356 - arm_psi_3_sin * t120);
-    const double t362 = arm_psi_3_sin * t356 + arm_psi_3_cos * t120 - p->derived.arm_element_length * t359 -
-        t176 * t361;
-    const double t363 = t119 + p->derived.arm_element_length * t360 - t177 * t361;
-    const double t364 = t360 - t179 * t361;
-    const double t365 = t359 - t180 * t361;
-    /* arm_theta_2: force left for the joint, inward */
-    const double t366 = t117 - (arm_phi_2_cos * t362 - arm_phi_2_sin * t363);
-    const double t367 = arm_phi_2_sin * t362 + arm_phi_2_cos * t363 + t207 * t366;
-    const double t368 = arm_psi_3_cos * t357 - arm_psi_3_sin * t358 - t178 * t361 + t208 * t366;
-    const double t369 = arm_phi_2_sin * t364 + arm_phi_2_cos * t365 + t210 * t366;
-    /* arm_psi_2: force left for the joint, inward */
-    const double t370 = t116 - (arm_theta_2_sin * t118 + arm_theta_2_cos * t367);
-    const double t371 = arm_theta_2_sin * t367 - arm_theta_2_cos * t118 + t229 * t370;
-    const double t372 = arm_theta_2_sin * t369 + arm_theta_2_cos * t368 + t230 * t370;
-    const double t373 = arm_phi_2_cos * t364 - arm_phi_2_sin * t365 + t209 * t366 + t231 * t370;
-    const double t374 = arm_theta_2_cos * t369 - arm_theta_2_sin * t368 + t232 * t370;
-    const double t375 = arm_psi_2_sin * t372 + arm_psi_2_cos * t373;
+    const double t261 = arm_theta_2_sin * t116;
+    const double t262 = arm_theta_2_cos_inverse * (t105 - t106 - (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
+        qd[6]) - t261);
+    const double t263 = arm_phi_2_sin * t262 + arm_phi_2_cos * t115;
+    const double t264 = arm_phi_2_cos * t262 - arm_phi_2_sin * t115;
+    const double t265 = t263 - (arm_psi_3_sin * t259 + arm_psi_3_cos * t255 - p->derived.arm_element_length *
+        t257);
+    const double t266 = p->derived.constant_21 * (t116 + (arm_psi_3_cos * t259 - arm_psi_3_sin * t255));
+    const double t267 = t151 * (t264 - (t245 + arm_theta_3_cos * t256 + p->derived.arm_element_length * t260) +
+        t150 * t265);
+    const double t268 = t149 * t265 + t150 * t267;
+    const double t269 = arm_psi_3_cos * t258 - arm_psi_3_sin * t253 + (t142 * t267 - t141 * t268);
+    const double t270 = t260 + (t148 * t267 - t143 * t268);
+    const double t271 = t257 + (t143 * t267 - t147 * t268);
+    const double t272 = arm_phi_2_cos * t270 - arm_phi_2_sin * t271;
+    const double t273 = arm_phi_2_sin * t270 + arm_phi_2_cos * t271;
+    const double t274 = arm_phi_2_cos * t263 - arm_phi_2_sin * t264;
+    const double t275 = arm_phi_2_sin * t263 + arm_phi_2_cos * t264;
+    const double t276 = arm_theta_2_cos * t273 - arm_theta_2_sin * t269;
+    const double t277 = arm_theta_2_sin * t273 + arm_theta_2_cos * t269;
+    const double t278 = arm_theta_2_sin * t275 - arm_theta_2_cos * t116;
+    const double t279 = arm_psi_2_sin * t277 + arm_psi_2_cos * t272;
     /* arm_phi_1: force left for the joint, inward */
-    const double t376 = t115 + (arm_psi_2_cos * t371 - arm_psi_2_sin * t117);
-    const double t377 = arm_psi_2_sin * t371 + arm_psi_2_cos * t117 - p->derived.arm_element_length * t374 -
-        t261 * t376;
-    const double t378 = t116 + p->derived.arm_element_length * t375 - t262 * t376;
-    const double t379 = t375 - t264 * t376;
-    const double t380 = t374 - t265 * t376;
-    /* arm_theta_1: force left for the joint, inward */
-    const double t381 = t114 - (arm_phi_1_cos * t377 - arm_phi_1_sin * t378);
-    const double t382 = arm_phi_1_sin * t377 + arm_phi_1_cos * t378 + t292 * t381;
-    const double t383 = arm_psi_2_cos * t372 - arm_psi_2_sin * t373 - t263 * t376 + t293 * t381;
-    const double t384 = arm_phi_1_sin * t379 + arm_phi_1_cos * t380 + t295 * t381;
-    /* arm_psi_1: force left for the joint, inward */
-    const double t385 = t113 - (arm_theta_1_sin * t115 + arm_theta_1_cos * t382);
-    const double t386 = arm_theta_1_sin * t382 - arm_theta_1_cos * t115 + t314 * t385;
-    const double t387 = arm_theta_1_sin * t384 + arm_theta_1_cos * t383 + t315 * t385;
-    const double t388 = arm_phi_1_cos * t379 - arm_phi_1_sin * t380 + t294 * t381 + t316 * t385;
-    const double t389 = arm_psi_1_sin * t387 + arm_psi_1_cos * t388;
+    const double t280 = arm_theta_1_sin * t114;
+    const double t281 = arm_theta_1_cos_inverse * (t110 - t111 - (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
+        qd[3]) - t280);
+    const double t282 = arm_phi_1_sin * t281 + arm_phi_1_cos * t113;
+    const double t283 = arm_phi_1_cos * t281 - arm_phi_1_sin * t113;
+    const double t284 = t282 - (arm_psi_2_sin * t278 + arm_psi_2_cos * t274 - p->derived.arm_element_length *
+        t276);
+    const double t285 = p->derived.constant_21 * (t114 + (arm_psi_2_cos * t278 - arm_psi_2_sin * t274));
+    const double t286 = t200 * (t283 - (t261 + arm_theta_2_cos * t275 + p->derived.arm_element_length * t279) +
+        t199 * t284);
+    const double t287 = t198 * t284 + t199 * t286;
+    const double t288 = arm_psi_2_cos * t277 - arm_psi_2_sin * t272 + (t191 * t286 - t190 * t287);
+    const double t289 = t279 + (t197 * t286 - t192 * t287);
+    const double t290 = t276 + (t192 * t286 - t196 * t287);
+    const double t291 = arm_phi_1_cos * t289 - arm_phi_1_sin * t290;
+    const double t292 = arm_phi_1_sin * t289 + arm_phi_1_cos * t290;
+    const double t293 = arm_phi_1_cos * t282 - arm_phi_1_sin * t283;
+    const double t294 = arm_phi_1_sin * t282 + arm_phi_1_cos * t283;
+    const double t295 = arm_theta_1_sin * t292 + arm_theta_1_cos * t288;
+    const double t296 = arm_theta_1_sin * t294 - arm_theta_1_cos * t114;
+    const double t297 = arm_psi_1_sin * t295 + arm_psi_1_cos * t291;
     /* arm_psi: force left for the joint, inward */
-    const double t390 = arm_psi_load_moment_z + (t113 + p->derived.constant_1 * t389);
-    const double t391 = arm_psi_1_sin * t386 + arm_psi_1_cos * t114 - p->derived.constant_1 * (arm_theta_1_cos *
-        t384 - arm_theta_1_sin * t383 + t317 * t385) - t344 * t390;
+    const double t298 = arm_psi_load_moment_z + (t280 + arm_theta_1_cos * t294 + p->derived.constant_1 * t297);
+    const double t299 = arm_psi_sin * (arm_psi_1_cos * t296 - arm_psi_1_sin * t293) + arm_psi_cos * (arm_psi_1_sin *
+        t296 + arm_psi_1_cos * t293 - p->derived.constant_1 * (arm_theta_1_cos * t292 - arm_theta_1_sin *
+        t288) + t238 * t298);
     /* column_psi: force left for the joint, inward */
-    const double t392 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - column_psi_load_moment_z - (arm_psi_sin * (arm_psi_1_cos * t386 - arm_psi_1_sin * t114 - t343 *
-        t390) + arm_psi_cos * t391);
-    const double t393 = arm_psi_sin * (arm_psi_1_cos * t387 - arm_psi_1_sin * t388 - t345 * t390) + arm_psi_cos *
-        (t389 - t346 * t390) + t352 * t392;
+    const double t300 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - column_psi_load_moment_z - t299;
+    const double t301 = arm_psi_sin * (arm_psi_1_cos * t295 - arm_psi_1_sin * t291 - t239 * t298) + arm_psi_cos *
+        (t297 - t240 * t298) + t244 * t300;
     /* base_z: acceleration, outward */
-    const double t394 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + base_z_load_force_z + t393);
+    const double t302 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + base_z_load_force_z + t301);
     /* column_psi: acceleration, outward */
-    const double t395 = t352 * t394 + column_psi_D_inverse * t392;
+    const double t303 = t244 * t302 + column_psi_D_inverse * t300;
     /* arm_psi: acceleration, outward */
-    const double t396 = arm_psi_sin * t395;
-    const double t397 = arm_psi_cos * t395;
-    const double t398 = arm_psi_sin * t394;
-    const double t399 = arm_psi_cos * t394;
-    const double t400 = t343 * t396 + t344 * t397 - (t345 * t398 + t346 * t399) + arm_psi_D_inverse * t390;
-    /* arm_psi_1: acceleration, outward */
-    const double t401 = p->derived.constant_1 * t397;
-    const double t402 = arm_psi_1_sin * t397 + arm_psi_1_cos * t396;
-    const double t403 = arm_psi_1_cos * t397 - arm_psi_1_sin * t396;
-    const double t404 = t399 + p->derived.constant_1 * t400;
-    const double t405 = arm_psi_1_sin * t404 + arm_psi_1_cos * t398;
-    const double t406 = arm_psi_1_sin * t398 - arm_psi_1_cos * t404;
-    const double t407 = arm_psi_1_D_inverse * t385 - (t316 * t406 - t315 * t405 - t317 * t401 + (t314 * t402 -
-        t400));
-    const double t408 = t407 - t400;
-    /* arm_theta_1: acceleration, outward */
-    const double t409 = arm_theta_1_sin * t402 + arm_theta_1_cos * t408;
-    const double t410 = arm_theta_1_cos * t402 - arm_theta_1_sin * t408;
-    const double t411 = arm_theta_1_sin * t405 + arm_theta_1_cos * t401;
-    const double t412 = arm_theta_1_sin * t401 - arm_theta_1_cos * t405;
-    const double t413 = arm_theta_1_D_inverse * t381 - (t293 * t412 + t294 * t406 - t295 * t411 + (t403 +
-        t292 * t409));
-    const double t414 = t403 + t413;
+    const double t304 = arm_psi_sin * t302;
+    const double t305 = arm_psi_cos * t302;
+    const double t306 = arm_psi_sin * t303;
+    const double t307 = arm_psi_cos * t303;
+    const double t308 = t239 * t304 + t240 * t305 + t238 * t307 - arm_psi_D_inverse * t298;
     /* arm_phi_1: acceleration, outward */
-    const double t415 = arm_phi_1_sin * t409 + arm_phi_1_cos * t414;
-    const double t416 = arm_phi_1_cos * t409 - arm_phi_1_sin * t414;
-    const double t417 = arm_phi_1_cos * t406 - arm_phi_1_sin * t411;
-    const double t418 = arm_phi_1_sin * t406 + arm_phi_1_cos * t411;
-    const double t419 = t263 * t412 + t264 * t417 - t265 * t418 + (t410 + t261 * t415 + t262 * t416) + arm_phi_1_D_inverse *
-        t376;
-    const double t420 = t410 - t419;
-    /* arm_psi_2: acceleration, outward */
-    const double t421 = arm_psi_2_sin * t415 + arm_psi_2_cos * t420;
-    const double t422 = arm_psi_2_cos * t415 - arm_psi_2_sin * t420;
-    const double t423 = t417 + p->derived.arm_element_length * t416;
-    const double t424 = t418 + p->derived.arm_element_length * t415;
-    const double t425 = arm_psi_2_sin * t423 + arm_psi_2_cos * t412;
-    const double t426 = arm_psi_2_cos * t423 - arm_psi_2_sin * t412;
-    const double t427 = arm_psi_2_D_inverse * t370 - (t230 * t425 + t231 * t426 - t232 * t424 + (t416 + t229 *
-        t421));
-    const double t428 = t416 + t427;
-    /* arm_theta_2: acceleration, outward */
-    const double t429 = arm_theta_2_sin * t421 + arm_theta_2_cos * t428;
-    const double t430 = arm_theta_2_cos * t421 - arm_theta_2_sin * t428;
-    const double t431 = arm_theta_2_sin * t425 - arm_theta_2_cos * t424;
-    const double t432 = arm_theta_2_sin * t424 + arm_theta_2_cos * t425;
-    const double t433 = arm_theta_2_D_inverse * t366 - (t208 * t432 + t209 * t426 + t210 * t431 + (t422 +
-        t207 * t429));
-    const double t434 = t422 + t433;
+    const double t309 = p->derived.constant_1 * t307;
+    const double t310 = p->derived.constant_1 * t308 - t305;
+    const double t311 = arm_psi_1_sin * t310 - arm_psi_1_cos * t304;
+    const double t312 = arm_psi_1_sin * t304 + arm_psi_1_cos * t310;
+    const double t313 = arm_theta_1_sin * t311 - arm_theta_1_cos * t309;
+    const double t314 = arm_theta_1_sin * t309 + arm_theta_1_cos * t311;
+    const double t315 = arm_phi_1_sin * t313 + arm_phi_1_cos * t312;
+    const double t316 = arm_phi_1_cos * t313 - arm_phi_1_sin * t312;
+    const double t317 = t287 - (t202 * t314 + t204 * t315 + t206 * t316);
+    const double t318 = t286 - (t201 * t314 + t203 * t315 + t205 * t316);
+    const double t319 = arm_psi_1_sin * t307 + arm_psi_1_cos * t306;
+    const double t320 = arm_phi_1_cos * t317 - arm_phi_1_sin * t318 - (arm_psi_1_cos * t307 - arm_psi_1_sin *
+        t306);
+    const double t321 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t317 + arm_phi_1_cos * t318 - (arm_theta_1_sin *
+        t319 + arm_theta_1_cos * t308));
+    const double t322 = arm_theta_1_sin * t321 - (t285 + (arm_theta_1_cos * t319 - arm_theta_1_sin * t308));
     /* arm_phi_2: acceleration, outward */
-    const double t435 = arm_phi_2_sin * t429 + arm_phi_2_cos * t434;
-    const double t436 = arm_phi_2_cos * t429 - arm_phi_2_sin * t434;
-    const double t437 = arm_phi_2_sin * t431 + arm_phi_2_cos * t426;
-    const double t438 = arm_phi_2_cos * t431 - arm_phi_2_sin * t426;
-    const double t439 = t178 * t432 + t179 * t437 + t180 * t438 + (t430 + t176 * t435 + t177 * t436) + arm_phi_2_D_inverse *
-        t361;
-    const double t440 = t430 - t439;
-    /* arm_psi_3: acceleration, outward */
-    const double t441 = arm_psi_3_sin * t435 + arm_psi_3_cos * t440;
-    const double t442 = t437 + p->derived.arm_element_length * t436;
-    const double t443 = t438 - p->derived.arm_element_length * t435;
-    const double t444 = arm_psi_3_sin * t442 + arm_psi_3_cos * t432;
-    const double t445 = arm_psi_3_cos * t442 - arm_psi_3_sin * t432;
-    const double t446 = arm_psi_3_D_inverse * t355 - (t145 * t444 + t146 * t445 + t147 * t443 + (t436 + t144 *
-        t441));
-    const double t447 = t436 + t446;
-    /* arm_theta_3: acceleration, outward */
-    const double t448 = t132 * t445 - t133 * (arm_theta_3_sin * t444 + arm_theta_3_cos * t443) + (arm_psi_3_cos *
-        t435 - arm_psi_3_sin * t440 + t131 * (arm_theta_3_sin * t441 + arm_theta_3_cos * t447));
-    const double t449 = t120 * arm_theta_3_D_inverse - t448;
+    const double t323 = t315 + p->derived.arm_element_length * t318;
+    const double t324 = t316 - p->derived.arm_element_length * t317;
+    const double t325 = arm_psi_2_sin * t323 + arm_psi_2_cos * t314;
+    const double t326 = arm_psi_2_cos * t323 - arm_psi_2_sin * t314;
+    const double t327 = arm_theta_2_sin * t325 + arm_theta_2_cos * t324;
+    const double t328 = arm_theta_2_cos * t325 - arm_theta_2_sin * t324;
+    const double t329 = arm_phi_2_sin * t327 + arm_phi_2_cos * t326;
+    const double t330 = arm_phi_2_cos * t327 - arm_phi_2_sin * t326;
+    const double t331 = t268 - (t153 * t328 + t155 * t329 + t157 * t330);
+    const double t332 = t267 - (t152 * t328 + t154 * t329 + t156 * t330);
+    const double t333 = arm_psi_2_sin * t317 - arm_psi_2_cos * t285;
+    const double t334 = arm_phi_2_cos * t331 - arm_phi_2_sin * t332 - (arm_psi_2_sin * t285 + arm_psi_2_cos *
+        t317);
+    const double t335 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t331 + arm_phi_2_cos * t332 - (arm_theta_2_sin *
+        t333 + arm_theta_2_cos * t318));
+    const double t336 = arm_theta_2_sin * t335 - (t266 + (arm_theta_2_cos * t333 - arm_theta_2_sin * t318));
     /* arm_phi_3: acceleration, outward */
-    const double t450 = arm_theta_3_cos * t441 - arm_theta_3_sin * t447 + t121 * p->derived.arm_phi_3_D_inverse;
+    const double t337 = t329 + p->derived.arm_element_length * t332;
+    const double t338 = t330 - p->derived.arm_element_length * t331;
+    const double t339 = arm_psi_3_sin * t337 + arm_psi_3_cos * t328;
+    const double t340 = arm_psi_3_cos * t337 - arm_psi_3_sin * t328;
+    const double t341 = arm_theta_3_sin * t339 + arm_theta_3_cos * t338;
+    const double t342 = t249 + t120 * (arm_phi_3_cos * t341 - arm_phi_3_sin * t340);
+    const double t343 = t250 - t120 * (arm_phi_3_sin * t341 + arm_phi_3_cos * t340);
+    const double t344 = arm_psi_3_sin * t331 - arm_psi_3_cos * t266;
+    const double t345 = arm_phi_3_cos * t342 - arm_phi_3_sin * t343 - (arm_psi_3_sin * t266 + arm_psi_3_cos *
+        t331);
+    const double t346 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t342 + arm_phi_3_cos * t343 - (arm_theta_3_sin *
+        t344 + arm_theta_3_cos * t332));
+    const double t347 = arm_theta_3_sin * t346 - (t118 * p->derived.constant_20 + (arm_theta_3_cos * t344 -
+        arm_theta_3_sin * t332));
     /* effector_z: acceleration, outward */
-    const double t451 = arm_theta_3_cos * t444 - arm_theta_3_sin * t443 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
-    /* arm_theta_3: force left for the joint, inward */
-    const double t452 = row_1_u_arm_theta_3 * t131;
-    const double t453 = row_1_u_arm_theta_3 * t133;
-    /* arm_psi_3: force left for the joint, inward */
-    const double t454 = row_1_u_arm_psi_3 - (arm_theta_3_cos * t452 - arm_theta_3_sin * row_1_u_arm_phi_3);
-    const double t455 = arm_theta_3_sin * t452 + arm_theta_3_cos * row_1_u_arm_phi_3 + t144 * t454;
-    const double t456 = arm_theta_3_cos * row_1_u_effector_z - arm_theta_3_sin * t453 + t145 * t454;
-    const double t457 = row_1_u_arm_theta_3 * t132 + t146 * t454;
-    const double t458 = t147 * t454 - (arm_theta_3_sin * row_1_u_effector_z + arm_theta_3_cos * t453);
-    const double t459 = arm_psi_3_sin * t456 + arm_psi_3_cos * t457;
+    const double t348 = arm_theta_3_cos * t339 - arm_theta_3_sin * t338 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    /* arm_phi_3: force left for the joint, inward */
+    const double t349 = arm_theta_3_sin * row_1_u_arm_phi_3;
+    const double t350 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t349);
+    const double t351 = arm_phi_3_sin * t350 + arm_phi_3_cos * row_1_u_arm_theta_3;
+    const double t352 = arm_phi_3_cos * t350 - arm_phi_3_sin * row_1_u_arm_theta_3;
+    const double t353 = t119 * t351;
+    const double t354 = t119 * t352;
+    const double t355 = arm_phi_3_moment_beyond_x * t354;
+    const double t356 = arm_phi_3_moment_beyond_x * t353;
+    const double t357 = arm_phi_3_sin * t356 + arm_phi_3_cos * t355;
+    const double t358 = arm_phi_3_sin * t355 - arm_phi_3_cos * t356;
+    const double t359 = arm_phi_3_cos * t351 - arm_phi_3_sin * t352;
+    const double t360 = arm_phi_3_sin * t351 + arm_phi_3_cos * t352;
+    const double t361 = arm_theta_3_cos * t358 - arm_theta_3_sin * row_1_u_effector_z;
+    const double t362 = arm_theta_3_sin * t358 + arm_theta_3_cos * row_1_u_effector_z;
+    const double t363 = arm_theta_3_sin * t360 + arm_theta_3_cos * row_1_u_arm_phi_3;
+    const double t364 = arm_psi_3_sin * t362 + arm_psi_3_cos * t357;
     /* arm_phi_2: force left for the joint, inward */
-    const double t460 = row_1_u_arm_phi_2 - (arm_psi_3_cos * t455 - arm_psi_3_sin * row_1_u_arm_theta_3);
-    const double t461 = arm_psi_3_sin * t455 + arm_psi_3_cos * row_1_u_arm_theta_3 - p->derived.arm_element_length *
-        t458 + t176 * t460;
-    const double t462 = row_1_u_arm_psi_3 + p->derived.arm_element_length * t459 + t177 * t460;
-    const double t463 = t459 + t179 * t460;
-    const double t464 = t458 + t180 * t460;
-    /* arm_theta_2: force left for the joint, inward */
-    const double t465 = row_1_u_arm_theta_2 - (arm_phi_2_cos * t461 - arm_phi_2_sin * t462);
-    const double t466 = arm_phi_2_sin * t461 + arm_phi_2_cos * t462 + t207 * t465;
-    const double t467 = arm_psi_3_cos * t456 - arm_psi_3_sin * t457 + t178 * t460 + t208 * t465;
-    const double t468 = arm_phi_2_sin * t463 + arm_phi_2_cos * t464 + t210 * t465;
-    /* arm_psi_2: force left for the joint, inward */
-    const double t469 = row_1_u_arm_psi_2 - (arm_theta_2_cos * t466 - arm_theta_2_sin * row_1_u_arm_phi_2);
-    const double t470 = arm_theta_2_sin * t466 + arm_theta_2_cos * row_1_u_arm_phi_2 + t229 * t469;
-    const double t471 = arm_theta_2_sin * t468 + arm_theta_2_cos * t467 + t230 * t469;
-    const double t472 = arm_phi_2_cos * t463 - arm_phi_2_sin * t464 + t209 * t465 + t231 * t469;
-    const double t473 = arm_theta_2_cos * t468 - arm_theta_2_sin * t467 + t232 * t469;
-    const double t474 = arm_psi_2_sin * t471 + arm_psi_2_cos * t472;
+    const double t365 = arm_theta_2_sin * row_1_u_arm_phi_2;
+    const double t366 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t365);
+    const double t367 = arm_phi_2_sin * t366 + arm_phi_2_cos * row_1_u_arm_theta_2;
+    const double t368 = arm_phi_2_cos * t366 - arm_phi_2_sin * row_1_u_arm_theta_2;
+    const double t369 = t367 - (arm_psi_3_sin * t363 + arm_psi_3_cos * t359 - p->derived.arm_element_length *
+        t361);
+    const double t370 = p->derived.constant_21 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t363 - arm_psi_3_sin *
+        t359));
+    const double t371 = t151 * (t368 - (arm_theta_3_cos * t360 - t349 + p->derived.arm_element_length * t364) +
+        t150 * t369);
+    const double t372 = t149 * t369 + t150 * t371;
+    const double t373 = arm_psi_3_cos * t362 - arm_psi_3_sin * t357 + (t142 * t371 - t141 * t372);
+    const double t374 = t364 + (t148 * t371 - t143 * t372);
+    const double t375 = t361 + (t143 * t371 - t147 * t372);
+    const double t376 = arm_phi_2_cos * t374 - arm_phi_2_sin * t375;
+    const double t377 = arm_phi_2_sin * t374 + arm_phi_2_cos * t375;
+    const double t378 = arm_phi_2_cos * t367 - arm_phi_2_sin * t368;
+    const double t379 = arm_phi_2_sin * t367 + arm_phi_2_cos * t368;
+    const double t380 = arm_theta_2_cos * t377 - arm_theta_2_sin * t373;
+    const double t381 = arm_theta_2_sin * t377 + arm_theta_2_cos * t373;
+    const double t382 = arm_theta_2_sin * t379 + arm_theta_2_cos * row_1_u_arm_phi_2;
+    const double t383 = arm_psi_2_sin * t381 + arm_psi_2_cos * t376;
     /* arm_phi_1: force left for the joint, inward */
-    const double t475 = row_1_u_arm_phi_1 - (arm_psi_2_cos * t470 - arm_psi_2_sin * row_1_u_arm_theta_2);
-    const double t476 = arm_psi_2_sin * t470 + arm_psi_2_cos * row_1_u_arm_theta_2 - p->derived.arm_element_length *
-        t473 + t261 * t475;
-    const double t477 = row_1_u_arm_psi_2 + p->derived.arm_element_length * t474 + t262 * t475;
-    const double t478 = t474 + t264 * t475;
-    const double t479 = t473 + t265 * t475;
-    /* arm_theta_1: force left for the joint, inward */
-    const double t480 = row_1_u_arm_theta_1 - (arm_phi_1_cos * t476 - arm_phi_1_sin * t477);
-    const double t481 = arm_phi_1_sin * t476 + arm_phi_1_cos * t477 + t292 * t480;
-    const double t482 = arm_psi_2_cos * t471 - arm_psi_2_sin * t472 + t263 * t475 + t293 * t480;
-    const double t483 = arm_phi_1_sin * t478 + arm_phi_1_cos * t479 + t295 * t480;
-    /* arm_psi_1: force left for the joint, inward */
-    const double t484 = t97 + (arm_theta_1_cos * t481 - arm_theta_1_sin * row_1_u_arm_phi_1);
-    const double t485 = arm_theta_1_sin * t481 + arm_theta_1_cos * row_1_u_arm_phi_1 - t314 * t484;
-    const double t486 = arm_theta_1_sin * t483 + arm_theta_1_cos * t482 - t315 * t484;
-    const double t487 = arm_phi_1_cos * t478 - arm_phi_1_sin * t479 + t294 * t480 - t316 * t484;
-    const double t488 = arm_psi_1_sin * t486 + arm_psi_1_cos * t487;
+    const double t384 = arm_theta_1_sin * row_1_u_arm_phi_1;
+    const double t385 = arm_theta_1_cos_inverse * (t384 - t97);
+    const double t386 = arm_phi_1_sin * t385 + arm_phi_1_cos * row_1_u_arm_theta_1;
+    const double t387 = arm_phi_1_cos * t385 - arm_phi_1_sin * row_1_u_arm_theta_1;
+    const double t388 = t386 - (arm_psi_2_sin * t382 + arm_psi_2_cos * t378 - p->derived.arm_element_length *
+        t380);
+    const double t389 = p->derived.constant_21 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t382 - arm_psi_2_sin *
+        t378));
+    const double t390 = t200 * (t387 - (arm_theta_2_cos * t379 - t365 + p->derived.arm_element_length * t383) +
+        t199 * t388);
+    const double t391 = t198 * t388 + t199 * t390;
+    const double t392 = arm_psi_2_cos * t381 - arm_psi_2_sin * t376 + (t191 * t390 - t190 * t391);
+    const double t393 = t383 + (t197 * t390 - t192 * t391);
+    const double t394 = t380 + (t192 * t390 - t196 * t391);
+    const double t395 = arm_phi_1_cos * t393 - arm_phi_1_sin * t394;
+    const double t396 = arm_phi_1_sin * t393 + arm_phi_1_cos * t394;
+    const double t397 = arm_phi_1_cos * t386 - arm_phi_1_sin * t387;
+    const double t398 = arm_phi_1_sin * t386 + arm_phi_1_cos * t387;
+    const double t399 = arm_theta_1_sin * t396 + arm_theta_1_cos * t392;
+    const double t400 = arm_theta_1_sin * t398 + arm_theta_1_cos * row_1_u_arm_phi_1;
+    const double t401 = arm_psi_1_sin * t399 + arm_psi_1_cos * t395;
     /* arm_psi: force left for the joint, inward */
-    const double t489 = t96 + (p->derived.constant_1 * t488 - t97);
-    const double t490 = arm_psi_1_sin * t485 + arm_psi_1_cos * row_1_u_arm_theta_1 - p->derived.constant_1 *
-        (arm_theta_1_cos * t483 - arm_theta_1_sin * t482 - t317 * t484) - t344 * t489;
+    const double t402 = t96 + (arm_theta_1_cos * t398 - t384 + p->derived.constant_1 * t401);
+    const double t403 = arm_psi_sin * (arm_psi_1_cos * t400 - arm_psi_1_sin * t397) + arm_psi_cos * (arm_psi_1_sin *
+        t400 + arm_psi_1_cos * t397 - p->derived.constant_1 * (arm_theta_1_cos * t396 - arm_theta_1_sin *
+        t392) + t238 * t402);
     /* column_psi: force left for the joint, inward */
-    const double t491 = row_1_u_column_psi - (arm_psi_sin * (arm_psi_1_cos * t485 - arm_psi_1_sin * row_1_u_arm_theta_1 -
-        t343 * t489) + arm_psi_cos * t490);
-    const double t492 = arm_psi_sin * (arm_psi_1_cos * t486 - arm_psi_1_sin * t487 - t345 * t489) + arm_psi_cos *
-        (t488 - t346 * t489) + t352 * t491;
+    const double t404 = row_1_u_column_psi - t403;
+    const double t405 = arm_psi_sin * (arm_psi_1_cos * t399 - arm_psi_1_sin * t395 - t239 * t402) + arm_psi_cos *
+        (t401 - t240 * t402) + t244 * t404;
     /* base_z: acceleration, outward */
-    const double t493 = base_z_D_inverse * t492;
+    const double t406 = base_z_D_inverse * t405;
     /* column_psi: acceleration, outward */
-    const double t494 = t352 * t493 + column_psi_D_inverse * t491;
+    const double t407 = t244 * t406 + column_psi_D_inverse * t404;
     /* arm_psi: acceleration, outward */
-    const double t495 = arm_psi_sin * t494;
-    const double t496 = arm_psi_cos * t494;
-    const double t497 = arm_psi_sin * t493;
-    const double t498 = arm_psi_cos * t493;
-    const double t499 = t343 * t495 + t344 * t496 - (t345 * t497 + t346 * t498) + arm_psi_D_inverse * t489;
-    /* arm_psi_1: acceleration, outward */
-    const double t500 = p->derived.constant_1 * t496;
-    const double t501 = arm_psi_1_sin * t496 + arm_psi_1_cos * t495;
-    const double t502 = arm_psi_1_cos * t496 - arm_psi_1_sin * t495;
-    const double t503 = t498 + p->derived.constant_1 * t499;
-    const double t504 = arm_psi_1_sin * t503 + arm_psi_1_cos * t497;
-    const double t505 = arm_psi_1_sin * t497 - arm_psi_1_cos * t503;
-    const double t506 = t316 * t505 - t315 * t504 - t317 * t500 + (t314 * t501 - t499) + arm_psi_1_D_inverse *
-        t484;
-    const double t507 = t499 + t506;
-    /* arm_theta_1: acceleration, outward */
-    const double t508 = arm_theta_1_sin * t501 - arm_theta_1_cos * t507;
-    const double t509 = arm_theta_1_sin * t507 + arm_theta_1_cos * t501;
-    const double t510 = arm_theta_1_sin * t504 + arm_theta_1_cos * t500;
-    const double t511 = arm_theta_1_sin * t500 - arm_theta_1_cos * t504;
-    const double t512 = arm_theta_1_D_inverse * t480 - (t293 * t511 + t294 * t505 - t295 * t510 + (t502 +
-        t292 * t508));
-    const double t513 = t502 + t512;
+    const double t408 = arm_psi_sin * t406;
+    const double t409 = arm_psi_cos * t406;
+    const double t410 = arm_psi_sin * t407;
+    const double t411 = arm_psi_cos * t407;
+    const double t412 = t239 * t408 + t240 * t409 + t238 * t411 - arm_psi_D_inverse * t402;
     /* arm_phi_1: acceleration, outward */
-    const double t514 = arm_phi_1_sin * t508 + arm_phi_1_cos * t513;
-    const double t515 = arm_phi_1_cos * t508 - arm_phi_1_sin * t513;
-    const double t516 = arm_phi_1_cos * t505 - arm_phi_1_sin * t510;
-    const double t517 = arm_phi_1_sin * t505 + arm_phi_1_cos * t510;
-    const double t518 = arm_phi_1_D_inverse * t475 - (t263 * t511 + t264 * t516 - t265 * t517 + (t509 + t261 *
-        t514 + t262 * t515));
-    const double t519 = t509 + t518;
-    /* arm_psi_2: acceleration, outward */
-    const double t520 = arm_psi_2_sin * t514 + arm_psi_2_cos * t519;
-    const double t521 = arm_psi_2_cos * t514 - arm_psi_2_sin * t519;
-    const double t522 = t516 + p->derived.arm_element_length * t515;
-    const double t523 = t517 + p->derived.arm_element_length * t514;
-    const double t524 = arm_psi_2_sin * t522 + arm_psi_2_cos * t511;
-    const double t525 = arm_psi_2_cos * t522 - arm_psi_2_sin * t511;
-    const double t526 = arm_psi_2_D_inverse * t469 - (t230 * t524 + t231 * t525 - t232 * t523 + (t515 + t229 *
-        t520));
-    const double t527 = t515 + t526;
-    /* arm_theta_2: acceleration, outward */
-    const double t528 = arm_theta_2_sin * t520 + arm_theta_2_cos * t527;
-    const double t529 = arm_theta_2_cos * t520 - arm_theta_2_sin * t527;
-    const double t530 = arm_theta_2_sin * t524 - arm_theta_2_cos * t523;
-    const double t531 = arm_theta_2_sin * t523 + arm_theta_2_cos * t524;
-    const double t532 = arm_theta_2_D_inverse * t465 - (t208 * t531 + t209 * t525 + t210 * t530 + (t521 +
-        t207 * t528));
-    const double t533 = t521 + t532;
+    const double t413 = p->derived.constant_1 * t411;
+    const double t414 = p->derived.constant_1 * t412 - t409;
+    const double t415 = arm_psi_1_sin * t414 - arm_psi_1_cos * t408;
+    const double t416 = arm_psi_1_sin * t408 + arm_psi_1_cos * t414;
+    const double t417 = arm_theta_1_sin * t415 - arm_theta_1_cos * t413;
+    const double t418 = arm_theta_1_sin * t413 + arm_theta_1_cos * t415;
+    const double t419 = arm_phi_1_sin * t417 + arm_phi_1_cos * t416;
+    const double t420 = arm_phi_1_cos * t417 - arm_phi_1_sin * t416;
+    const double t421 = t391 - (t202 * t418 + t204 * t419 + t206 * t420);
+    const double t422 = t390 - (t201 * t418 + t203 * t419 + t205 * t420);
+    const double t423 = arm_psi_1_sin * t411 + arm_psi_1_cos * t410;
+    const double t424 = arm_phi_1_cos * t421 - arm_phi_1_sin * t422 - (arm_psi_1_cos * t411 - arm_psi_1_sin *
+        t410);
+    const double t425 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t421 + arm_phi_1_cos * t422 - (arm_theta_1_sin *
+        t423 + arm_theta_1_cos * t412));
+    const double t426 = t389 - (arm_theta_1_cos * t423 - arm_theta_1_sin * t412) + arm_theta_1_sin * t425;
     /* arm_phi_2: acceleration, outward */
-    const double t534 = arm_phi_2_sin * t528 + arm_phi_2_cos * t533;
-    const double t535 = arm_phi_2_cos * t528 - arm_phi_2_sin * t533;
-    const double t536 = arm_phi_2_sin * t530 + arm_phi_2_cos * t525;
-    const double t537 = arm_phi_2_cos * t530 - arm_phi_2_sin * t525;
-    const double t538 = arm_phi_2_D_inverse * t460 - (t178 * t531 + t179 * t536 + t180 * t537 + (t529 + t176 *
-        t534 + t177 * t535));
-    const double t539 = t529 + t538;
-    /* arm_psi_3: acceleration, outward */
-    const double t540 = arm_psi_3_sin * t534 + arm_psi_3_cos * t539;
-    const double t541 = t536 + p->derived.arm_element_length * t535;
-    const double t542 = t537 - p->derived.arm_element_length * t534;
-    const double t543 = arm_psi_3_sin * t541 + arm_psi_3_cos * t531;
-    const double t544 = arm_psi_3_cos * t541 - arm_psi_3_sin * t531;
-    const double t545 = arm_psi_3_D_inverse * t454 - (t145 * t543 + t146 * t544 + t147 * t542 + (t535 + t144 *
-        t540));
-    const double t546 = t535 + t545;
-    /* arm_theta_3: acceleration, outward */
-    const double t547 = t132 * t544 - t133 * (arm_theta_3_sin * t543 + arm_theta_3_cos * t542) + (arm_psi_3_cos *
-        t534 - arm_psi_3_sin * t539 + t131 * (arm_theta_3_sin * t540 + arm_theta_3_cos * t546));
-    const double t548 = row_1_u_arm_theta_3 * arm_theta_3_D_inverse - t547;
+    const double t427 = t419 + p->derived.arm_element_length * t422;
+    const double t428 = t420 - p->derived.arm_element_length * t421;
+    const double t429 = arm_psi_2_sin * t427 + arm_psi_2_cos * t418;
+    const double t430 = arm_psi_2_cos * t427 - arm_psi_2_sin * t418;
+    const double t431 = arm_theta_2_sin * t429 + arm_theta_2_cos * t428;
+    const double t432 = arm_theta_2_cos * t429 - arm_theta_2_sin * t428;
+    const double t433 = arm_phi_2_sin * t431 + arm_phi_2_cos * t430;
+    const double t434 = arm_phi_2_cos * t431 - arm_phi_2_sin * t430;
+    const double t435 = t372 - (t153 * t432 + t155 * t433 + t157 * t434);
+    const double t436 = t371 - (t152 * t432 + t154 * t433 + t156 * t434);
+    const double t437 = arm_psi_2_sin * t421 + arm_psi_2_cos * t389;
+    const double t438 = arm_phi_2_cos * t435 - arm_phi_2_sin * t436 - (arm_psi_2_cos * t421 - arm_psi_2_sin *
+        t389);
+    const double t439 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t435 + arm_phi_2_cos * t436 - (arm_theta_2_sin *
+        t437 + arm_theta_2_cos * t422));
+    const double t440 = t370 - (arm_theta_2_cos * t437 - arm_theta_2_sin * t422) + arm_theta_2_sin * t439;
     /* arm_phi_3: acceleration, outward */
-    const double t549 = row_1_u_arm_phi_3 * p->derived.arm_phi_3_D_inverse - (arm_theta_3_cos * t540 - arm_theta_3_sin *
-        t546);
+    const double t441 = t433 + p->derived.arm_element_length * t436;
+    const double t442 = t434 - p->derived.arm_element_length * t435;
+    const double t443 = arm_psi_3_sin * t441 + arm_psi_3_cos * t432;
+    const double t444 = arm_psi_3_cos * t441 - arm_psi_3_sin * t432;
+    const double t445 = arm_theta_3_sin * t443 + arm_theta_3_cos * t442;
+    const double t446 = t353 + t120 * (arm_phi_3_cos * t445 - arm_phi_3_sin * t444);
+    const double t447 = t354 - t120 * (arm_phi_3_sin * t445 + arm_phi_3_cos * t444);
+    const double t448 = arm_psi_3_sin * t435 + arm_psi_3_cos * t370;
+    const double t449 = arm_phi_3_cos * t446 - arm_phi_3_sin * t447 - (arm_psi_3_cos * t435 - arm_psi_3_sin *
+        t370);
+    const double t450 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t446 + arm_phi_3_cos * t447 - (arm_theta_3_sin *
+        t448 + arm_theta_3_cos * t436));
+    const double t451 = row_1_u_arm_phi_3 * p->derived.constant_20 - (arm_theta_3_cos * t448 - arm_theta_3_sin *
+        t436) + arm_theta_3_sin * t450;
     /* effector_z: acceleration, outward */
-    const double t550 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t543 - arm_theta_3_sin *
-        t542);
-    /* arm_theta_3: force left for the joint, inward */
-    const double t551 = row_2_u_arm_theta_3 * t131;
-    const double t552 = row_2_u_arm_theta_3 * t133;
-    /* arm_psi_3: force left for the joint, inward */
-    const double t553 = row_2_u_arm_psi_3 - (arm_theta_3_cos * t551 - arm_theta_3_sin * row_2_u_arm_phi_3);
-    const double t554 = arm_theta_3_sin * t551 + arm_theta_3_cos * row_2_u_arm_phi_3 + t144 * t553;
-    const double t555 = arm_theta_3_cos * arm_theta_3_ground_z_x - arm_theta_3_sin * t552 + t145 * t553;
-    const double t556 = row_2_u_arm_theta_3 * t132 + t146 * t553;
-    const double t557 = t147 * t553 - (arm_theta_3_sin * arm_theta_3_ground_z_x + arm_theta_3_cos * t552);
-    const double t558 = arm_psi_3_sin * t555 + arm_psi_3_cos * t556;
+    const double t452 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t443 - arm_theta_3_sin *
+        t442);
+    /* arm_phi_3: force left for the joint, inward */
+    const double t453 = arm_theta_3_sin * row_2_u_arm_phi_3;
+    const double t454 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t453);
+    const double t455 = arm_phi_3_sin * t454 + arm_phi_3_cos * row_2_u_arm_theta_3;
+    const double t456 = arm_phi_3_cos * t454 - arm_phi_3_sin * row_2_u_arm_theta_3;
+    const double t457 = t119 * t455;
+    const double t458 = t119 * t456;
+    const double t459 = arm_phi_3_moment_beyond_x * t458;
+    const double t460 = arm_phi_3_moment_beyond_x * t457;
+    const double t461 = arm_phi_3_sin * t460 + arm_phi_3_cos * t459;
+    const double t462 = arm_phi_3_sin * t459 - arm_phi_3_cos * t460;
+    const double t463 = arm_phi_3_cos * t455 - arm_phi_3_sin * t456;
+    const double t464 = arm_phi_3_sin * t455 + arm_phi_3_cos * t456;
+    const double t465 = arm_theta_3_cos * t462 - arm_theta_3_sin * arm_theta_3_ground_z_x;
+    const double t466 = arm_theta_3_sin * t462 + arm_theta_3_cos * arm_theta_3_ground_z_x;
+    const double t467 = arm_theta_3_sin * t464 + arm_theta_3_cos * row_2_u_arm_phi_3;
+    const double t468 = arm_psi_3_sin * t466 + arm_psi_3_cos * t461;
     /* arm_phi_2: force left for the joint, inward */
-    const double t559 = row_2_u_arm_phi_2 - (arm_psi_3_cos * t554 - arm_psi_3_sin * row_2_u_arm_theta_3);
-    const double t560 = arm_psi_3_sin * t554 + arm_psi_3_cos * row_2_u_arm_theta_3 - p->derived.arm_element_length *
-        t557 + t176 * t559;
-    const double t561 = row_2_u_arm_psi_3 + p->derived.arm_element_length * t558 + t177 * t559;
-    const double t562 = t558 + t179 * t559;
-    const double t563 = t557 + t180 * t559;
-    /* arm_theta_2: force left for the joint, inward */
-    const double t564 = row_2_u_arm_theta_2 - (arm_phi_2_cos * t560 - arm_phi_2_sin * t561);
-    const double t565 = arm_phi_2_sin * t560 + arm_phi_2_cos * t561 + t207 * t564;
-    const double t566 = arm_psi_3_cos * t555 - arm_psi_3_sin * t556 + t178 * t559 + t208 * t564;
-    const double t567 = arm_phi_2_sin * t562 + arm_phi_2_cos * t563 + t210 * t564;
-    /* arm_psi_2: force left for the joint, inward */
-    const double t568 = row_2_u_arm_psi_2 - (arm_theta_2_cos * t565 - arm_theta_2_sin * row_2_u_arm_phi_2);
-    const double t569 = arm_theta_2_sin * t565 + arm_theta_2_cos * row_2_u_arm_phi_2 + t229 * t568;
-    const double t570 = arm_theta_2_sin * t567 + arm_theta_2_cos * t566 + t230 * t568;
-    const double t571 = arm_phi_2_cos * t562 - arm_phi_2_sin * t563 + t209 * t564 + t231 * t568;
-    const double t572 = arm_theta_2_cos * t567 - arm_theta_2_sin * t566 + t232 * t568;
-    const double t573 = arm_psi_2_sin * t570 + arm_psi_2_cos * t571;
+    const double t469 = arm_theta_2_sin * row_2_u_arm_phi_2;
+    const double t470 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t469);
+    const double t471 = arm_phi_2_sin * t470 + arm_phi_2_cos * row_2_u_arm_theta_2;
+    const double t472 = arm_phi_2_cos * t470 - arm_phi_2_sin * row_2_u_arm_theta_2;
+    const double t473 = t471 - (arm_psi_3_sin * t467 + arm_psi_3_cos * t463 - p->derived.arm_element_length *
+        t465);
+    const double t474 = p->derived.constant_21 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t467 - arm_psi_3_sin *
+        t463));
+    const double t475 = t151 * (t472 - (arm_theta_3_cos * t464 - t453 + p->derived.arm_element_length * t468) +
+        t150 * t473);
+    const double t476 = t149 * t473 + t150 * t475;
+    const double t477 = arm_psi_3_cos * t466 - arm_psi_3_sin * t461 + (t142 * t475 - t141 * t476);
+    const double t478 = t468 + (t148 * t475 - t143 * t476);
+    const double t479 = t465 + (t143 * t475 - t147 * t476);
+    const double t480 = arm_phi_2_cos * t478 - arm_phi_2_sin * t479;
+    const double t481 = arm_phi_2_sin * t478 + arm_phi_2_cos * t479;
+    const double t482 = arm_phi_2_cos * t471 - arm_phi_2_sin * t472;
+    const double t483 = arm_phi_2_sin * t471 + arm_phi_2_cos * t472;
+    const double t484 = arm_theta_2_cos * t481 - arm_theta_2_sin * t477;
+    const double t485 = arm_theta_2_sin * t481 + arm_theta_2_cos * t477;
+    const double t486 = arm_theta_2_sin * t483 + arm_theta_2_cos * row_2_u_arm_phi_2;
+    const double t487 = arm_psi_2_sin * t485 + arm_psi_2_cos * t480;
     /* arm_phi_1: force left for the joint, inward */
-    const double t574 = row_2_u_arm_phi_1 - (arm_psi_2_cos * t569 - arm_psi_2_sin * row_2_u_arm_theta_2);
-    const double t575 = arm_psi_2_sin * t569 + arm_psi_2_cos * row_2_u_arm_theta_2 - p->derived.arm_element_length *
-        t572 + t261 * t574;
-    const double t576 = row_2_u_arm_psi_2 + p->derived.arm_element_length * t573 + t262 * t574;
-    const double t577 = t573 + t264 * t574;
-    const double t578 = t572 + t265 * t574;
-    /* arm_theta_1: force left for the joint, inward */
-    const double t579 = row_2_u_arm_theta_1 - (arm_phi_1_cos * t575 - arm_phi_1_sin * t576);
-    const double t580 = arm_phi_1_sin * t575 + arm_phi_1_cos * t576 + t292 * t579;
-    const double t581 = arm_psi_2_cos * t570 - arm_psi_2_sin * t571 + t263 * t574 + t293 * t579;
-    const double t582 = arm_phi_1_sin * t577 + arm_phi_1_cos * t578 + t295 * t579;
-    /* arm_psi_1: force left for the joint, inward */
-    const double t583 = row_2_u_arm_psi_1 - (arm_theta_1_cos * t580 - arm_theta_1_sin * row_2_u_arm_phi_1);
-    const double t584 = arm_theta_1_sin * t580 + arm_theta_1_cos * row_2_u_arm_phi_1 + t314 * t583;
-    const double t585 = arm_theta_1_sin * t582 + arm_theta_1_cos * t581 + t315 * t583;
-    const double t586 = arm_phi_1_cos * t577 - arm_phi_1_sin * t578 + t294 * t579 + t316 * t583;
-    const double t587 = arm_psi_1_sin * t585 + arm_psi_1_cos * t586;
+    const double t488 = arm_theta_1_sin * row_2_u_arm_phi_1;
+    const double t489 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t488);
+    const double t490 = arm_phi_1_sin * t489 + arm_phi_1_cos * row_2_u_arm_theta_1;
+    const double t491 = arm_phi_1_cos * t489 - arm_phi_1_sin * row_2_u_arm_theta_1;
+    const double t492 = t490 - (arm_psi_2_sin * t486 + arm_psi_2_cos * t482 - p->derived.arm_element_length *
+        t484);
+    const double t493 = p->derived.constant_21 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t486 - arm_psi_2_sin *
+        t482));
+    const double t494 = t200 * (t491 - (arm_theta_2_cos * t483 - t469 + p->derived.arm_element_length * t487) +
+        t199 * t492);
+    const double t495 = t198 * t492 + t199 * t494;
+    const double t496 = arm_psi_2_cos * t485 - arm_psi_2_sin * t480 + (t191 * t494 - t190 * t495);
+    const double t497 = t487 + (t197 * t494 - t192 * t495);
+    const double t498 = t484 + (t192 * t494 - t196 * t495);
+    const double t499 = arm_phi_1_cos * t497 - arm_phi_1_sin * t498;
+    const double t500 = arm_phi_1_sin * t497 + arm_phi_1_cos * t498;
+    const double t501 = arm_phi_1_cos * t490 - arm_phi_1_sin * t491;
+    const double t502 = arm_phi_1_sin * t490 + arm_phi_1_cos * t491;
+    const double t503 = arm_theta_1_sin * t500 + arm_theta_1_cos * t496;
+    const double t504 = arm_theta_1_sin * t502 + arm_theta_1_cos * row_2_u_arm_phi_1;
+    const double t505 = arm_psi_1_sin * t503 + arm_psi_1_cos * t499;
     /* arm_psi: force left for the joint, inward */
-    const double t588 = row_2_u_arm_psi - (row_2_u_arm_psi_1 + p->derived.constant_1 * t587);
-    const double t589 = arm_psi_1_sin * t584 + arm_psi_1_cos * row_2_u_arm_theta_1 - p->derived.constant_1 *
-        (arm_theta_1_cos * t582 - arm_theta_1_sin * t581 + t317 * t583) + t344 * t588;
-    const double t590 = arm_psi_sin * (arm_psi_1_cos * t584 - arm_psi_1_sin * row_2_u_arm_theta_1 + t343 *
-        t588) + arm_psi_cos * t589;
+    const double t506 = row_2_u_arm_psi - (arm_theta_1_cos * t502 - t488 + p->derived.constant_1 * t505);
+    const double t507 = arm_psi_sin * (arm_psi_1_cos * t504 - arm_psi_1_sin * t501) + arm_psi_cos * (arm_psi_1_sin *
+        t504 + arm_psi_1_cos * t501 - p->derived.constant_1 * (arm_theta_1_cos * t500 - arm_theta_1_sin *
+        t496) - t238 * t506);
     /* column_psi: force left for the joint, inward */
-    const double t591 = arm_psi_sin * (arm_psi_1_cos * t585 - arm_psi_1_sin * t586 + t345 * t588) + arm_psi_cos *
-        (t587 + t346 * t588) - t352 * t590;
+    const double t508 = arm_psi_sin * (arm_psi_1_cos * t503 - arm_psi_1_sin * t499 + t239 * t506) + arm_psi_cos *
+        (t505 + t240 * t506) - t244 * t507;
     /* base_z: acceleration, outward */
-    const double t592 = base_z_D_inverse * (1.0 - t591);
+    const double t509 = base_z_D_inverse * (1.0 - t508);
     /* column_psi: acceleration, outward */
-    const double t593 = t352 * t592 + column_psi_D_inverse * t590;
+    const double t510 = t244 * t509 + column_psi_D_inverse * t507;
     /* arm_psi: acceleration, outward */
-    const double t594 = arm_psi_sin * t593;
-    const double t595 = arm_psi_cos * t593;
-    const double t596 = arm_psi_sin * t592;
-    const double t597 = arm_psi_cos * t592;
-    const double t598 = arm_psi_D_inverse * t588 - (t345 * t596 + t346 * t597 - (t343 * t594 + t344 * t595));
-    /* arm_psi_1: acceleration, outward */
-    const double t599 = p->derived.constant_1 * t595;
-    const double t600 = arm_psi_1_sin * t595 + arm_psi_1_cos * t594;
-    const double t601 = arm_psi_1_sin * t594 - arm_psi_1_cos * t595;
-    const double t602 = t597 + p->derived.constant_1 * t598;
-    const double t603 = arm_psi_1_sin * t602 + arm_psi_1_cos * t596;
-    const double t604 = arm_psi_1_cos * t602 - arm_psi_1_sin * t596;
-    const double t605 = arm_psi_1_D_inverse * t583 - (t315 * t603 + t316 * t604 + t317 * t599 + (t598 - t314 *
-        t600));
-    const double t606 = t598 + t605;
-    /* arm_theta_1: acceleration, outward */
-    const double t607 = arm_theta_1_cos * t606 - arm_theta_1_sin * t600;
-    const double t608 = arm_theta_1_sin * t606 + arm_theta_1_cos * t600;
-    const double t609 = arm_theta_1_sin * t603 + arm_theta_1_cos * t599;
-    const double t610 = arm_theta_1_cos * t603 - arm_theta_1_sin * t599;
-    const double t611 = arm_theta_1_D_inverse * t579 - (t293 * t610 + t294 * t604 + t295 * t609 + (t601 +
-        t292 * t607));
-    const double t612 = t601 + t611;
+    const double t511 = arm_psi_sin * t509;
+    const double t512 = arm_psi_cos * t509;
+    const double t513 = arm_psi_sin * t510;
+    const double t514 = arm_psi_cos * t510;
+    const double t515 = arm_psi_D_inverse * t506 - (t239 * t511 + t240 * t512 + t238 * t514);
     /* arm_phi_1: acceleration, outward */
-    const double t613 = arm_phi_1_sin * t607 + arm_phi_1_cos * t612;
-    const double t614 = arm_phi_1_cos * t607 - arm_phi_1_sin * t612;
-    const double t615 = arm_phi_1_sin * t609 + arm_phi_1_cos * t604;
-    const double t616 = arm_phi_1_cos * t609 - arm_phi_1_sin * t604;
-    const double t617 = arm_phi_1_D_inverse * t574 - (t263 * t610 + t264 * t615 + t265 * t616 + (t261 * t613 -
-        t608 + t262 * t614));
-    const double t618 = t617 - t608;
-    /* arm_psi_2: acceleration, outward */
-    const double t619 = arm_psi_2_sin * t613 + arm_psi_2_cos * t618;
-    const double t620 = arm_psi_2_cos * t613 - arm_psi_2_sin * t618;
-    const double t621 = t615 + p->derived.arm_element_length * t614;
-    const double t622 = t616 - p->derived.arm_element_length * t613;
-    const double t623 = arm_psi_2_sin * t621 + arm_psi_2_cos * t610;
-    const double t624 = arm_psi_2_cos * t621 - arm_psi_2_sin * t610;
-    const double t625 = arm_psi_2_D_inverse * t568 - (t230 * t623 + t231 * t624 + t232 * t622 + (t614 + t229 *
-        t619));
-    const double t626 = t614 + t625;
-    /* arm_theta_2: acceleration, outward */
-    const double t627 = arm_theta_2_sin * t619 + arm_theta_2_cos * t626;
-    const double t628 = arm_theta_2_cos * t619 - arm_theta_2_sin * t626;
-    const double t629 = arm_theta_2_sin * t623 + arm_theta_2_cos * t622;
-    const double t630 = arm_theta_2_cos * t623 - arm_theta_2_sin * t622;
-    const double t631 = arm_theta_2_D_inverse * t564 - (t208 * t630 + t209 * t624 + t210 * t629 + (t620 +
-        t207 * t627));
-    const double t632 = t620 + t631;
+    const double t516 = p->derived.constant_1 * t514;
+    const double t517 = t512 + p->derived.constant_1 * t515;
+    const double t518 = arm_psi_1_sin * t517 + arm_psi_1_cos * t511;
+    const double t519 = arm_psi_1_cos * t517 - arm_psi_1_sin * t511;
+    const double t520 = arm_theta_1_sin * t518 + arm_theta_1_cos * t516;
+    const double t521 = arm_theta_1_cos * t518 - arm_theta_1_sin * t516;
+    const double t522 = arm_phi_1_sin * t520 + arm_phi_1_cos * t519;
+    const double t523 = arm_phi_1_cos * t520 - arm_phi_1_sin * t519;
+    const double t524 = t495 - (t202 * t521 + t204 * t522 + t206 * t523);
+    const double t525 = t494 - (t201 * t521 + t203 * t522 + t205 * t523);
+    const double t526 = arm_psi_1_sin * t514 + arm_psi_1_cos * t513;
+    const double t527 = arm_phi_1_cos * t524 - arm_phi_1_sin * t525 - (arm_psi_1_sin * t513 - arm_psi_1_cos *
+        t514);
+    const double t528 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t524 + arm_phi_1_cos * t525 - (arm_theta_1_cos *
+        t515 - arm_theta_1_sin * t526));
+    const double t529 = t493 + (arm_theta_1_sin * t515 + arm_theta_1_cos * t526) + arm_theta_1_sin * t528;
     /* arm_phi_2: acceleration, outward */
-    const double t633 = arm_phi_2_sin * t627 + arm_phi_2_cos * t632;
-    const double t634 = arm_phi_2_cos * t627 - arm_phi_2_sin * t632;
-    const double t635 = arm_phi_2_sin * t629 + arm_phi_2_cos * t624;
-    const double t636 = arm_phi_2_cos * t629 - arm_phi_2_sin * t624;
-    const double t637 = arm_phi_2_D_inverse * t559 - (t178 * t630 + t179 * t635 + t180 * t636 + (t628 + t176 *
-        t633 + t177 * t634));
-    const double t638 = t628 + t637;
-    /* arm_psi_3: acceleration, outward */
-    const double t639 = arm_psi_3_sin * t633 + arm_psi_3_cos * t638;
-    const double t640 = t635 + p->derived.arm_element_length * t634;
-    const double t641 = t636 - p->derived.arm_element_length * t633;
-    const double t642 = arm_psi_3_sin * t640 + arm_psi_3_cos * t630;
-    const double t643 = arm_psi_3_cos * t640 - arm_psi_3_sin * t630;
-    const double t644 = arm_psi_3_D_inverse * t553 - (t145 * t642 + t146 * t643 + t147 * t641 + (t634 + t144 *
-        t639));
-    const double t645 = t634 + t644;
-    /* arm_theta_3: acceleration, outward */
-    const double t646 = t132 * t643 - t133 * (arm_theta_3_sin * t642 + arm_theta_3_cos * t641) + (arm_psi_3_cos *
-        t633 - arm_psi_3_sin * t638 + t131 * (arm_theta_3_sin * t639 + arm_theta_3_cos * t645));
-    const double t647 = row_2_u_arm_theta_3 * arm_theta_3_D_inverse - t646;
+    const double t530 = t522 + p->derived.arm_element_length * t525;
+    const double t531 = t523 - p->derived.arm_element_length * t524;
+    const double t532 = arm_psi_2_sin * t530 + arm_psi_2_cos * t521;
+    const double t533 = arm_psi_2_cos * t530 - arm_psi_2_sin * t521;
+    const double t534 = arm_theta_2_sin * t532 + arm_theta_2_cos * t531;
+    const double t535 = arm_theta_2_cos * t532 - arm_theta_2_sin * t531;
+    const double t536 = arm_phi_2_sin * t534 + arm_phi_2_cos * t533;
+    const double t537 = arm_phi_2_cos * t534 - arm_phi_2_sin * t533;
+    const double t538 = t476 - (t153 * t535 + t155 * t536 + t157 * t537);
+    const double t539 = t475 - (t152 * t535 + t154 * t536 + t156 * t537);
+    const double t540 = arm_psi_2_sin * t524 + arm_psi_2_cos * t493;
+    const double t541 = arm_phi_2_cos * t538 - arm_phi_2_sin * t539 - (arm_psi_2_cos * t524 - arm_psi_2_sin *
+        t493);
+    const double t542 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t538 + arm_phi_2_cos * t539 - (arm_theta_2_sin *
+        t540 + arm_theta_2_cos * t525));
+    const double t543 = t474 - (arm_theta_2_cos * t540 - arm_theta_2_sin * t525) + arm_theta_2_sin * t542;
     /* arm_phi_3: acceleration, outward */
-    const double t648 = row_2_u_arm_phi_3 * p->derived.arm_phi_3_D_inverse - (arm_theta_3_cos * t639 - arm_theta_3_sin *
-        t645);
+    const double t544 = t536 + p->derived.arm_element_length * t539;
+    const double t545 = t537 - p->derived.arm_element_length * t538;
+    const double t546 = arm_psi_3_sin * t544 + arm_psi_3_cos * t535;
+    const double t547 = arm_psi_3_cos * t544 - arm_psi_3_sin * t535;
+    const double t548 = arm_theta_3_sin * t546 + arm_theta_3_cos * t545;
+    const double t549 = t457 + t120 * (arm_phi_3_cos * t548 - arm_phi_3_sin * t547);
+    const double t550 = t458 - t120 * (arm_phi_3_sin * t548 + arm_phi_3_cos * t547);
+    const double t551 = arm_psi_3_sin * t538 + arm_psi_3_cos * t474;
+    const double t552 = arm_phi_3_cos * t549 - arm_phi_3_sin * t550 - (arm_psi_3_cos * t538 - arm_psi_3_sin *
+        t474);
+    const double t553 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t549 + arm_phi_3_cos * t550 - (arm_theta_3_sin *
+        t551 + arm_theta_3_cos * t539));
+    const double t554 = row_2_u_arm_phi_3 * p->derived.constant_20 - (arm_theta_3_cos * t551 - arm_theta_3_sin *
+        t539) + arm_theta_3_sin * t553;
     /* effector_z: acceleration, outward */
-    const double t649 = arm_theta_3_ground_z_x * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t642 -
-        arm_theta_3_sin * t641);
+    const double t555 = arm_theta_3_ground_z_x * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t546 -
+        arm_theta_3_sin * t545);
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t650 = row_1_u_column_psi * t395 + t96 * t400 - t97 * t407 + row_1_u_arm_theta_1 * t413 -
-        row_1_u_arm_phi_1 * t419 + row_1_u_arm_psi_2 * t427 + row_1_u_arm_theta_2 * t433;
-    const double t651 = row_1_phi * p->derived.constant_13 + (row_1_v + row_1_psi * p->derived.constant_12) +
-        (t650 - row_1_u_arm_phi_2 * t439 + row_1_u_arm_psi_3 * t446 + row_1_u_arm_theta_3 * t449 - row_1_u_arm_phi_3 *
-        t450 - row_1_u_effector_z * t451);
-    const double t652 = row_1_u_column_psi * t494 + t96 * t499 + t97 * t506 + row_1_u_arm_theta_1 * t512 +
-        row_1_u_arm_phi_1 * t518 + row_1_u_arm_psi_2 * t526 + row_1_u_arm_theta_2 * t532;
-    const double t653 = t652 + row_1_u_arm_phi_2 * t538 + row_1_u_arm_psi_3 * t545 + row_1_u_arm_theta_3 *
-        t548 + row_1_u_arm_phi_3 * t549 + row_1_u_effector_z * t550;
-    const double t654 = row_2_u_arm_psi_1 * t407 - (t394 + row_2_u_arm_psi * t400) + row_2_u_arm_theta_1 *
-        t413 - row_2_u_arm_phi_1 * t419 + row_2_u_arm_psi_2 * t427 + row_2_u_arm_theta_2 * t433;
-    const double t655 = row_2_v + p->derived.constant_12 * row_2_psi + (t654 - row_2_u_arm_phi_2 * t439 +
-        row_2_u_arm_psi_3 * t446 + row_2_u_arm_theta_3 * t449 - row_2_u_arm_phi_3 * t450 - arm_theta_3_ground_z_x *
-        t451);
-    const double t656 = row_2_u_arm_theta_1 * t512 - (t493 + row_2_u_arm_psi * t499 + row_2_u_arm_psi_1 *
-        t506) + row_2_u_arm_phi_1 * t518 + row_2_u_arm_psi_2 * t526 + row_2_u_arm_theta_2 * t532;
-    const double t657 = t656 + row_2_u_arm_phi_2 * t538 + row_2_u_arm_psi_3 * t545 + row_2_u_arm_theta_3 *
-        t548 + row_2_u_arm_phi_3 * t549 + arm_theta_3_ground_z_x * t550;
-    const double t658 = t592 + row_2_u_arm_psi * t598 + row_2_u_arm_psi_1 * t605 + row_2_u_arm_theta_1 * t611 +
-        row_2_u_arm_phi_1 * t617 + row_2_u_arm_psi_2 * t625 + row_2_u_arm_theta_2 * t631;
-    const double t659 = t657 / t653;
-    const double t660 = t658 + row_2_u_arm_phi_2 * t637 + row_2_u_arm_psi_3 * t644 + row_2_u_arm_theta_3 *
-        t647 + row_2_u_arm_phi_3 * t648 + arm_theta_3_ground_z_x * t649 - t657 * t659;
-    const double row_2_lambda = (t651 * t659 - t655) / t660;
-    const double t661 = (t651 + t657 * row_2_lambda) / t653;
-    qdd[0] = t493 * t661 - t394 + t592 * row_2_lambda;
-    qdd[1] = t395 - t494 * t661 - t593 * row_2_lambda;
-    qdd[2] = t499 * t661 - t400 + t598 * row_2_lambda;
-    qdd[3] = t407 + t506 * t661 + t605 * row_2_lambda;
-    qdd[4] = t413 - t512 * t661 + t611 * row_2_lambda;
-    qdd[5] = t617 * row_2_lambda - (t419 + t518 * t661);
-    qdd[6] = t427 - t526 * t661 + t625 * row_2_lambda;
-    qdd[7] = t433 - t532 * t661 + t631 * row_2_lambda;
-    qdd[8] = t637 * row_2_lambda - (t439 + t538 * t661);
-    qdd[9] = t446 - t545 * t661 + t644 * row_2_lambda;
-    qdd[10] = t449 - t548 * t661 + t647 * row_2_lambda;
-    qdd[11] = t648 * row_2_lambda - (t450 + t549 * t661);
-    qdd[12] = t649 * row_2_lambda - (t451 + t550 * t661);
+    const double t556 = row_1_u_column_psi * t303 - t96 * t308 - t97 * t321 + row_1_u_arm_theta_1 * t320 +
+        row_1_u_arm_phi_1 * t322 + row_1_u_arm_psi_2 * t335 + row_1_u_arm_theta_2 * t334;
+    const double t557 = row_1_phi * p->derived.constant_13 + (row_1_v + row_1_psi * p->derived.constant_12) +
+        (t556 + row_1_u_arm_phi_2 * t336 + row_1_u_arm_psi_3 * t346 + row_1_u_arm_theta_3 * t345 + row_1_u_arm_phi_3 *
+        t347 - row_1_u_effector_z * t348);
+    const double t558 = row_1_u_column_psi * t407 - t96 * t412 - t97 * t425 + row_1_u_arm_theta_1 * t424 +
+        row_1_u_arm_phi_1 * t426 + row_1_u_arm_psi_2 * t439 + row_1_u_arm_theta_2 * t438;
+    const double t559 = t558 + row_1_u_arm_phi_2 * t440 + row_1_u_arm_psi_3 * t450 + row_1_u_arm_theta_3 *
+        t449 + row_1_u_arm_phi_3 * t451 + row_1_u_effector_z * t452;
+    const double t560 = row_2_u_arm_psi * t308 - t302 + row_2_u_arm_psi_1 * t321 + row_2_u_arm_theta_1 * t320 +
+        row_2_u_arm_phi_1 * t322 + row_2_u_arm_psi_2 * t335 + row_2_u_arm_theta_2 * t334;
+    const double t561 = row_2_v + p->derived.constant_12 * row_2_psi + (t560 + row_2_u_arm_phi_2 * t336 +
+        row_2_u_arm_psi_3 * t346 + row_2_u_arm_theta_3 * t345 + row_2_u_arm_phi_3 * t347 - arm_theta_3_ground_z_x *
+        t348);
+    const double t562 = row_2_u_arm_psi * t412 - t406 + row_2_u_arm_psi_1 * t425 + row_2_u_arm_theta_1 * t424 +
+        row_2_u_arm_phi_1 * t426 + row_2_u_arm_psi_2 * t439 + row_2_u_arm_theta_2 * t438;
+    const double t563 = t562 + row_2_u_arm_phi_2 * t440 + row_2_u_arm_psi_3 * t450 + row_2_u_arm_theta_3 *
+        t449 + row_2_u_arm_phi_3 * t451 + arm_theta_3_ground_z_x * t452;
+    const double t564 = t509 + row_2_u_arm_psi * t515 + row_2_u_arm_psi_1 * t528 + row_2_u_arm_theta_1 * t527 +
+        row_2_u_arm_phi_1 * t529 + row_2_u_arm_psi_2 * t542 + row_2_u_arm_theta_2 * t541;
+    const double t565 = t563 / t559;
+    const double t566 = t564 + row_2_u_arm_phi_2 * t543 + row_2_u_arm_psi_3 * t553 + row_2_u_arm_theta_3 *
+        t552 + row_2_u_arm_phi_3 * t554 + arm_theta_3_ground_z_x * t555 - t563 * t565;
+    const double row_2_lambda = (t557 * t565 - t561) / t566;
+    const double t567 = (t557 + t563 * row_2_lambda) / t559;
+    qdd[0] = t406 * t567 - t302 + t509 * row_2_lambda;
+    qdd[1] = t303 - t407 * t567 - t510 * row_2_lambda;
+    qdd[2] = t308 - t412 * t567 + t515 * row_2_lambda;
+    qdd[3] = t321 - t425 * t567 + t528 * row_2_lambda;
+    qdd[4] = t320 - t424 * t567 + t527 * row_2_lambda;
+    qdd[5] = t322 - t426 * t567 + t529 * row_2_lambda;
+    qdd[6] = t335 - t439 * t567 + t542 * row_2_lambda;
+    qdd[7] = t334 - t438 * t567 + t541 * row_2_lambda;
+    qdd[8] = t336 - t440 * t567 + t543 * row_2_lambda;
+    qdd[9] = t346 - t450 * t567 + t553 * row_2_lambda;
+    qdd[10] = t345 - t449 * t567 + t552 * row_2_lambda;
+    qdd[11] = t347 - t451 * t567 + t554 * row_2_lambda;
+    qdd[12] = t555 * row_2_lambda - (t348 + t452 * t567);
 }
 
 void manipulator_flexible_force(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -5841,800 +5470,610 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
         p->derived.constant_18;
     /* base_z: bias and gravity forces c + g, inward */
     const double base_z_load_force_z = column_psi_load_force_z + p->derived.constant_19;
-    const double t113 = t110 - t111 - (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
-        qd[3]);
-    const double t114 = t108 - t109 - (p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi *
+    const double t113 = t108 - t109 - (p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi *
         qd[4]);
-    const double t115 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5] + arm_phi_1_load_moment_x;
-    const double t116 = t105 - t106 - (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
-        qd[6]);
-    const double t117 = t103 - t104 - (p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi *
+    const double t114 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5] + arm_phi_1_load_moment_x;
+    const double t115 = t103 - t104 - (p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi *
         qd[7]);
-    const double t118 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8] + arm_phi_2_load_moment_x;
-    const double t119 = t71 - t101 - (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi * qd[9]);
-    const double t120 = t99 - t100 - (p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi *
+    const double t116 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8] + arm_phi_2_load_moment_x;
+    const double t117 = t99 - t100 - (p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi *
         qd[10]);
-    const double t121 = arm_phi_3_bias_moment_x + (p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi *
+    const double t118 = arm_phi_3_bias_moment_x + (p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi *
         qd[11]);
-    /* arm_phi_3: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double t122 = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t65;
-    const double t123 = arm_phi_3_cos * t122;
-    const double t124 = arm_phi_3_sin * t122;
-    const double arm_theta_3_U_moment_y = arm_phi_3_sin * t124 + arm_phi_3_cos * t123;
-    const double arm_theta_3_U_moment_z = arm_phi_3_sin * t123 - arm_phi_3_cos * t124;
-    const double t125 = arm_phi_3_sin * arm_phi_3_moment_beyond_x;
-    const double t126 = arm_phi_3_cos * arm_phi_3_moment_beyond_x;
-    const double arm_theta_3_U_force_y = arm_phi_3_sin * t126 - arm_phi_3_cos * t125;
-    const double t127 = arm_phi_3_sin * t125 + arm_phi_3_cos * t126;
-    const double t128 = arm_phi_3_cos * p->derived.arm_phi_3_mass_beyond;
-    const double t129 = arm_phi_3_sin * p->derived.arm_phi_3_mass_beyond;
-    const double t130 = arm_phi_3_sin * t129 + arm_phi_3_cos * t128;
-    /* arm_theta_3: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_theta_3_D_inverse = 1.0 / arm_theta_3_U_moment_y;
-    const double t131 = arm_theta_3_U_moment_z * arm_theta_3_D_inverse;
-    const double t132 = arm_theta_3_U_force_y * arm_theta_3_D_inverse;
-    const double t133 = t127 * arm_theta_3_D_inverse;
-    const double t134 = arm_phi_3_sin * t128 - arm_phi_3_cos * t129 + arm_theta_3_U_force_y * t133;
-    const double t135 = t127 - arm_theta_3_U_moment_z * t132;
-    const double t136 = arm_theta_3_U_moment_y - arm_theta_3_U_moment_z * t131;
-    const double t137 = t130 - t127 * t133;
-    const double t138 = arm_theta_3_U_force_y + arm_theta_3_U_moment_z * t133;
-    const double t139 = arm_theta_3_cos * t136;
-    const double arm_psi_3_U_moment_z = arm_theta_3_cos * t139;
-    const double arm_psi_3_U_moment_x = arm_theta_3_sin * t139;
-    const double arm_psi_3_U_force_y = arm_theta_3_cos * t135;
-    const double t140 = arm_theta_3_cos * t138;
-    const double t141 = arm_theta_3_sin * t138;
-    const double arm_psi_3_U_force_z = arm_theta_3_cos * t140;
-    const double arm_psi_3_U_force_x = arm_theta_3_sin * t140;
-    const double t142 = arm_theta_3_cos * t137;
-    const double t143 = p->derived.arm_psi_mass * arm_theta_3_sin;
-    /* arm_psi_3: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_3_D_inverse = 1.0 / arm_psi_3_U_moment_z;
-    const double t144 = arm_psi_3_U_moment_x * arm_psi_3_D_inverse;
-    const double t145 = arm_psi_3_U_force_x * arm_psi_3_D_inverse;
-    const double t146 = arm_psi_3_U_force_y * arm_psi_3_D_inverse;
-    const double t147 = arm_psi_3_U_force_z * arm_psi_3_D_inverse;
-    const double t148 = arm_theta_3_sin * (arm_theta_3_sin * t136) - arm_psi_3_U_moment_x * t144;
-    const double t149 = arm_theta_3_cos * (p->derived.arm_psi_mass * arm_theta_3_cos) + arm_theta_3_sin *
-        (arm_theta_3_sin * t137) - arm_psi_3_U_force_x * t145;
-    const double t150 = arm_theta_3_sin * t141 - arm_psi_3_U_moment_x * t145;
-    const double t151 = arm_theta_3_sin * t134 - arm_psi_3_U_force_x * t146;
-    const double t152 = arm_theta_3_sin * t135 - arm_psi_3_U_moment_x * t146;
-    const double t153 = arm_theta_3_sin * t142 - arm_theta_3_cos * t143 - arm_psi_3_U_force_x * t147;
-    const double t154 = arm_theta_3_cos * t141 - arm_psi_3_U_moment_x * t147;
-    const double t155 = t130 - arm_theta_3_U_force_y * t132 - arm_psi_3_U_force_y * t146;
-    const double t156 = arm_theta_3_cos * t134 - arm_psi_3_U_force_y * t147;
-    const double t157 = arm_theta_3_sin * t143 + arm_theta_3_cos * t142 - arm_psi_3_U_force_z * t147;
-    const double t158 = arm_psi_3_cos * t148;
-    const double t159 = arm_psi_3_cos * t150;
-    const double t160 = arm_psi_3_sin * t150;
-    const double t161 = arm_psi_3_cos * t152;
-    const double t162 = arm_psi_3_sin * t152;
-    const double arm_phi_2_U_force_z = arm_psi_3_cos * t154;
-    const double t163 = arm_psi_3_sin * t154;
-    const double arm_phi_2_U_force_x = arm_psi_3_cos * t159 - arm_psi_3_sin * t161;
-    const double arm_phi_2_U_force_y = arm_psi_3_sin * t159 + arm_psi_3_cos * t161;
-    const double t164 = arm_psi_3_sin * t160 + arm_psi_3_cos * t162;
-    const double t165 = arm_psi_3_sin * t151;
-    const double t166 = arm_psi_3_cos * t149 - t165;
-    const double t167 = arm_psi_3_cos * t151;
-    const double t168 = t167 - arm_psi_3_sin * t155;
-    const double t169 = arm_psi_3_cos * t168 + arm_psi_3_sin * t166;
-    const double t170 = arm_psi_3_cos * (t165 + arm_psi_3_cos * t155) + arm_psi_3_sin * (t167 + arm_psi_3_sin *
-        t149);
-    const double t171 = arm_psi_3_cos * t153 - arm_psi_3_sin * t156;
-    const double t172 = arm_psi_3_cos * t156 + arm_psi_3_sin * t153;
-    const double t173 = p->derived.arm_element_length * t172;
-    const double t174 = p->derived.arm_element_length * t170;
-    const double t175 = t163 - p->derived.arm_element_length * t157;
-    const double arm_phi_2_U_moment_z = p->derived.arm_element_length * arm_phi_2_U_force_y;
-    const double arm_phi_2_U_moment_y = arm_psi_3_sin * t158 - p->derived.arm_element_length * arm_phi_2_U_force_z;
-    /* arm_phi_2: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_phi_2_U_moment_x = p->derived.arm_phi_1_inertia_xx + arm_psi_3_cos * t158;
-    const double arm_phi_2_D_inverse = 1.0 / arm_phi_2_U_moment_x;
-    const double t176 = arm_phi_2_U_moment_y * arm_phi_2_D_inverse;
-    const double t177 = arm_phi_2_U_moment_z * arm_phi_2_D_inverse;
-    const double t178 = arm_phi_2_U_force_x * arm_phi_2_D_inverse;
-    const double t179 = arm_phi_2_U_force_y * arm_phi_2_D_inverse;
-    const double t180 = arm_phi_2_U_force_z * arm_phi_2_D_inverse;
-    const double t181 = t169 - arm_phi_2_U_force_x * t179;
-    const double t182 = t171 - arm_phi_2_U_force_x * t180;
-    const double t183 = arm_psi_3_cos * t160 - arm_psi_3_sin * t162 - p->derived.arm_element_length * t171 -
-        arm_phi_2_U_moment_y * t178;
-    const double t184 = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_sin * (arm_psi_3_sin * t148) - p->derived.arm_element_length *
-        t163 - p->derived.arm_element_length * t175) - arm_phi_2_U_moment_y * t176;
-    const double t185 = p->derived.arm_phi_1_mass + t170 - arm_phi_2_U_force_y * t179;
-    const double t186 = t164 - t173 - arm_phi_2_U_moment_y * t179;
-    const double t187 = p->derived.arm_element_length * t164 - p->derived.arm_element_length * t173 - arm_phi_2_U_moment_y *
-        t177;
-    const double t188 = t172 - arm_phi_2_U_force_y * t180;
-    const double t189 = t175 - p->derived.arm_phi_1_moment_x - arm_phi_2_U_moment_y * t180;
-    const double t190 = p->derived.arm_element_length * t169 - arm_phi_2_U_moment_z * t178;
-    const double t191 = p->derived.arm_phi_1_moment_x + t174 - arm_phi_2_U_moment_z * t179;
-    const double t192 = p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t174 - arm_phi_2_U_moment_z *
-        t177;
-    const double t193 = p->derived.arm_phi_1_mass + t157 - arm_phi_2_U_force_z * t180;
-    const double t194 = t173 - arm_phi_2_U_moment_z * t180;
-    const double t195 = arm_phi_2_sin * t187;
-    const double t196 = arm_phi_2_cos * t184 - t195;
-    const double t197 = arm_phi_2_cos * t187;
-    const double t198 = t197 - arm_phi_2_sin * t192;
-    const double arm_theta_2_U_moment_y = arm_phi_2_cos * t196 - arm_phi_2_sin * t198;
-    const double arm_theta_2_U_moment_z = arm_phi_2_cos * t198 + arm_phi_2_sin * t196;
-    const double arm_theta_2_U_force_x = arm_phi_2_cos * t183 - arm_phi_2_sin * t190;
-    const double t199 = arm_phi_2_cos * t186 - arm_phi_2_sin * t191;
-    const double t200 = arm_phi_2_sin * t186 + arm_phi_2_cos * t191;
-    const double t201 = arm_phi_2_cos * t189 - arm_phi_2_sin * t194;
-    const double t202 = arm_phi_2_sin * t189 + arm_phi_2_cos * t194;
-    const double arm_theta_2_U_force_y = arm_phi_2_cos * t199 - arm_phi_2_sin * t201;
-    const double arm_theta_2_U_force_z = arm_phi_2_sin * t199 + arm_phi_2_cos * t201;
-    const double t203 = arm_phi_2_sin * t188;
-    const double t204 = arm_phi_2_cos * t185 - t203;
-    const double t205 = arm_phi_2_cos * t188;
-    const double t206 = t205 - arm_phi_2_sin * t193;
-    /* arm_theta_2: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_theta_2_D_inverse = 1.0 / arm_theta_2_U_moment_y;
-    const double t207 = arm_theta_2_U_moment_z * arm_theta_2_D_inverse;
-    const double t208 = arm_theta_2_U_force_x * arm_theta_2_D_inverse;
-    const double t209 = arm_theta_2_U_force_y * arm_theta_2_D_inverse;
-    const double t210 = arm_theta_2_U_force_z * arm_theta_2_D_inverse;
-    const double t211 = p->derived.arm_phi_1_mass + (arm_psi_3_cos * t166 - arm_psi_3_sin * t168) - arm_phi_2_U_force_x *
-        t178 - arm_theta_2_U_force_x * t208;
-    const double t212 = arm_phi_2_cos * t181 - arm_phi_2_sin * t182 - arm_theta_2_U_force_x * t209;
-    const double t213 = arm_phi_2_cos * t182 + arm_phi_2_sin * t181 - arm_theta_2_U_force_x * t210;
-    const double t214 = arm_phi_2_cos * t206 + arm_phi_2_sin * t204 - arm_theta_2_U_force_y * t210;
-    const double t215 = arm_phi_2_sin * t183 + arm_phi_2_cos * t190 - arm_theta_2_U_moment_z * t208;
-    const double t216 = arm_phi_2_cos * t200 - arm_phi_2_sin * t202 - arm_theta_2_U_moment_z * t209;
-    const double t217 = arm_phi_2_cos * (t195 + arm_phi_2_cos * t192) + arm_phi_2_sin * (t197 + arm_phi_2_sin *
-        t184) - arm_theta_2_U_moment_z * t207;
-    const double t218 = arm_phi_2_cos * (t203 + arm_phi_2_cos * t193) + arm_phi_2_sin * (t205 + arm_phi_2_sin *
-        t185) - arm_theta_2_U_force_z * t210;
-    const double t219 = arm_phi_2_sin * t200 + arm_phi_2_cos * t202 - arm_theta_2_U_moment_z * t210;
-    const double t220 = arm_theta_2_cos * t217;
-    const double arm_psi_2_U_moment_z = arm_theta_2_cos * t220;
-    const double arm_psi_2_U_moment_x = arm_theta_2_sin * t220;
-    const double t221 = arm_theta_2_cos * t215;
-    const double t222 = arm_theta_2_sin * t215;
-    const double arm_psi_2_U_force_y = arm_theta_2_cos * t216;
-    const double t223 = arm_theta_2_cos * t219;
-    const double t224 = arm_theta_2_sin * t219;
-    const double arm_psi_2_U_force_z = arm_theta_2_cos * t223 - arm_theta_2_sin * t221;
-    const double arm_psi_2_U_force_x = arm_theta_2_sin * t223 + arm_theta_2_cos * t221;
-    const double t225 = arm_theta_2_sin * t213;
-    const double t226 = arm_theta_2_cos * t218 - t225;
-    const double t227 = arm_theta_2_cos * t213;
-    const double t228 = t227 - arm_theta_2_sin * t211;
-    /* arm_psi_2: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_2_D_inverse = 1.0 / arm_psi_2_U_moment_z;
-    const double t229 = arm_psi_2_U_moment_x * arm_psi_2_D_inverse;
-    const double t230 = arm_psi_2_U_force_x * arm_psi_2_D_inverse;
-    const double t231 = arm_psi_2_U_force_y * arm_psi_2_D_inverse;
-    const double t232 = arm_psi_2_U_force_z * arm_psi_2_D_inverse;
-    const double t233 = arm_theta_2_sin * (arm_theta_2_sin * t217) - arm_psi_2_U_moment_x * t229;
-    const double t234 = arm_theta_2_cos * (t225 + arm_theta_2_cos * t211) + arm_theta_2_sin * (t227 + arm_theta_2_sin *
-        t218) - arm_psi_2_U_force_x * t230;
-    const double t235 = arm_theta_2_sin * t224 + arm_theta_2_cos * t222 - arm_psi_2_U_moment_x * t230;
-    const double t236 = arm_theta_2_cos * t212 + arm_theta_2_sin * t214 - arm_psi_2_U_force_x * t231;
-    const double t237 = arm_theta_2_sin * t216 - arm_psi_2_U_moment_x * t231;
-    const double t238 = arm_theta_2_cos * t228 + arm_theta_2_sin * t226 - arm_psi_2_U_force_x * t232;
-    const double t239 = arm_theta_2_cos * t224 - arm_theta_2_sin * t222 - arm_psi_2_U_moment_x * t232;
-    const double t240 = arm_phi_2_cos * t204 - arm_phi_2_sin * t206 - arm_theta_2_U_force_y * t209 - arm_psi_2_U_force_y *
-        t231;
-    const double t241 = arm_theta_2_cos * t214 - arm_theta_2_sin * t212 - arm_psi_2_U_force_y * t232;
-    const double t242 = arm_theta_2_cos * t226 - arm_theta_2_sin * t228 - arm_psi_2_U_force_z * t232;
-    const double t243 = arm_psi_2_cos * t233;
-    const double t244 = arm_psi_2_cos * t235;
-    const double t245 = arm_psi_2_sin * t235;
-    const double t246 = arm_psi_2_cos * t237;
-    const double t247 = arm_psi_2_sin * t237;
-    const double arm_phi_1_U_force_z = arm_psi_2_cos * t239;
-    const double t248 = arm_psi_2_sin * t239;
-    const double arm_phi_1_U_force_x = arm_psi_2_cos * t244 - arm_psi_2_sin * t246;
-    const double arm_phi_1_U_force_y = arm_psi_2_sin * t244 + arm_psi_2_cos * t246;
-    const double t249 = arm_psi_2_sin * t245 + arm_psi_2_cos * t247;
-    const double t250 = arm_psi_2_sin * t236;
-    const double t251 = arm_psi_2_cos * t234 - t250;
-    const double t252 = arm_psi_2_cos * t236;
-    const double t253 = t252 - arm_psi_2_sin * t240;
-    const double t254 = arm_psi_2_cos * t253 + arm_psi_2_sin * t251;
-    const double t255 = arm_psi_2_cos * (t250 + arm_psi_2_cos * t240) + arm_psi_2_sin * (t252 + arm_psi_2_sin *
-        t234);
-    const double t256 = arm_psi_2_cos * t238 - arm_psi_2_sin * t241;
-    const double t257 = arm_psi_2_cos * t241 + arm_psi_2_sin * t238;
-    const double t258 = p->derived.arm_element_length * t257;
-    const double t259 = p->derived.arm_element_length * t255;
-    const double t260 = t248 - p->derived.arm_element_length * t242;
-    const double arm_phi_1_U_moment_z = p->derived.arm_element_length * arm_phi_1_U_force_y;
-    const double arm_phi_1_U_moment_y = arm_psi_2_sin * t243 - p->derived.arm_element_length * arm_phi_1_U_force_z;
-    /* arm_phi_1: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_phi_1_U_moment_x = p->derived.arm_phi_1_inertia_xx + arm_psi_2_cos * t243;
-    const double arm_phi_1_D_inverse = 1.0 / arm_phi_1_U_moment_x;
-    const double t261 = arm_phi_1_U_moment_y * arm_phi_1_D_inverse;
-    const double t262 = arm_phi_1_U_moment_z * arm_phi_1_D_inverse;
-    const double t263 = arm_phi_1_U_force_x * arm_phi_1_D_inverse;
-    const double t264 = arm_phi_1_U_force_y * arm_phi_1_D_inverse;
-    const double t265 = arm_phi_1_U_force_z * arm_phi_1_D_inverse;
-    const double t266 = t254 - arm_phi_1_U_force_x * t264;
-    const double t267 = t256 - arm_phi_1_U_force_x * t265;
-    const double t268 = arm_psi_2_cos * t245 - arm_psi_2_sin * t247 - p->derived.arm_element_length * t256 -
-        arm_phi_1_U_moment_y * t263;
-    const double t269 = p->derived.arm_phi_1_inertia_yy + (arm_psi_2_sin * (arm_psi_2_sin * t233) - p->derived.arm_element_length *
-        t248 - p->derived.arm_element_length * t260) - arm_phi_1_U_moment_y * t261;
-    const double t270 = p->derived.arm_phi_1_mass + t255 - arm_phi_1_U_force_y * t264;
-    const double t271 = t249 - t258 - arm_phi_1_U_moment_y * t264;
-    const double t272 = p->derived.arm_element_length * t249 - p->derived.arm_element_length * t258 - arm_phi_1_U_moment_y *
-        t262;
-    const double t273 = t257 - arm_phi_1_U_force_y * t265;
-    const double t274 = t260 - p->derived.arm_phi_1_moment_x - arm_phi_1_U_moment_y * t265;
-    const double t275 = p->derived.arm_element_length * t254 - arm_phi_1_U_moment_z * t263;
-    const double t276 = p->derived.arm_phi_1_moment_x + t259 - arm_phi_1_U_moment_z * t264;
-    const double t277 = p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t259 - arm_phi_1_U_moment_z *
-        t262;
-    const double t278 = p->derived.arm_phi_1_mass + t242 - arm_phi_1_U_force_z * t265;
-    const double t279 = t258 - arm_phi_1_U_moment_z * t265;
-    const double t280 = arm_phi_1_sin * t272;
-    const double t281 = arm_phi_1_cos * t269 - t280;
-    const double t282 = arm_phi_1_cos * t272;
-    const double t283 = t282 - arm_phi_1_sin * t277;
-    const double arm_theta_1_U_moment_y = arm_phi_1_cos * t281 - arm_phi_1_sin * t283;
-    const double arm_theta_1_U_moment_z = arm_phi_1_cos * t283 + arm_phi_1_sin * t281;
-    const double arm_theta_1_U_force_x = arm_phi_1_cos * t268 - arm_phi_1_sin * t275;
-    const double t284 = arm_phi_1_cos * t271 - arm_phi_1_sin * t276;
-    const double t285 = arm_phi_1_sin * t271 + arm_phi_1_cos * t276;
-    const double t286 = arm_phi_1_cos * t274 - arm_phi_1_sin * t279;
-    const double t287 = arm_phi_1_sin * t274 + arm_phi_1_cos * t279;
-    const double arm_theta_1_U_force_y = arm_phi_1_cos * t284 - arm_phi_1_sin * t286;
-    const double arm_theta_1_U_force_z = arm_phi_1_sin * t284 + arm_phi_1_cos * t286;
-    const double t288 = arm_phi_1_sin * t273;
-    const double t289 = arm_phi_1_cos * t270 - t288;
-    const double t290 = arm_phi_1_cos * t273;
-    const double t291 = t290 - arm_phi_1_sin * t278;
-    /* arm_theta_1: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_theta_1_D_inverse = 1.0 / arm_theta_1_U_moment_y;
-    const double t292 = arm_theta_1_U_moment_z * arm_theta_1_D_inverse;
-    const double t293 = arm_theta_1_U_force_x * arm_theta_1_D_inverse;
-    const double t294 = arm_theta_1_U_force_y * arm_theta_1_D_inverse;
-    const double t295 = arm_theta_1_U_force_z * arm_theta_1_D_inverse;
-    const double t296 = p->derived.arm_phi_1_mass + (arm_psi_2_cos * t251 - arm_psi_2_sin * t253) - arm_phi_1_U_force_x *
-        t263 - arm_theta_1_U_force_x * t293;
-    const double t297 = arm_phi_1_cos * t266 - arm_phi_1_sin * t267 - arm_theta_1_U_force_x * t294;
-    const double t298 = arm_phi_1_cos * t267 + arm_phi_1_sin * t266 - arm_theta_1_U_force_x * t295;
-    const double t299 = arm_phi_1_cos * t291 + arm_phi_1_sin * t289 - arm_theta_1_U_force_y * t295;
-    const double t300 = arm_phi_1_sin * t268 + arm_phi_1_cos * t275 - arm_theta_1_U_moment_z * t293;
-    const double t301 = arm_phi_1_cos * t285 - arm_phi_1_sin * t287 - arm_theta_1_U_moment_z * t294;
-    const double t302 = arm_phi_1_cos * (t280 + arm_phi_1_cos * t277) + arm_phi_1_sin * (t282 + arm_phi_1_sin *
-        t269) - arm_theta_1_U_moment_z * t292;
-    const double t303 = arm_phi_1_cos * (t288 + arm_phi_1_cos * t278) + arm_phi_1_sin * (t290 + arm_phi_1_sin *
-        t270) - arm_theta_1_U_force_z * t295;
-    const double t304 = arm_phi_1_sin * t285 + arm_phi_1_cos * t287 - arm_theta_1_U_moment_z * t295;
-    const double t305 = arm_theta_1_cos * t302;
-    const double arm_psi_1_U_moment_z = arm_theta_1_cos * t305;
-    const double arm_psi_1_U_moment_x = arm_theta_1_sin * t305;
-    const double t306 = arm_theta_1_cos * t300;
-    const double t307 = arm_theta_1_sin * t300;
-    const double arm_psi_1_U_force_y = arm_theta_1_cos * t301;
-    const double t308 = arm_theta_1_cos * t304;
-    const double t309 = arm_theta_1_sin * t304;
-    const double arm_psi_1_U_force_z = arm_theta_1_cos * t308 - arm_theta_1_sin * t306;
-    const double arm_psi_1_U_force_x = arm_theta_1_sin * t308 + arm_theta_1_cos * t306;
-    const double t310 = arm_theta_1_sin * t298;
-    const double t311 = arm_theta_1_cos * t303 - t310;
-    const double t312 = arm_theta_1_cos * t298;
-    const double t313 = t312 - arm_theta_1_sin * t296;
-    /* arm_psi_1: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_1_D_inverse = 1.0 / arm_psi_1_U_moment_z;
-    const double t314 = arm_psi_1_U_moment_x * arm_psi_1_D_inverse;
-    const double t315 = arm_psi_1_U_force_x * arm_psi_1_D_inverse;
-    const double t316 = arm_psi_1_U_force_y * arm_psi_1_D_inverse;
-    const double t317 = arm_psi_1_U_force_z * arm_psi_1_D_inverse;
-    const double t318 = arm_theta_1_sin * (arm_theta_1_sin * t302) - arm_psi_1_U_moment_x * t314;
-    const double t319 = arm_theta_1_cos * (t310 + arm_theta_1_cos * t296) + arm_theta_1_sin * (t312 + arm_theta_1_sin *
-        t303) - arm_psi_1_U_force_x * t315;
-    const double t320 = arm_theta_1_sin * t309 + arm_theta_1_cos * t307 - arm_psi_1_U_moment_x * t315;
-    const double t321 = arm_theta_1_cos * t297 + arm_theta_1_sin * t299 - arm_psi_1_U_force_x * t316;
-    const double t322 = arm_theta_1_sin * t301 - arm_psi_1_U_moment_x * t316;
-    const double t323 = arm_theta_1_cos * t313 + arm_theta_1_sin * t311 - arm_psi_1_U_force_x * t317;
-    const double t324 = arm_theta_1_cos * t309 - arm_theta_1_sin * t307 - arm_psi_1_U_moment_x * t317;
-    const double t325 = arm_phi_1_cos * t289 - arm_phi_1_sin * t291 - arm_theta_1_U_force_y * t294 - arm_psi_1_U_force_y *
-        t316;
-    const double t326 = arm_theta_1_cos * t299 - arm_theta_1_sin * t297 - arm_psi_1_U_force_y * t317;
-    const double t327 = arm_psi_1_cos * t318;
-    const double t328 = arm_psi_1_cos * t320;
-    const double t329 = arm_psi_1_sin * t320;
-    const double t330 = arm_psi_1_cos * t322;
-    const double t331 = arm_psi_1_sin * t322;
-    const double t332 = arm_psi_1_sin * t324;
-    const double t333 = arm_psi_1_sin * t328 + arm_psi_1_cos * t330;
-    const double t334 = arm_psi_1_sin * t329 + arm_psi_1_cos * t331;
-    const double t335 = arm_psi_1_sin * t321;
-    const double t336 = arm_psi_1_cos * t319 - t335;
-    const double t337 = arm_psi_1_cos * t321;
-    const double t338 = t337 - arm_psi_1_sin * t325;
-    const double t339 = arm_psi_1_cos * t338 + arm_psi_1_sin * t336;
-    const double t340 = arm_psi_1_cos * (t335 + arm_psi_1_cos * t325) + arm_psi_1_sin * (t337 + arm_psi_1_sin *
-        t319);
-    const double arm_psi_U_force_x = p->derived.constant_1 * t339;
-    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t326 + arm_psi_1_sin * t323);
-    const double t341 = p->derived.constant_1 * t340;
-    const double arm_psi_U_moment_x = p->derived.constant_1 * t333;
-    const double t342 = arm_psi_1_sin * (arm_psi_1_sin * t318) - p->derived.constant_1 * t332 - p->derived.constant_1 *
-        (t332 - p->derived.constant_1 * (arm_theta_1_cos * t311 - arm_theta_1_sin * t313 - arm_psi_1_U_force_z *
-        t317));
-    const double arm_psi_U_moment_y = p->derived.constant_1 * t334 - p->derived.constant_1 * arm_psi_U_force_z;
+    /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+    const double t119 = 1.0 / (p->derived.arm_psi_inertia_yy + effector_z_shift_x * t65);
+    const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
+    const double t120 = arm_phi_3_moment_beyond_x * t119;
+    const double t121 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t120;
+    const double t122 = arm_phi_3_cos * t121;
+    const double t123 = arm_phi_3_sin * t121;
+    const double t124 = arm_phi_3_sin * t123 + arm_phi_3_cos * t122;
+    const double t125 = arm_phi_3_sin * t122 - arm_phi_3_cos * t123;
+    const double t126 = arm_theta_3_cos * t124;
+    const double t127 = p->derived.arm_psi_mass * arm_theta_3_sin;
+    const double t128 = arm_theta_3_sin * t127 + arm_theta_3_cos * t126;
+    const double t129 = arm_theta_3_sin * t126 - arm_theta_3_cos * t127;
+    const double t130 = arm_theta_3_cos * (p->derived.arm_psi_mass * arm_theta_3_cos) + arm_theta_3_sin *
+        (arm_theta_3_sin * t124);
+    const double t131 = arm_theta_3_cos * t125;
+    const double t132 = arm_theta_3_sin * t125;
+    const double t133 = arm_psi_3_sin * t132;
+    const double t134 = arm_psi_3_cos * t130 - t133;
+    const double t135 = arm_psi_3_cos * t132;
+    const double t136 = t135 - arm_psi_3_sin * t124;
+    const double t137 = arm_psi_3_cos * t136 + arm_psi_3_sin * t134;
+    const double t138 = arm_psi_3_cos * (t133 + arm_psi_3_cos * t124) + arm_psi_3_sin * (t135 + arm_psi_3_sin *
+        t130);
+    const double t139 = arm_psi_3_cos * t129 - arm_psi_3_sin * t131;
+    const double t140 = arm_psi_3_cos * t131 + arm_psi_3_sin * t129;
+    const double t141 = p->derived.arm_element_length * t139;
+    const double t142 = p->derived.arm_element_length * t137;
+    const double t143 = p->derived.arm_element_length * t140;
+    const double t144 = p->derived.arm_element_length * t138;
+    const double t145 = p->derived.arm_element_length * t128;
+    const double t146 = p->derived.arm_element_length * t143;
+    /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+    const double t147 = p->derived.arm_phi_1_moment_x + t145;
+    const double t148 = p->derived.arm_phi_1_moment_x + t144;
+    const double t149 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t145);
+    const double t150 = t146 * t149;
+    const double t151 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t144 - t146 *
+        t150);
+    const double arm_theta_2_cos_inverse = 1.0 / arm_theta_2_cos;
+    const double t152 = t151 * (t142 - t141 * t150);
+    const double t153 = t150 * t152 - t141 * t149;
+    const double t154 = t151 * (t148 - t143 * t150);
+    const double t155 = t150 * t154 - t143 * t149;
+    const double t156 = t151 * (t143 - t147 * t150);
+    const double t157 = t150 * t156 - t147 * t149;
+    const double t158 = p->derived.arm_phi_1_mass + (arm_psi_3_cos * t134 - arm_psi_3_sin * t136) - (t142 *
+        t152 - t141 * t153);
+    const double t159 = t137 - (t142 * t154 - t141 * t155);
+    const double t160 = t139 - (t142 * t156 - t141 * t157);
+    const double t161 = p->derived.arm_phi_1_mass + t138 - (t148 * t154 - t143 * t155);
+    const double t162 = t140 - (t148 * t156 - t143 * t157);
+    const double t163 = p->derived.arm_phi_1_mass + t128 - (t143 * t156 - t147 * t157);
+    const double t164 = arm_phi_2_sin * t162;
+    const double t165 = arm_phi_2_cos * t161 - t164;
+    const double t166 = arm_phi_2_cos * t162;
+    const double t167 = t166 - arm_phi_2_sin * t163;
+    const double t168 = arm_phi_2_cos * t165 - arm_phi_2_sin * t167;
+    const double t169 = arm_phi_2_cos * t167 + arm_phi_2_sin * t165;
+    const double t170 = arm_phi_2_cos * (t164 + arm_phi_2_cos * t163) + arm_phi_2_sin * (t166 + arm_phi_2_sin *
+        t161);
+    const double t171 = arm_phi_2_cos * t159 - arm_phi_2_sin * t160;
+    const double t172 = arm_phi_2_cos * t160 + arm_phi_2_sin * t159;
+    const double t173 = arm_theta_2_sin * t172;
+    const double t174 = arm_theta_2_cos * t170 - t173;
+    const double t175 = arm_theta_2_cos * t172;
+    const double t176 = t175 - arm_theta_2_sin * t158;
+    const double t177 = arm_theta_2_cos * t174 - arm_theta_2_sin * t176;
+    const double t178 = arm_theta_2_cos * t176 + arm_theta_2_sin * t174;
+    const double t179 = arm_theta_2_cos * (t173 + arm_theta_2_cos * t158) + arm_theta_2_sin * (t175 + arm_theta_2_sin *
+        t170);
+    const double t180 = arm_theta_2_cos * t169 - arm_theta_2_sin * t171;
+    const double t181 = arm_theta_2_cos * t171 + arm_theta_2_sin * t169;
+    const double t182 = arm_psi_2_sin * t181;
+    const double t183 = arm_psi_2_cos * t179 - t182;
+    const double t184 = arm_psi_2_cos * t181;
+    const double t185 = t184 - arm_psi_2_sin * t168;
+    const double t186 = arm_psi_2_cos * t185 + arm_psi_2_sin * t183;
+    const double t187 = arm_psi_2_cos * (t182 + arm_psi_2_cos * t168) + arm_psi_2_sin * (t184 + arm_psi_2_sin *
+        t179);
+    const double t188 = arm_psi_2_cos * t178 - arm_psi_2_sin * t180;
+    const double t189 = arm_psi_2_cos * t180 + arm_psi_2_sin * t178;
+    const double t190 = p->derived.arm_element_length * t188;
+    const double t191 = p->derived.arm_element_length * t186;
+    const double t192 = p->derived.arm_element_length * t189;
+    const double t193 = p->derived.arm_element_length * t187;
+    const double t194 = p->derived.arm_element_length * t177;
+    const double t195 = p->derived.arm_element_length * t192;
+    /* arm_phi_1 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+    const double t196 = p->derived.arm_phi_1_moment_x + t194;
+    const double t197 = p->derived.arm_phi_1_moment_x + t193;
+    const double t198 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t194);
+    const double t199 = t195 * t198;
+    const double t200 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t193 - t195 *
+        t199);
+    const double arm_theta_1_cos_inverse = 1.0 / arm_theta_1_cos;
+    const double t201 = t200 * (t191 - t190 * t199);
+    const double t202 = t199 * t201 - t190 * t198;
+    const double t203 = t200 * (t197 - t192 * t199);
+    const double t204 = t199 * t203 - t192 * t198;
+    const double t205 = t200 * (t192 - t196 * t199);
+    const double t206 = t199 * t205 - t196 * t198;
+    const double t207 = p->derived.arm_phi_1_mass + (arm_psi_2_cos * t183 - arm_psi_2_sin * t185) - (t191 *
+        t201 - t190 * t202);
+    const double t208 = t186 - (t191 * t203 - t190 * t204);
+    const double t209 = t188 - (t191 * t205 - t190 * t206);
+    const double t210 = p->derived.arm_phi_1_mass + t187 - (t197 * t203 - t192 * t204);
+    const double t211 = t189 - (t197 * t205 - t192 * t206);
+    const double t212 = p->derived.arm_phi_1_mass + t177 - (t192 * t205 - t196 * t206);
+    const double t213 = arm_phi_1_sin * t211;
+    const double t214 = arm_phi_1_cos * t210 - t213;
+    const double t215 = arm_phi_1_cos * t211;
+    const double t216 = t215 - arm_phi_1_sin * t212;
+    const double t217 = arm_phi_1_cos * t214 - arm_phi_1_sin * t216;
+    const double t218 = arm_phi_1_cos * t216 + arm_phi_1_sin * t214;
+    const double t219 = arm_phi_1_cos * (t213 + arm_phi_1_cos * t212) + arm_phi_1_sin * (t215 + arm_phi_1_sin *
+        t210);
+    const double t220 = arm_phi_1_cos * t208 - arm_phi_1_sin * t209;
+    const double t221 = arm_phi_1_cos * t209 + arm_phi_1_sin * t208;
+    const double t222 = arm_theta_1_sin * t221;
+    const double t223 = arm_theta_1_cos * t219 - t222;
+    const double t224 = arm_theta_1_cos * t221;
+    const double t225 = t224 - arm_theta_1_sin * t207;
+    const double t226 = arm_theta_1_cos * t225 + arm_theta_1_sin * t223;
+    const double t227 = arm_theta_1_cos * (t222 + arm_theta_1_cos * t207) + arm_theta_1_sin * (t224 + arm_theta_1_sin *
+        t219);
+    const double t228 = arm_theta_1_cos * t218 - arm_theta_1_sin * t220;
+    const double t229 = arm_theta_1_cos * t220 + arm_theta_1_sin * t218;
+    const double t230 = arm_psi_1_sin * t229;
+    const double t231 = arm_psi_1_cos * t227 - t230;
+    const double t232 = arm_psi_1_cos * t229;
+    const double t233 = t232 - arm_psi_1_sin * t217;
+    const double t234 = arm_psi_1_cos * t233 + arm_psi_1_sin * t231;
+    const double t235 = arm_psi_1_cos * (t230 + arm_psi_1_cos * t217) + arm_psi_1_sin * (t232 + arm_psi_1_sin *
+        t227);
+    const double arm_psi_U_force_x = p->derived.constant_1 * t234;
+    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t228 + arm_psi_1_sin * t226);
+    const double t236 = p->derived.constant_1 * t235;
+    const double t237 = p->derived.constant_1 * arm_psi_U_force_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t341;
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t341;
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t236;
+    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t236;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t343 = arm_psi_U_moment_x * arm_psi_D_inverse;
-    const double t344 = arm_psi_U_moment_y * arm_psi_D_inverse;
-    const double t345 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t346 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t347 = arm_psi_1_sin * t327 - p->derived.constant_1 * (arm_psi_1_cos * t324) - arm_psi_U_moment_x *
-        t344;
-    const double t348 = t339 - arm_psi_U_force_x * t346;
-    const double t349 = arm_psi_cos * (arm_psi_sin * t347 + arm_psi_cos * (p->derived.arm_psi_inertia_yy +
-        t342 - arm_psi_U_moment_y * t344)) + arm_psi_sin * (arm_psi_cos * t347 + arm_psi_sin * (p->derived.arm_psi_inertia_xx +
-        arm_psi_1_cos * t327 - arm_psi_U_moment_x * t343));
-    const double t350 = arm_psi_sin * (arm_psi_1_cos * t328 - arm_psi_1_sin * t330 - arm_psi_U_moment_x *
-        t345) + arm_psi_cos * (arm_psi_1_cos * t329 - arm_psi_1_sin * t331 - p->derived.constant_1 * (arm_psi_1_cos *
-        t323 - arm_psi_1_sin * t326) - arm_psi_U_moment_y * t345);
-    const double column_psi_U_force_z = arm_psi_sin * t350 + arm_psi_cos * (arm_psi_sin * (t333 - arm_psi_U_moment_x *
-        t346) + arm_psi_cos * (t334 - arm_psi_U_force_z - arm_psi_U_moment_y * t346));
-    const double t351 = arm_psi_cos * (arm_psi_sin * t348 + arm_psi_cos * (p->derived.arm_psi_mass + t340 -
-        arm_psi_U_force_y * t346)) + arm_psi_sin * (arm_psi_cos * t348 + arm_psi_sin * (p->derived.arm_psi_mass +
-        (arm_psi_1_cos * t336 - arm_psi_1_sin * t338) - arm_psi_U_force_x * t345));
+    const double t238 = t237 * arm_psi_D_inverse;
+    const double t239 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t240 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t241 = t234 - arm_psi_U_force_x * t240;
+    const double t242 = arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_inertia_yy + p->derived.constant_1 *
+        (p->derived.constant_1 * (arm_theta_1_cos * t223 - arm_theta_1_sin * t225)) - t237 * t238)) + arm_psi_sin *
+        (p->derived.arm_psi_inertia_xx * arm_psi_sin);
+    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t237 * t239 - p->derived.constant_1 *
+        (arm_psi_1_cos * t226 - arm_psi_1_sin * t228))) + arm_psi_cos * (arm_psi_cos * (t237 * t240 - arm_psi_U_force_z));
+    const double t243 = arm_psi_cos * (arm_psi_sin * t241 + arm_psi_cos * (p->derived.arm_psi_mass + t235 -
+        arm_psi_U_force_y * t240)) + arm_psi_sin * (arm_psi_cos * t241 + arm_psi_sin * (p->derived.arm_psi_mass +
+        (arm_psi_1_cos * t231 - arm_psi_1_sin * t233) - arm_psi_U_force_x * t239));
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + t349;
+    const double column_psi_U_moment_z = p->Izz_col + t242;
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t352 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t244 = column_psi_U_force_z * column_psi_D_inverse;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + t351 - column_psi_U_force_z * t352);
+    const double base_z_U_force_z = p->m_base + (p->m_col + t243 - column_psi_U_force_z * t244);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* arm_theta_3: force left for the joint, inward */
-    const double t353 = t120 * t131;
-    const double t354 = t120 * t133;
-    /* arm_psi_3: force left for the joint, inward */
-    const double t355 = t119 - (arm_theta_3_sin * t121 + arm_theta_3_cos * t353);
-    const double t356 = arm_theta_3_sin * t353 - arm_theta_3_cos * t121 + t144 * t355;
-    const double t357 = t145 * t355 - (arm_theta_3_sin * t354 + arm_theta_3_cos * effector_z_load_force_z);
-    const double t358 = t120 * t132 + t146 * t355;
-    const double t359 = arm_theta_3_sin * effector_z_load_force_z - arm_theta_3_cos * t354 + t147 * t355;
-    const double t360 = arm_psi_3_sin * t357 + arm_psi_3_cos * t358;
+    /* arm_phi_3: force left for the joint, inward */
+    const double t245 = arm_theta_3_sin * t118;
+    const double t246 = arm_theta_3_cos_inverse * (t71 - t101 - (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
+        qd[9]) - t245);
+    const double t247 = arm_phi_3_sin * t246 + arm_phi_3_cos * t117;
+    const double t248 = arm_phi_3_cos * t246 - arm_phi_3_sin * t117;
+    const double t249 = t119 * t247;
+    const double t250 = t119 * t248;
+    const double t251 = arm_phi_3_moment_beyond_x * t250;
+    const double t252 = arm_phi_3_moment_beyond_x * t249;
+    const double t253 = arm_phi_3_sin * t252 + arm_phi_3_cos * t251;
+    const double t254 = arm_phi_3_sin * t251 - arm_phi_3_cos * t252;
+    const double t255 = arm_phi_3_cos * t247 - arm_phi_3_sin * t248;
+    const double t256 = arm_phi_3_sin * t247 + arm_phi_3_cos * t248;
+    const double t257 = arm_theta_3_sin * effector_z_load_force_z + arm_theta_3_cos * t254;
+    const double t258 = arm_theta_3_sin * t254 - arm_theta_3_cos * effector_z_load_force_z;
+    const double t259 = arm_theta_3_sin * t256 - arm_theta_3_cos * t118;
+    const double t260 = arm_psi_3_sin * t258 + arm_psi_3_cos * t253;
     /* arm_phi_2: force left for the joint, inward */
-    const double t361 = t118 + (arm_psi_3_cos * t356 - arm_psi_3_sin * t120);
-    const double t362 = arm_psi_3_sin * t356 + arm_psi_3_cos * t120 - p->derived.arm_element_length * t359 -
-        t176 * t361;
-    const double t363 = t119 + p->derived.arm_element_length * t360 - t177 * t361;
-    const double t364 = t360 - t179 * t361;
-    const double t365 = t359 - t180 * t361;
-    /* arm_theta_2: force left for the joint, inward */
-    const double t366 = t117 - (arm_phi_2_cos * t362 - arm_phi_2_sin * t363);
-    const double t367 = arm_phi_2_sin * t362 + arm_phi_2_cos * t363 + t207 * t366;
-    const double t368 = arm_psi_3_cos * t357 - arm_psi_3_sin * t358 - t178 * t361 + t208 * t366;
-    const double t369 = arm_phi_2_sin * t364 + arm_phi_2_cos * t365 + t210 * t366;
-    /* arm_psi_2: force left for the joint, inward */
-    const double t370 = t116 - (arm_theta_2_sin * t118 + arm_theta_2_cos * t367);
-    const double t371 = arm_theta_2_sin * t367 - arm_theta_2_cos * t118 + t229 * t370;
-    const double t372 = arm_theta_2_sin * t369 + arm_theta_2_cos * t368 + t230 * t370;
-    const double t373 = arm_phi_2_cos * t364 - arm_phi_2_sin * t365 + t209 * t366 + t231 * t370;
-    const double t374 = arm_theta_2_cos * t369 - arm_theta_2_sin * t368 + t232 * t370;
-    const double t375 = arm_psi_2_sin * t372 + arm_psi_2_cos * t373;
+    const double t261 = arm_theta_2_sin * t116;
+    const double t262 = arm_theta_2_cos_inverse * (t105 - t106 - (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
+        qd[6]) - t261);
+    const double t263 = arm_phi_2_sin * t262 + arm_phi_2_cos * t115;
+    const double t264 = arm_phi_2_cos * t262 - arm_phi_2_sin * t115;
+    const double t265 = t263 - (arm_psi_3_sin * t259 + arm_psi_3_cos * t255 - p->derived.arm_element_length *
+        t257);
+    const double t266 = p->derived.constant_21 * (t116 + (arm_psi_3_cos * t259 - arm_psi_3_sin * t255));
+    const double t267 = t151 * (t264 - (t245 + arm_theta_3_cos * t256 + p->derived.arm_element_length * t260) +
+        t150 * t265);
+    const double t268 = t149 * t265 + t150 * t267;
+    const double t269 = arm_psi_3_cos * t258 - arm_psi_3_sin * t253 + (t142 * t267 - t141 * t268);
+    const double t270 = t260 + (t148 * t267 - t143 * t268);
+    const double t271 = t257 + (t143 * t267 - t147 * t268);
+    const double t272 = arm_phi_2_cos * t270 - arm_phi_2_sin * t271;
+    const double t273 = arm_phi_2_sin * t270 + arm_phi_2_cos * t271;
+    const double t274 = arm_phi_2_cos * t263 - arm_phi_2_sin * t264;
+    const double t275 = arm_phi_2_sin * t263 + arm_phi_2_cos * t264;
+    const double t276 = arm_theta_2_cos * t273 - arm_theta_2_sin * t269;
+    const double t277 = arm_theta_2_sin * t273 + arm_theta_2_cos * t269;
+    const double t278 = arm_theta_2_sin * t275 - arm_theta_2_cos * t116;
+    const double t279 = arm_psi_2_sin * t277 + arm_psi_2_cos * t272;
     /* arm_phi_1: force left for the joint, inward */
-    const double t376 = t115 + (arm_psi_2_cos * t371 - arm_psi_2_sin * t117);
-    const double t377 = arm_psi_2_sin * t371 + arm_psi_2_cos * t117 - p->derived.arm_element_length * t374 -
-        t261 * t376;
-    const double t378 = t116 + p->derived.arm_element_length * t375 - t262 * t376;
-    const double t379 = t375 - t264 * t376;
-    const double t380 = t374 - t265 * t376;
-    /* arm_theta_1: force left for the joint, inward */
-    const double t381 = t114 - (arm_phi_1_cos * t377 - arm_phi_1_sin * t378);
-    const double t382 = arm_phi_1_sin * t377 + arm_phi_1_cos * t378 + t292 * t381;
-    const double t383 = arm_psi_2_cos * t372 - arm_psi_2_sin * t373 - t263 * t376 + t293 * t381;
-    const double t384 = arm_phi_1_sin * t379 + arm_phi_1_cos * t380 + t295 * t381;
-    /* arm_psi_1: force left for the joint, inward */
-    const double t385 = t113 - (arm_theta_1_sin * t115 + arm_theta_1_cos * t382);
-    const double t386 = arm_theta_1_sin * t382 - arm_theta_1_cos * t115 + t314 * t385;
-    const double t387 = arm_theta_1_sin * t384 + arm_theta_1_cos * t383 + t315 * t385;
-    const double t388 = arm_phi_1_cos * t379 - arm_phi_1_sin * t380 + t294 * t381 + t316 * t385;
-    const double t389 = arm_psi_1_sin * t387 + arm_psi_1_cos * t388;
+    const double t280 = arm_theta_1_sin * t114;
+    const double t281 = arm_theta_1_cos_inverse * (t110 - t111 - (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
+        qd[3]) - t280);
+    const double t282 = arm_phi_1_sin * t281 + arm_phi_1_cos * t113;
+    const double t283 = arm_phi_1_cos * t281 - arm_phi_1_sin * t113;
+    const double t284 = t282 - (arm_psi_2_sin * t278 + arm_psi_2_cos * t274 - p->derived.arm_element_length *
+        t276);
+    const double t285 = p->derived.constant_21 * (t114 + (arm_psi_2_cos * t278 - arm_psi_2_sin * t274));
+    const double t286 = t200 * (t283 - (t261 + arm_theta_2_cos * t275 + p->derived.arm_element_length * t279) +
+        t199 * t284);
+    const double t287 = t198 * t284 + t199 * t286;
+    const double t288 = arm_psi_2_cos * t277 - arm_psi_2_sin * t272 + (t191 * t286 - t190 * t287);
+    const double t289 = t279 + (t197 * t286 - t192 * t287);
+    const double t290 = t276 + (t192 * t286 - t196 * t287);
+    const double t291 = arm_phi_1_cos * t289 - arm_phi_1_sin * t290;
+    const double t292 = arm_phi_1_sin * t289 + arm_phi_1_cos * t290;
+    const double t293 = arm_phi_1_cos * t282 - arm_phi_1_sin * t283;
+    const double t294 = arm_phi_1_sin * t282 + arm_phi_1_cos * t283;
+    const double t295 = arm_theta_1_sin * t292 + arm_theta_1_cos * t288;
+    const double t296 = arm_theta_1_sin * t294 - arm_theta_1_cos * t114;
+    const double t297 = arm_psi_1_sin * t295 + arm_psi_1_cos * t291;
     /* arm_psi: force left for the joint, inward */
-    const double t390 = arm_psi_load_moment_z + (t113 + p->derived.constant_1 * t389);
-    const double t391 = arm_psi_1_sin * t386 + arm_psi_1_cos * t114 - p->derived.constant_1 * (arm_theta_1_cos *
-        t384 - arm_theta_1_sin * t383 + t317 * t385) - t344 * t390;
+    const double t298 = arm_psi_load_moment_z + (t280 + arm_theta_1_cos * t294 + p->derived.constant_1 * t297);
+    const double t299 = arm_psi_sin * (arm_psi_1_cos * t296 - arm_psi_1_sin * t293) + arm_psi_cos * (arm_psi_1_sin *
+        t296 + arm_psi_1_cos * t293 - p->derived.constant_1 * (arm_theta_1_cos * t292 - arm_theta_1_sin *
+        t288) + t238 * t298);
     /* column_psi: force left for the joint, inward */
-    const double t392 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - column_psi_load_moment_z - (arm_psi_sin * (arm_psi_1_cos * t386 - arm_psi_1_sin * t114 - t343 *
-        t390) + arm_psi_cos * t391);
-    const double t393 = arm_psi_sin * (arm_psi_1_cos * t387 - arm_psi_1_sin * t388 - t345 * t390) + arm_psi_cos *
-        (t389 - t346 * t390) + t352 * t392;
+    const double t300 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - column_psi_load_moment_z - t299;
+    const double t301 = arm_psi_sin * (arm_psi_1_cos * t295 - arm_psi_1_sin * t291 - t239 * t298) + arm_psi_cos *
+        (t297 - t240 * t298) + t244 * t300;
     /* base_z: acceleration, outward */
-    const double t394 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + base_z_load_force_z + t393);
+    const double t302 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + base_z_load_force_z + t301);
     /* column_psi: acceleration, outward */
-    const double t395 = t352 * t394 + column_psi_D_inverse * t392;
+    const double t303 = t244 * t302 + column_psi_D_inverse * t300;
     /* arm_psi: acceleration, outward */
-    const double t396 = arm_psi_sin * t395;
-    const double t397 = arm_psi_cos * t395;
-    const double t398 = arm_psi_sin * t394;
-    const double t399 = arm_psi_cos * t394;
-    const double t400 = t343 * t396 + t344 * t397 - (t345 * t398 + t346 * t399) + arm_psi_D_inverse * t390;
-    /* arm_psi_1: acceleration, outward */
-    const double t401 = p->derived.constant_1 * t397;
-    const double t402 = arm_psi_1_sin * t397 + arm_psi_1_cos * t396;
-    const double t403 = arm_psi_1_cos * t397 - arm_psi_1_sin * t396;
-    const double t404 = t399 + p->derived.constant_1 * t400;
-    const double t405 = arm_psi_1_sin * t404 + arm_psi_1_cos * t398;
-    const double t406 = arm_psi_1_sin * t398 - arm_psi_1_cos * t404;
-    const double t407 = arm_psi_1_D_inverse * t385 - (t316 * t406 - t315 * t405 - t317 * t401 + (t314 * t402 -
-        t400));
-    const double t408 = t407 - t400;
-    /* arm_theta_1: acceleration, outward */
-    const double t409 = arm_theta_1_sin * t402 + arm_theta_1_cos * t408;
-    const double t410 = arm_theta_1_cos * t402 - arm_theta_1_sin * t408;
-    const double t411 = arm_theta_1_sin * t405 + arm_theta_1_cos * t401;
-    const double t412 = arm_theta_1_sin * t401 - arm_theta_1_cos * t405;
-    const double t413 = arm_theta_1_D_inverse * t381 - (t293 * t412 + t294 * t406 - t295 * t411 + (t403 +
-        t292 * t409));
-    const double t414 = t403 + t413;
+    const double t304 = arm_psi_sin * t302;
+    const double t305 = arm_psi_cos * t302;
+    const double t306 = arm_psi_sin * t303;
+    const double t307 = arm_psi_cos * t303;
+    const double t308 = t239 * t304 + t240 * t305 + t238 * t307 - arm_psi_D_inverse * t298;
     /* arm_phi_1: acceleration, outward */
-    const double t415 = arm_phi_1_sin * t409 + arm_phi_1_cos * t414;
-    const double t416 = arm_phi_1_cos * t409 - arm_phi_1_sin * t414;
-    const double t417 = arm_phi_1_cos * t406 - arm_phi_1_sin * t411;
-    const double t418 = arm_phi_1_sin * t406 + arm_phi_1_cos * t411;
-    const double t419 = t263 * t412 + t264 * t417 - t265 * t418 + (t410 + t261 * t415 + t262 * t416) + arm_phi_1_D_inverse *
-        t376;
-    const double t420 = t410 - t419;
-    /* arm_psi_2: acceleration, outward */
-    const double t421 = arm_psi_2_sin * t415 + arm_psi_2_cos * t420;
-    const double t422 = arm_psi_2_cos * t415 - arm_psi_2_sin * t420;
-    const double t423 = t417 + p->derived.arm_element_length * t416;
-    const double t424 = t418 + p->derived.arm_element_length * t415;
-    const double t425 = arm_psi_2_sin * t423 + arm_psi_2_cos * t412;
-    const double t426 = arm_psi_2_cos * t423 - arm_psi_2_sin * t412;
-    const double t427 = arm_psi_2_D_inverse * t370 - (t230 * t425 + t231 * t426 - t232 * t424 + (t416 + t229 *
-        t421));
-    const double t428 = t416 + t427;
-    /* arm_theta_2: acceleration, outward */
-    const double t429 = arm_theta_2_sin * t421 + arm_theta_2_cos * t428;
-    const double t430 = arm_theta_2_cos * t421 - arm_theta_2_sin * t428;
-    const double t431 = arm_theta_2_sin * t425 - arm_theta_2_cos * t424;
-    const double t432 = arm_theta_2_sin * t424 + arm_theta_2_cos * t425;
-    const double t433 = arm_theta_2_D_inverse * t366 - (t208 * t432 + t209 * t426 + t210 * t431 + (t422 +
-        t207 * t429));
-    const double t434 = t422 + t433;
+    const double t309 = p->derived.constant_1 * t307;
+    const double t310 = p->derived.constant_1 * t308 - t305;
+    const double t311 = arm_psi_1_sin * t310 - arm_psi_1_cos * t304;
+    const double t312 = arm_psi_1_sin * t304 + arm_psi_1_cos * t310;
+    const double t313 = arm_theta_1_sin * t311 - arm_theta_1_cos * t309;
+    const double t314 = arm_theta_1_sin * t309 + arm_theta_1_cos * t311;
+    const double t315 = arm_phi_1_sin * t313 + arm_phi_1_cos * t312;
+    const double t316 = arm_phi_1_cos * t313 - arm_phi_1_sin * t312;
+    const double t317 = t287 - (t202 * t314 + t204 * t315 + t206 * t316);
+    const double t318 = t286 - (t201 * t314 + t203 * t315 + t205 * t316);
+    const double t319 = arm_psi_1_sin * t307 + arm_psi_1_cos * t306;
+    const double t320 = arm_phi_1_cos * t317 - arm_phi_1_sin * t318 - (arm_psi_1_cos * t307 - arm_psi_1_sin *
+        t306);
+    const double t321 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t317 + arm_phi_1_cos * t318 - (arm_theta_1_sin *
+        t319 + arm_theta_1_cos * t308));
+    const double t322 = arm_theta_1_sin * t321 - (t285 + (arm_theta_1_cos * t319 - arm_theta_1_sin * t308));
     /* arm_phi_2: acceleration, outward */
-    const double t435 = arm_phi_2_sin * t429 + arm_phi_2_cos * t434;
-    const double t436 = arm_phi_2_cos * t429 - arm_phi_2_sin * t434;
-    const double t437 = arm_phi_2_sin * t431 + arm_phi_2_cos * t426;
-    const double t438 = arm_phi_2_cos * t431 - arm_phi_2_sin * t426;
-    const double t439 = t178 * t432 + t179 * t437 + t180 * t438 + (t430 + t176 * t435 + t177 * t436) + arm_phi_2_D_inverse *
-        t361;
-    const double t440 = t430 - t439;
-    /* arm_psi_3: acceleration, outward */
-    const double t441 = arm_psi_3_sin * t435 + arm_psi_3_cos * t440;
-    const double t442 = t437 + p->derived.arm_element_length * t436;
-    const double t443 = t438 - p->derived.arm_element_length * t435;
-    const double t444 = arm_psi_3_sin * t442 + arm_psi_3_cos * t432;
-    const double t445 = arm_psi_3_cos * t442 - arm_psi_3_sin * t432;
-    const double t446 = arm_psi_3_D_inverse * t355 - (t145 * t444 + t146 * t445 + t147 * t443 + (t436 + t144 *
-        t441));
-    const double t447 = t436 + t446;
-    /* arm_theta_3: acceleration, outward */
-    const double t448 = t132 * t445 - t133 * (arm_theta_3_sin * t444 + arm_theta_3_cos * t443) + (arm_psi_3_cos *
-        t435 - arm_psi_3_sin * t440 + t131 * (arm_theta_3_sin * t441 + arm_theta_3_cos * t447));
-    const double t449 = t120 * arm_theta_3_D_inverse - t448;
+    const double t323 = t315 + p->derived.arm_element_length * t318;
+    const double t324 = t316 - p->derived.arm_element_length * t317;
+    const double t325 = arm_psi_2_sin * t323 + arm_psi_2_cos * t314;
+    const double t326 = arm_psi_2_cos * t323 - arm_psi_2_sin * t314;
+    const double t327 = arm_theta_2_sin * t325 + arm_theta_2_cos * t324;
+    const double t328 = arm_theta_2_cos * t325 - arm_theta_2_sin * t324;
+    const double t329 = arm_phi_2_sin * t327 + arm_phi_2_cos * t326;
+    const double t330 = arm_phi_2_cos * t327 - arm_phi_2_sin * t326;
+    const double t331 = t268 - (t153 * t328 + t155 * t329 + t157 * t330);
+    const double t332 = t267 - (t152 * t328 + t154 * t329 + t156 * t330);
+    const double t333 = arm_psi_2_sin * t317 - arm_psi_2_cos * t285;
+    const double t334 = arm_phi_2_cos * t331 - arm_phi_2_sin * t332 - (arm_psi_2_sin * t285 + arm_psi_2_cos *
+        t317);
+    const double t335 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t331 + arm_phi_2_cos * t332 - (arm_theta_2_sin *
+        t333 + arm_theta_2_cos * t318));
+    const double t336 = arm_theta_2_sin * t335 - (t266 + (arm_theta_2_cos * t333 - arm_theta_2_sin * t318));
     /* arm_phi_3: acceleration, outward */
-    const double t450 = arm_theta_3_cos * t441 - arm_theta_3_sin * t447 + t121 * p->derived.arm_phi_3_D_inverse;
+    const double t337 = t329 + p->derived.arm_element_length * t332;
+    const double t338 = t330 - p->derived.arm_element_length * t331;
+    const double t339 = arm_psi_3_sin * t337 + arm_psi_3_cos * t328;
+    const double t340 = arm_psi_3_cos * t337 - arm_psi_3_sin * t328;
+    const double t341 = arm_theta_3_sin * t339 + arm_theta_3_cos * t338;
+    const double t342 = t249 + t120 * (arm_phi_3_cos * t341 - arm_phi_3_sin * t340);
+    const double t343 = t250 - t120 * (arm_phi_3_sin * t341 + arm_phi_3_cos * t340);
+    const double t344 = arm_psi_3_sin * t331 - arm_psi_3_cos * t266;
+    const double t345 = arm_phi_3_cos * t342 - arm_phi_3_sin * t343 - (arm_psi_3_sin * t266 + arm_psi_3_cos *
+        t331);
+    const double t346 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t342 + arm_phi_3_cos * t343 - (arm_theta_3_sin *
+        t344 + arm_theta_3_cos * t332));
+    const double t347 = arm_theta_3_sin * t346 - (t118 * p->derived.constant_20 + (arm_theta_3_cos * t344 -
+        arm_theta_3_sin * t332));
     /* effector_z: acceleration, outward */
-    const double t451 = arm_theta_3_cos * t444 - arm_theta_3_sin * t443 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
-    /* arm_theta_3: force left for the joint, inward */
-    const double t452 = row_1_u_arm_theta_3 * t131;
-    const double t453 = row_1_u_arm_theta_3 * t133;
-    /* arm_psi_3: force left for the joint, inward */
-    const double t454 = row_1_u_arm_psi_3 - (arm_theta_3_cos * t452 - arm_theta_3_sin * row_1_u_arm_phi_3);
-    const double t455 = arm_theta_3_sin * t452 + arm_theta_3_cos * row_1_u_arm_phi_3 + t144 * t454;
-    const double t456 = arm_theta_3_cos * row_1_u_effector_z - arm_theta_3_sin * t453 + t145 * t454;
-    const double t457 = row_1_u_arm_theta_3 * t132 + t146 * t454;
-    const double t458 = t147 * t454 - (arm_theta_3_sin * row_1_u_effector_z + arm_theta_3_cos * t453);
-    const double t459 = arm_psi_3_sin * t456 + arm_psi_3_cos * t457;
+    const double t348 = arm_theta_3_cos * t339 - arm_theta_3_sin * t338 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    /* arm_phi_3: force left for the joint, inward */
+    const double t349 = arm_theta_3_sin * row_1_u_arm_phi_3;
+    const double t350 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t349);
+    const double t351 = arm_phi_3_sin * t350 + arm_phi_3_cos * row_1_u_arm_theta_3;
+    const double t352 = arm_phi_3_cos * t350 - arm_phi_3_sin * row_1_u_arm_theta_3;
+    const double t353 = t119 * t351;
+    const double t354 = t119 * t352;
+    const double t355 = arm_phi_3_moment_beyond_x * t354;
+    const double t356 = arm_phi_3_moment_beyond_x * t353;
+    const double t357 = arm_phi_3_sin * t356 + arm_phi_3_cos * t355;
+    const double t358 = arm_phi_3_sin * t355 - arm_phi_3_cos * t356;
+    const double t359 = arm_phi_3_cos * t351 - arm_phi_3_sin * t352;
+    const double t360 = arm_phi_3_sin * t351 + arm_phi_3_cos * t352;
+    const double t361 = arm_theta_3_cos * t358 - arm_theta_3_sin * row_1_u_effector_z;
+    const double t362 = arm_theta_3_sin * t358 + arm_theta_3_cos * row_1_u_effector_z;
+    const double t363 = arm_theta_3_sin * t360 + arm_theta_3_cos * row_1_u_arm_phi_3;
+    const double t364 = arm_psi_3_sin * t362 + arm_psi_3_cos * t357;
     /* arm_phi_2: force left for the joint, inward */
-    const double t460 = row_1_u_arm_phi_2 - (arm_psi_3_cos * t455 - arm_psi_3_sin * row_1_u_arm_theta_3);
-    const double t461 = arm_psi_3_sin * t455 + arm_psi_3_cos * row_1_u_arm_theta_3 - p->derived.arm_element_length *
-        t458 + t176 * t460;
-    const double t462 = row_1_u_arm_psi_3 + p->derived.arm_element_length * t459 + t177 * t460;
-    const double t463 = t459 + t179 * t460;
-    const double t464 = t458 + t180 * t460;
-    /* arm_theta_2: force left for the joint, inward */
-    const double t465 = row_1_u_arm_theta_2 - (arm_phi_2_cos * t461 - arm_phi_2_sin * t462);
-    const double t466 = arm_phi_2_sin * t461 + arm_phi_2_cos * t462 + t207 * t465;
-    const double t467 = arm_psi_3_cos * t456 - arm_psi_3_sin * t457 + t178 * t460 + t208 * t465;
-    const double t468 = arm_phi_2_sin * t463 + arm_phi_2_cos * t464 + t210 * t465;
-    /* arm_psi_2: force left for the joint, inward */
-    const double t469 = row_1_u_arm_psi_2 - (arm_theta_2_cos * t466 - arm_theta_2_sin * row_1_u_arm_phi_2);
-    const double t470 = arm_theta_2_sin * t466 + arm_theta_2_cos * row_1_u_arm_phi_2 + t229 * t469;
-    const double t471 = arm_theta_2_sin * t468 + arm_theta_2_cos * t467 + t230 * t469;
-    const double t472 = arm_phi_2_cos * t463 - arm_phi_2_sin * t464 + t209 * t465 + t231 * t469;
-    const double t473 = arm_theta_2_cos * t468 - arm_theta_2_sin * t467 + t232 * t469;
-    const double t474 = arm_psi_2_sin * t471 + arm_psi_2_cos * t472;
+    const double t365 = arm_theta_2_sin * row_1_u_arm_phi_2;
+    const double t366 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t365);
+    const double t367 = arm_phi_2_sin * t366 + arm_phi_2_cos * row_1_u_arm_theta_2;
+    const double t368 = arm_phi_2_cos * t366 - arm_phi_2_sin * row_1_u_arm_theta_2;
+    const double t369 = t367 - (arm_psi_3_sin * t363 + arm_psi_3_cos * t359 - p->derived.arm_element_length *
+        t361);
+    const double t370 = p->derived.constant_21 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t363 - arm_psi_3_sin *
+        t359));
+    const double t371 = t151 * (t368 - (arm_theta_3_cos * t360 - t349 + p->derived.arm_element_length * t364) +
+        t150 * t369);
+    const double t372 = t149 * t369 + t150 * t371;
+    const double t373 = arm_psi_3_cos * t362 - arm_psi_3_sin * t357 + (t142 * t371 - t141 * t372);
+    const double t374 = t364 + (t148 * t371 - t143 * t372);
+    const double t375 = t361 + (t143 * t371 - t147 * t372);
+    const double t376 = arm_phi_2_cos * t374 - arm_phi_2_sin * t375;
+    const double t377 = arm_phi_2_sin * t374 + arm_phi_2_cos * t375;
+    const double t378 = arm_phi_2_cos * t367 - arm_phi_2_sin * t368;
+    const double t379 = arm_phi_2_sin * t367 + arm_phi_2_cos * t368;
+    const double t380 = arm_theta_2_cos * t377 - arm_theta_2_sin * t373;
+    const double t381 = arm_theta_2_sin * t377 + arm_theta_2_cos * t373;
+    const double t382 = arm_theta_2_sin * t379 + arm_theta_2_cos * row_1_u_arm_phi_2;
+    const double t383 = arm_psi_2_sin * t381 + arm_psi_2_cos * t376;
     /* arm_phi_1: force left for the joint, inward */
-    const double t475 = row_1_u_arm_phi_1 - (arm_psi_2_cos * t470 - arm_psi_2_sin * row_1_u_arm_theta_2);
-    const double t476 = arm_psi_2_sin * t470 + arm_psi_2_cos * row_1_u_arm_theta_2 - p->derived.arm_element_length *
-        t473 + t261 * t475;
-    const double t477 = row_1_u_arm_psi_2 + p->derived.arm_element_length * t474 + t262 * t475;
-    const double t478 = t474 + t264 * t475;
-    const double t479 = t473 + t265 * t475;
-    /* arm_theta_1: force left for the joint, inward */
-    const double t480 = row_1_u_arm_theta_1 - (arm_phi_1_cos * t476 - arm_phi_1_sin * t477);
-    const double t481 = arm_phi_1_sin * t476 + arm_phi_1_cos * t477 + t292 * t480;
-    const double t482 = arm_psi_2_cos * t471 - arm_psi_2_sin * t472 + t263 * t475 + t293 * t480;
-    const double t483 = arm_phi_1_sin * t478 + arm_phi_1_cos * t479 + t295 * t480;
-    /* arm_psi_1: force left for the joint, inward */
-    const double t484 = t97 + (arm_theta_1_cos * t481 - arm_theta_1_sin * row_1_u_arm_phi_1);
-    const double t485 = arm_theta_1_sin * t481 + arm_theta_1_cos * row_1_u_arm_phi_1 - t314 * t484;
-    const double t486 = arm_theta_1_sin * t483 + arm_theta_1_cos * t482 - t315 * t484;
-    const double t487 = arm_phi_1_cos * t478 - arm_phi_1_sin * t479 + t294 * t480 - t316 * t484;
-    const double t488 = arm_psi_1_sin * t486 + arm_psi_1_cos * t487;
+    const double t384 = arm_theta_1_sin * row_1_u_arm_phi_1;
+    const double t385 = arm_theta_1_cos_inverse * (t384 - t97);
+    const double t386 = arm_phi_1_sin * t385 + arm_phi_1_cos * row_1_u_arm_theta_1;
+    const double t387 = arm_phi_1_cos * t385 - arm_phi_1_sin * row_1_u_arm_theta_1;
+    const double t388 = t386 - (arm_psi_2_sin * t382 + arm_psi_2_cos * t378 - p->derived.arm_element_length *
+        t380);
+    const double t389 = p->derived.constant_21 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t382 - arm_psi_2_sin *
+        t378));
+    const double t390 = t200 * (t387 - (arm_theta_2_cos * t379 - t365 + p->derived.arm_element_length * t383) +
+        t199 * t388);
+    const double t391 = t198 * t388 + t199 * t390;
+    const double t392 = arm_psi_2_cos * t381 - arm_psi_2_sin * t376 + (t191 * t390 - t190 * t391);
+    const double t393 = t383 + (t197 * t390 - t192 * t391);
+    const double t394 = t380 + (t192 * t390 - t196 * t391);
+    const double t395 = arm_phi_1_cos * t393 - arm_phi_1_sin * t394;
+    const double t396 = arm_phi_1_sin * t393 + arm_phi_1_cos * t394;
+    const double t397 = arm_phi_1_cos * t386 - arm_phi_1_sin * t387;
+    const double t398 = arm_phi_1_sin * t386 + arm_phi_1_cos * t387;
+    const double t399 = arm_theta_1_sin * t396 + arm_theta_1_cos * t392;
+    const double t400 = arm_theta_1_sin * t398 + arm_theta_1_cos * row_1_u_arm_phi_1;
+    const double t401 = arm_psi_1_sin * t399 + arm_psi_1_cos * t395;
     /* arm_psi: force left for the joint, inward */
-    const double t489 = t96 + (p->derived.constant_1 * t488 - t97);
-    const double t490 = arm_psi_1_sin * t485 + arm_psi_1_cos * row_1_u_arm_theta_1 - p->derived.constant_1 *
-        (arm_theta_1_cos * t483 - arm_theta_1_sin * t482 - t317 * t484) - t344 * t489;
+    const double t402 = t96 + (arm_theta_1_cos * t398 - t384 + p->derived.constant_1 * t401);
+    const double t403 = arm_psi_sin * (arm_psi_1_cos * t400 - arm_psi_1_sin * t397) + arm_psi_cos * (arm_psi_1_sin *
+        t400 + arm_psi_1_cos * t397 - p->derived.constant_1 * (arm_theta_1_cos * t396 - arm_theta_1_sin *
+        t392) + t238 * t402);
     /* column_psi: force left for the joint, inward */
-    const double t491 = row_1_u_column_psi - (arm_psi_sin * (arm_psi_1_cos * t485 - arm_psi_1_sin * row_1_u_arm_theta_1 -
-        t343 * t489) + arm_psi_cos * t490);
-    const double t492 = arm_psi_sin * (arm_psi_1_cos * t486 - arm_psi_1_sin * t487 - t345 * t489) + arm_psi_cos *
-        (t488 - t346 * t489) + t352 * t491;
+    const double t404 = row_1_u_column_psi - t403;
+    const double t405 = arm_psi_sin * (arm_psi_1_cos * t399 - arm_psi_1_sin * t395 - t239 * t402) + arm_psi_cos *
+        (t401 - t240 * t402) + t244 * t404;
     /* base_z: acceleration, outward */
-    const double t493 = base_z_D_inverse * t492;
+    const double t406 = base_z_D_inverse * t405;
     /* column_psi: acceleration, outward */
-    const double t494 = t352 * t493 + column_psi_D_inverse * t491;
+    const double t407 = t244 * t406 + column_psi_D_inverse * t404;
     /* arm_psi: acceleration, outward */
-    const double t495 = arm_psi_sin * t494;
-    const double t496 = arm_psi_cos * t494;
-    const double t497 = arm_psi_sin * t493;
-    const double t498 = arm_psi_cos * t493;
-    const double t499 = t343 * t495 + t344 * t496 - (t345 * t497 + t346 * t498) + arm_psi_D_inverse * t489;
-    /* arm_psi_1: acceleration, outward */
-    const double t500 = p->derived.constant_1 * t496;
-    const double t501 = arm_psi_1_sin * t496 + arm_psi_1_cos * t495;
-    const double t502 = arm_psi_1_cos * t496 - arm_psi_1_sin * t495;
-    const double t503 = t498 + p->derived.constant_1 * t499;
-    const double t504 = arm_psi_1_sin * t503 + arm_psi_1_cos * t497;
-    const double t505 = arm_psi_1_sin * t497 - arm_psi_1_cos * t503;
-    const double t506 = t316 * t505 - t315 * t504 - t317 * t500 + (t314 * t501 - t499) + arm_psi_1_D_inverse *
-        t484;
-    const double t507 = t499 + t506;
-    /* arm_theta_1: acceleration, outward */
-    const double t508 = arm_theta_1_sin * t501 - arm_theta_1_cos * t507;
-    const double t509 = arm_theta_1_sin * t507 + arm_theta_1_cos * t501;
-    const double t510 = arm_theta_1_sin * t504 + arm_theta_1_cos * t500;
-    const double t511 = arm_theta_1_sin * t500 - arm_theta_1_cos * t504;
-    const double t512 = arm_theta_1_D_inverse * t480 - (t293 * t511 + t294 * t505 - t295 * t510 + (t502 +
-        t292 * t508));
-    const double t513 = t502 + t512;
+    const double t408 = arm_psi_sin * t406;
+    const double t409 = arm_psi_cos * t406;
+    const double t410 = arm_psi_sin * t407;
+    const double t411 = arm_psi_cos * t407;
+    const double t412 = t239 * t408 + t240 * t409 + t238 * t411 - arm_psi_D_inverse * t402;
     /* arm_phi_1: acceleration, outward */
-    const double t514 = arm_phi_1_sin * t508 + arm_phi_1_cos * t513;
-    const double t515 = arm_phi_1_cos * t508 - arm_phi_1_sin * t513;
-    const double t516 = arm_phi_1_cos * t505 - arm_phi_1_sin * t510;
-    const double t517 = arm_phi_1_sin * t505 + arm_phi_1_cos * t510;
-    const double t518 = arm_phi_1_D_inverse * t475 - (t263 * t511 + t264 * t516 - t265 * t517 + (t509 + t261 *
-        t514 + t262 * t515));
-    const double t519 = t509 + t518;
-    /* arm_psi_2: acceleration, outward */
-    const double t520 = arm_psi_2_sin * t514 + arm_psi_2_cos * t519;
-    const double t521 = arm_psi_2_cos * t514 - arm_psi_2_sin * t519;
-    const double t522 = t516 + p->derived.arm_element_length * t515;
-    const double t523 = t517 + p->derived.arm_element_length * t514;
-    const double t524 = arm_psi_2_sin * t522 + arm_psi_2_cos * t511;
-    const double t525 = arm_psi_2_cos * t522 - arm_psi_2_sin * t511;
-    const double t526 = arm_psi_2_D_inverse * t469 - (t230 * t524 + t231 * t525 - t232 * t523 + (t515 + t229 *
-        t520));
-    const double t527 = t515 + t526;
-    /* arm_theta_2: acceleration, outward */
-    const double t528 = arm_theta_2_sin * t520 + arm_theta_2_cos * t527;
-    const double t529 = arm_theta_2_cos * t520 - arm_theta_2_sin * t527;
-    const double t530 = arm_theta_2_sin * t524 - arm_theta_2_cos * t523;
-    const double t531 = arm_theta_2_sin * t523 + arm_theta_2_cos * t524;
-    const double t532 = arm_theta_2_D_inverse * t465 - (t208 * t531 + t209 * t525 + t210 * t530 + (t521 +
-        t207 * t528));
-    const double t533 = t521 + t532;
+    const double t413 = p->derived.constant_1 * t411;
+    const double t414 = p->derived.constant_1 * t412 - t409;
+    const double t415 = arm_psi_1_sin * t414 - arm_psi_1_cos * t408;
+    const double t416 = arm_psi_1_sin * t408 + arm_psi_1_cos * t414;
+    const double t417 = arm_theta_1_sin * t415 - arm_theta_1_cos * t413;
+    const double t418 = arm_theta_1_sin * t413 + arm_theta_1_cos * t415;
+    const double t419 = arm_phi_1_sin * t417 + arm_phi_1_cos * t416;
+    const double t420 = arm_phi_1_cos * t417 - arm_phi_1_sin * t416;
+    const double t421 = t391 - (t202 * t418 + t204 * t419 + t206 * t420);
+    const double t422 = t390 - (t201 * t418 + t203 * t419 + t205 * t420);
+    const double t423 = arm_psi_1_sin * t411 + arm_psi_1_cos * t410;
+    const double t424 = arm_phi_1_cos * t421 - arm_phi_1_sin * t422 - (arm_psi_1_cos * t411 - arm_psi_1_sin *
+        t410);
+    const double t425 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t421 + arm_phi_1_cos * t422 - (arm_theta_1_sin *
+        t423 + arm_theta_1_cos * t412));
+    const double t426 = t389 - (arm_theta_1_cos * t423 - arm_theta_1_sin * t412) + arm_theta_1_sin * t425;
     /* arm_phi_2: acceleration, outward */
-    const double t534 = arm_phi_2_sin * t528 + arm_phi_2_cos * t533;
-    const double t535 = arm_phi_2_cos * t528 - arm_phi_2_sin * t533;
-    const double t536 = arm_phi_2_sin * t530 + arm_phi_2_cos * t525;
-    const double t537 = arm_phi_2_cos * t530 - arm_phi_2_sin * t525;
-    const double t538 = arm_phi_2_D_inverse * t460 - (t178 * t531 + t179 * t536 + t180 * t537 + (t529 + t176 *
-        t534 + t177 * t535));
-    const double t539 = t529 + t538;
-    /* arm_psi_3: acceleration, outward */
-    const double t540 = arm_psi_3_sin * t534 + arm_psi_3_cos * t539;
-    const double t541 = t536 + p->derived.arm_element_length * t535;
-    const double t542 = t537 - p->derived.arm_element_length * t534;
-    const double t543 = arm_psi_3_sin * t541 + arm_psi_3_cos * t531;
-    const double t544 = arm_psi_3_cos * t541 - arm_psi_3_sin * t531;
-    const double t545 = arm_psi_3_D_inverse * t454 - (t145 * t543 + t146 * t544 + t147 * t542 + (t535 + t144 *
-        t540));
-    const double t546 = t535 + t545;
-    /* arm_theta_3: acceleration, outward */
-    const double t547 = t132 * t544 - t133 * (arm_theta_3_sin * t543 + arm_theta_3_cos * t542) + (arm_psi_3_cos *
-        t534 - arm_psi_3_sin * t539 + t131 * (arm_theta_3_sin * t540 + arm_theta_3_cos * t546));
-    const double t548 = row_1_u_arm_theta_3 * arm_theta_3_D_inverse - t547;
+    const double t427 = t419 + p->derived.arm_element_length * t422;
+    const double t428 = t420 - p->derived.arm_element_length * t421;
+    const double t429 = arm_psi_2_sin * t427 + arm_psi_2_cos * t418;
+    const double t430 = arm_psi_2_cos * t427 - arm_psi_2_sin * t418;
+    const double t431 = arm_theta_2_sin * t429 + arm_theta_2_cos * t428;
+    const double t432 = arm_theta_2_cos * t429 - arm_theta_2_sin * t428;
+    const double t433 = arm_phi_2_sin * t431 + arm_phi_2_cos * t430;
+    const double t434 = arm_phi_2_cos * t431 - arm_phi_2_sin * t430;
+    const double t435 = t372 - (t153 * t432 + t155 * t433 + t157 * t434);
+    const double t436 = t371 - (t152 * t432 + t154 * t433 + t156 * t434);
+    const double t437 = arm_psi_2_sin * t421 + arm_psi_2_cos * t389;
+    const double t438 = arm_phi_2_cos * t435 - arm_phi_2_sin * t436 - (arm_psi_2_cos * t421 - arm_psi_2_sin *
+        t389);
+    const double t439 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t435 + arm_phi_2_cos * t436 - (arm_theta_2_sin *
+        t437 + arm_theta_2_cos * t422));
+    const double t440 = t370 - (arm_theta_2_cos * t437 - arm_theta_2_sin * t422) + arm_theta_2_sin * t439;
     /* arm_phi_3: acceleration, outward */
-    const double t549 = row_1_u_arm_phi_3 * p->derived.arm_phi_3_D_inverse - (arm_theta_3_cos * t540 - arm_theta_3_sin *
-        t546);
+    const double t441 = t433 + p->derived.arm_element_length * t436;
+    const double t442 = t434 - p->derived.arm_element_length * t435;
+    const double t443 = arm_psi_3_sin * t441 + arm_psi_3_cos * t432;
+    const double t444 = arm_psi_3_cos * t441 - arm_psi_3_sin * t432;
+    const double t445 = arm_theta_3_sin * t443 + arm_theta_3_cos * t442;
+    const double t446 = t353 + t120 * (arm_phi_3_cos * t445 - arm_phi_3_sin * t444);
+    const double t447 = t354 - t120 * (arm_phi_3_sin * t445 + arm_phi_3_cos * t444);
+    const double t448 = arm_psi_3_sin * t435 + arm_psi_3_cos * t370;
+    const double t449 = arm_phi_3_cos * t446 - arm_phi_3_sin * t447 - (arm_psi_3_cos * t435 - arm_psi_3_sin *
+        t370);
+    const double t450 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t446 + arm_phi_3_cos * t447 - (arm_theta_3_sin *
+        t448 + arm_theta_3_cos * t436));
+    const double t451 = row_1_u_arm_phi_3 * p->derived.constant_20 - (arm_theta_3_cos * t448 - arm_theta_3_sin *
+        t436) + arm_theta_3_sin * t450;
     /* effector_z: acceleration, outward */
-    const double t550 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t543 - arm_theta_3_sin *
-        t542);
-    /* arm_theta_3: force left for the joint, inward */
-    const double t551 = row_2_u_arm_theta_3 * t131;
-    const double t552 = row_2_u_arm_theta_3 * t133;
-    /* arm_psi_3: force left for the joint, inward */
-    const double t553 = row_2_u_arm_psi_3 - (arm_theta_3_cos * t551 - arm_theta_3_sin * row_2_u_arm_phi_3);
-    const double t554 = arm_theta_3_sin * t551 + arm_theta_3_cos * row_2_u_arm_phi_3 + t144 * t553;
-    const double t555 = arm_theta_3_cos * arm_theta_3_ground_z_x - arm_theta_3_sin * t552 + t145 * t553;
-    const double t556 = row_2_u_arm_theta_3 * t132 + t146 * t553;
-    const double t557 = t147 * t553 - (arm_theta_3_sin * arm_theta_3_ground_z_x + arm_theta_3_cos * t552);
-    const double t558 = arm_psi_3_sin * t555 + arm_psi_3_cos * t556;
+    const double t452 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t443 - arm_theta_3_sin *
+        t442);
+    /* arm_phi_3: force left for the joint, inward */
+    const double t453 = arm_theta_3_sin * row_2_u_arm_phi_3;
+    const double t454 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t453);
+    const double t455 = arm_phi_3_sin * t454 + arm_phi_3_cos * row_2_u_arm_theta_3;
+    const double t456 = arm_phi_3_cos * t454 - arm_phi_3_sin * row_2_u_arm_theta_3;
+    const double t457 = t119 * t455;
+    const double t458 = t119 * t456;
+    const double t459 = arm_phi_3_moment_beyond_x * t458;
+    const double t460 = arm_phi_3_moment_beyond_x * t457;
+    const double t461 = arm_phi_3_sin * t460 + arm_phi_3_cos * t459;
+    const double t462 = arm_phi_3_sin * t459 - arm_phi_3_cos * t460;
+    const double t463 = arm_phi_3_cos * t455 - arm_phi_3_sin * t456;
+    const double t464 = arm_phi_3_sin * t455 + arm_phi_3_cos * t456;
+    const double t465 = arm_theta_3_cos * t462 - arm_theta_3_sin * arm_theta_3_ground_z_x;
+    const double t466 = arm_theta_3_sin * t462 + arm_theta_3_cos * arm_theta_3_ground_z_x;
+    const double t467 = arm_theta_3_sin * t464 + arm_theta_3_cos * row_2_u_arm_phi_3;
+    const double t468 = arm_psi_3_sin * t466 + arm_psi_3_cos * t461;
     /* arm_phi_2: force left for the joint, inward */
-    const double t559 = row_2_u_arm_phi_2 - (arm_psi_3_cos * t554 - arm_psi_3_sin * row_2_u_arm_theta_3);
-    const double t560 = arm_psi_3_sin * t554 + arm_psi_3_cos * row_2_u_arm_theta_3 - p->derived.arm_element_length *
-        t557 + t176 * t559;
-    const double t561 = row_2_u_arm_psi_3 + p->derived.arm_element_length * t558 + t177 * t559;
-    const double t562 = t558 + t179 * t559;
-    const double t563 = t557 + t180 * t559;
-    /* arm_theta_2: force left for the joint, inward */
-    const double t564 = row_2_u_arm_theta_2 - (arm_phi_2_cos * t560 - arm_phi_2_sin * t561);
-    const double t565 = arm_phi_2_sin * t560 + arm_phi_2_cos * t561 + t207 * t564;
-    const double t566 = arm_psi_3_cos * t555 - arm_psi_3_sin * t556 + t178 * t559 + t208 * t564;
-    const double t567 = arm_phi_2_sin * t562 + arm_phi_2_cos * t563 + t210 * t564;
-    /* arm_psi_2: force left for the joint, inward */
-    const double t568 = row_2_u_arm_psi_2 - (arm_theta_2_cos * t565 - arm_theta_2_sin * row_2_u_arm_phi_2);
-    const double t569 = arm_theta_2_sin * t565 + arm_theta_2_cos * row_2_u_arm_phi_2 + t229 * t568;
-    const double t570 = arm_theta_2_sin * t567 + arm_theta_2_cos * t566 + t230 * t568;
-    const double t571 = arm_phi_2_cos * t562 - arm_phi_2_sin * t563 + t209 * t564 + t231 * t568;
-    const double t572 = arm_theta_2_cos * t567 - arm_theta_2_sin * t566 + t232 * t568;
-    const double t573 = arm_psi_2_sin * t570 + arm_psi_2_cos * t571;
+    const double t469 = arm_theta_2_sin * row_2_u_arm_phi_2;
+    const double t470 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t469);
+    const double t471 = arm_phi_2_sin * t470 + arm_phi_2_cos * row_2_u_arm_theta_2;
+    const double t472 = arm_phi_2_cos * t470 - arm_phi_2_sin * row_2_u_arm_theta_2;
+    const double t473 = t471 - (arm_psi_3_sin * t467 + arm_psi_3_cos * t463 - p->derived.arm_element_length *
+        t465);
+    const double t474 = p->derived.constant_21 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t467 - arm_psi_3_sin *
+        t463));
+    const double t475 = t151 * (t472 - (arm_theta_3_cos * t464 - t453 + p->derived.arm_element_length * t468) +
+        t150 * t473);
+    const double t476 = t149 * t473 + t150 * t475;
+    const double t477 = arm_psi_3_cos * t466 - arm_psi_3_sin * t461 + (t142 * t475 - t141 * t476);
+    const double t478 = t468 + (t148 * t475 - t143 * t476);
+    const double t479 = t465 + (t143 * t475 - t147 * t476);
+    const double t480 = arm_phi_2_cos * t478 - arm_phi_2_sin * t479;
+    const double t481 = arm_phi_2_sin * t478 + arm_phi_2_cos * t479;
+    const double t482 = arm_phi_2_cos * t471 - arm_phi_2_sin * t472;
+    const double t483 = arm_phi_2_sin * t471 + arm_phi_2_cos * t472;
+    const double t484 = arm_theta_2_cos * t481 - arm_theta_2_sin * t477;
+    const double t485 = arm_theta_2_sin * t481 + arm_theta_2_cos * t477;
+    const double t486 = arm_theta_2_sin * t483 + arm_theta_2_cos * row_2_u_arm_phi_2;
+    const double t487 = arm_psi_2_sin * t485 + arm_psi_2_cos * t480;
     /* arm_phi_1: force left for the joint, inward */
-    const double t574 = row_2_u_arm_phi_1 - (arm_psi_2_cos * t569 - arm_psi_2_sin * row_2_u_arm_theta_2);
-    const double t575 = arm_psi_2_sin * t569 + arm_psi_2_cos * row_2_u_arm_theta_2 - p->derived.arm_element_length *
-        t572 + t261 * t574;
-    const double t576 = row_2_u_arm_psi_2 + p->derived.arm_element_length * t573 + t262 * t574;
-    const double t577 = t573 + t264 * t574;
-    const double t578 = t572 + t265 * t574;
-    /* arm_theta_1: force left for the joint, inward */
-    const double t579 = row_2_u_arm_theta_1 - (arm_phi_1_cos * t575 - arm_phi_1_sin * t576);
-    const double t580 = arm_phi_1_sin * t575 + arm_phi_1_cos * t576 + t292 * t579;
-    const double t581 = arm_psi_2_cos * t570 - arm_psi_2_sin * t571 + t263 * t574 + t293 * t579;
-    const double t582 = arm_phi_1_sin * t577 + arm_phi_1_cos * t578 + t295 * t579;
-    /* arm_psi_1: force left for the joint, inward */
-    const double t583 = row_2_u_arm_psi_1 - (arm_theta_1_cos * t580 - arm_theta_1_sin * row_2_u_arm_phi_1);
-    const double t584 = arm_theta_1_sin * t580 + arm_theta_1_cos * row_2_u_arm_phi_1 + t314 * t583;
-    const double t585 = arm_theta_1_sin * t582 + arm_theta_1_cos * t581 + t315 * t583;
-    const double t586 = arm_phi_1_cos * t577 - arm_phi_1_sin * t578 + t294 * t579 + t316 * t583;
-    const double t587 = arm_psi_1_sin * t585 + arm_psi_1_cos * t586;
+    const double t488 = arm_theta_1_sin * row_2_u_arm_phi_1;
+    const double t489 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t488);
+    const double t490 = arm_phi_1_sin * t489 + arm_phi_1_cos * row_2_u_arm_theta_1;
+    const double t491 = arm_phi_1_cos * t489 - arm_phi_1_sin * row_2_u_arm_theta_1;
+    const double t492 = t490 - (arm_psi_2_sin * t486 + arm_psi_2_cos * t482 - p->derived.arm_element_length *
+        t484);
+    const double t493 = p->derived.constant_21 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t486 - arm_psi_2_sin *
+        t482));
+    const double t494 = t200 * (t491 - (arm_theta_2_cos * t483 - t469 + p->derived.arm_element_length * t487) +
+        t199 * t492);
+    const double t495 = t198 * t492 + t199 * t494;
+    const double t496 = arm_psi_2_cos * t485 - arm_psi_2_sin * t480 + (t191 * t494 - t190 * t495);
+    const double t497 = t487 + (t197 * t494 - t192 * t495);
+    const double t498 = t484 + (t192 * t494 - t196 * t495);
+    const double t499 = arm_phi_1_cos * t497 - arm_phi_1_sin * t498;
+    const double t500 = arm_phi_1_sin * t497 + arm_phi_1_cos * t498;
+    const double t501 = arm_phi_1_cos * t490 - arm_phi_1_sin * t491;
+    const double t502 = arm_phi_1_sin * t490 + arm_phi_1_cos * t491;
+    const double t503 = arm_theta_1_sin * t500 + arm_theta_1_cos * t496;
+    const double t504 = arm_theta_1_sin * t502 + arm_theta_1_cos * row_2_u_arm_phi_1;
+    const double t505 = arm_psi_1_sin * t503 + arm_psi_1_cos * t499;
     /* arm_psi: force left for the joint, inward */
-    const double t588 = row_2_u_arm_psi - (row_2_u_arm_psi_1 + p->derived.constant_1 * t587);
-    const double t589 = arm_psi_1_sin * t584 + arm_psi_1_cos * row_2_u_arm_theta_1 - p->derived.constant_1 *
-        (arm_theta_1_cos * t582 - arm_theta_1_sin * t581 + t317 * t583) + t344 * t588;
-    const double t590 = arm_psi_sin * (arm_psi_1_cos * t584 - arm_psi_1_sin * row_2_u_arm_theta_1 + t343 *
-        t588) + arm_psi_cos * t589;
+    const double t506 = row_2_u_arm_psi - (arm_theta_1_cos * t502 - t488 + p->derived.constant_1 * t505);
+    const double t507 = arm_psi_sin * (arm_psi_1_cos * t504 - arm_psi_1_sin * t501) + arm_psi_cos * (arm_psi_1_sin *
+        t504 + arm_psi_1_cos * t501 - p->derived.constant_1 * (arm_theta_1_cos * t500 - arm_theta_1_sin *
+        t496) - t238 * t506);
     /* column_psi: force left for the joint, inward */
-    const double t591 = arm_psi_sin * (arm_psi_1_cos * t585 - arm_psi_1_sin * t586 + t345 * t588) + arm_psi_cos *
-        (t587 + t346 * t588) - t352 * t590;
+    const double t508 = arm_psi_sin * (arm_psi_1_cos * t503 - arm_psi_1_sin * t499 + t239 * t506) + arm_psi_cos *
+        (t505 + t240 * t506) - t244 * t507;
     /* base_z: acceleration, outward */
-    const double t592 = base_z_D_inverse * (1.0 - t591);
+    const double t509 = base_z_D_inverse * (1.0 - t508);
     /* column_psi: acceleration, outward */
-    const double t593 = t352 * t592 + column_psi_D_inverse * t590;
+    const double t510 = t244 * t509 + column_psi_D_inverse * t507;
     /* arm_psi: acceleration, outward */
-    const double t594 = arm_psi_sin * t593;
-    const double t595 = arm_psi_cos * t593;
-    const double t596 = arm_psi_sin * t592;
-    const double t597 = arm_psi_cos * t592;
-    const double t598 = arm_psi_D_inverse * t588 - (t345 * t596 + t346 * t597 - (t343 * t594 + t344 * t595));
-    /* arm_psi_1: acceleration, outward */
-    const double t599 = p->derived.constant_1 * t595;
-    const double t600 = arm_psi_1_sin * t595 + arm_psi_1_cos * t594;
-    const double t601 = arm_psi_1_sin * t594 - arm_psi_1_cos * t595;
-    const double t602 = t597 + p->derived.constant_1 * t598;
-    const double t603 = arm_psi_1_sin * t602 + arm_psi_1_cos * t596;
-    const double t604 = arm_psi_1_cos * t602 - arm_psi_1_sin * t596;
-    const double t605 = arm_psi_1_D_inverse * t583 - (t315 * t603 + t316 * t604 + t317 * t599 + (t598 - t314 *
-        t600));
-    const double t606 = t598 + t605;
-    /* arm_theta_1: acceleration, outward */
-    const double t607 = arm_theta_1_cos * t606 - arm_theta_1_sin * t600;
-    const double t608 = arm_theta_1_sin * t606 + arm_theta_1_cos * t600;
-    const double t609 = arm_theta_1_sin * t603 + arm_theta_1_cos * t599;
-    const double t610 = arm_theta_1_cos * t603 - arm_theta_1_sin * t599;
-    const double t611 = arm_theta_1_D_inverse * t579 - (t293 * t610 + t294 * t604 + t295 * t609 + (t601 +
-        t292 * t607));
-    const double t612 = t601 + t611;
+    const double t511 = arm_psi_sin * t509;
+    const double t512 = arm_psi_cos * t509;
+    const double t513 = arm_psi_sin * t510;
+    const double t514 = arm_psi_cos * t510;
+    const double t515 = arm_psi_D_inverse * t506 - (t239 * t511 + t240 * t512 + t238 * t514);
     /* arm_phi_1: acceleration, outward */
-    const double t613 = arm_phi_1_sin * t607 + arm_phi_1_cos * t612;
-    const double t614 = arm_phi_1_cos * t607 - arm_phi_1_sin * t612;
-    const double t615 = arm_phi_1_sin * t609 + arm_phi_1_cos * t604;
-    const double t616 = arm_phi_1_cos * t609 - arm_phi_1_sin * t604;
-    const double t617 = arm_phi_1_D_inverse * t574 - (t263 * t610 + t264 * t615 + t265 * t616 + (t261 * t613 -
-        t608 + t262 * t614));
-    const double t618 = t617 - t608;
-    /* arm_psi_2: acceleration, outward */
-    const double t619 = arm_psi_2_sin * t613 + arm_psi_2_cos * t618;
-    const double t620 = arm_psi_2_cos * t613 - arm_psi_2_sin * t618;
-    const double t621 = t615 + p->derived.arm_element_length * t614;
-    const double t622 = t616 - p->derived.arm_element_length * t613;
-    const double t623 = arm_psi_2_sin * t621 + arm_psi_2_cos * t610;
-    const double t624 = arm_psi_2_cos * t621 - arm_psi_2_sin * t610;
-    const double t625 = arm_psi_2_D_inverse * t568 - (t230 * t623 + t231 * t624 + t232 * t622 + (t614 + t229 *
-        t619));
-    const double t626 = t614 + t625;
-    /* arm_theta_2: acceleration, outward */
-    const double t627 = arm_theta_2_sin * t619 + arm_theta_2_cos * t626;
-    const double t628 = arm_theta_2_cos * t619 - arm_theta_2_sin * t626;
-    const double t629 = arm_theta_2_sin * t623 + arm_theta_2_cos * t622;
-    const double t630 = arm_theta_2_cos * t623 - arm_theta_2_sin * t622;
-    const double t631 = arm_theta_2_D_inverse * t564 - (t208 * t630 + t209 * t624 + t210 * t629 + (t620 +
-        t207 * t627));
-    const double t632 = t620 + t631;
+    const double t516 = p->derived.constant_1 * t514;
+    const double t517 = t512 + p->derived.constant_1 * t515;
+    const double t518 = arm_psi_1_sin * t517 + arm_psi_1_cos * t511;
+    const double t519 = arm_psi_1_cos * t517 - arm_psi_1_sin * t511;
+    const double t520 = arm_theta_1_sin * t518 + arm_theta_1_cos * t516;
+    const double t521 = arm_theta_1_cos * t518 - arm_theta_1_sin * t516;
+    const double t522 = arm_phi_1_sin * t520 + arm_phi_1_cos * t519;
+    const double t523 = arm_phi_1_cos * t520 - arm_phi_1_sin * t519;
+    const double t524 = t495 - (t202 * t521 + t204 * t522 + t206 * t523);
+    const double t525 = t494 - (t201 * t521 + t203 * t522 + t205 * t523);
+    const double t526 = arm_psi_1_sin * t514 + arm_psi_1_cos * t513;
+    const double t527 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t524 + arm_phi_1_cos * t525 - (arm_theta_1_cos *
+        t515 - arm_theta_1_sin * t526));
     /* arm_phi_2: acceleration, outward */
-    const double t633 = arm_phi_2_sin * t627 + arm_phi_2_cos * t632;
-    const double t634 = arm_phi_2_cos * t627 - arm_phi_2_sin * t632;
-    const double t635 = arm_phi_2_sin * t629 + arm_phi_2_cos * t624;
-    const double t636 = arm_phi_2_cos * t629 - arm_phi_2_sin * t624;
-    const double t637 = arm_phi_2_D_inverse * t559 - (t178 * t630 + t179 * t635 + t180 * t636 + (t628 + t176 *
-        t633 + t177 * t634));
-    const double t638 = t628 + t637;
-    /* arm_psi_3: acceleration, outward */
-    const double t639 = arm_psi_3_sin * t633 + arm_psi_3_cos * t638;
-    const double t640 = t635 + p->derived.arm_element_length * t634;
-    const double t641 = t636 - p->derived.arm_element_length * t633;
-    const double t642 = arm_psi_3_sin * t640 + arm_psi_3_cos * t630;
-    const double t643 = arm_psi_3_cos * t640 - arm_psi_3_sin * t630;
-    const double t644 = arm_psi_3_D_inverse * t553 - (t145 * t642 + t146 * t643 + t147 * t641 + (t634 + t144 *
-        t639));
-    const double t645 = t634 + t644;
-    /* arm_theta_3: acceleration, outward */
-    const double t646 = t132 * t643 - t133 * (arm_theta_3_sin * t642 + arm_theta_3_cos * t641) + (arm_psi_3_cos *
-        t633 - arm_psi_3_sin * t638 + t131 * (arm_theta_3_sin * t639 + arm_theta_3_cos * t645));
+    const double t528 = t522 + p->derived.arm_element_length * t525;
+    const double t529 = t523 - p->derived.arm_element_length * t524;
+    const double t530 = arm_psi_2_sin * t528 + arm_psi_2_cos * t521;
+    const double t531 = arm_psi_2_cos * t528 - arm_psi_2_sin * t521;
+    const double t532 = arm_theta_2_sin * t530 + arm_theta_2_cos * t529;
+    const double t533 = arm_theta_2_cos * t530 - arm_theta_2_sin * t529;
+    const double t534 = arm_phi_2_sin * t532 + arm_phi_2_cos * t531;
+    const double t535 = arm_phi_2_cos * t532 - arm_phi_2_sin * t531;
+    const double t536 = t476 - (t153 * t533 + t155 * t534 + t157 * t535);
+    const double t537 = t475 - (t152 * t533 + t154 * t534 + t156 * t535);
+    const double t538 = arm_psi_2_sin * t524 + arm_psi_2_cos * t493;
+    const double t539 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t536 + arm_phi_2_cos * t537 - (arm_theta_2_sin *
+        t538 + arm_theta_2_cos * t525));
+    /* arm_phi_3: acceleration, outward */
+    const double t540 = t534 + p->derived.arm_element_length * t537;
+    const double t541 = t535 - p->derived.arm_element_length * t536;
+    const double t542 = arm_psi_3_sin * t540 + arm_psi_3_cos * t533;
+    const double t543 = arm_psi_3_cos * t540 - arm_psi_3_sin * t533;
+    const double t544 = arm_theta_3_sin * t542 + arm_theta_3_cos * t541;
+    const double t545 = t457 + t120 * (arm_phi_3_cos * t544 - arm_phi_3_sin * t543);
+    const double t546 = t458 - t120 * (arm_phi_3_sin * t544 + arm_phi_3_cos * t543);
+    const double t547 = arm_psi_3_sin * t536 + arm_psi_3_cos * t474;
+    const double t548 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t545 + arm_phi_3_cos * t546 - (arm_theta_3_sin *
+        t547 + arm_theta_3_cos * t537));
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t647 = row_1_u_column_psi * t395 + t96 * t400 - t97 * t407 + row_1_u_arm_theta_1 * t413 -
-        row_1_u_arm_phi_1 * t419 + row_1_u_arm_psi_2 * t427 + row_1_u_arm_theta_2 * t433;
-    const double t648 = row_1_phi * p->derived.constant_13 + (row_1_v + row_1_psi * p->derived.constant_12) +
-        (t647 - row_1_u_arm_phi_2 * t439 + row_1_u_arm_psi_3 * t446 + row_1_u_arm_theta_3 * t449 - row_1_u_arm_phi_3 *
-        t450 - row_1_u_effector_z * t451);
-    const double t649 = row_1_u_column_psi * t494 + t96 * t499 + t97 * t506 + row_1_u_arm_theta_1 * t512 +
-        row_1_u_arm_phi_1 * t518 + row_1_u_arm_psi_2 * t526 + row_1_u_arm_theta_2 * t532;
-    const double t650 = t649 + row_1_u_arm_phi_2 * t538 + row_1_u_arm_psi_3 * t545 + row_1_u_arm_theta_3 *
-        t548 + row_1_u_arm_phi_3 * t549 + row_1_u_effector_z * t550;
-    const double t651 = row_2_u_arm_psi_1 * t407 - (t394 + row_2_u_arm_psi * t400) + row_2_u_arm_theta_1 *
-        t413 - row_2_u_arm_phi_1 * t419 + row_2_u_arm_psi_2 * t427 + row_2_u_arm_theta_2 * t433;
-    const double t652 = row_2_v + p->derived.constant_12 * row_2_psi + (t651 - row_2_u_arm_phi_2 * t439 +
-        row_2_u_arm_psi_3 * t446 + row_2_u_arm_theta_3 * t449 - row_2_u_arm_phi_3 * t450 - arm_theta_3_ground_z_x *
-        t451);
-    const double t653 = row_2_u_arm_theta_1 * t512 - (t493 + row_2_u_arm_psi * t499 + row_2_u_arm_psi_1 *
-        t506) + row_2_u_arm_phi_1 * t518 + row_2_u_arm_psi_2 * t526 + row_2_u_arm_theta_2 * t532;
-    const double t654 = t653 + row_2_u_arm_phi_2 * t538 + row_2_u_arm_psi_3 * t545 + row_2_u_arm_theta_3 *
-        t548 + row_2_u_arm_phi_3 * t549 + arm_theta_3_ground_z_x * t550;
-    const double t655 = t592 + row_2_u_arm_psi * t598 + row_2_u_arm_psi_1 * t605 + row_2_u_arm_theta_1 * t611 +
-        row_2_u_arm_phi_1 * t617 + row_2_u_arm_psi_2 * t625 + row_2_u_arm_theta_2 * t631;
-    const double t656 = t655 + row_2_u_arm_phi_2 * t637 + row_2_u_arm_psi_3 * t644 + row_2_u_arm_theta_3 *
-        (row_2_u_arm_theta_3 * arm_theta_3_D_inverse - t646) + row_2_u_arm_phi_3 * (row_2_u_arm_phi_3 * p->derived.arm_phi_3_D_inverse -
-        (arm_theta_3_cos * t639 - arm_theta_3_sin * t645));
-    const double t657 = t654 / t650;
-    const double row_2_lambda = (t648 * t657 - t652) / (t656 + arm_theta_3_ground_z_x * (arm_theta_3_ground_z_x *
-        p->derived.effector_z_D_inverse - (arm_theta_3_cos * t642 - arm_theta_3_sin * t641)) - t654 * t657);
-    const double t658 = (t648 + t654 * row_2_lambda) / t650;
+    const double t549 = row_1_u_column_psi * t303 - t96 * t308 - t97 * t321 + row_1_u_arm_theta_1 * t320 +
+        row_1_u_arm_phi_1 * t322 + row_1_u_arm_psi_2 * t335 + row_1_u_arm_theta_2 * t334;
+    const double t550 = row_1_phi * p->derived.constant_13 + (row_1_v + row_1_psi * p->derived.constant_12) +
+        (t549 + row_1_u_arm_phi_2 * t336 + row_1_u_arm_psi_3 * t346 + row_1_u_arm_theta_3 * t345 + row_1_u_arm_phi_3 *
+        t347 - row_1_u_effector_z * t348);
+    const double t551 = row_1_u_column_psi * t407 - t96 * t412 - t97 * t425 + row_1_u_arm_theta_1 * t424 +
+        row_1_u_arm_phi_1 * t426 + row_1_u_arm_psi_2 * t439 + row_1_u_arm_theta_2 * t438;
+    const double t552 = t551 + row_1_u_arm_phi_2 * t440 + row_1_u_arm_psi_3 * t450 + row_1_u_arm_theta_3 *
+        t449 + row_1_u_arm_phi_3 * t451 + row_1_u_effector_z * t452;
+    const double t553 = row_2_u_arm_psi * t308 - t302 + row_2_u_arm_psi_1 * t321 + row_2_u_arm_theta_1 * t320 +
+        row_2_u_arm_phi_1 * t322 + row_2_u_arm_psi_2 * t335 + row_2_u_arm_theta_2 * t334;
+    const double t554 = row_2_v + p->derived.constant_12 * row_2_psi + (t553 + row_2_u_arm_phi_2 * t336 +
+        row_2_u_arm_psi_3 * t346 + row_2_u_arm_theta_3 * t345 + row_2_u_arm_phi_3 * t347 - arm_theta_3_ground_z_x *
+        t348);
+    const double t555 = row_2_u_arm_psi * t412 - t406 + row_2_u_arm_psi_1 * t425 + row_2_u_arm_theta_1 * t424 +
+        row_2_u_arm_phi_1 * t426 + row_2_u_arm_psi_2 * t439 + row_2_u_arm_theta_2 * t438;
+    const double t556 = t555 + row_2_u_arm_phi_2 * t440 + row_2_u_arm_psi_3 * t450 + row_2_u_arm_theta_3 *
+        t449 + row_2_u_arm_phi_3 * t451 + arm_theta_3_ground_z_x * t452;
+    const double t557 = t509 + row_2_u_arm_psi * t515 + row_2_u_arm_psi_1 * t527 + row_2_u_arm_theta_1 * (arm_phi_1_cos *
+        t524 - arm_phi_1_sin * t525 - (arm_psi_1_sin * t513 - arm_psi_1_cos * t514));
+    const double t558 = t557 + row_2_u_arm_phi_1 * (t493 + (arm_theta_1_sin * t515 + arm_theta_1_cos * t526) +
+        arm_theta_1_sin * t527) + row_2_u_arm_psi_2 * t539 + row_2_u_arm_theta_2 * (arm_phi_2_cos * t536 -
+        arm_phi_2_sin * t537 - (arm_psi_2_cos * t524 - arm_psi_2_sin * t493));
+    const double t559 = t558 + row_2_u_arm_phi_2 * (t474 - (arm_theta_2_cos * t538 - arm_theta_2_sin * t525) +
+        arm_theta_2_sin * t539) + row_2_u_arm_psi_3 * t548 + row_2_u_arm_theta_3 * (arm_phi_3_cos * t545 -
+        arm_phi_3_sin * t546 - (arm_psi_3_cos * t536 - arm_psi_3_sin * t474));
+    const double t560 = t559 + row_2_u_arm_phi_3 * (row_2_u_arm_phi_3 * p->derived.constant_20 - (arm_theta_3_cos *
+        t547 - arm_theta_3_sin * t537) + arm_theta_3_sin * t548) + arm_theta_3_ground_z_x * (arm_theta_3_ground_z_x *
+        p->derived.effector_z_D_inverse - (arm_theta_3_cos * t542 - arm_theta_3_sin * t541));
+    const double t561 = t556 / t552;
+    const double row_2_lambda = (t550 * t561 - t554) / (t560 - t556 * t561);
+    const double t562 = (t550 + t556 * row_2_lambda) / t552;
     force[0] = row_2_lambda;
-    force[1] = -row_1_u_column_psi * t658;
-    force[2] = t96 * t658 + row_2_u_arm_psi * row_2_lambda;
-    force[3] = t97 * t658 + row_2_u_arm_psi_1 * row_2_lambda;
-    force[4] = row_2_u_arm_theta_1 * row_2_lambda - row_1_u_arm_theta_1 * t658;
-    force[5] = row_2_u_arm_phi_1 * row_2_lambda - row_1_u_arm_phi_1 * t658;
-    force[6] = row_2_u_arm_psi_2 * row_2_lambda - row_1_u_arm_psi_2 * t658;
-    force[7] = row_2_u_arm_theta_2 * row_2_lambda - row_1_u_arm_theta_2 * t658;
-    force[8] = row_2_u_arm_phi_2 * row_2_lambda - row_1_u_arm_phi_2 * t658;
-    force[9] = row_2_u_arm_psi_3 * row_2_lambda - row_1_u_arm_psi_3 * t658;
-    force[10] = row_2_u_arm_theta_3 * row_2_lambda - row_1_u_arm_theta_3 * t658;
-    force[11] = row_2_u_arm_phi_3 * row_2_lambda - row_1_u_arm_phi_3 * t658;
-    force[12] = arm_theta_3_ground_z_x * row_2_lambda - row_1_u_effector_z * t658;
+    force[1] = -row_1_u_column_psi * t562;
+    force[2] = t96 * t562 + row_2_u_arm_psi * row_2_lambda;
+    force[3] = t97 * t562 + row_2_u_arm_psi_1 * row_2_lambda;
+    force[4] = row_2_u_arm_theta_1 * row_2_lambda - row_1_u_arm_theta_1 * t562;
+    force[5] = row_2_u_arm_phi_1 * row_2_lambda - row_1_u_arm_phi_1 * t562;
+    force[6] = row_2_u_arm_psi_2 * row_2_lambda - row_1_u_arm_psi_2 * t562;
+    force[7] = row_2_u_arm_theta_2 * row_2_lambda - row_1_u_arm_theta_2 * t562;
+    force[8] = row_2_u_arm_phi_2 * row_2_lambda - row_1_u_arm_phi_2 * t562;
+    force[9] = row_2_u_arm_psi_3 * row_2_lambda - row_1_u_arm_psi_3 * t562;
+    force[10] = row_2_u_arm_theta_3 * row_2_lambda - row_1_u_arm_theta_3 * t562;
+    force[11] = row_2_u_arm_phi_3 * row_2_lambda - row_1_u_arm_phi_3 * t562;
+    force[12] = arm_theta_3_ground_z_x * row_2_lambda - row_1_u_effector_z * t562;
 }
 
 void manipulator_flexible_equations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -7649,6 +7088,17 @@ void manipulator_flexible_course(const struct manipulator_flexible_parameters *p
     course[1] = p->v0 * (t1 * t1);
 }
 
+void manipulator_flexible_breaks(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double breaks[2]) {
+    (void)p;
+    (void)x;
+    (void)t;
+    (void)q;
+    (void)qd;
+    breaks[0] = 0.0;
+    breaks[1] = 2.0;
+}
+
 void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double anchored[1]) {
     (void)x;
@@ -7936,6 +7386,12 @@ static void manipulator_flexible_course_doubles(const double *p, const double *x
         (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
+static void manipulator_flexible_breaks_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_flexible_breaks((const struct manipulator_flexible_parameters *)(const void *)p,
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
+}
+
 static void manipulator_flexible_anchor_doubles(const double *p, const double *x, double t, const double *q,
         const double *qd, double *out) {
     manipulator_flexible_anchor((const struct manipulator_flexible_parameters *)(const void *)p,
@@ -7957,14 +7413,15 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "7d45b5c2b99a897e",
+    SET(hash) "0fd3c136d8586b8d",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,
-    SET(derived_count) 37,
+    SET(derived_count) 38,
     SET(input_count) 0,
     SET(point_count) 1,
     SET(course_count) 2,
+    SET(break_count) 2,
     SET(coordinates) manipulator_flexible_coordinate_names,
     SET(parameters) manipulator_flexible_parameter_names,
     SET(inputs) 0,
@@ -8000,4 +7457,5 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(force) manipulator_flexible_force_doubles,
     SET(equations) manipulator_flexible_equations_doubles,
     SET(course) manipulator_flexible_course_doubles,
+    SET(breaks) manipulator_flexible_breaks_doubles,
 };

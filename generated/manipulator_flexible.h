@@ -36,11 +36,12 @@
  *   energy        128    208    0   20
  *   power          12     25    1    3
  *   Q_q           143    275    0   18
- *   qdd_free      712   1110   12   23
- *   qdd          1353   1985   18   27
- *   force        1338   1982   18   27
+ *   qdd_free      552    841   12   23
+ *   qdd          1147   1718   18   27
+ *   force        1132   1715   18   27
  *   equations     759   1199    4   27
  *   course          2      7    2    4
+ *   breaks          0      0    0    0
  *   anchor         19     34    0   20
  *   start           0      0    0    0
  */
@@ -113,7 +114,8 @@ struct manipulator_flexible_parameters {
         double constant_18;
         double constant_19;
         double effector_z_D_inverse;
-        double arm_phi_3_D_inverse;
+        double constant_20;
+        double constant_21;
     } derived; /* what depends on parameters alone, set by manipulator_flexible_prepare */
 };
 
@@ -214,6 +216,10 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
 /* values that the model records with a motion: values that the model records, by NAME_model.courses */
 void manipulator_flexible_course(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double course[2]);
+
+/* times at which formulas of time alone have kinks: times at which formulas of time alone have kinks, in no order [s] */
+void manipulator_flexible_breaks(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double breaks[2]);
 
 /* parameters whose default is a value at the start of a motion: values at the start of a motion, by NAME_model.anchored */
 void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,

@@ -1083,6 +1083,17 @@ void manipulator_rigid_course(const struct manipulator_rigid_parameters *p, cons
     course[1] = p->v0 * (t1 * t1);
 }
 
+void manipulator_rigid_breaks(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], double breaks[2]) {
+    (void)p;
+    (void)x;
+    (void)t;
+    (void)q;
+    (void)qd;
+    breaks[0] = 0.0;
+    breaks[1] = 2.0;
+}
+
 void manipulator_rigid_anchor(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double anchored[1]) {
     (void)x;
@@ -1308,6 +1319,12 @@ static void manipulator_rigid_course_doubles(const double *p, const double *x, d
         (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, out);
 }
 
+static void manipulator_rigid_breaks_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_rigid_breaks((const struct manipulator_rigid_parameters *)(const void *)p,
+        (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, out);
+}
+
 static void manipulator_rigid_anchor_doubles(const double *p, const double *x, double t, const double *q,
         const double *qd, double *out) {
     manipulator_rigid_anchor((const struct manipulator_rigid_parameters *)(const void *)p,
@@ -1329,7 +1346,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "0fd2b967cefe02ef",
+    SET(hash) "6e795937ab3f4024",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,
@@ -1337,6 +1354,7 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(input_count) 0,
     SET(point_count) 1,
     SET(course_count) 2,
+    SET(break_count) 2,
     SET(coordinates) manipulator_rigid_coordinate_names,
     SET(parameters) manipulator_rigid_parameter_names,
     SET(inputs) 0,
@@ -1372,4 +1390,5 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(force) manipulator_rigid_force_doubles,
     SET(equations) manipulator_rigid_equations_doubles,
     SET(course) manipulator_rigid_course_doubles,
+    SET(breaks) manipulator_rigid_breaks_doubles,
 };

@@ -32,6 +32,7 @@
  *   force         106    168   10    9
  *   equations      75    116    4    9
  *   course          2      7    2    4
+ *   breaks          0      0    0    0
  *   anchor          2      2    0    2
  *   start           0      0    0    0
  */
@@ -183,6 +184,10 @@ void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, c
 /* values that the model records with a motion: values that the model records, by NAME_model.courses */
 void manipulator_rigid_course(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double course[2]);
+
+/* times at which formulas of time alone have kinks: times at which formulas of time alone have kinks, in no order [s] */
+void manipulator_rigid_breaks(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], double breaks[2]);
 
 /* parameters whose default is a value at the start of a motion: values at the start of a motion, by NAME_model.anchored */
 void manipulator_rigid_anchor(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,

@@ -19,8 +19,8 @@ static const double step_default = 1e-3; /* [s], the step of the chapter's rigid
 static const double tol_default = 1e-6;  /* [rad]: a micrometre at 1 m */
 static const double length_default = 1;  /* [m] */
 static const double safety = 0.9;        /* aims below the tolerance, so that few steps are refused */
-static const double growth_most =
-    5; /* an estimate that is near 0 by chance says nothing about the next step */
+/* an estimate that is near 0 by chance says nothing about the next step */
+static const double growth_most = 5;
 static const double growth_least = 0.2;
 static const double shrink_failed = 0.25;   /* no estimate, so a guess */
 static const double error_share = 0.7;      /* exponents times the order: of this error, */
@@ -75,19 +75,21 @@ double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double le
 }
 
 /* The one list of what a drive holds; returns its bytes. */
-static size_t lay_out(struct refdyn_drive *drive, int n, int stages, char *base) {
+static size_t lay_out(struct refdyn_drive *drive, const struct refdyn_model *model, int stages, char *base) {
     struct room room = {base, 0};
+    const int n = model->n;
     drive->state = room_doubles(&room, 2 * n + 1);
     drive->state_new = room_doubles(&room, 2 * n + 1);
     drive->stage = room_doubles(&room, 2 * n + 1);
     drive->slopes = room_doubles(&room, stages * (2 * n + 1));
     drive->error = room_doubles(&room, 2 * n);
+    drive->breaks = room_doubles(&room, model->break_count);
     return room.used;
 }
 
 size_t refdyn_drive_size(const struct refdyn_model *model, const struct refdyn_options *options) {
     struct refdyn_drive drive;
-    return lay_out(&drive, model->n, refdyn_tableau_of(options->method)->stages, NULL);
+    return lay_out(&drive, model, refdyn_tableau_of(options->method)->stages, NULL);
 }
 
 int refdyn_drive_init(struct refdyn_drive *drive, struct refdyn_workspace *work,
@@ -99,7 +101,7 @@ int refdyn_drive_init(struct refdyn_drive *drive, struct refdyn_workspace *work,
     if (!room_fits(memory, size, needed))
         return REFDYN_BAD_MEMORY;
     memset(memory, 0, needed);
-    lay_out(drive, work->n, refdyn_tableau_of(options->method)->stages, memory);
+    lay_out(drive, work->model, refdyn_tableau_of(options->method)->stages, memory);
     drive->q = drive->state;
     drive->qd = drive->state + work->n;
     drive->qdd = drive->slopes + work->n;
@@ -149,6 +151,23 @@ static int meet_programme(struct refdyn_drive *drive) {
                                         : REFDYN_OK;
 }
 
+/* The breaks in ascending order. */
+static void find_breaks(struct refdyn_drive *drive) {
+    const struct refdyn_workspace *work = drive->work;
+    drive->break_next = 0;
+    drive->t_limit = INFINITY;
+    if (!work->model->breaks)
+        return;
+    work->model->breaks(work->p, work->x, drive->t, drive->q, drive->qd, drive->breaks);
+    for (int i = 1; i < work->model->break_count; i++) {
+        const double moved = drive->breaks[i];
+        int place = i;
+        for (; place > 0 && drive->breaks[place - 1] > moved; place--)
+            drive->breaks[place] = drive->breaks[place - 1];
+        drive->breaks[place] = moved;
+    }
+}
+
 int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, const double *qd) {
     struct refdyn_workspace *work = drive->work;
     const size_t bytes = (size_t)work->n * sizeof(double);
@@ -162,6 +181,7 @@ int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, co
     drive->cause = REFDYN_OK;
     drive->statistics = (struct refdyn_statistics){.phi_row = -1, .psi_row = -1};
     drive->evaluations_before = work->evaluations;
+    find_breaks(drive);
     refdyn_partition_reset(work);
     int status = meet_programme(drive);
     if (!status)
@@ -187,11 +207,12 @@ static int finish_step(struct refdyn_drive *drive, double t_new) {
     const int n = work->n;
     double *q = drive->state_new, *qd = drive->state_new + n;
     double *slope = drive->slopes + (tableau->stages - 1) * (2 * n + 1);
-    int status = tableau->is_last_new ? REFDYN_OK : refdyn_equations(work, t_new, q, qd);
+    const int is_known = tableau->is_last_new && t_new < drive->t_limit;
+    int status = is_known ? REFDYN_OK : refdyn_equations(work, t_new, q, qd);
     const long evaluations = work->evaluations;
     if (!status && drive->options.stabilise == REFDYN_PROJECT)
         status = refdyn_project_evaluated(work, t_new, q, qd);
-    if (!status && !(tableau->is_last_new && work->evaluations == evaluations))
+    if (!status && !(is_known && work->evaluations == evaluations))
         status = refdyn_slope_evaluated(drive, t_new, drive->state_new, slope);
     if (status)
         drive->failed_t = t_new;
@@ -356,6 +377,17 @@ static int step_adaptive(struct refdyn_drive *drive, double t_out) {
     }
 }
 
+/* Where the next steps have to end: at t_out, or at a break before it. */
+static double next_stop(struct refdyn_drive *drive, double t_out) {
+    const double least = step_least(drive, t_out);
+    const int count = drive->work->model->break_count;
+    while (drive->break_next < count && !(drive->breaks[drive->break_next] > drive->t + least))
+        drive->break_next++;
+    const double ahead = drive->break_next < count ? drive->breaks[drive->break_next] : INFINITY;
+    drive->t_limit = isfinite(ahead) ? nextafter(ahead, drive->t) : INFINITY;
+    return ahead < t_out - least ? ahead : t_out;
+}
+
 int refdyn_drive_step(struct refdyn_drive *drive, double t_out) {
     if (!(isfinite(t_out) && t_out >= drive->t))
         return REFDYN_BAD_OPTION;
@@ -364,7 +396,8 @@ int refdyn_drive_step(struct refdyn_drive *drive, double t_out) {
     if (limit_reached(drive))
         return REFDYN_TOO_MANY_STEPS;
     const int is_fixed = refdyn_tableau_of(drive->options.method)->order_error == 0;
-    const int status = is_fixed ? step_fixed(drive, t_out) : step_adaptive(drive, t_out);
+    const double stop = next_stop(drive, t_out);
+    const int status = is_fixed ? step_fixed(drive, stop) : step_adaptive(drive, stop);
     collect_counts(drive);
     return status;
 }

@@ -51,8 +51,7 @@ struct refdyn_fault {
     int coordinate;
 };
 
-/* ---- Workspace
- * --------------------------------------------------------------------------------------------- */
+/* ---- Workspace ---- */
 
 /*
  * Index partition: K qdd = k with K = [K_d K_i], columns scaled by 1/sqrt(M_jj), rows by their largest entry.
@@ -102,18 +101,15 @@ struct refdyn_workspace {
     struct refdyn_fault fault; /* of the last call that failed */
 
     /* room to compute in; "ordered": in the order of partition.row and partition.column */
-    double
-        *rows; /* (m x (n + 1)) ordered [K_d K_i k], eliminated: [factors of K_d, K_d^-1 K_i, c = K_d^-1 k] */
-    double *P; /* (m x n) ordered, first rank x (n - rank): dq_d = P dq_i */
+    double *rows;     /* (m x (n + 1)) ordered [K_d K_i k], eliminated: [L U, K_d^-1 K_i, K_d^-1 k] */
+    double *P;        /* (m x n) ordered, first rank x (n - rank): dq_d = P dq_i */
     double *mass_d;   /* (m x n) ordered, first rank rows: [M_dd M_di] */
     double *coupling; /* (m x n) M_di + M_dd P / 2 */
-    double *reduced;  /* (n x n) mass matrix of the independent coordinates, then its factor; projection:
-                         factor of M */
+    double *reduced;  /* (n x n) mass matrix of the independent coordinates, or M in projection; its factor */
     double *weight;   /* (n) ordered 1/sqrt(M_jj), of the state where the partition was chosen */
     double *row_size; /* (m) ordered largest |u_aj| weight_j */
     double *anchored; /* (anchored_count) values of the anchored parameters */
     double *side;     /* (n) ordered right side, then solution */
-    double *residual; /* (n) f - M qdd */
     double *lambda;   /* (m) ordered multipliers */
     double *basis;    /* (m x n) projection: rows in the metric M, orthonormalised */
     double *wanted;   /* (m) projection: change asked for in each row */
@@ -141,8 +137,7 @@ void refdyn_anchor(struct refdyn_workspace *work, double t, const double *q, con
 /* Index of a name in a table of names, -1 when absent. */
 int refdyn_find_name(const struct refdyn_name *names, int count, const char *name);
 
-/* ---- Accelerations
- * ----------------------------------------------------------------------------------------- */
+/* ---- Accelerations ---- */
 
 enum refdyn_stabilise {
     REFDYN_NONE,      /* u qdd = -v */
@@ -173,8 +168,7 @@ double refdyn_programme_power(struct refdyn_workspace *work, const double *qdd, 
 /* Forgets the partition and its record: the next refdyn_solve starts from the declared set again. */
 void refdyn_partition_reset(struct refdyn_workspace *work);
 
-/* ---- Consistent states
- * ------------------------------------------------------------------------------------- */
+/* ---- Consistent states ---- */
 
 struct refdyn_residual {
     double phi; /* largest |phi| of the position rows, */
@@ -198,8 +192,7 @@ int refdyn_is_consistent(const struct refdyn_workspace *work, double tol, const 
 int refdyn_project(struct refdyn_workspace *work, double t, double *q, double *qd,
                    struct refdyn_residual *before);
 
-/* ---- Motions
- * ----------------------------------------------------------------------------------------------- */
+/* ---- Motions ---- */
 
 enum refdyn_method {
     REFDYN_RK4,  /* the classical Runge-Kutta method of order 4 (Kutta 1901), fixed step */
@@ -270,9 +263,14 @@ struct refdyn_drive {
     double *stage;     /* (2 n + 1) the same at a stage */
     double *slopes; /* (stages x (2 n + 1)) qd, qdd, power at each stage; the first are those of the state */
     double *error;  /* (2 n) estimate for q, qd */
-    double step_next;                   /* adaptive: proposed step, 0: to be found [s] */
-    double error_last;                  /* adaptive: error norm of the last accepted step */
-    double from, to;                    /* fixed step: output interval in progress [s] */
+    double
+        *breaks; /* (break_count) kinks of formulas of time, ascending; every step ends at the next one [s] */
+    int break_next;    /* first of them that lies ahead */
+    double t_limit;    /* stages are evaluated before this: the left side of a break; INFINITY: no break ahead
+                          [s] */
+    double step_next;  /* adaptive: proposed step, 0: to be found [s] */
+    double error_last; /* adaptive: error norm of the last accepted step */
+    double from, to;   /* fixed step: output interval in progress [s] */
     long interval_steps, interval_done; /* fixed step: steps of that interval */
     long evaluations_before;            /* of the workspace, at the start */
 };
@@ -296,8 +294,7 @@ int refdyn_drive_to(struct refdyn_drive *drive, double t_out);
 /* After the caller has changed work->x, work->p or the drive's q, qd between steps: evaluates anew. */
 int refdyn_drive_refresh(struct refdyn_drive *drive);
 
-/* ---- Energy balance
- * ---------------------------------------------------------------------------------------- */
+/* ---- Energy balance ---- */
 
 struct refdyn_energy {
     double kinetic, potential; /* at the last refdyn_energy_add [J] */
@@ -316,15 +313,15 @@ int refdyn_energy_add(struct refdyn_energy *energy, const struct refdyn_drive *d
  * when nothing changed. */
 double refdyn_energy_error(const struct refdyn_energy *energy);
 
-/* ---- Equilibria
- * -------------------------------------------------------------------------------------------- */
+/* ---- Equilibria ---- */
 
 struct refdyn_statics_options {
-    double tol;       /* largest last Newton correction [rad, or `length`] */
-    double length;    /* what 1 rad weighs against in translations [m] */
-    double reach;     /* largest first correction of a load step; a longer one is halved [rad, or `length`] */
-    int iterations;   /* Newton iterations for each load */
-    double load_step; /* first part of the load that is tried, 0 < load_step <= 1 */
+    double tol;        /* largest last Newton correction [rad, or `length`] */
+    double length;     /* what 1 rad weighs against in translations [m] */
+    double reach;      /* largest first correction of a load step, which is halved when it is longer [rad, or
+                          `length`] */
+    int iterations;    /* Newton iterations for each load */
+    double load_step;  /* first part of the load that is tried, 0 < load_step <= 1 */
     double load_least; /* smallest part that is tried after failures */
 };
 
@@ -333,20 +330,26 @@ struct refdyn_statics_result {
     int iterations;  /* Newton iterations in all */
     int loads;       /* load steps that converged */
     double load;     /* part of the load that was reached, 1 when done */
+    int is_followed; /* 1: the load leads to this equilibrium; 0: it has a limit point before, and this is
+                        another one */
 };
 
 struct refdyn_statics_options refdyn_statics_default(void);
 int refdyn_statics_validate(const struct refdyn_statics_options *options, const char **fact);
 size_t refdyn_statics_size(const struct refdyn_model *model);
 /*
- * Equilibrium: Q(q, qd = 0, t = 0) = 0 over the coordinates not held, by damped Newton on
+ * Equilibrium: Q(q, qd = 0, t = 0) = 0 over the coordinates not held, by Newton on
  *     Q(q) - (1 - s) Q(q0) = 0,   s from 0 to 1,
- * the step of s halved on failure. Constraint rows do not act.
- * held (held_count): coordinates kept at their value in q; model->held and model->held_count, or others.
- * q (n): start, then the equilibrium. hold_force (n, or NULL): -Q at held coordinates, 0 elsewhere.
- * A coordinate without any stiffness or load (its row and column of dQ/dq and its Q are 0) stays where it is.
+ * the step of s halved on failure; where s cannot reach 1 (a limit point), by damped Newton on Q(q) = 0 from
+ * q0. Constraint rows do not act. A coordinate without any stiffness or load (its row and column of dQ/dq and
+ * its Q are 0) stays where it is.
+ *
+ * - held (held_count): coordinates kept at their value in q; model->held and model->held_count, or others
+ * - q (n): start, then the equilibrium; after a failure the last one, that under result->load
+ * - hold_force (n, or NULL): -Q at held coordinates, 0 elsewhere
+ *
  * Errors: NOT_FINITE, NO_CONVERGENCE, TANGENT_SINGULAR (work->fault.coordinate), BAD_OPTION, BAD_MEMORY,
- * FUNCTION_MISSING (Q or Q_q); q then is the last state that was in equilibrium under result->load.
+ * FUNCTION_MISSING (Q or Q_q).
  */
 int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_options *options,
                    const int *held, int held_count, double *q, double *hold_force,

@@ -11,19 +11,21 @@
  *   t    time [s]
  *   q    coordinates (n) [m, rad], qd their rates (n)
  *   out  result, shape beside each entry; matrices row-major
- * A pointer is NULL where the model has no such quantity or it was not emitted. Symbols: M mass matrix, h = -c bias
- * forces, Q generalized forces, rows u qdd + v = 0, point columns C and bias d (rdd = C qdd + d).
+ * A pointer is NULL where the model has no such quantity or it was not emitted. Symbols: M mass matrix, h =
+ * -c bias forces, Q generalized forces, rows u qdd + v = 0, point columns C and bias d (rdd = C qdd + d).
  */
 #ifndef REFDYN_MODEL_H
 #define REFDYN_MODEL_H
 
-typedef void refdyn_function(const double *p, const double *x, double t, const double *q, const double *qd, double *out);
+typedef void refdyn_function(const double *p, const double *x, double t, const double *q, const double *qd,
+                             double *out);
 
 /* A named scalar: coordinate, parameter or input. */
 struct refdyn_name {
     const char *name;
     const char *unit;
-    double value; /* parameter, input: default; coordinate: at the start of a motion, with default parameters */
+    double
+        value; /* parameter, input: default; coordinate: at the start of a motion, with default parameters */
 };
 
 enum refdyn_row_level { REFDYN_POSITION, REFDYN_VELOCITY, REFDYN_ACCELERATION };
@@ -42,44 +44,51 @@ struct refdyn_model {
     int derived_count;   /* values behind them in p */
     int input_count;
     int point_count;
-    int course_count;    /* values that the author wants recorded */
+    int course_count;                      /* values that the author wants recorded */
+    int break_count;                       /* kinks of formulas of time alone */
     const struct refdyn_name *coordinates; /* n */
     const struct refdyn_name *parameters;  /* parameter_count */
     const struct refdyn_name *inputs;      /* input_count */
     const char *const *points;             /* point_count names */
     const char *const *courses;            /* course_count names */
     const struct refdyn_row *rows;         /* m */
-    const int *parent;                     /* n: the coordinate before this one on the way to the ground, -1: none. M[i][j] is zero unless one of i, j leads to the other */
-    const int *dependent;                  /* m coordinates declared dependent, or NULL: choose */
-    const int *held;                       /* held_count coordinates held in statics */
+    const int *parent;    /* n: the coordinate before this one on the way to the ground, -1: none. M[i][j] is
+                             zero unless one of i, j leads to the other */
+    const int *dependent; /* m coordinates declared dependent, or NULL: choose */
+    const int *held;      /* held_count coordinates held in statics */
     int held_count;
-    const int *anchored;                   /* anchored_count parameters whose default is a value at the start of a motion */
+    const int *anchored; /* anchored_count parameters whose default is a value at the start of a motion */
     int anchored_count;
 
-    void (*prepare)(double *p);            /* writes p[parameter_count ...] */
-    refdyn_function *start;                /* (2 n): q, then qd, at the start of a motion; reads p alone */
-    refdyn_function *anchor;               /* (anchored_count): start values of the anchored parameters; q, qd, t at the start */
+    void (*prepare)(double *p); /* writes p[parameter_count ...] */
+    refdyn_function *start;     /* (2 n): q, then qd, at the start of a motion; reads p alone */
+    refdyn_function
+        *anchor; /* (anchored_count): start values of the anchored parameters; q, qd, t at the start */
 
-    refdyn_function *M;        /* (n x n) mass matrix [kg, kg m, kg m^2] */
-    refdyn_function *h;        /* (n) bias forces [N, N m] */
-    refdyn_function *Q;        /* (n) generalized forces [N, N m] */
-    refdyn_function *u;        /* (m x n) row coefficients: u qdd + v = 0 */
-    refdyn_function *v;        /* (m) */
-    refdyn_function *phi;      /* (m) residual of position rows, 0 for the others */
-    refdyn_function *psi;      /* (m) velocity-level residual: total time derivative of a position row, the velocity row itself, 0 for acceleration rows */
-    refdyn_function *k;        /* (m) stabilised right side: u qdd = k = -v - 2 alpha psi - beta^2 phi */
-    refdyn_function *r;        /* (points x 3) positions, ground frame [m] */
-    refdyn_function *rd;       /* (points x 3) velocities [m/s] */
-    refdyn_function *C;        /* (points x 3 x n) rd = C qd */
-    refdyn_function *d;        /* (points x 3) rdd = C qdd + d [m/s^2] */
-    refdyn_function *energy;   /* (2) kinetic, potential (gravity and linear springs; gravity's zero is the ground origin) [J] */
-    refdyn_function *power;    /* (1) of all forces in Q without a potential: qd . Q_nonconservative [W] */
-    refdyn_function *Q_q;      /* (n x n) dQ_i/dq_j, the tangent of statics */
-    refdyn_function *qdd_free; /* (n) accelerations without constraints, O(n) */
-    refdyn_function *qdd;      /* (n) accelerations with constraints and stabilisation, O(n m) */
-    refdyn_function *force;    /* (n) programme force r = M qdd - h - Q at that qdd */
-    refdyn_function *equations; /* struct NAME_equations_result as doubles: M (n x n), f = h + Q (n), u (m x n), v (m), phi (m), psi (m), k (m) */
+    refdyn_function *M;         /* (n x n) mass matrix [kg, kg m, kg m^2] */
+    refdyn_function *h;         /* (n) bias forces [N, N m] */
+    refdyn_function *Q;         /* (n) generalized forces [N, N m] */
+    refdyn_function *u;         /* (m x n) row coefficients: u qdd + v = 0 */
+    refdyn_function *v;         /* (m) */
+    refdyn_function *phi;       /* (m) residual of position rows, 0 for the others */
+    refdyn_function *psi;       /* (m) velocity-level residual: total time derivative of a position row, the
+                                   velocity row itself, 0 for acceleration rows */
+    refdyn_function *k;         /* (m) stabilised right side: u qdd = k = -v - 2 alpha psi - beta^2 phi */
+    refdyn_function *r;         /* (points x 3) positions, ground frame [m] */
+    refdyn_function *rd;        /* (points x 3) velocities [m/s] */
+    refdyn_function *C;         /* (points x 3 x n) rd = C qd */
+    refdyn_function *d;         /* (points x 3) rdd = C qdd + d [m/s^2] */
+    refdyn_function *energy;    /* (2) kinetic, potential (gravity and linear springs; gravity's zero is the
+                                   ground origin) [J] */
+    refdyn_function *power;     /* (1) of all forces in Q without a potential: qd . Q_nonconservative [W] */
+    refdyn_function *Q_q;       /* (n x n) dQ_i/dq_j, the tangent of statics */
+    refdyn_function *qdd_free;  /* (n) accelerations without constraints, O(n) */
+    refdyn_function *qdd;       /* (n) accelerations with constraints and stabilisation, O(n m) */
+    refdyn_function *force;     /* (n) programme force r = M qdd - h - Q at that qdd */
+    refdyn_function *equations; /* struct NAME_equations_result as doubles: M (n x n), f = h + Q (n), u (m x
+                                   n), v (m), phi (m), psi (m), k (m) */
     refdyn_function *course;    /* (course_count) values to record with a motion, in the units of the model */
+    refdyn_function *breaks;    /* (break_count) their times, in no order; reads p alone [s] */
 };
 
 #endif

@@ -9,6 +9,7 @@
  */
 #include "runge_kutta.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "dense.h"
@@ -119,7 +120,7 @@ int refdyn_runge_kutta_step(struct refdyn_drive *drive, double h) {
     const struct refdyn_tableau *tableau = refdyn_tableau_of(drive->options.method);
     const int size = 2 * drive->work->n + 1;
     for (int s = 1; s < tableau->stages; s++) {
-        const double t = drive->t + tableau->c[s] * h;
+        const double t = fmin(drive->t + tableau->c[s] * h, drive->t_limit);
         combine(drive, h, tableau->a + s * tableau->stages, s, drive->stage);
         const int status = refdyn_slope(drive, t, drive->stage, drive->slopes + s * size);
         if (status) {

@@ -1,11 +1,14 @@
 /*
  * Equilibria: Q(q, qd = 0, t = 0) = 0 over the coordinates that are not held.
  *
- * Takes a start q0; gives q with Q = 0 and the forces that hold the others. Load stepping follows the
- * homotopy F(q, s) = Q(q) - (1 - s) Q(q0) = 0,   s from 0 to 1, each by Newton with the exact tangent dQ/dq,
- * damped by the restricted natural monotonicity test: a step a dq is taken when the correction that follows
- * it, with the same tangent, is at most (1 - a/4) times as long (Deuflhard, Newton Methods for Nonlinear
- * Problems, 2004, sect. 3.3). Lengths are in 1 rad and `length`.
+ * Takes a start q0; gives q with Q = 0 and the forces that hold the others. The load is followed along
+ *     F(q, s) = Q(q) - (1 - s) Q(q0) = 0,   s from 0 to 1,
+ * each by Newton with the exact tangent dQ/dq; a load step is halved when its first correction is longer than
+ * `reach` or a later one not half as long as the one before, since Newton might then end far away. A load
+ * that cannot be followed to its end has a limit point before it; then any equilibrium is looked for by
+ * Newton for the whole load, damped by the restricted natural monotonicity test: a step a dq is taken when
+ * the correction that follows it, with the same tangent, is at most (1 - a/4) times as long (Deuflhard,
+ * Newton Methods for Nonlinear Problems, 2004, sect. 3.3, 5.1). Lengths are in 1 rad and `length`.
  */
 #include "core.h"
 
@@ -16,13 +19,16 @@
 #include "dense.h"
 #include "room.h"
 
-static const double tol_default =
-    1e-12;                              /* [rad, length]: Newton's last correction; the error is its square */
+/* [rad, length] Newton's last correction; the error that is left is about its square */
+static const double tol_default = 1e-12;
 static const double length_default = 1; /* [m] */
-static const double reach_default = 0.5; /* [rad, length]: sine and cosine are still nearly straight */
-static const double load_least_default =
-    1e-6; /* a load that a million parts do not reach has a limit point before it */
-static const double damping_least = 1.0 / 1024; /* ten halvings, then the load step is halved instead */
+/* [rad, length] over this much sine and cosine are still nearly straight */
+static const double reach_default = 0.5;
+/* the stiffness may change over a small part of a large load */
+static const double load_least_default = 1e-12;
+/* of corrections while the load is followed: what is surely in Newton's reach */
+static const double contraction = 0.5;
+static const double damping_least = 1.0 / 1024;
 enum { ITERATIONS_DEFAULT = 50 };
 
 struct statics {
@@ -31,14 +37,16 @@ struct statics {
     struct refdyn_statics_result *result;
     int n, count;
     int is_first;      /* the next Newton step is the first of its load */
+    int is_following;  /* load by load without damping; else one jump with it */
     double share;      /* 1 - s: share of the load Q(q0) that is held back */
     double *q;         /* (n) */
     double *q_trial;   /* (n) */
+    double *q_start;   /* (n) q0 */
     double *qd;        /* (n) zeros */
     double *Q;         /* (n) generalized forces */
     double *Q_start;   /* (n) at q0 */
     double *tangent;   /* (n x n) dQ_i/dq_j, then its factors in the first count x count */
-    double *size;      /* (n) sizes of rows, of columns */
+    double *size;      /* (n) largest entry of each row */
     double *step;      /* (n) Newton correction of the coordinates not held */
     double *step_next; /* (n) the one that follows it */
     double *unit;      /* (n) what 1 rad weighs against */
@@ -50,6 +58,7 @@ static size_t lay_out(struct statics *statics, int n, char *base) {
     struct room room = {base, 0};
     statics->q = room_doubles(&room, n);
     statics->q_trial = room_doubles(&room, n);
+    statics->q_start = room_doubles(&room, n);
     statics->qd = room_doubles(&room, n);
     statics->Q = room_doubles(&room, n);
     statics->Q_start = room_doubles(&room, n);
@@ -235,11 +244,17 @@ static void move(const struct statics *statics, double damping, const double *st
         q[statics->free[i]] += damping * step[i];
 }
 
+/* How much longer the next correction may be after a step with this damping. */
+static double allowed_growth(const struct statics *statics, double damping) {
+    return statics->is_following ? contraction : 1 - damping / 4;
+}
+
 /* Halves the step until the correction after it is shorter; that is left in step_next, q_trial is where it
  * ends. */
 static int take_damped(struct statics *statics, double length, double *length_next) {
+    const double least = statics->is_following ? 1 : damping_least;
     int status = REFDYN_NO_CONVERGENCE;
-    for (double damping = 1; damping >= damping_least; damping /= 2) {
+    for (double damping = 1; damping >= least; damping /= 2) {
         memcpy(statics->q_trial, statics->q, (size_t)statics->n * sizeof(double));
         move(statics, damping, statics->step, statics->q_trial);
         status = evaluate_forces(statics, statics->q_trial);
@@ -247,7 +262,7 @@ static int take_damped(struct statics *statics, double length, double *length_ne
             continue;
         find_step(statics, statics->step_next);
         *length_next = length_of(statics, statics->step_next);
-        if (*length_next <= (1 - damping / 4) * length)
+        if (*length_next <= allowed_growth(statics, damping) * length)
             return REFDYN_OK;
         status = REFDYN_NO_CONVERGENCE;
     }
@@ -275,7 +290,7 @@ static int newton_step(struct statics *statics, int *done) {
     find_step(statics, statics->step);
     const double length = length_of(statics, statics->step);
     double length_next;
-    if (statics->is_first && length > statics->options->reach)
+    if (statics->is_first && statics->is_following && length > statics->options->reach)
         return REFDYN_NO_CONVERGENCE;
     statics->is_first = 0;
     if (length <= statics->options->tol) {
@@ -331,6 +346,39 @@ static int raise_load(struct statics *statics, double *q) {
     return REFDYN_OK;
 }
 
+/* The whole load at once, wherever that leads: for loads with a limit point before them. */
+static int jump(struct statics *statics, double *q) {
+    memcpy(statics->q, q, (size_t)statics->n * sizeof(double));
+    statics->share = 0;
+    statics->is_following = 0;
+    int status = evaluate_forces(statics, statics->q);
+    if (!status)
+        status = solve_load(statics);
+    if (status)
+        return status;
+    memcpy(q, statics->q, (size_t)statics->n * sizeof(double));
+    statics->result->load = 1;
+    statics->result->is_followed = 0;
+    return REFDYN_OK;
+}
+
+/* Follows the load; where that ends early, looks for any equilibrium from the start. */
+static int find_equilibrium(struct statics *statics, double *q) {
+    const size_t bytes = (size_t)statics->n * sizeof(double);
+    memcpy(statics->q_start, q, bytes);
+    statics->is_following = 1;
+    const int status = raise_load(statics, q);
+    if (status != REFDYN_NO_CONVERGENCE)
+        return status;
+    const struct refdyn_fault fault = statics->work->fault;
+    if (!jump(statics, statics->q_start)) {
+        memcpy(q, statics->q_start, bytes);
+        return REFDYN_OK;
+    }
+    statics->work->fault = fault;
+    return status;
+}
+
 static void list_free(struct statics *statics, const int *held, int held_count) {
     for (int j = 0; j < statics->n; j++) {
         int is_held = 0;
@@ -363,7 +411,7 @@ int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_op
                    const int *held, int held_count, double *q, double *hold_force,
                    struct refdyn_statics_result *result, void *memory, size_t size) {
     struct statics statics = {.work = work, .options = options, .result = result, .n = work->n};
-    *result = (struct refdyn_statics_result){0};
+    *result = (struct refdyn_statics_result){.is_followed = 1};
     if (wrong_option(options))
         return REFDYN_BAD_OPTION;
     if (!work->model->Q || !work->model->Q_q)
@@ -376,7 +424,7 @@ int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_op
     if (status)
         return status;
     memcpy(statics.Q_start, statics.Q, (size_t)work->n * sizeof(double));
-    status = raise_load(&statics, q);
+    status = find_equilibrium(&statics, q);
     const struct refdyn_fault fault = work->fault;
     report(&statics, q, hold_force);
     work->fault = fault;

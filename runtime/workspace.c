@@ -71,7 +71,6 @@ static size_t lay_out(struct refdyn_workspace *work, char *base) {
     work->weight = room_doubles(&room, n);
     work->row_size = room_doubles(&room, m);
     work->side = room_doubles(&room, n);
-    work->residual = room_doubles(&room, n);
     work->lambda = room_doubles(&room, m);
     work->basis = room_doubles(&room, m * n);
     work->wanted = room_doubles(&room, m);

@@ -126,3 +126,25 @@ def test_printed_form_drifts(tmp_path):
     """It feeds energy into the rigid arm; in the flexible one it does so within a millisecond."""
     change, _ = energy_change(tmp_path, 0.1, "--set", "n_rfe=1", "--set", "form=printed")
     assert change > 1e-3, f"the printed form's energy changes by {change:.1e} only"
+
+
+JUMP = """local rd = require "refdyn"
+return rd.model { name = "jump", links = { { "cart", joint = { "x" }, mass = 2 } },
+  forces = function(s) return { cart_x = rd.where(rd.less(s.t, TIME), 3, -5) + rd.max(s.t - 0.777, 0) } end,
+  courses = function(s) return { pull = rd.where(rd.less(s.t, TIME), 3, -5) } end }
+"""
+
+
+@pytest.mark.parametrize("method", [("rk4", "--step", "0.1"), ("rk54", "--tol", "1e-4")])
+def test_breaks_end_a_step(tmp_path, method):
+    """A force that jumps and one with a kink, both functions of time: polynomials between, so exact with any step."""
+    model, at = tmp_path / "jump.lua", 0.333
+    model.write_text(JUMP.replace("TIME", str(at)))
+    run, _, summary = motion(model, "--until", "1", "--every", "1", "--method", *method)
+    late, ramp = 1 - at, 1 - 0.777
+    x = 0.75 * at**2 + 1.5 * at * late - 1.25 * late**2 + ramp**3 / 12
+    v = 1.5 * at - 2.5 * late + ramp**2 / 4
+    check([f"{name}: {run[name][-1]!r}, not {value!r}" for name, value in {"cart_x": x, "cart_x_d": v}.items()
+           if abs(run[name][-1] - value) > 1e-14 * SCALE])
+    assert list(run["pull"]) == [3, -5]
+    assert summary["steps"] <= 13

@@ -19,6 +19,8 @@ enum status run_report(const struct options *options);
 /* Says on stderr which status of the runtime came at which time and state; returns STATUS_NUMBERS. */
 enum status numbers_failed(const struct scene *scene, int result, double t, const double *q,
                            const double *qd);
+/* Rows that say what others say, by name, after the accelerations were solved. */
+void print_redundant_rows(const struct refdyn_workspace *work);
 
 /*
  * Equilibrium from the scene's q, with the coordinates of --hold (or the model's); q becomes the equilibrium.

@@ -152,6 +152,8 @@ static enum status evaluate_state(struct scene *scene, const struct options *opt
         status = numbers_failed(scene, result, scene->state.t, scene->q, scene->qd);
     else if (!print_state(scene, qdd, options->output))
         status = STATUS_FAULT;
+    else
+        print_redundant_rows(&scene->work);
     free(qdd);
     return status;
 }

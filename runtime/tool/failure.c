@@ -1,4 +1,5 @@
-/* What is said when the numbers fail: the reason, the time and the state by the coordinates' names. */
+/* What is said when the numbers fail or rows are redundant: the reason, the time and the state by the
+ * coordinates' names. */
 #include "commands.h"
 #include "output.h"
 
@@ -32,4 +33,13 @@ enum status numbers_failed(const struct scene *scene, int result, double t, cons
     if (qd)
         print_values("qd", scene->model, qd, "_d");
     return STATUS_NUMBERS;
+}
+
+void print_redundant_rows(const struct refdyn_workspace *work) {
+    const struct refdyn_partition *partition = &work->partition;
+    for (int a = partition->rank; partition->rank >= 0 && a < work->m; a++)
+        fprintf(stderr, "%s%s", a == partition->rank ? "refdyn: warning: redundant rows, left out: " : ", ",
+                work->model->rows[partition->row[a]].name);
+    if (partition->rank >= 0 && partition->rank < work->m)
+        fputs("\n", stderr);
 }

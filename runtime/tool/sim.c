@@ -144,6 +144,7 @@ static enum status simulate(struct scene *scene, const struct options *options,
     enum status status;
     if (result == REFDYN_OK) {
         print_start(options, &motion.drive);
+        print_redundant_rows(&scene->work);
         status = go(&motion, options, &output);
     } else {
         status = numbers_failed(scene, result, scene->state.t, scene->q, scene->qd);

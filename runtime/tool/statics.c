@@ -59,6 +59,10 @@ static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
     equilibrium->residual = result.residual;
     free(memory);
     free(list);
+    if (answer == REFDYN_OK && !result.is_followed)
+        fputs("refdyn: warning: this equilibrium is not the one that the growing load leads to: "
+              "there is a limit point before\n",
+              stderr);
     if (answer == REFDYN_OK)
         return STATUS_DONE;
     fprintf(stderr, "refdyn: equilibrium reached under %.3g of the load only\n", result.load);

@@ -167,6 +167,44 @@ static void test_spring_pendulum(void) {
     }
 }
 
+/* A spring that snaps through: Q = load - (q - 3 q^2 + 2.1 q^3), whose first branch ends at 0.0972. */
+static void snap_Q(const double *p, const double *x, double t, const double *q, const double *qd,
+                   double *out) {
+    (void)x, (void)t, (void)qd;
+    for (int i = 0; i < CHAIN_N; i++)
+        out[i] = p[2] - q[i] * (1 + q[i] * (-3 + 2.1 * q[i]));
+}
+
+static void snap_Q_q(const double *p, const double *x, double t, const double *q, const double *qd,
+                     double *out) {
+    (void)p, (void)x, (void)t, (void)qd;
+    memset(out, 0, CHAIN_N * CHAIN_N * sizeof *out);
+    for (int i = 0; i < CHAIN_N; i++)
+        out[i * (CHAIN_N + 1)] = -1 + q[i] * (6 - 6.3 * q[i]);
+}
+
+static void test_snaps_through(void) {
+    struct refdyn_model model = chain_model();
+    model.Q = snap_Q;
+    model.Q_q = snap_Q_q;
+    const struct refdyn_statics_options options = refdyn_statics_default();
+    const double loads[] = {0.0713, 0.117};
+    struct rig rig;
+    rig_open(&rig, model);
+    rig.work.p[2] = loads[0];
+    struct outcome outcome = solve(&rig, &options, NULL, 0, NULL);
+    CHECK(outcome.status == REFDYN_OK && outcome.result.is_followed && outcome.guards_hold);
+    CHECK(outcome.result.residual < 1e-15 && rig.q[0] < 0.3);
+    /* told as the part of the load under which there is an equilibrium: the limit point */
+    memset(rig.q, 0, sizeof rig.q);
+    rig.work.p[2] = loads[1];
+    outcome = solve(&rig, &options, NULL, 0, NULL);
+    CHECK(outcome.status == REFDYN_NO_CONVERGENCE || outcome.status == REFDYN_TANGENT_SINGULAR);
+    const double q = (6 - sqrt(10.8)) / 12.6; /* 1 - 6 q + 6.3 q^2 = 0 */
+    CHECK_NEAR(outcome.result.load, q * (1 + q * (-3 + 2.1 * q)) / loads[1], 1e-6);
+    CHECK(rig_close(&rig));
+}
+
 static void only_second_Q(const double *p, const double *x, double t, const double *q, const double *qd,
                           double *out) {
     (void)x, (void)t, (void)qd;
@@ -266,6 +304,7 @@ int main(void) {
     test_tip_load();
     test_held();
     test_spring_pendulum();
+    test_snaps_through();
     test_free_coordinates();
     test_failures();
     test_options();

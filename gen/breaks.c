@@ -1,0 +1,89 @@
+/* Times of kinks: see breaks.h. */
+#include "breaks.h"
+
+enum {
+    MOST_BREAKS = 1000, /* kinks in time that are reported */
+    DEEPEST_KINK = 4    /* kinks inside each other that are followed */
+};
+
+/* d/dt with all else constant, and the value at t = 0. */
+static expression time_slope(void *context, struct graph *g, expression e) {
+    (void)context;
+    return as_symbol(g, e)->kind == SYMBOL_TIME ? one(g) : zero(g);
+}
+
+static expression at_time_zero(void *context, struct graph *g, expression e) {
+    (void)context;
+    return as_symbol(g, e)->kind == SYMBOL_TIME ? zero(g) : e;
+}
+
+static bool has_kink(const struct graph *g, expression e) {
+    const uint8_t operation = g->nodes[e].operation;
+    return operation == OP_LESS || operation == OP_MIN || operation == OP_MAX || operation == OP_ABS;
+}
+
+/* What changes sign at a kink: a of |a|, a - b of a < b, min and max. */
+static expression switching_function(struct graph *g, expression e) {
+    const struct node node = g->nodes[e];
+    return node.operation == OP_ABS ? node.operand[0] : sub(g, node.operand[0], node.operand[1]);
+}
+
+/* The first kink of time alone inside e, or 0. */
+static expression inner_kink(struct plan *plan, expression e) {
+    bool *inside = memory_get(plan->memory, (e + 1) * sizeof *inside);
+    inside[e] = true;
+    mark_operands(plan->g, inside, e + 1);
+    for (expression i = 0; i <= e; i++)
+        if (inside[i] && has_kink(plan->g, i) && plan->g->nodes[i].depends & ON_TIME)
+            return i;
+    return 0;
+}
+
+/* The zero of s, when it is linear in t with a slope of parameters. */
+static void add_zero(struct plan *plan, expression s) {
+    struct graph *g = plan->g;
+    expression start;
+    const expression slope = differentiate(g, s, time_slope, NULL);
+    if (slope == zero(g) || g->nodes[slope].depends & ON_TIME || plan->break_count == MOST_BREAKS)
+        return;
+    substitute(g, at_time_zero, NULL, &s, &start, 1);
+    const expression time = neg(g, quotient(g, start, slope));
+    for (int i = 0; i < plan->break_count; i++)
+        if (plan->breaks[i] == time)
+            return;
+    plan->breaks[plan->break_count++] = time;
+}
+
+/*
+ * The times at which s changes sign: where a kink stands inside, as in min(max(t, a), b), those of each
+ * branch. A time too many costs a step that ends there; one in sight of another kink is found twice and kept
+ * once.
+ */
+static void add_breaks(struct plan *plan, expression s, int depth) {
+    struct graph *g = plan->g;
+    if (!(g->nodes[s].depends & ON_TIME) || g->nodes[s].depends & ~(ON_TIME | ON_PARAMETER))
+        return;
+    const expression kink = inner_kink(plan, s);
+    if (!kink)
+        add_zero(plan, s);
+    if (!kink || depth == DEEPEST_KINK)
+        return;
+    const struct node node = g->nodes[kink];
+    if (node.operation == OP_LESS) {
+        add_breaks(plan, replace(g, s, kink, one(g)), depth + 1);
+        add_breaks(plan, replace(g, s, kink, zero(g)), depth + 1);
+    } else {
+        const bool is_abs = node.operation == OP_ABS;
+        add_breaks(plan, replace(g, s, kink, node.operand[0]), depth + 1);
+        add_breaks(plan, replace(g, s, kink, is_abs ? neg(g, node.operand[0]) : node.operand[1]), depth + 1);
+    }
+}
+
+void find_breaks(struct plan *plan) {
+    const uint32_t count = plan->g->count; /* what is built here is looked at no more */
+    const bool *needed = nodes_of_functions(plan);
+    plan->breaks = memory_get(plan->memory, MOST_BREAKS * sizeof *plan->breaks);
+    for (expression e = 0; e < count; e++)
+        if (needed[e] && has_kink(plan->g, e))
+            add_breaks(plan, switching_function(plan->g, e), 0);
+}
