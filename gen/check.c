@@ -166,10 +166,10 @@ static bool is_positive_semidefinite(const double J[6]) {
  * which contains the triangle inequality. Where a moment is left out, since the link never turns so, only
  * what is given is looked at.
  */
-static void check_inertia(const struct check *check, const struct link *link) {
+static void check_inertia(const struct check *check, const struct link *link, const struct solid *solid) {
     double I[6], second[6];
     for (int i = 0; i < 6; i++) {
-        I[i] = value_of(check->model, link->solids[0].inertia[i]);
+        I[i] = value_of(check->model, solid->inertia[i]);
         second[i] = -I[i];
     }
     const double half = (I[0] + I[1] + I[2]) / 2;
@@ -185,7 +185,7 @@ static void check_inertia(const struct check *check, const struct link *link) {
         complain(check->messages, link->place,
                  "link %s: inertia: products %.6g %.6g %.6g are too large for its moments, no body has such",
                  link->name, I[3], I[4], I[5]);
-    else if (half > 0 && value_of(check->model, link->solids[0].mass) <= 0)
+    else if (half > 0 && value_of(check->model, solid->mass) <= 0)
         complain(check->messages, link->place, "link %s: inertia without mass, a mass is needed", link->name);
 }
 
@@ -209,6 +209,14 @@ static void check_coordinates(const struct check *check, const char *what, struc
     }
 }
 
+/* Loops may have more rows than a plane mechanism needs: the runtime finds out. */
+static int count_written_rows(const struct model *model) {
+    int count = 0;
+    for (int i = 0; i < model->row_count; i++)
+        count += !model->rows[i].is_closure;
+    return count;
+}
+
 static void check_dependent(const struct check *check) {
     const struct model *model = check->model;
     check_coordinates(check, "dependent", model->dependent_place, model->dependent, model->dependent_count);
@@ -217,10 +225,10 @@ static void check_dependent(const struct check *check) {
         complain(check->messages, model->dependent_place,
                  "dependent: number of coordinates is %d, that of constraint rows, %d, is needed",
                  model->dependent_count, model->row_count);
-    if (model->row_count > check->tree->count)
+    if (count_written_rows(model) > check->tree->count)
         complain(check->messages, model->place,
-                 "constraints: %d rows, at most as many as coordinates, %d, can hold", model->row_count,
-                 check->tree->count);
+                 "constraints: %d rows, at most as many as coordinates, %d, can hold",
+                 count_written_rows(model), check->tree->count);
 }
 
 /* ---- forces and rows ---- */
@@ -293,6 +301,26 @@ static void check_force(const struct check *check, const struct force *force) {
                  "%s: depends on accelerations, a force has t, q, qd and inputs", path);
 }
 
+static void check_load(const struct check *check, const struct load *load) {
+    for (int i = 0; i < 3; i++) {
+        check_formula(check, load->place, load->path, load->value[i]);
+        if (moving_of(check, load->value[i]).symbols[2] > 0)
+            complain(check->messages, load->place,
+                     "%s: depends on accelerations, a force has t, q, qd and inputs", load->path);
+    }
+}
+
+/* Energy that counts as potential: it changes with the configuration alone. */
+static void check_potential(const struct check *check, const struct potential *potential) {
+    const struct moving moving = moving_of(check, potential->energy);
+    const unsigned depends = check->model->graph->nodes[potential->energy].depends;
+    check_formula(check, potential->place, potential->path, potential->energy);
+    if (moving.symbols[1] > 0 || moving.symbols[2] > 0 || (depends & (ON_TIME | ON_INPUT)))
+        complain(check->messages, potential->place,
+                 "%s: depends on more than coordinates and positions, such forces are no energy",
+                 potential->path);
+}
+
 static void check_course(const struct check *check, const struct course *course) {
     const char *path = memory_format(check->messages->memory, "courses.%s", course->name);
     check_formula(check, course->place, path, course->value);
@@ -319,10 +347,10 @@ static void check_linear(const struct check *check, const struct row *row, const
     }
 }
 
-static void check_row(const struct check *check, const struct row *row, int index) {
+static void check_row(const struct check *check, const struct row *row) {
     static const char *const needed[] = {"a coordinate or the position of a point that moves",
                                          "a rate or the velocity of a point that moves", "an acceleration"};
-    const char *path = memory_format(check->messages->memory, "constraints[%d]", index + 1);
+    const char *path = row->path;
     struct moving moving = moving_of(check, row->residual);
     check_formula(check, row->place, path, row->residual);
     if (row->level == ROW_POSITION && moving.symbols[1] > 0)
@@ -346,7 +374,7 @@ static void check_row_names(const struct check *check) {
             first++;
         if (first < i)
             complain(check->messages, model->rows[i].place,
-                     "constraints[%d].name: \"%s\" is taken by line %d, each row needs its own", i + 1,
+                     "%s.name: \"%s\" is taken by line %d, each row needs its own", model->rows[i].path,
                      model->rows[i].name, model->rows[first].place.line);
     }
 }
@@ -361,7 +389,8 @@ void check_scene(const struct model *model, struct messages *messages) {
     check_link_names(&check);
     check_point_names(&check);
     for (int i = 0; i < model->link_count; i++)
-        check_inertia(&check, &model->links[i]);
+        for (int k = 0; k < model->links[i].solid_count; k++)
+            check_inertia(&check, &model->links[i], &model->links[i].solids[k]);
 }
 
 void check_programme(const struct model *model, const struct tree *tree, struct messages *messages) {
@@ -374,10 +403,14 @@ void check_programme(const struct model *model, const struct tree *tree, struct 
     check_inputs(&check);
     for (int i = 0; i < model->force_count; i++)
         check_force(&check, &model->forces[i]);
+    for (int i = 0; i < model->load_count; i++)
+        check_load(&check, &model->loads[i]);
+    for (int i = 0; i < model->potential_count; i++)
+        check_potential(&check, &model->potentials[i]);
     for (int i = 0; i < model->course_count; i++)
         check_course(&check, &model->courses[i]);
     for (int i = 0; i < model->row_count; i++)
-        check_row(&check, &model->rows[i], i);
+        check_row(&check, &model->rows[i]);
     check_row_names(&check);
     check_dependent(&check);
 }

@@ -4,20 +4,31 @@
 #include <math.h>
 #include <string.h>
 
-enum need { NEED_OPTIONAL, NEED_NEEDED };
-
 const struct field_rule field_rules[FIELD_COUNT] = {
 #define FIELD(owner, name, item, type, need, range, unit, text) \
-    {OWNER_##owner, #name, item, TYPE_##type, NEED_##need == NEED_NEEDED, RANGE_##range, unit, text},
+    {OWNER_##owner, #name, item, TYPE_##type, NEED_##need, RANGE_##range, unit, text},
 #include "fields.def"
 #undef FIELD
 };
 
-static const char *const owner_texts[] = {"the model", "a link",  "an inertia", "a beam",
-                                          "a section", "a point", "a row"};
+static const struct {
+    const char *text, *tag;
+} owners[] = {
+#define OWNER(name, text, tag) {text, tag},
+    OWNERS
+#undef OWNER
+};
 
 const char *owner_text(enum owner owner) {
-    return owner_texts[owner];
+    return owners[owner].text;
+}
+
+const char *owner_tag(enum owner owner) {
+    return owners[owner].tag;
+}
+
+bool has_tag(const struct value *value, const char *tag) {
+    return value->kind == VALUE_TABLE && value->tag && tag && strcmp(value->tag, tag) == 0;
 }
 
 static const char *type_text(enum field_type type) {
@@ -29,6 +40,10 @@ static const char *type_text(enum field_type type) {
                                         "a list of { \"x\", angle }",
                                         "a list of names",
                                         "a table by joint such as { z = 1 }",
+                                        "the name of a link or point or { on = ..., at = ... }",
+                                        "an axis such as { \"arm\", \"z\" }",
+                                        "\"x\", \"y\", \"z\" or a list of 3 numbers",
+                                        "a list of 3 numbers or expressions",
                                         "a table",
                                         "a list of tables",
                                         "a function"};
@@ -95,11 +110,46 @@ void check_value(const struct checker *checker, const struct value *value, enum 
                  path, x);
 }
 
-static void check_vector(const struct checker *checker, const struct value *value, const char *path) {
-    if (value->item_count != 3 || value->field_count != 0)
-        complain(checker->messages, value->place, "%s: %d numbers, 3 are needed", path, value->item_count);
+static bool has_three_items(const struct checker *checker, const struct value *value, const char *path) {
+    if (value->item_count == 3 && value->field_count == 0)
+        return true;
+    complain(checker->messages, value->place, "%s: %d numbers, 3 are needed", path, value->item_count);
+    return false;
+}
+
+static void check_vector(const struct checker *checker, const struct value *value, enum field_range range,
+                         const char *path) {
+    has_three_items(checker, value, path);
     for (int i = 0; i < value->item_count && i < 3; i++)
-        check_value(checker, &value->items[i], RANGE_ANY, path_item(checker, path, i));
+        check_value(checker, &value->items[i], range, path_item(checker, path, i));
+}
+
+static void check_free_vector(const struct checker *checker, const struct value *value, const char *path) {
+    expression e;
+    has_three_items(checker, value, path);
+    for (int i = 0; i < value->item_count && i < 3; i++)
+        if (!value_expression(checker->graph, &value->items[i], &e))
+            complain(checker->messages, value->items[i].place, "%s: %s, a number or an expression is needed",
+                     path_item(checker, path, i), kind_text(value->items[i].kind));
+}
+
+/* A direction has a length: one of its components is not 0. */
+static void check_direction(const struct checker *checker, const struct value *value, const char *path) {
+    double largest = 0;
+    if (value->kind == VALUE_TEXT) {
+        if (strlen(value->text) != 1 || !strchr("xyz", *value->text))
+            complain(checker->messages, value->place, "%s: \"%s\" is no axis, x y z are", path, value->text);
+        return;
+    }
+    check_vector(checker, value, RANGE_ANY, path);
+    for (int i = 0; i < value->item_count; i++) {
+        expression e;
+        if (value_expression(checker->graph, &value->items[i], &e) && is_of_parameters(checker, e))
+            largest = fmax(largest,
+                           fabs(value_at_parameters(checker->graph, checker->declarations->parameters, e)));
+    }
+    if (value->item_count == 3 && largest == 0)
+        complain(checker->messages, value->place, "%s: of length 0, a direction is needed", path);
 }
 
 static void check_turns(const struct checker *checker, const struct value *value, const char *path) {
@@ -161,6 +211,8 @@ static bool has_type(const struct value *value, enum field_type type) {
     case TYPE_FREE:
         return value->kind == VALUE_NUMBER || value->kind == VALUE_EXPRESSION;
     case TYPE_NAMES:
+    case TYPE_PLACE:
+    case TYPE_DIRECTION:
         return value->kind == VALUE_TABLE || value->kind == VALUE_TEXT;
     case TYPE_FUNCTION:
         return value->kind == VALUE_FUNCTION;
@@ -184,7 +236,20 @@ static void check_field(const struct checker *checker, const struct value *value
         check_value(checker, value, rule->range, path);
         break;
     case TYPE_VECTOR:
-        check_vector(checker, value, path);
+        check_vector(checker, value, rule->range, path);
+        break;
+    case TYPE_FREE_VECTOR:
+        check_free_vector(checker, value, path);
+        break;
+    case TYPE_DIRECTION:
+        check_direction(checker, value, path);
+        break;
+    case TYPE_AXIS:
+        check_fields(checker, value, OWNER_AXIS, path);
+        break;
+    case TYPE_PLACE:
+        if (value->kind == VALUE_TABLE)
+            check_fields(checker, value, OWNER_POINT, path);
         break;
     case TYPE_TURNS:
         check_turns(checker, value, path);
@@ -253,7 +318,7 @@ void check_fields(const struct checker *checker, const struct value *table, enum
         const struct value *value = raw_field(table, (enum field)i);
         if (value)
             check_field(checker, value, rule, path_name(checker, path, rule->name));
-        else if (rule->is_needed)
+        else if (rule->need == NEED_NEEDED)
             complain(checker->messages, table->place, "%s: missing, %s needs it",
                      path_name(checker, path, rule->name), owner_text(owner));
     }
@@ -265,9 +330,13 @@ const struct value *get_field(const struct value *table, enum field field) {
     return value && has_type(value, field_rules[field].type) ? value : NULL;
 }
 
+bool has_field(const struct value *table, enum field field) {
+    return table && raw_field(table, field);
+}
+
 expression get_value(const struct checker *checker, const struct value *table, enum field field) {
     const struct value *value = get_field(table, field);
-    expression e = field_rules[field].is_needed ? one(checker->graph) : zero(checker->graph);
+    expression e = field_rules[field].need != NEED_OPTIONAL ? one(checker->graph) : zero(checker->graph);
     if (value)
         value_expression(checker->graph, value, &e);
     return e;

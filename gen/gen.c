@@ -27,6 +27,8 @@ static void read_model(struct generation *gen, const struct read_request *reques
     if (!messages->errors)
         read_programme(script, &gen->tree, &gen->model);
     if (!messages->errors)
+        place_points(&gen->memory, &gen->model, &gen->tree);
+    if (!messages->errors)
         check_programme(&gen->model, &gen->tree, messages);
     script_close(script);
 }

@@ -124,12 +124,14 @@ struct load {
     int point;
     bool is_torque;
     expression value[3]; /* [N] or [N m] */
+    const char *path;    /* as messages call it: "forces[1]" */
     struct place place;
 };
 
 /* An energy V(q, points): Q_j gains -dV/dq_j; it counts as potential energy. */
 struct potential {
     expression energy; /* [J] */
+    const char *path;
     struct place place;
 };
 
@@ -148,6 +150,8 @@ struct row {
     expression residual;
     expression alpha, beta; /* Baumgarte gains [1/s] */
     const char *name;       /* for reports: "row 1" or the author's name */
+    const char *path;       /* as messages call it: "constraints[1]" */
+    bool is_closure;        /* of a loop or joint that is closed: some of its rows may be redundant */
     struct place place;
 };
 
@@ -168,17 +172,17 @@ struct model {
     struct link *links; /* each after the link that it stands on */
     int link_count;
     struct point *points; /* the first point_count are points of interest, others serve forces and rows */
-    int point_count, marker_count;
+    int point_count, marker_count, marker_capacity;
     struct force *forces;
     int force_count;
     struct load *loads;
-    int load_count;
+    int load_count, load_capacity;
     struct potential *potentials;
-    int potential_count;
+    int potential_count, potential_capacity;
     struct course *courses; /* in the order of their names */
     int course_count;
     struct row *rows;
-    int row_count;
+    int row_count, row_capacity;
     const char **dependent; /* coordinate names, row_count of them, or none: chosen at run time */
     int dependent_count;
     struct place dependent_place;

@@ -113,6 +113,17 @@ static void run_tube(struct module_call *call) {
     give_section(call, tube_section(call->declarations->graph, outer, inner));
 }
 
+static void run_rectangle(struct module_call *call) {
+    expression width = expression_argument(call, 0), height = expression_argument(call, 1);
+    give_section(call, rectangle_section(call->declarations->graph, width, height));
+}
+
+static void run_friction(struct module_call *call) {
+    expression level = expression_argument(call, 0), rate = expression_argument(call, 1),
+               width = expression_argument(call, 2);
+    give(call, friction(call->declarations->graph, level, rate, width));
+}
+
 static const struct {
     const char *name;
     int most_arguments;
@@ -120,7 +131,8 @@ static const struct {
 } functions[] = {{"option", 3, run_option},       {"parameters", 1, run_parameters},
                  {"parameter", 3, run_parameter}, {"input", 3, run_input},
                  {"ramp", 3, run_ramp},           {"smoothstep", 3, run_smoothstep},
-                 {"round", 1, run_round},         {"tube", 2, run_tube}};
+                 {"round", 1, run_round},         {"tube", 2, run_tube},
+                 {"rectangle", 2, run_rectangle}, {"friction", 3, run_friction}};
 
 enum { FUNCTION_COUNT = sizeof functions / sizeof *functions };
 

@@ -6,22 +6,13 @@
  * fields.
  */
 #include "read.h"
-#include "fields.h"
-#include "memory.h"
+#include "reader.h"
 #include "script.h"
-#include "vector.h"
 
-#include <float.h>
-#include <math.h>
 #include <string.h>
 
-struct reader {
-    struct checker check;
-    struct model *model;
-};
-
 static struct reader reader_of(struct script *script, struct model *model) {
-    const struct declarations *declarations = script_declarations(script);
+    struct declarations *declarations = script_declarations(script);
     return (struct reader){.check = {.memory = declarations->memory,
                                      .graph = declarations->graph,
                                      .messages = script_messages(script),
@@ -38,62 +29,6 @@ static void copy_declarations(const struct reader *reader) {
     model->parameter_count = declarations->parameter_count;
     model->inputs = declarations->inputs;
     model->input_count = declarations->input_count;
-}
-
-/* ---- placements ---- */
-
-/*
- * Sine and cosine of a number; exact at multiples of pi/2, which no double is: a frame turned by a right
- * angle must have zeros in its rotation, or the scene pays for terms of 1e-17.
- */
-static void exact_sine_cosine(double angle, double *sine, double *cosine) {
-    static const double sines[] = {0, 1, 0, -1}, cosines[] = {1, 0, -1, 0};
-    const double right = 1.57079632679489661923;
-    double quarters = round(angle / right);
-    *sine = sin(angle);
-    *cosine = cos(angle);
-    if (fabs(quarters) < 1e6 && fabs(angle - quarters * right) <= 4 * DBL_EPSILON * fabs(angle)) {
-        int quarter = (int)quarters & 3;
-        *sine = sines[quarter];
-        *cosine = cosines[quarter];
-    }
-}
-
-static void rotation_about(struct graph *g, int axis, expression angle, expression rotation[9]) {
-    expression s, c;
-    double value, sine, cosine;
-    if (is_number(g, angle, &value)) {
-        exact_sine_cosine(value, &sine, &cosine);
-        s = number(g, sine);
-        c = number(g, cosine);
-    } else {
-        s = apply1(g, OP_SIN, angle);
-        c = apply1(g, OP_COS, angle);
-    }
-    int j = (axis + 1) % 3, k = (axis + 2) % 3;
-    for (int i = 0; i < 9; i++)
-        rotation[i] = zero(g);
-    rotation[4 * axis] = one(g);
-    rotation[4 * j] = c;
-    rotation[4 * k] = c;
-    rotation[3 * j + k] = neg(g, s);
-    rotation[3 * k + j] = s;
-}
-
-static void read_turns(const struct reader *reader, const struct value *turns, struct placement *placement) {
-    struct graph *g = reader->check.graph;
-    for (int i = 0; turns && i < turns->item_count; i++) {
-        const struct value *turn = &turns->items[i];
-        expression angle, rotation[9];
-        if (turn->kind != VALUE_TABLE || turn->item_count != 2 || turn->items[0].kind != VALUE_TEXT)
-            continue;
-        int axis = *turn->items[0].text - 'x';
-        if (axis < AXIS_X || axis > AXIS_Z || !value_expression(g, &turn->items[1], &angle))
-            continue;
-        rotation_about(g, axis, angle, rotation);
-        struct matrix product = matrix_product(g, placement->rotation, rotation);
-        memcpy(placement->rotation, product.at, sizeof placement->rotation);
-    }
 }
 
 /* ---- joints ---- */
@@ -127,11 +62,17 @@ static struct joint *find_joint(const struct link *link, const char *name) {
 
 static void read_joints(const struct reader *reader, const struct value *value, const char *path,
                         struct link *link) {
+    static const char *const free_names[] = {"x", "y", "z", "psi", "theta", "phi"};
     const char **names;
     int count = get_names(&reader->check, value, &names);
+    const bool is_free = count == 1 && strcmp(names[0], "free") == 0;
+    if (is_free) {
+        count = 6;
+        names = memory_grow(reader->check.memory, free_names, sizeof free_names, sizeof free_names);
+    }
     link->joints = memory_get(reader->check.memory, (size_t)count * sizeof *link->joints);
     for (int i = 0; i < count; i++) {
-        struct place place = value->kind == VALUE_TABLE ? value->items[i].place : value->place;
+        struct place place = value->kind == VALUE_TABLE && !is_free ? value->items[i].place : value->place;
         const char *joint_path = path_item(&reader->check, path, i);
         if (find_joint(link, names[i]))
             complain(reader->check.messages, place, "%s: \"%s\" is there twice, a link has each joint once",
@@ -178,75 +119,6 @@ static void read_by_joint(const struct reader *reader, const struct value *table
     }
 }
 
-/* ---- bodies ---- */
-
-static void read_solid(const struct reader *reader, const struct value *table, const char *path,
-                       struct link *link) {
-    struct solid *solid = memory_get(reader->check.memory, sizeof *solid);
-    link->solids = solid;
-    link->solid_count = 1;
-    solid->placement = placement_identity();
-    static const enum field entries[] = {FIELD_INERTIA_xx, FIELD_INERTIA_yy, FIELD_INERTIA_zz,
-                                         FIELD_INERTIA_xy, FIELD_INERTIA_xz, FIELD_INERTIA_yz};
-    const struct checker *check = &reader->check;
-    const struct value *inertia = get_field(table, FIELD_LINK_inertia);
-    solid->mass = get_value(check, table, FIELD_LINK_mass);
-    get_vector(check, table, FIELD_LINK_center, solid->center);
-    if (!inertia)
-        return;
-    check_fields(check, inertia, OWNER_INERTIA, path_name(check, path, "inertia"));
-    for (int i = 0; i < 6; i++)
-        solid->inertia[i] = get_value(check, inertia, entries[i]);
-}
-
-static void read_dofs(const struct reader *reader, const struct value *value, const char *path,
-                      struct beam *beam) {
-    static const char *const turns[] = {"psi", "theta", "phi"};
-    const char **names;
-    int count = get_names(&reader->check, value, &names);
-    for (int turn = 0; turn < 3; turn++)
-        beam->keeps[turn] = !value;
-    for (int i = 0; i < count; i++) {
-        int turn = 0;
-        while (turn < 3 && strcmp(turns[turn], names[i]) != 0)
-            turn++;
-        if (turn == 3)
-            complain(reader->check.messages, value->place,
-                     "%s: \"%s\" is no turn of an element, psi theta phi are", path, names[i]);
-        else
-            beam->keeps[turn] = true;
-    }
-    if (value && count == 0)
-        complain(reader->check.messages, value->place,
-                 "%s: empty, psi theta phi or some of them are needed (a rigid link has rfe = 1)", path);
-}
-
-static void read_beam(const struct reader *reader, const struct value *table, const char *path,
-                      struct beam *beam) {
-    const struct checker *check = &reader->check;
-    struct segment *segment = memory_get(check->memory, sizeof *segment);
-    const struct value *section = get_field(table, FIELD_BEAM_section);
-    const struct value *rfe = get_field(table, FIELD_BEAM_rfe);
-    check_fields(check, table, OWNER_BEAM, path);
-    beam->exists = true;
-    beam->segments = segment;
-    beam->segment_count = 1;
-    segment->length = get_value(check, table, FIELD_BEAM_length);
-    segment->E = get_value(check, table, FIELD_BEAM_E);
-    segment->nu = get_value(check, table, FIELD_BEAM_nu);
-    segment->rho = get_value(check, table, FIELD_BEAM_rho);
-    segment->eta = get_value(check, table, FIELD_BEAM_eta);
-    segment->rfe = rfe && rfe->number >= 1 && rfe->number <= 10000 ? (int)rfe->number : 1;
-    read_dofs(reader, get_field(table, FIELD_BEAM_dofs), path_name(check, path, "dofs"), beam);
-    if (!section)
-        return;
-    check_fields(check, section, OWNER_SECTION, path_name(check, path, "section"));
-    segment->area = get_value(check, section, FIELD_SECTION_area);
-    segment->Iy = get_value(check, section, FIELD_SECTION_Iy);
-    segment->Iz = get_value(check, section, FIELD_SECTION_Iz);
-    segment->It = get_value(check, section, FIELD_SECTION_It);
-}
-
 /* ---- links ---- */
 
 /* A link as read, in the order of the file. */
@@ -268,61 +140,26 @@ static void read_link(const struct reader *reader, const struct value *value, st
     check_fields(check, value, OWNER_LINK, entry->path);
     link->name = name ? name->text : "";
     link->place = value->place;
-    link->on.placement = placement_identity();
-    get_vector(check, value, FIELD_LINK_at, link->on.placement.position);
-    read_turns(reader, get_field(value, FIELD_LINK_turn), &link->on.placement);
     read_joints(reader, get_field(value, FIELD_LINK_joint), path_name(check, entry->path, "joint"), link);
     for (size_t i = 0; i < sizeof by_joint / sizeof *by_joint; i++)
         read_by_joint(reader, value, by_joint[i], entry->path, link);
-    read_solid(reader, value, entry->path, link);
+    read_solids(reader, value, entry->path, link);
     if (beam)
         read_beam(reader, beam, path_name(check, entry->path, "beam"), &link->beam);
 }
 
-static int find_entry(const struct entry *entries, int count, const char *name) {
-    for (int i = 0; i < count; i++)
-        if (*name && strcmp(entries[i].link.name, name) == 0)
-            return i;
-    return -1;
-}
-
-/* The entry that `text` ("arm", "arm.tip" or "ground") names, -1 for the ground and after a complaint. */
-static int find_carrier(const struct reader *reader, const struct entry *entries, int count,
-                        const struct value *value, const char *path, enum attachment_where *where) {
-    const struct checker *check = &reader->check;
-    const char *text = value->text, *dot = strchr(text, '.');
-    const char *name = dot ? memory_format(check->memory, "%.*s", (int)(dot - text), text) : text;
-    *where = AT_FRAME;
-    if (strcmp(text, "ground") == 0)
-        return -1;
-    int carrier = find_entry(entries, count, name);
-    if (carrier < 0) {
-        const char **known = memory_get(check->memory, ((size_t)count + 1) * sizeof *known);
-        for (int i = 0; i < count; i++)
-            known[i] = entries[i].link.name;
-        complain_of_name(check, value->place, path, memory_format(check->memory, "no link \"%s\"", name),
-                         name, known, count);
-    } else if (dot && strcmp(dot, ".tip") != 0) {
-        complain(check->messages, value->place, "%s: \"%s\", only \"%s.tip\", the end of a beam, is known",
-                 path, text, name);
-    } else if (dot && !entries[carrier].link.beam.exists) {
-        complain(check->messages, value->place, "%s: \"%s\" is no beam, only a beam has a tip", path, name);
-    } else if (dot) {
-        *where = AT_TIP;
-    }
-    return carrier;
-}
-
+/* The links stand in the model in the order of the file meanwhile, so that places can be looked up. */
 static void find_parents(const struct reader *reader, struct entry *entries, int count) {
+    struct model *model = reader->model;
+    for (int i = 0; i < count; i++)
+        model->links[model->link_count++] = entries[i].link;
     for (int i = 0; i < count; i++) {
-        const struct value *on = get_field(entries[i].value, FIELD_LINK_on);
-        entries[i].parent = -1;
+        struct attachment *on = &entries[i].link.on;
+        read_attachment(reader, entries[i].value, &link_place, entries[i].path, false, on);
+        entries[i].parent = on->link;
         entries[i].position = -1;
-        if (on)
-            entries[i].parent =
-                find_carrier(reader, entries, count, on, path_name(&reader->check, entries[i].path, "on"),
-                             &entries[i].link.on.where);
     }
+    model->link_count = 0;
 }
 
 /* Every unplaced entry has an unplaced parent: names one cycle among them and puts it on the ground. */
@@ -364,54 +201,43 @@ static void order_links(const struct reader *reader, struct entry *entries, int 
     }
 }
 
-static struct entry *read_links(const struct reader *reader, const struct value *list, int *count) {
+static void read_links(const struct reader *reader, const struct value *list) {
     struct entry *entries = NULL;
-    *count = 0;
+    int count = 0;
     if (!list)
-        return NULL;
+        return;
     if (list->item_count == 0)
         complain(reader->check.messages, list->place, "links: empty, a model has at least one link");
     entries = memory_get(reader->check.memory, ((size_t)list->item_count + 1) * sizeof *entries);
     for (int i = 0; i < list->item_count; i++) {
         if (list->items[i].kind != VALUE_TABLE)
             continue;
-        entries[*count].path = path_item(&reader->check, "links", i);
-        read_link(reader, &list->items[i], &entries[(*count)++]);
+        entries[count].path = path_item(&reader->check, "links", i);
+        read_link(reader, &list->items[i], &entries[count++]);
     }
-    reader->model->links = memory_get(reader->check.memory, ((size_t)*count + 1) * sizeof(struct link));
-    find_parents(reader, entries, *count);
-    order_links(reader, entries, *count);
-    return entries;
+    reader->model->links = memory_get(reader->check.memory, ((size_t)count + 1) * sizeof(struct link));
+    find_parents(reader, entries, count);
+    order_links(reader, entries, count);
 }
 
 /* ---- points and names ---- */
 
-static void read_point(const struct reader *reader, const struct entry *entries, int count,
-                       const struct named_value *named, struct point *point) {
+static void read_point(const struct reader *reader, const struct named_value *named, struct point *point) {
     const struct checker *check = &reader->check;
     const char *path = path_name(check, "points", named->name);
-    const struct value *on = &named->value;
-    *point = (struct point){.name = named->name, .place = named->value.place};
-    point->at.placement = placement_identity();
-    point->at.link = -1;
-    if (named->value.kind == VALUE_TABLE) {
-        check_fields(check, &named->value, OWNER_POINT, path);
-        on = get_field(&named->value, FIELD_POINT_on);
-        get_vector(check, &named->value, FIELD_POINT_at, point->at.placement.position);
-        path = path_name(check, path, "on");
-    } else if (on->kind != VALUE_TEXT) {
-        complain(check->messages, on->place, "%s: %s, the name of a link or { on = ..., at = ... } is needed",
-                 path, kind_text(on->kind));
-        on = NULL;
-    }
-    if (!on)
-        return;
-    int carrier = find_carrier(reader, entries, count, on, path, &point->at.where);
-    point->at.link = carrier < 0 ? -1 : entries[carrier].position;
+    const struct value *value = &named->value;
+    *point = (struct point){.name = named->name, .place = value->place, .at = ground_attachment()};
+    if (value->kind == VALUE_TABLE)
+        check_fields(check, value, OWNER_POINT, path);
+    if (value->kind == VALUE_TABLE || value->kind == VALUE_TEXT)
+        read_place(reader, value, path, false, &point->at);
+    else
+        complain(check->messages, value->place,
+                 "%s: %s, the name of a link or { on = ..., at = ... } is needed", path,
+                 kind_text(value->kind));
 }
 
-static void read_points(const struct reader *reader, const struct value *table, const struct entry *entries,
-                        int count) {
+static void read_points(const struct reader *reader, const struct value *table) {
     struct model *model = reader->model;
     if (!table)
         return;
@@ -419,9 +245,9 @@ static void read_points(const struct reader *reader, const struct value *table, 
         complain(reader->check.messages, table->items[i].place,
                  "points[%d]: without a name, E = \"arm\" or the like is needed", i + 1);
     model->points = memory_get(reader->check.memory, (size_t)table->field_count * sizeof *model->points);
-    model->point_count = model->marker_count = table->field_count;
+    model->point_count = model->marker_count = model->marker_capacity = table->field_count;
     for (int i = 0; i < table->field_count; i++)
-        read_point(reader, entries, count, &table->fields[i], &model->points[i]);
+        read_point(reader, &table->fields[i], &model->points[i]);
 }
 
 static void read_form(const struct reader *reader, const struct value *form) {
@@ -449,7 +275,6 @@ static void read_names(const struct reader *reader, const struct value *root) {
 void read_scene(struct script *script, struct model *model) {
     const struct reader reader = reader_of(script, model);
     const struct value *root = script_result(script);
-    int count;
     *model = (struct model){.name = "",
                             .file = reader.check.declarations->request->file,
                             .place = root->place,
@@ -465,147 +290,37 @@ void read_scene(struct script *script, struct model *model) {
     read_names(&reader, root);
     read_form(&reader, get_field(root, FIELD_MODEL_form));
     get_vector(&reader.check, root, FIELD_MODEL_gravity, model->gravity);
-    const struct entry *entries = read_links(&reader, get_field(root, FIELD_MODEL_links), &count);
-    read_points(&reader, get_field(root, FIELD_MODEL_points), entries, count);
+    read_links(&reader, get_field(root, FIELD_MODEL_links));
+    read_points(&reader, get_field(root, FIELD_MODEL_points));
 }
 
 /* ---- forces and rows ---- */
 
-static void read_force(const struct reader *reader, const struct tree *tree,
-                       const struct named_value *named) {
-    const struct checker *check = &reader->check;
-    struct model *model = reader->model;
-    const char *path = path_name(check, "forces", named->name);
-    struct force force = {.coordinate = find_coordinate(tree, named->name), .place = named->value.place};
-    if (force.coordinate < 0)
-        complain_of_name(check, force.place, path, "unknown coordinate", named->name,
-                         coordinate_names(check->memory, tree), tree->count);
-    else if (!value_expression(check->graph, &named->value, &force.value))
-        complain(check->messages, force.place, "%s: %s, a number or an expression is needed", path,
-                 kind_text(named->value.kind));
-    else if (!is_number(check->graph, force.value, NULL) || force.value != zero(check->graph))
-        model->forces[model->force_count++] = force;
-}
-
-static void read_course(const struct reader *reader, const struct named_value *named) {
-    const struct checker *check = &reader->check;
-    struct model *model = reader->model;
-    struct course *course = &model->courses[model->course_count];
-    *course = (struct course){.name = named->name, .place = named->value.place};
-    if (value_expression(check->graph, &named->value, &course->value))
-        model->course_count++;
-    else
-        complain(check->messages, course->place, "%s: %s, a number or an expression is needed",
-                 path_name(check, "courses", named->name), kind_text(named->value.kind));
-}
-
-static void read_courses(const struct reader *reader, const struct value *table) {
-    if (table->kind != VALUE_TABLE || table->item_count > 0) {
-        complain(reader->check.messages, table->place,
-                 "courses: the function gives %s, a table of values by name is needed",
-                 table->item_count > 0 ? "a list" : kind_text(table->kind));
-        return;
+/* A list in a list, without a tag or names of its own, is part of that list. */
+void read_entries(const struct reader *reader, const struct value *list, const char *path, read_entry *read) {
+    for (int i = 0; i < list->item_count; i++) {
+        const struct value *value = &list->items[i];
+        const char *own_path = path_item(&reader->check, path, i);
+        const bool is_list = value->kind == VALUE_TABLE && !value->tag && value->field_count == 0;
+        const struct value *first = is_list && value->item_count > 0 ? &value->items[0] : NULL;
+        if (is_list && (!first || first->kind == VALUE_TABLE))
+            read_entries(reader, value, own_path, read);
+        else
+            read(reader, value, own_path);
     }
-    reader->model->courses =
-        memory_get(reader->check.memory, (size_t)table->field_count * sizeof *reader->model->courses);
-    for (int i = 0; i < table->field_count; i++)
-        read_course(reader, &table->fields[i]);
-}
-
-static void read_forces(const struct reader *reader, const struct tree *tree, const struct value *table) {
-    if (table->kind == VALUE_NOTHING)
-        return;
-    if (table->kind != VALUE_TABLE) {
-        complain(reader->check.messages, table->place,
-                 "forces: the function gives %s, a table by coordinate is needed", kind_text(table->kind));
-        return;
-    }
-    for (int i = 0; i < table->item_count; i++)
-        complain(reader->check.messages, table->items[i].place,
-                 "forces[%d]: without a name, that of a coordinate is needed", i + 1);
-    reader->model->forces =
-        memory_get(reader->check.memory, (size_t)table->field_count * sizeof *reader->model->forces);
-    for (int i = 0; i < table->field_count; i++)
-        read_force(reader, tree, &table->fields[i]);
-}
-
-static bool level_of(const struct value *value, enum row_level *level) {
-    static const char *const tags[] = {"position", "velocity", "acceleration"};
-    for (int i = 0; value->kind == VALUE_TABLE && value->tag && i < 3; i++) {
-        *level = (enum row_level)i;
-        if (strcmp(value->tag, tags[i]) == 0)
-            return true;
-    }
-    return false;
-}
-
-/* A gain that has nothing to act on is a mistake of the author. */
-static void check_gains(const struct reader *reader, const struct value *value, const struct row *row,
-                        const char *path) {
-    const struct value *alpha = get_field(value, FIELD_ROW_alpha), *beta = get_field(value, FIELD_ROW_beta);
-    if (row->level == ROW_ACCELERATION && alpha)
-        complain(reader->check.messages, alpha->place,
-                 "%s.alpha: an acceleration row has no residual to stabilise", path);
-    if (row->level != ROW_POSITION && beta)
-        complain(reader->check.messages, beta->place,
-                 "%s.beta: only a position row has a residual of position", path);
-}
-
-static void read_row(const struct reader *reader, const struct value *value, int index) {
-    const struct checker *check = &reader->check;
-    struct model *model = reader->model;
-    struct row row = {.place = value->place};
-    const char *path = path_item(check, "constraints", index);
-    if (!level_of(value, &row.level)) {
-        complain(check->messages, value->place,
-                 "%s: %s, rd.position, rd.velocity or rd.acceleration { ... } is needed", path,
-                 kind_text(value->kind));
-        return;
-    }
-    check_fields(check, value, OWNER_ROW, path);
-    const struct value *residual = get_field(value, FIELD_ROW_residual);
-    const struct value *name = get_field(value, FIELD_ROW_name);
-    if (!residual)
-        return;
-    check_gains(reader, value, &row, path);
-    value_expression(check->graph, residual, &row.residual);
-    row.alpha = get_value(check, value, FIELD_ROW_alpha);
-    row.beta = get_value(check, value, FIELD_ROW_beta);
-    row.name = name ? name->text : memory_format(check->memory, "row %d", index + 1);
-    model->rows[model->row_count++] = row;
-}
-
-static void read_rows(const struct reader *reader, const struct value *list) {
-    if (list->kind == VALUE_NOTHING)
-        return;
-    if (list->kind != VALUE_TABLE) {
-        complain(reader->check.messages, list->place,
-                 "constraints: the function gives %s, a list of rows is needed", kind_text(list->kind));
-        return;
-    }
-    for (int i = 0; i < list->field_count; i++)
-        complain(reader->check.messages, list->fields[i].value.place,
-                 "constraints.%s: a named entry, a list of rows is needed", list->fields[i].name);
-    reader->model->rows =
-        memory_get(reader->check.memory, (size_t)list->item_count * sizeof *reader->model->rows);
-    for (int i = 0; i < list->item_count; i++)
-        read_row(reader, &list->items[i], i);
 }
 
 void read_programme(struct script *script, const struct tree *tree, struct model *model) {
-    const struct reader reader = reader_of(script, model);
+    struct reader reader = reader_of(script, model);
     const struct value *root = script_result(script);
     const struct value *forces = get_field(root, FIELD_MODEL_forces);
     const struct value *constraints = get_field(root, FIELD_MODEL_constraints);
     const struct value *courses = get_field(root, FIELD_MODEL_courses);
-    const char **points = memory_get(reader.check.memory, ((size_t)model->point_count + 1) * sizeof *points);
     struct value result;
-    for (int i = 0; i < model->point_count; i++)
-        points[i] = model->points[i].name;
-    script_set_names(script, coordinate_names(reader.check.memory, tree), tree->count, points,
-                     model->point_count);
+    reader.tree = tree;
+    script_set_names(script, model, coordinate_names(reader.check.memory, tree), tree->count);
     if (forces && script_call(script, forces, &result))
-        read_forces(&reader, tree, &result);
+        read_forces(&reader, &result);
     if (courses && script_call(script, courses, &result))
         read_courses(&reader, &result);
     if (constraints && script_call(script, constraints, &result))

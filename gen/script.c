@@ -6,6 +6,7 @@
  */
 #include "script.h"
 #include "doubts.h"
+#include "fields.h"
 #include "module.h"
 #include "pool.h"
 #include "sandbox.h"
@@ -318,7 +319,15 @@ static void push_value(lua_State *L, const struct value *value) {
     }
 }
 
+/* Upvalues: number of the function, and the tag function of that name or nil (rd.tube: a section or a body).
+ */
 static int call_module(lua_State *L) {
+    if (lua_istable(L, 1) && !lua_isnil(L, lua_upvalueindex(2))) {
+        lua_pushvalue(L, lua_upvalueindex(2));
+        lua_insert(L, 1);
+        lua_call(L, lua_gettop(L) - 1, 1);
+        return 1;
+    }
     enum { MOST_ARGUMENTS = 8 };
     struct value arguments[MOST_ARGUMENTS];
     struct module_call call = {.declarations = &script_of(L)->declarations,
@@ -366,18 +375,23 @@ static int refuse_field(lua_State *L) {
 
 /* Builds the module. (-0, +1) */
 static void push_module(lua_State *L) {
-    static const char *const tags[] = {"model", "position", "velocity", "acceleration"};
+    static const char *const rows[] = {"position", "velocity", "acceleration"};
     struct memory *memory = script_of(L)->memory;
     lua_newtable(L);
-    for (size_t i = 0; i < sizeof tags / sizeof *tags; i++) {
-        lua_pushstring(L, tags[i]);
+    for (int i = 0; i < OWNER_COUNT + 3; i++) {
+        const char *tag = i < OWNER_COUNT ? owner_tag((enum owner)i) : rows[i - OWNER_COUNT];
+        if (!tag)
+            continue;
+        lua_pushstring(L, tag);
         lua_pushcclosure(L, tag_table, 1);
-        lua_setfield(L, -2, tags[i]);
+        lua_setfield(L, -2, tag);
     }
     for (int i = 0; i < module_function_count(); i++) {
+        const char *name = module_function_name(memory, i);
         lua_pushinteger(L, i);
-        lua_pushcclosure(L, call_module, 1);
-        lua_setfield(L, -2, module_function_name(memory, i));
+        lua_getfield(L, -2, name);
+        lua_pushcclosure(L, call_module, 2);
+        lua_setfield(L, -2, name);
     }
     lua_pushnumber(L, 3.14159265358979323846);
     lua_setfield(L, -2, "pi");
@@ -625,12 +639,11 @@ struct messages *script_messages(struct script *script) {
     return script->messages;
 }
 
-void script_set_names(struct script *script, const char *const *coordinates, int coordinate_count,
-                      const char *const *points, int point_count) {
+void script_set_names(struct script *script, struct model *model, const char *const *coordinates,
+                      int coordinate_count) {
+    script->names.model = model;
     script->names.coordinates = coordinates;
     script->names.coordinate_count = coordinate_count;
-    script->names.points = points;
-    script->names.point_count = point_count;
 }
 
 bool script_call(struct script *script, const struct value *function, struct value *result) {

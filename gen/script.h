@@ -16,8 +16,8 @@ const struct value *script_result(const struct script *script);
 struct declarations *script_declarations(struct script *script);
 struct messages *script_messages(struct script *script);
 /* The names that the author's functions may use from now on. */
-void script_set_names(struct script *script, const char *const *coordinates, int coordinate_count,
-                      const char *const *points, int point_count);
+void script_set_names(struct script *script, struct model *model, const char *const *coordinates,
+                      int coordinate_count);
 /* Calls an author's function with the state `s`; false when it failed (messages say why). */
 bool script_call(struct script *script, const struct value *function, struct value *result);
 

@@ -238,15 +238,19 @@ static void name_inertia(struct expansion *x, const struct frame *frame) {
 
 void expand(struct memory *memory, const struct model *model, struct tree *tree) {
     struct expansion x = {.memory = memory, .model = model, .g = model->graph, .tree = tree};
-    struct carrier *carriers = memory_get(memory, ((size_t)model->link_count + 1) * sizeof *carriers);
-    *tree = (struct tree){0};
+    *tree = (struct tree){.carriers =
+                              memory_get(memory, ((size_t)model->link_count + 1) * sizeof *tree->carriers)};
     for (int i = 0; i < model->link_count; i++)
-        add_link(&x, carriers, i);
+        add_link(&x, tree->carriers, i);
     for (int i = 0; i < tree->count; i++)
         name_inertia(&x, &tree->frames[i]);
+}
+
+void place_points(struct memory *memory, const struct model *model, struct tree *tree) {
+    const struct expansion x = {.memory = memory, .model = model, .g = model->graph, .tree = tree};
     tree->points = memory_get(memory, ((size_t)model->marker_count + 1) * sizeof *tree->points);
     for (int i = 0; i < model->marker_count; i++)
-        tree->points[i] = attach_point(&x, carriers, &model->points[i]);
+        tree->points[i] = attach_point(&x, tree->carriers, &model->points[i]);
 }
 
 int find_coordinate(const struct tree *tree, const char *name) {

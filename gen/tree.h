@@ -33,13 +33,18 @@ struct fixed_frame {
     struct placement placement;
 };
 
+struct carrier;
+
 struct tree {
     struct frame *frames;
     int count;
+    struct carrier *carriers;   /* by link: where points attach */
     struct fixed_frame *points; /* by the model's points, marker_count */
 };
 
 void expand(struct memory *memory, const struct model *model, struct tree *tree);
+/* Points and directions, once forces and rows have named all of them. */
+void place_points(struct memory *memory, const struct model *model, struct tree *tree);
 int find_coordinate(const struct tree *tree, const char *name); /* -1: none */
 const char **coordinate_names(struct memory *memory, const struct tree *tree);
 

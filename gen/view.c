@@ -1,5 +1,6 @@
 /* Names to symbols: see view.h. */
 #include "view.h"
+#include "markers.h"
 
 #include <string.h>
 
@@ -35,9 +36,9 @@ static struct view_result found(const struct view_names *names, const struct vie
 }
 
 static struct view_result state_field(const struct view_names *names, struct view view, const char *field) {
-    static const char *const known[] = {"t", "q", "qd", "qdd", "points", "inputs", "start"};
+    static const char *const known[] = {"t", "q", "qd", "qdd", "points", "inputs", "start", "axes"};
     struct view inner = {.at_start = view.at_start};
-    switch (index_of(field, known, 7)) {
+    switch (index_of(field, known, 8)) {
     case 0:
         return found(names, &view, symbol(names->declarations->graph, SYMBOL_TIME, 0, 0));
     case 1:
@@ -58,8 +59,11 @@ static struct view_result state_field(const struct view_names *names, struct vie
         inner.kind = VIEW_STATE;
         inner.at_start = true;
         break;
+    case 7:
+        inner.kind = VIEW_AXES;
+        break;
     default:
-        return no_field(names, "s", field, "field", known, 7);
+        return no_field(names, "s", field, "field", known, 8);
     }
     return (struct view_result){.is_view = true, .view = inner};
 }
@@ -75,27 +79,81 @@ static struct view_result coordinate_field(const struct view_names *names, struc
 }
 
 static struct view_result points_field(const struct view_names *names, struct view view, const char *field) {
-    int index = index_of(field, names->points, names->point_count);
+    const struct model *model = names->model;
+    const char **known =
+        memory_get(names->declarations->memory, ((size_t)model->point_count + 1) * sizeof *known);
+    for (int i = 0; i < model->point_count; i++)
+        known[i] = model->points[i].name;
+    int index = index_of(field, known, model->point_count);
     if (index < 0)
-        return no_field(names, "s.points", field, "point", names->points, names->point_count);
+        return no_field(names, "s.points", field, "point", known, model->point_count);
     view.kind = VIEW_POINT;
     view.index = index;
     return (struct view_result){.is_view = true, .view = view};
 }
 
-static struct view_result point_field(const struct view_names *names, struct view view, const char *field) {
-    static const char *const known[] = {"x", "y", "z", "xd", "yd", "zd", "xdd", "ydd", "zdd"};
-    int component = index_of(field, known, 9);
+/* Components of a point or direction; a point has axes beside them. */
+static struct view_result vector_field(const struct view_names *names, struct view view, const char *field) {
+    static const char *const known[] = {"x", "y", "z", "xd", "yd", "zd", "xdd", "ydd", "zdd", "axes"};
+    const int count = view.kind == VIEW_POINT ? 10 : 9, component = index_of(field, known, count);
     if (component < 0) {
-        const char *path =
-            memory_format(names->declarations->memory, "s.points.%s", names->points[view.index]);
-        return no_field(names, path, field, "field", known, 9);
+        const char *path = memory_format(names->declarations->memory,
+                                         view.kind == VIEW_POINT ? "s.points.%s" : "direction %s",
+                                         names->model->points[view.index].name);
+        return no_field(names, path, field, "field", known, count);
+    }
+    if (component == 9) {
+        view.kind = VIEW_AXES_OF_POINT;
+        return (struct view_result){.is_view = true, .view = view};
     }
     if (view.at_start && component / 3 == 2)
         return no_acceleration();
     return found(
         names, &view,
         symbol(names->declarations->graph, SYMBOL_POINT, 3 * view.index + component % 3, component / 3));
+}
+
+/* s.axes: links, and "arm.tip" for the end of a beam. */
+static struct view_result axes_field(const struct view_names *names, struct view view, const char *field) {
+    struct memory *memory = names->declarations->memory;
+    const struct model *model = names->model;
+    const char **known = memory_get(memory, (2 * (size_t)model->link_count + 1) * sizeof *known);
+    int *links = memory_get(memory, (2 * (size_t)model->link_count + 1) * sizeof *links);
+    int count = 0;
+    for (int i = 0; i < model->link_count; i++) {
+        links[count] = i;
+        known[count++] = model->links[i].name;
+        if (!model->links[i].beam.exists)
+            continue;
+        links[count] = i;
+        known[count++] = memory_format(memory, "%s.tip", model->links[i].name);
+    }
+    int index = index_of(field, known, count);
+    if (index < 0)
+        return no_field(names, "s.axes", field, "link", known, count);
+    view.kind = strchr(field, '.') ? VIEW_AXES_OF_TIP : VIEW_AXES_OF_LINK;
+    view.index = links[index];
+    return (struct view_result){.is_view = true, .view = view};
+}
+
+static struct view_result axis_field(const struct view_names *names, struct view view, const char *field) {
+    static const char *const known[] = {"x", "y", "z"};
+    struct model *model = names->model;
+    struct attachment at = ground_attachment();
+    const int axis = index_of(field, known, 3);
+    if (axis < 0)
+        return no_field(names, "s.axes", field, "axis", known, 3);
+    if (view.kind == VIEW_AXES_OF_POINT) {
+        at = model->points[view.index].at;
+    } else {
+        at.link = view.index;
+        at.where = view.kind == VIEW_AXES_OF_TIP ? AT_TIP : AT_FRAME;
+    }
+    if (at.link < 0)
+        return (struct view_result){.fault = "axes of a point on the ground: they never move, numbers do"};
+    view.kind = VIEW_DIRECTION;
+    view.index = direction_marker(model, &at, unit_vector(names->declarations->graph, axis));
+    return (struct view_result){.is_view = true, .view = view};
 }
 
 static struct view_result parameter_field(const struct view_names *names, const char *field) {
@@ -133,7 +191,14 @@ struct view_result view_field(const struct view_names *names, struct view view, 
     case VIEW_POINTS:
         return points_field(names, view, field);
     case VIEW_POINT:
-        return point_field(names, view, field);
+    case VIEW_DIRECTION:
+        return vector_field(names, view, field);
+    case VIEW_AXES:
+        return axes_field(names, view, field);
+    case VIEW_AXES_OF_POINT:
+    case VIEW_AXES_OF_LINK:
+    case VIEW_AXES_OF_TIP:
+        return axis_field(names, view, field);
     default:
         return input_field(names, view, field);
     }

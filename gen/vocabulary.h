@@ -15,5 +15,9 @@ struct section {
 
 struct section round_section(struct graph *g, expression diameter);
 struct section tube_section(struct graph *g, expression outer, expression inner);
+struct section rectangle_section(struct graph *g, expression width_y, expression height_z);
+
+/* -level tanh(rate / width): dry friction, smooth within `width` of rest. */
+expression friction(struct graph *g, expression level, expression rate, expression width);
 
 #endif

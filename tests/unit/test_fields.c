@@ -11,8 +11,9 @@
 enum { ROW_ROOM = 1000 };
 
 /* As the page calls the types, by enum field_type. */
-static const char *const types[] = {"text",     "whole number",   "value",   "expression",
-                                    "3 values", "turns",          "names",   "values by joint",
+static const char *const types[] = {"text",     "whole number",   "value",     "expression",
+                                    "3 values", "turns",          "names",     "values by joint",
+                                    "place",    "axis",           "direction", "3 expressions",
                                     "table",    "list of tables", "function"};
 
 static void write_row(const struct field_rule *rule, char *row) {
@@ -21,8 +22,8 @@ static void write_row(const struct field_rule *rule, char *row) {
     if (rule->item > 0)
         snprintf(first, sizeof first, ", or item %d", rule->item);
     snprintf(row, ROW_ROOM, "| `%s`%s%s | %s%s%s | %s | %s |\n", rule->name, first,
-             rule->is_needed ? ", needed" : "", types[rule->type], *range ? ", " : "", range, rule->unit,
-             rule->text);
+             rule->need != NEED_OPTIONAL ? ", needed" : "", types[rule->type], *range ? ", " : "", range,
+             rule->unit, rule->text);
 }
 
 static char *read_page(void) {
