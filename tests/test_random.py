@@ -16,6 +16,7 @@ from random_models import KINDS, as_lua, features, random_model, random_state, s
 # Together these models use all of the language that `NEEDED` lists; REFDYN_SEEDS=FROM:TO takes others.
 SEEDS = [20, 33, 38, 48, 60, 77, 117, 118, 127, 131, 173, 279, 301, 376, 379, 462]
 STATICS = [1, 2, 4]
+INTERPRETED = [33, 118, 279]
 if "REFDYN_SEEDS" in os.environ:
     SEEDS = STATICS = range(*map(int, os.environ["REFDYN_SEEDS"].split(":")))
 NEEDED = """
@@ -79,7 +80,7 @@ def check_accelerations(found, state, expected, expected_rows):
     qdd, force = numbers(found("qdd", state)), numbers(found("force", state))
     exact_qdd, exact_force = accelerations(M, f, u, k)
     return lines + [residual("M qdd = h + Q + force", M.dot(qdd) - f - force, sizes(M, qdd) + list(f) + list(force), 1e-11),
-                    residual("u qdd = k", u.dot(qdd) - k, sizes(u, qdd) + list(k), 1e-10),
+                    residual("u qdd = k", u.dot(qdd) - k, [abs(u).max() * abs(qdd).max()] + list(k), 1e-10),
                     close("qdd", qdd, exact_qdd, 1e-7), close("force", force, exact_force, 1e-7)]
 
 
@@ -126,8 +127,8 @@ def test_is_clean_c_plus_plus(seed, tmp_path):
 
 def test_interpreter_agrees(tmp_path):
     """Random parameters, inputs and states; there, too, accelerations as the runtime solves them, Q_q and power by differences."""
-    files = [tmp_path / f"model_{seed}.lua" for seed in SEEDS[1::6]]
-    for seed, path in zip(SEEDS[1::6], files):
+    files = [tmp_path / f"model_{seed}.lua" for seed in INTERPRETED]
+    for seed, path in zip(INTERPRETED, files):
         path.write_text(as_lua(random_model(seed)))
     done = subprocess.run([BUILD / "bin" / "test_interpreter", *files], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout
