@@ -456,23 +456,29 @@ static bool is_in_list(const char *list, const char *name) {
     return false;
 }
 
-static bool check_emit_list(const struct plan *plan, const char *emit, struct messages *messages) {
-    const char *names[QUANTITY_COUNT];
-    int errors = messages->errors;
-    for (int i = 0; i < QUANTITY_COUNT; i++)
+/* The first word of `emit` that names no quantity, with what is allowed; NULL when there is none. */
+static const char *wrong_word(struct memory *memory, const char *word) {
+    const char *names[QUANTITY_COUNT], *all = "";
+    for (int i = 0; i < QUANTITY_COUNT; i++) {
         names[i] = quantities[i].name;
-    char *copy = memory_text(plan->memory, emit);
-    for (char *word = strtok(copy, ","); word; word = strtok(NULL, ",")) {
-        int i = 0;
-        while (i < QUANTITY_COUNT && strcmp(names[i], word))
-            i++;
-        const char *near = i < QUANTITY_COUNT ? NULL : nearest_name(word, names, QUANTITY_COUNT);
-        if (i == QUANTITY_COUNT)
-            complain(messages, (struct place){plan->model->file, 0},
-                     "--emit: no quantity is called \"%s\"%s%s%s", word, near ? ", did you mean \"" : "",
-                     near ? near : "", near ? "\"?" : "");
+        all = memory_format(memory, "%s %s", all, names[i]);
+        if (!strcmp(names[i], word))
+            return NULL;
     }
-    return messages->errors == errors;
+    const char *near = nearest_name(word, names, QUANTITY_COUNT);
+    if (near)
+        return memory_format(memory, "no quantity is called '%s', the nearest is %s", word, near);
+    return memory_format(memory, "no quantity is called '%s', known:%s", word, all);
+}
+
+const char *gen_wrong_emit(struct generation *generation, const char *emit) {
+    if (setjmp(generation->out_of_memory))
+        return "out of memory";
+    char *copy = memory_text(&generation->memory, emit);
+    const char *word = strtok(copy, ","), *wrong = word ? NULL : "no quantity is named";
+    for (; word && !wrong; word = strtok(NULL, ","))
+        wrong = wrong_word(&generation->memory, word);
+    return wrong;
 }
 
 /* "no constraints: u v k qdd force; no points: r rd C d" */
@@ -502,11 +508,9 @@ static void list_anchored(struct derivation *d) {
             plan->anchored[plan->anchored_count++] = i;
 }
 
-bool list_functions(struct plan *plan, const char *emit, struct messages *messages) {
+void list_functions(struct plan *plan, const char *emit) {
     struct derivation d = {.plan = plan, .memory = plan->memory, .g = plan->g, .model = plan->model};
     const char *last_reason = NULL;
-    if (emit && !check_emit_list(plan, emit, messages))
-        return false;
     d.n = plan->tree->count;
     d.m = plan->model->row_count;
     d.points = plan->model->point_count;
@@ -530,5 +534,4 @@ bool list_functions(struct plan *plan, const char *emit, struct messages *messag
         *function = (struct function){.quantity = quantity->name, .about = quantity->about};
         quantity->build(&d, function);
     }
-    return true;
 }

@@ -28,6 +28,7 @@ WRONG_USAGE = [
     ["sim", PENDULUM, "--until", "1", "--method", "rk3", "-o", "x.csv"],
     ["sim", PENDULUM, "--until", "1", "--stabilise", "much", "-o", "x.csv"],
     ["sim", PENDULUM, "--until", "1", "--step", "0", "-o", "x.csv"],
+    ["gen", PENDULUM, "--emit", "qddd", "-o", "x"], ["gen", PENDULUM, "--emit", "M,nothing", "-o", "x"], ["gen", PENDULUM, "--emit", "", "-o", "x"],
     ["check", PENDULUM, PENDULUM], ["check", PENDULUM, "--set", "n_rfe"], ["check", PENDULUM, "--until", "1"], ["plot", "-o", "x.svg"],
 ]
 
