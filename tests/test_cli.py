@@ -253,6 +253,20 @@ def test_compiler_that_fails(tmp_path):
     evaluate(PENDULUM, None, env={"REFDYN_CACHE": str(tmp_path / "cache")})
 
 
+@pytest.mark.parametrize("home", [{}, {"HOME": "/proc/none"}, {"HOME": ""}], ids=str)
+def test_cache_without_a_home(home, tmp_path):
+    """A user without a home compiles into a folder of his own in TMPDIR; one that others may write is not taken."""
+    env = {name: value for name, value in os.environ.items() if name not in ("HOME", "XDG_CACHE_HOME", "REFDYN_CACHE")}
+    env.update(home, TMPDIR=str(tmp_path))
+    done = subprocess.run([REFDYN, "eval", PENDULUM], env=env, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    [folder] = tmp_path.iterdir()
+    assert stat.S_IMODE(folder.stat().st_mode) == 0o700 and list(folder.glob("*.so"))
+    folder.chmod(0o777)
+    done = subprocess.run([REFDYN, "eval", PENDULUM], env=env, capture_output=True, text=True)
+    assert done.returncode == 1 and "REFDYN_CACHE" in done.stderr
+
+
 def test_spoiled_cache(tmp_path):
     """A file in the cache that is no library is replaced, or told of; it never crashes the program."""
     env = {"REFDYN_CACHE": str(tmp_path)}
