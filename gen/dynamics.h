@@ -39,10 +39,16 @@ expression *derive_printed_sum(const struct kinematics *k);
 expression derive_kinetic_energy(const struct kinematics *k);
 expression derive_gravity_energy(const struct kinematics *k, const struct inertia *composites);
 
-/* M = factors: articulated inertias eliminated from the tips; then any right side costs O(n). */
+/* The wrench of inertia and gravity that each body takes at qdd = 0, in its frame: what c + g sums up. */
+struct wrench *derive_loads(const struct kinematics *k);
+
+/*
+ * M x = f: articulated inertias eliminated from the tips; then any right side costs O(n). With `loads` (or
+ * NULL) the right side is f minus the generalized forces of these wrenches, which are summed on the way.
+ */
 struct elimination;
 struct elimination *eliminate(const struct kinematics *k);
 expression *solve_eliminated(const struct kinematics *k, const struct elimination *elimination,
-                             const expression *f);
+                             const expression *f, const struct wrench *loads);
 
 #endif

@@ -362,7 +362,7 @@ static expression wrench_dot(struct graph *g, struct wrench a, struct vector ang
 /* One right side on its way: what the tips pass on, then the accelerations from the base. */
 struct solution {
     const expression *f;
-    struct wrench *p;                /* at each frame, from all beyond */
+    struct wrench *p;                /* at each frame, its load and what comes from all beyond */
     expression *u;                   /* force left for a joint */
     struct vector *angular_at_rest;  /* J^-1 (m - p_n) of a ball joint, by its last frame */
     struct vector *angular, *linear; /* accelerations of each frame */
@@ -463,10 +463,10 @@ static void accelerate_outward(const struct kinematics *k, const struct eliminat
 }
 
 expression *solve_eliminated(const struct kinematics *k, const struct elimination *elimination,
-                             const expression *f) {
+                             const expression *f, const struct wrench *loads) {
     const size_t n = (size_t)k->tree->count + 1;
     struct solution solution = {.f = f};
-    solution.p = memory_get(k->memory, n * sizeof *solution.p);
+    solution.p = memory_grow(k->memory, loads, loads ? (n - 1) * sizeof *loads : 0, n * sizeof *solution.p);
     solution.u = memory_get(k->memory, n * sizeof *solution.u);
     solution.angular_at_rest = memory_get(k->memory, n * sizeof *solution.angular_at_rest);
     solution.angular = memory_get(k->memory, n * sizeof *solution.angular);

@@ -110,8 +110,14 @@ static const struct elimination *elimination(struct derivation *d) {
 }
 
 static const expression *free_accelerations(struct derivation *d) {
-    if (!d->qdd_free)
-        d->qdd_free = solve_eliminated(&d->kinematics, elimination(d), all_forces(d));
+    const struct kinematics *k = &d->kinematics;
+    if (!d->qdd_free && d->model->printed_form) {
+        d->qdd_free = solve_eliminated(k, elimination(d), all_forces(d), NULL);
+    } else if (!d->qdd_free) {
+        expression *applied_forces = new_values(d, d->n);
+        add_applied(d, applied_forces);
+        d->qdd_free = solve_eliminated(k, elimination(d), applied_forces, derive_loads(k));
+    }
     return d->qdd_free;
 }
 
@@ -154,7 +160,7 @@ static void constrained_accelerations(struct derivation *d) {
     expression **response = memory_get(d->memory, ((size_t)m + 1) * sizeof *response);
     expression *S = new_values(d, m * m), *lambda = new_values(d, m);
     for (int i = 0; i < m; i++)
-        response[i] = solve_eliminated(&d->kinematics, elimination(d), row[i].u);
+        response[i] = solve_eliminated(&d->kinematics, elimination(d), row[i].u, NULL);
     remark(d->g, "rows: (u M^-1 u^T) lambda = k - u qdd_free");
     for (int i = 0; i < m; i++) {
         lambda[i] = sub(d->g, row[i].k, dot(d, row[i].u, free));
@@ -288,8 +294,12 @@ static void build_Q_q(struct derivation *d, struct function *f) {
     expression *out = add_field(d, f, "Q_q", "(n x n) dQ_i/dq_j at qd = 0", n * n, n);
     const expression *gravity = derive_gravity_tangent(&d->kinematics, composites(d));
     const expression *forces = derive_applied_tangent(&d->kinematics);
+    bool symmetric = true; /* all forces have a potential */
     for (int i = 0; i < n * n; i++)
         out[i] = sub(d->g, forces[i], gravity[i]);
+    for (int i = 0; i < n * n; i++)
+        symmetric = symmetric && out[i] == out[i % n * n + i / n];
+    f->fields[f->field_count - 1].symmetric = symmetric ? n : 0;
 }
 
 static void build_qdd_free(struct derivation *d, struct function *f) {

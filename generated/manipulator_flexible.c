@@ -63,16 +63,16 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     p->derived.constant_15 = p->s_sup * 0.5;
     p->derived.constant_16 = 0.5 * p->derived.arm_stiffness_psi;
     p->derived.constant_17 = 0.5 * p->derived.arm_stiffness_phi;
-    /* column_psi: bias and gravity forces c + g, inward */
-    p->derived.constant_18 = p->m_col * p->g;
-    /* base_z: bias and gravity forces c + g, inward */
-    p->derived.constant_19 = p->m_base * p->g;
+    /* base_z: inertia and gravity of the body at qdd = 0 */
+    p->derived.base_z_load_force_z = p->m_base * p->g;
+    /* column_psi: inertia and gravity of the body at qdd = 0 */
+    p->derived.column_psi_load_force_z = p->m_col * p->g;
     /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     p->derived.effector_z_D_inverse = 1.0 / p->m_E;
     /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    p->derived.constant_20 = 1.0 / p->derived.arm_psi_inertia_xx;
+    p->derived.constant_18 = 1.0 / p->derived.arm_psi_inertia_xx;
     /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    p->derived.constant_21 = 1.0 / p->derived.arm_phi_1_inertia_xx;
+    p->derived.constant_19 = 1.0 / p->derived.arm_phi_1_inertia_xx;
 }
 
 void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -729,10 +729,12 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double t31 = p->derived.arm_phi_1_inertia_xx * arm_phi_2_w_x;
     const double t32 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_y;
     const double t33 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_z;
+    const double arm_phi_2_load_moment_x = arm_phi_2_w_y * t33 - arm_phi_2_w_z * t32 + p->derived.arm_phi_1_inertia_xx *
+        arm_theta_2_bias_wd_x;
     const double t34 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_z;
     const double t35 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_y;
     const double arm_phi_2_bias_moment_x = arm_psi_3_cos * arm_psi_3_bias_moment_x - arm_psi_3_sin * arm_theta_3_bias_moment_y +
-        (arm_phi_2_w_y * t33 - arm_phi_2_w_z * t32 + p->derived.arm_phi_1_inertia_xx * arm_theta_2_bias_wd_x);
+        arm_phi_2_load_moment_x;
     const double arm_phi_2_bias_moment_y = arm_psi_3_sin * arm_psi_3_bias_moment_x + arm_psi_3_cos * arm_theta_3_bias_moment_y -
         p->derived.arm_element_length * arm_psi_3_bias_force_z + (arm_phi_2_w_z * t31 - arm_phi_2_w_x * t33 +
         p->derived.arm_phi_1_inertia_yy * arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_z);
@@ -765,10 +767,12 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double t41 = p->derived.arm_phi_1_inertia_xx * arm_phi_1_w_x;
     const double t42 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_y;
     const double t43 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_z;
+    const double arm_phi_1_load_moment_x = arm_phi_1_w_y * t43 - arm_phi_1_w_z * t42 + p->derived.arm_phi_1_inertia_xx *
+        arm_theta_1_bias_wd_x;
     const double t44 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_z;
     const double t45 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_y;
     const double arm_phi_1_bias_moment_x = arm_psi_2_cos * arm_psi_2_bias_moment_x - arm_psi_2_sin * arm_theta_2_bias_moment_y +
-        (arm_phi_1_w_y * t43 - arm_phi_1_w_z * t42 + p->derived.arm_phi_1_inertia_xx * arm_theta_1_bias_wd_x);
+        arm_phi_1_load_moment_x;
     const double arm_phi_1_bias_moment_y = arm_psi_2_sin * arm_psi_2_bias_moment_x + arm_psi_2_cos * arm_theta_2_bias_moment_y -
         p->derived.arm_element_length * arm_psi_2_bias_force_z + (arm_phi_1_w_z * t41 - arm_phi_1_w_x * t43 +
         p->derived.arm_phi_1_inertia_yy * arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_z);
@@ -801,12 +805,15 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double t51 = p->derived.arm_psi_inertia_xx * arm_psi_w_x;
     const double t52 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
     const double t53 = p->derived.arm_psi_inertia_yy * qd[2];
+    const double arm_psi_load_moment_x = arm_psi_w_y * t53 - qd[2] * t52 + p->derived.arm_psi_inertia_xx *
+        arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = qd[2] * t51 - arm_psi_w_x * t53 - p->derived.arm_psi_inertia_yy *
+        t1;
     const double t54 = p->derived.arm_psi_moment_x * arm_psi_w_y;
     const double arm_psi_bias_moment_x = arm_psi_1_cos * arm_psi_1_bias_moment_x - arm_psi_1_sin * arm_theta_1_bias_moment_y +
-        (arm_psi_w_y * t53 - qd[2] * t52 + p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x);
+        arm_psi_load_moment_x;
     const double arm_psi_bias_moment_y = arm_psi_1_sin * arm_psi_1_bias_moment_x + arm_psi_1_cos * arm_theta_1_bias_moment_y -
-        p->derived.constant_1 * arm_psi_1_bias_force_z + (qd[2] * t51 - arm_psi_w_x * t53 - p->derived.arm_psi_inertia_yy *
-        t1);
+        p->derived.constant_1 * arm_psi_1_bias_force_z + arm_psi_load_moment_y;
     const double arm_psi_bias_moment_z = arm_psi_1_bias_moment_z + p->derived.constant_1 * t50 + (arm_psi_w_x *
         t52 - arm_psi_w_y * t51);
     const double arm_psi_bias_force_x = arm_psi_1_cos * arm_psi_1_bias_force_x - arm_psi_1_sin * arm_theta_1_bias_force_y -
@@ -2844,338 +2851,252 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     (void)qd;
     for (int i = 0; i < 169; i++)
         Q_q[i] = 0.0;
+    /* column_psi: motion from base_z outward */
+    const double column_psi_sin = sin(q[1]);
+    const double column_psi_cos = cos(q[1]);
     /* arm_psi: motion from column_psi outward */
     const double arm_psi_sin = sin(q[2]);
     const double arm_psi_cos = cos(q[2]);
-    const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
-    const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
+    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
+    const double t1 = column_psi_cos * arm_psi_sin;
+    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
+    const double t2 = column_psi_sin * arm_psi_sin;
     /* arm_psi_1: motion from arm_psi outward */
     const double arm_psi_1_sin = sin(q[3]);
     const double arm_psi_1_cos = cos(q[3]);
-    const double t1 = arm_psi_bias_a_falling_y * arm_psi_1_sin + arm_psi_bias_a_falling_x * arm_psi_1_cos;
-    const double arm_psi_1_gravity_y = arm_psi_bias_a_falling_x * arm_psi_1_sin - arm_psi_bias_a_falling_y *
-        arm_psi_1_cos;
+    const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t1 * arm_psi_1_sin;
+    const double t3 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
+    const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
+    const double t4 = arm_psi_ground_y_x * arm_psi_1_sin + t2 * arm_psi_1_cos;
     /* arm_theta_1: motion from arm_psi_1 outward */
     const double arm_theta_1_sin = sin(q[4]);
     const double arm_theta_1_cos = cos(q[4]);
-    const double t2 = t1 * arm_theta_1_sin;
-    const double t3 = t1 * arm_theta_1_cos;
+    const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
+    const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
+    const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
+    const double arm_theta_1_ground_y_x = column_psi_cos * arm_theta_1_sin + arm_psi_1_ground_y_x * arm_theta_1_cos;
     /* arm_phi_1: motion from arm_theta_1 outward */
     const double arm_phi_1_sin = sin(q[5]);
     const double arm_phi_1_cos = cos(q[5]);
-    const double t4 = t2 * arm_phi_1_sin;
-    const double t5 = arm_psi_1_gravity_y * arm_phi_1_cos;
-    const double arm_phi_1_gravity_y = t5 - t4;
-    const double t6 = arm_psi_1_gravity_y * arm_phi_1_sin + t2 * arm_phi_1_cos;
+    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t3 * arm_phi_1_cos;
+    const double arm_phi_1_ground_x_z = t3 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
+    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
+    const double arm_phi_1_ground_y_z = t4 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
     /* arm_psi_2: motion from arm_phi_1 outward */
     const double arm_psi_2_sin = sin(q[6]);
     const double arm_psi_2_cos = cos(q[6]);
-    const double t7 = arm_phi_1_gravity_y * arm_psi_2_sin;
-    const double t8 = t3 * arm_psi_2_cos;
-    const double arm_psi_2_gravity_x = t7 - t8;
-    const double arm_psi_2_gravity_y = t3 * arm_psi_2_sin + arm_phi_1_gravity_y * arm_psi_2_cos;
+    const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
+    const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
+    const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
+    const double arm_psi_2_ground_y_y = arm_phi_1_ground_y_y * arm_psi_2_cos - arm_theta_1_ground_y_x * arm_psi_2_sin;
     /* arm_theta_2: motion from arm_psi_2 outward */
     const double arm_theta_2_sin = sin(q[7]);
     const double arm_theta_2_cos = cos(q[7]);
-    const double t9 = arm_psi_2_gravity_x * arm_theta_2_sin;
-    const double t10 = t6 * arm_theta_2_cos;
-    const double arm_theta_2_gravity_z = t9 - t10;
-    const double arm_theta_2_gravity_x = t6 * arm_theta_2_sin + arm_psi_2_gravity_x * arm_theta_2_cos;
+    const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
+        arm_theta_2_cos;
+    const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
+        arm_theta_2_sin;
+    const double arm_theta_2_ground_y_z = arm_psi_2_ground_y_x * arm_theta_2_sin + arm_phi_1_ground_y_z *
+        arm_theta_2_cos;
+    const double arm_theta_2_ground_y_x = arm_psi_2_ground_y_x * arm_theta_2_cos - arm_phi_1_ground_y_z *
+        arm_theta_2_sin;
     /* arm_phi_2: motion from arm_theta_2 outward */
     const double arm_phi_2_sin = sin(q[8]);
     const double arm_phi_2_cos = cos(q[8]);
-    const double arm_phi_2_gravity_y = arm_theta_2_gravity_z * arm_phi_2_sin + arm_psi_2_gravity_y * arm_phi_2_cos;
-    const double arm_phi_2_gravity_z = arm_theta_2_gravity_z * arm_phi_2_cos - arm_psi_2_gravity_y * arm_phi_2_sin;
+    const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
+    const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
+    const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
+    const double arm_phi_2_ground_y_z = arm_theta_2_ground_y_z * arm_phi_2_cos - arm_psi_2_ground_y_y * arm_phi_2_sin;
     /* arm_psi_3: motion from arm_phi_2 outward */
     const double arm_psi_3_sin = sin(q[9]);
     const double arm_psi_3_cos = cos(q[9]);
-    const double arm_psi_3_gravity_x = arm_phi_2_gravity_y * arm_psi_3_sin + arm_theta_2_gravity_x * arm_psi_3_cos;
-    const double arm_psi_3_gravity_y = arm_phi_2_gravity_y * arm_psi_3_cos - arm_theta_2_gravity_x * arm_psi_3_sin;
+    const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
+    const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
+    const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
+    const double arm_psi_3_ground_y_y = arm_phi_2_ground_y_y * arm_psi_3_cos - arm_theta_2_ground_y_x * arm_psi_3_sin;
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sin(q[10]);
     const double arm_theta_3_cos = cos(q[10]);
-    const double arm_theta_3_gravity_z = arm_psi_3_gravity_x * arm_theta_3_sin + arm_phi_2_gravity_z * arm_theta_3_cos;
-    const double arm_theta_3_gravity_x = arm_psi_3_gravity_x * arm_theta_3_cos - arm_phi_2_gravity_z * arm_theta_3_sin;
+    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
+        arm_theta_3_cos;
+    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
+        arm_theta_3_sin;
+    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + arm_phi_2_ground_y_z *
+        arm_theta_3_cos;
+    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
+        arm_theta_3_sin;
     /* effector_z: motion from arm_phi_3 outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
     const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
     /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
-    const double t11 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
+    const double t5 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
     const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
     /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
-    const double t12 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
     const double arm_phi_2_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
     /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + (t12 + p->derived.constant_2);
-    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t11 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
-    const double t13 = arm_phi_2_sin * arm_phi_2_moment_beyond_y;
-    const double t14 = arm_phi_2_cos * t11;
-    const double arm_theta_2_moment_beyond_z = t13 - t14;
+    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + (arm_psi_3_cos * arm_psi_3_moment_beyond_x +
+        p->derived.constant_2);
+    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t5 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
+    const double arm_theta_2_moment_beyond_z = arm_phi_2_sin * arm_phi_2_moment_beyond_y - arm_phi_2_cos *
+        t5;
     /* arm_theta_2: composite pseudo-inertia of all beyond, inward */
-    const double t15 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
-    const double t16 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
-    const double arm_psi_2_moment_beyond_z = t16 - t15;
+    const double t6 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
+    const double t7 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
+    const double arm_psi_2_moment_beyond_z = t7 - t6;
     const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_theta_2_cos *
         arm_phi_2_moment_beyond_x;
     /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
-    const double t17 = arm_psi_2_cos * arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y;
     const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
     /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + (t17 + p->derived.constant_4);
-    const double t18 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
-    const double t19 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
-    const double arm_theta_1_moment_beyond_y = t19 - t18;
-    const double t20 = arm_phi_1_sin * arm_phi_1_moment_beyond_y;
-    const double arm_theta_1_moment_beyond_z = t20 + arm_phi_1_cos * arm_psi_2_moment_beyond_z;
+    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + (arm_psi_2_cos * arm_psi_2_moment_beyond_x -
+        arm_psi_2_sin * arm_theta_2_moment_beyond_y + p->derived.constant_4);
+    const double t8 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
+    const double t9 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
+    const double arm_theta_1_moment_beyond_y = t9 - t8;
+    const double arm_theta_1_moment_beyond_z = arm_phi_1_sin * arm_phi_1_moment_beyond_y + arm_phi_1_cos *
+        arm_psi_2_moment_beyond_z;
     /* arm_theta_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_1_moment_beyond_z = arm_theta_1_cos * arm_theta_1_moment_beyond_z - arm_theta_1_sin *
-        arm_phi_1_moment_beyond_x;
     const double arm_psi_1_moment_beyond_x = arm_theta_1_sin * arm_theta_1_moment_beyond_z + arm_theta_1_cos *
         arm_phi_1_moment_beyond_x;
     /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
-    const double t21 = arm_psi_1_cos * arm_psi_1_moment_beyond_x;
-    const double t22 = arm_psi_1_sin * arm_psi_1_moment_beyond_x;
-    const double arm_psi_moment_beyond_y = t22 + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
+    const double arm_psi_moment_beyond_y = arm_psi_1_sin * arm_psi_1_moment_beyond_x + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (t21 - arm_psi_1_sin * arm_theta_1_moment_beyond_y +
-        p->derived.constant_6);
+    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (arm_psi_1_cos * arm_psi_1_moment_beyond_x -
+        arm_psi_1_sin * arm_theta_1_moment_beyond_y + p->derived.constant_6);
     /* arm_psi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t23 = t18 - t19;
+    const double t10 = t8 - t9;
     /* arm_phi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t24 = t15 - t16;
-    const double t25 = arm_phi_1_cos * t24 - t20;
-    const double t26 = t19 + arm_phi_1_sin * t24;
-    const double t27 = arm_theta_1_sin * t26;
-    /* arm_psi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t28 = arm_phi_1_cos * t17;
-    const double t29 = arm_phi_1_sin * t17;
-    const double t30 = arm_theta_1_sin * t29 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
-    /* arm_theta_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t31 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
-    const double t32 = arm_psi_2_sin * arm_psi_2_moment_beyond_z;
-    const double t33 = arm_phi_1_sin * arm_psi_2_moment_beyond_x + arm_phi_1_cos * t32;
-    const double t34 = arm_phi_1_sin * t32 - arm_phi_1_cos * arm_psi_2_moment_beyond_x;
-    const double t35 = arm_theta_1_sin * t34 + arm_theta_1_cos * t31;
-    /* arm_phi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t36 = t14 - t13;
-    const double t37 = arm_theta_2_cos * arm_theta_2_moment_beyond_y;
-    const double t38 = arm_theta_2_sin * arm_theta_2_moment_beyond_y;
-    const double t39 = arm_psi_2_cos * t38 - arm_psi_2_sin * t36;
-    const double t40 = arm_psi_2_sin * t38 + arm_psi_2_cos * t36;
-    const double t41 = arm_phi_1_cos * t40 - arm_phi_1_sin * t37;
-    const double t42 = arm_phi_1_sin * t40 + arm_phi_1_cos * t37;
-    const double t43 = arm_theta_1_sin * t42 + arm_theta_1_cos * t39;
-    /* arm_psi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t44 = arm_phi_2_cos * t12;
-    const double t45 = arm_phi_2_sin * t12;
-    const double t46 = arm_theta_2_sin * arm_phi_2_moment_beyond_y + arm_theta_2_cos * t45;
-    const double t47 = arm_theta_2_sin * t45 - arm_theta_2_cos * arm_phi_2_moment_beyond_y;
-    const double t48 = arm_psi_2_cos * t47 - arm_psi_2_sin * t44;
-    const double t49 = arm_psi_2_sin * t47 + arm_psi_2_cos * t44;
-    const double t50 = arm_phi_1_cos * t49 - arm_phi_1_sin * t46;
-    const double t51 = arm_phi_1_sin * t49 + arm_phi_1_cos * t46;
-    const double t52 = arm_theta_1_sin * t51 + arm_theta_1_cos * t48;
-    /* arm_theta_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t53 = arm_psi_3_cos * t11;
-    const double t54 = arm_psi_3_sin * t11;
-    const double t55 = arm_phi_2_sin * arm_psi_3_moment_beyond_x - arm_phi_2_cos * t54;
-    const double t56 = arm_phi_2_sin * t54 + arm_phi_2_cos * arm_psi_3_moment_beyond_x;
-    const double t57 = arm_theta_2_sin * t53 - arm_theta_2_cos * t56;
-    const double t58 = arm_theta_2_sin * t56 + arm_theta_2_cos * t53;
-    const double t59 = arm_psi_2_sin * t55 + arm_psi_2_cos * t58;
-    const double t60 = arm_psi_2_cos * t55 - arm_psi_2_sin * t58;
-    const double t61 = arm_phi_1_cos * t60 - arm_phi_1_sin * t57;
-    const double t62 = arm_phi_1_sin * t60 + arm_phi_1_cos * t57;
-    const double t63 = arm_theta_1_sin * t62 - arm_theta_1_cos * t59;
-    /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t64 = p->m_E * arm_theta_3_sin;
-    const double t65 = p->m_E * arm_theta_3_cos;
-    const double t66 = arm_psi_3_cos * t65;
-    const double t67 = arm_psi_3_sin * t65;
-    const double t68 = arm_phi_2_sin * t64 + arm_phi_2_cos * t67;
-    const double t69 = arm_phi_2_sin * t67 - arm_phi_2_cos * t64;
-    const double t70 = arm_theta_2_cos * t69 - arm_theta_2_sin * t66;
-    const double t71 = arm_theta_2_sin * t69 + arm_theta_2_cos * t66;
-    const double t72 = arm_psi_2_cos * t71 - arm_psi_2_sin * t68;
-    const double t73 = arm_psi_2_sin * t71 + arm_psi_2_cos * t68;
-    const double t74 = arm_phi_1_cos * t73 - arm_phi_1_sin * t70;
-    const double t75 = arm_phi_1_sin * t73 + arm_phi_1_cos * t70;
-    const double t76 = arm_theta_1_sin * t75 + arm_theta_1_cos * t72;
-    /* arm_psi: gravity g = -grav^T X sum(T H e4) */
-    const double t77 = arm_psi_1_gravity_y * arm_psi_1_moment_beyond_z;
-    /* arm_phi_1: gravity g = -grav^T X sum(T H e4) */
-    const double t78 = arm_psi_2_gravity_y * arm_psi_2_moment_beyond_z;
-    /* arm_psi_2: gravity g = -grav^T X sum(T H e4) */
-    const double t79 = arm_theta_2_gravity_x * arm_theta_2_moment_beyond_y;
-    /* arm_phi_2: gravity g = -grav^T X sum(T H e4) */
-    const double t80 = arm_psi_3_gravity_y * t11;
+    const double t11 = t6 - t7;
+    /* arm_psi: column of the gravity tangent g_i,j */
+    const double t12 = p->g * column_psi_cos;
+    const double t13 = p->g * column_psi_sin;
     /* arm_psi_1: column of the gravity tangent g_i,j */
-    const double t81 = arm_psi_bias_a_falling_x * (t21 + arm_psi_1_sin * t23) - arm_psi_bias_a_falling_y *
-        (arm_psi_1_cos * t23 - t22);
+    const double arm_psi_1_moment_change_x = arm_psi_1_ground_x_x * t10 - t3 * arm_psi_1_moment_beyond_x;
+    const double arm_psi_1_moment_change_y = arm_psi_1_ground_y_x * t10 - t4 * arm_psi_1_moment_beyond_x;
+    const double t14 = t12 * arm_psi_1_moment_change_x + t13 * arm_psi_1_moment_change_y;
     /* arm_theta_1: column of the gravity tangent g_i,j */
-    const double t82 = arm_psi_bias_a_falling_x * (arm_psi_1_sin * arm_psi_1_moment_beyond_z) - arm_psi_bias_a_falling_y *
-        (arm_psi_1_cos * arm_psi_1_moment_beyond_z);
+    const double arm_theta_1_moment_change_x = arm_theta_1_ground_x_x * arm_theta_1_moment_beyond_z - arm_theta_1_ground_x_z *
+        arm_phi_1_moment_beyond_x;
+    const double arm_theta_1_moment_change_y = arm_theta_1_ground_y_x * arm_theta_1_moment_beyond_z - arm_theta_1_ground_y_z *
+        arm_phi_1_moment_beyond_x;
+    const double t15 = p->g * t4;
+    const double arm_theta_1_gravity_lever_y = p->g * t3;
+    const double t16 = t12 * arm_theta_1_moment_change_x + t13 * arm_theta_1_moment_change_y;
     /* arm_phi_1: column of the gravity tangent g_i,j */
-    const double t83 = t4 - t5;
-    const double t84 = t3 * t26;
-    const double t85 = arm_psi_1_gravity_y * t27 + t1 * t25;
-    const double t86 = arm_psi_bias_a_falling_x * (arm_psi_1_sin * t27 + arm_psi_1_cos * t25) - arm_psi_bias_a_falling_y *
-        (arm_psi_1_cos * t27 - arm_psi_1_sin * t25);
+    const double arm_phi_1_moment_change_x = arm_phi_1_ground_x_y * t11 + arm_phi_1_ground_x_z * arm_phi_1_moment_beyond_y;
+    const double arm_phi_1_moment_change_y = arm_phi_1_ground_y_y * t11 + arm_phi_1_ground_y_z * arm_phi_1_moment_beyond_y;
+    const double arm_phi_1_gravity_lever_x = p->g * arm_theta_1_ground_y_x;
+    const double t17 = p->g * arm_theta_1_ground_x_x;
+    const double t18 = t12 * arm_phi_1_moment_change_x + t13 * arm_phi_1_moment_change_y;
     /* arm_psi_2: column of the gravity tangent g_i,j */
-    const double t87 = t8 - t7;
-    const double t88 = t6 * t17;
-    const double t89 = t2 * arm_phi_1_moment_beyond_y + t3 * t29;
-    const double t90 = arm_psi_1_gravity_y * t30 + t1 * t28;
-    const double t91 = arm_psi_bias_a_falling_x * (arm_psi_1_sin * t30 + arm_psi_1_cos * t28) - arm_psi_bias_a_falling_y *
-        (arm_psi_1_cos * t30 - arm_psi_1_sin * t28);
+    const double arm_psi_2_moment_change_x = arm_psi_2_ground_x_y * arm_psi_2_moment_beyond_x - arm_psi_2_ground_x_x *
+        arm_theta_2_moment_beyond_y;
+    const double arm_psi_2_moment_change_y = arm_psi_2_ground_y_y * arm_psi_2_moment_beyond_x - arm_psi_2_ground_y_x *
+        arm_theta_2_moment_beyond_y;
+    const double arm_psi_2_gravity_lever_x = p->g * arm_phi_1_ground_y_z;
+    const double t19 = p->g * arm_phi_1_ground_x_z;
+    const double t20 = t12 * arm_psi_2_moment_change_x + t13 * arm_psi_2_moment_change_y;
     /* arm_theta_2: column of the gravity tangent g_i,j */
-    const double t92 = t10 - t9;
-    const double t93 = t6 * t32 + arm_psi_2_moment_beyond_x * t83;
-    const double t94 = t2 * t31 - t3 * t34;
-    const double t95 = arm_psi_1_gravity_y * t35 + t1 * t33;
-    const double t96 = arm_psi_bias_a_falling_x * (arm_psi_1_sin * t35 + arm_psi_1_cos * t33) - arm_psi_bias_a_falling_y *
-        (arm_psi_1_cos * t35 - arm_psi_1_sin * t33);
+    const double arm_theta_2_moment_change_x = arm_theta_2_ground_x_x * arm_theta_2_moment_beyond_z - arm_theta_2_ground_x_z *
+        arm_phi_2_moment_beyond_x;
+    const double arm_theta_2_moment_change_y = arm_theta_2_ground_y_x * arm_theta_2_moment_beyond_z - arm_theta_2_ground_y_z *
+        arm_phi_2_moment_beyond_x;
+    const double arm_theta_2_gravity_lever_x = p->g * arm_psi_2_ground_y_y;
+    const double t21 = p->g * arm_psi_2_ground_x_y;
+    const double t22 = t12 * arm_theta_2_moment_change_x + t13 * arm_theta_2_moment_change_y;
     /* arm_phi_2: column of the gravity tangent g_i,j */
-    const double t97 = arm_psi_2_gravity_y * t38 + t36 * t87;
-    const double t98 = t37 * t83 - t6 * t40;
-    const double t99 = t2 * t39 - t3 * t42;
-    const double t100 = arm_psi_1_gravity_y * t43 + t1 * t41;
-    const double t101 = arm_psi_bias_a_falling_x * (arm_psi_1_sin * t43 + arm_psi_1_cos * t41) - arm_psi_bias_a_falling_y *
-        (arm_psi_1_cos * t43 - arm_psi_1_sin * t41);
+    const double arm_phi_2_moment_change_x = arm_phi_2_ground_x_y * t5 + arm_phi_2_ground_x_z * arm_phi_2_moment_beyond_y;
+    const double arm_phi_2_moment_change_y = arm_phi_2_ground_y_y * t5 + arm_phi_2_ground_y_z * arm_phi_2_moment_beyond_y;
+    const double arm_phi_2_gravity_lever_x = p->g * arm_theta_2_ground_y_x;
+    const double t23 = p->g * arm_theta_2_ground_x_x;
+    const double t24 = t12 * arm_phi_2_moment_change_x + t13 * arm_phi_2_moment_change_y;
     /* arm_psi_3: column of the gravity tangent g_i,j */
-    const double t102 = arm_phi_2_gravity_z * t12;
-    const double t103 = arm_theta_2_gravity_x * t45 - arm_phi_2_moment_beyond_y * t92;
-    const double t104 = arm_psi_2_gravity_y * t47 + t44 * t87;
-    const double t105 = t46 * t83 - t6 * t49;
-    const double t106 = t2 * t48 - t3 * t51;
-    const double t107 = arm_psi_1_gravity_y * t52 + t1 * t50;
-    const double t108 = arm_psi_bias_a_falling_x * (arm_psi_1_sin * t52 + arm_psi_1_cos * t50) - arm_psi_bias_a_falling_y *
-        (arm_psi_1_cos * t52 - arm_psi_1_sin * t50);
+    const double arm_psi_3_moment_change_x = arm_psi_3_ground_x_y * arm_psi_3_moment_beyond_x;
+    const double arm_psi_3_moment_change_y = arm_psi_3_ground_y_y * arm_psi_3_moment_beyond_x;
+    const double arm_psi_3_gravity_lever_x = p->g * arm_phi_2_ground_y_z;
+    const double t25 = p->g * arm_phi_2_ground_x_z;
+    const double t26 = t12 * arm_psi_3_moment_change_x + t13 * arm_psi_3_moment_change_y;
     /* arm_theta_3: column of the gravity tangent g_i,j */
-    const double t109 = arm_phi_2_gravity_y * arm_psi_3_moment_beyond_x - arm_phi_2_gravity_z * t54;
-    const double t110 = t53 * t92 + arm_theta_2_gravity_x * t56;
-    const double t111 = t55 * t87 - arm_psi_2_gravity_y * t58;
-    const double t112 = t57 * t83 - t6 * t60;
-    const double t113 = t2 * t59 + t3 * t62;
-    const double t114 = arm_psi_1_gravity_y * t63 + t1 * t61;
-    const double t115 = arm_psi_bias_a_falling_x * (arm_psi_1_sin * t63 + arm_psi_1_cos * t61) - arm_psi_bias_a_falling_y *
-        (arm_psi_1_cos * t63 - arm_psi_1_sin * t61);
+    const double t27 = arm_theta_3_ground_x_z * arm_phi_3_moment_beyond_x;
+    const double t28 = arm_theta_3_ground_y_z * arm_phi_3_moment_beyond_x;
+    const double arm_theta_3_gravity_lever_x = p->g * arm_psi_3_ground_y_y;
+    const double t29 = p->g * arm_psi_3_ground_x_y;
+    const double t30 = t12 * t27 + t13 * t28;
+    /* arm_phi_3: column of the gravity tangent g_i,j */
+    const double arm_phi_3_gravity_lever_x = p->g * arm_theta_3_ground_y_x;
     /* effector_z: column of the gravity tangent g_i,j */
-    const double t116 = p->m_E * arm_theta_3_gravity_z;
-    const double t117 = arm_psi_3_gravity_y * t65;
-    const double t118 = arm_phi_2_gravity_z * t67 + arm_phi_2_gravity_y * t64;
-    const double t119 = t66 * t92 + arm_theta_2_gravity_x * t69;
-    const double t120 = arm_psi_2_gravity_y * t71 + t68 * t87;
-    const double t121 = t70 * t83 - t6 * t73;
-    const double t122 = t2 * t72 - t3 * t75;
-    const double t123 = arm_psi_1_gravity_y * t76 + t1 * t74;
-    const double t124 = arm_psi_bias_a_falling_x * (arm_psi_1_sin * t76 + arm_psi_1_cos * t74) - arm_psi_bias_a_falling_y *
-        (arm_psi_1_cos * t76 - arm_psi_1_sin * t74);
+    const double effector_z_moment_change_x = p->m_E * arm_theta_3_ground_x_x;
+    const double effector_z_moment_change_y = p->m_E * arm_theta_3_ground_y_x;
+    const double t31 = t12 * effector_z_moment_change_x + t13 * effector_z_moment_change_y;
     Q_q[0 * 13 + 0] = -p->s_sup;
-    Q_q[2 * 13 + 2] = arm_psi_bias_a_falling_y * arm_psi_moment_beyond_y + arm_psi_bias_a_falling_x * arm_psi_moment_beyond_x;
-    Q_q[2 * 13 + 3] = t81;
-    Q_q[2 * 13 + 4] = t82;
-    Q_q[2 * 13 + 5] = t86;
-    Q_q[2 * 13 + 6] = t91;
-    Q_q[2 * 13 + 7] = t96;
-    Q_q[2 * 13 + 8] = t101;
-    Q_q[2 * 13 + 9] = t108;
-    Q_q[2 * 13 + 10] = t115;
-    Q_q[2 * 13 + 12] = t124;
-    Q_q[3 * 13 + 2] = t81;
-    Q_q[3 * 13 + 3] = arm_psi_1_gravity_y * t23 + t1 * arm_psi_1_moment_beyond_x - p->derived.arm_stiffness_psi;
-    Q_q[3 * 13 + 4] = t77;
-    Q_q[3 * 13 + 5] = t85;
-    Q_q[3 * 13 + 6] = t90;
-    Q_q[3 * 13 + 7] = t95;
-    Q_q[3 * 13 + 8] = t100;
-    Q_q[3 * 13 + 9] = t107;
-    Q_q[3 * 13 + 10] = t114;
-    Q_q[3 * 13 + 12] = t123;
-    Q_q[4 * 13 + 2] = t82;
-    Q_q[4 * 13 + 3] = t77;
-    Q_q[4 * 13 + 4] = t2 * arm_theta_1_moment_beyond_z + t3 * arm_phi_1_moment_beyond_x - p->derived.arm_stiffness_psi;
-    Q_q[4 * 13 + 5] = -t84;
-    Q_q[4 * 13 + 6] = -t89;
-    Q_q[4 * 13 + 7] = t94;
-    Q_q[4 * 13 + 8] = t99;
-    Q_q[4 * 13 + 9] = t106;
-    Q_q[4 * 13 + 10] = -t113;
-    Q_q[4 * 13 + 12] = t122;
-    Q_q[5 * 13 + 2] = t86;
-    Q_q[5 * 13 + 3] = t85;
-    Q_q[5 * 13 + 4] = -t84;
-    Q_q[5 * 13 + 5] = -(p->derived.arm_stiffness_phi + (t6 * t24 - arm_phi_1_moment_beyond_y * t83));
-    Q_q[5 * 13 + 6] = -t88;
-    Q_q[5 * 13 + 7] = -t93;
-    Q_q[5 * 13 + 8] = t98;
-    Q_q[5 * 13 + 9] = t105;
-    Q_q[5 * 13 + 10] = t112;
-    Q_q[5 * 13 + 12] = t121;
-    Q_q[6 * 13 + 2] = t91;
-    Q_q[6 * 13 + 3] = t90;
-    Q_q[6 * 13 + 4] = -t89;
-    Q_q[6 * 13 + 5] = -t88;
-    Q_q[6 * 13 + 6] = -(p->derived.arm_stiffness_psi + (arm_psi_2_gravity_y * arm_theta_2_moment_beyond_y -
-        arm_psi_2_moment_beyond_x * t87));
-    Q_q[6 * 13 + 7] = t78;
-    Q_q[6 * 13 + 8] = t97;
-    Q_q[6 * 13 + 9] = t104;
-    Q_q[6 * 13 + 10] = t111;
-    Q_q[6 * 13 + 12] = t120;
-    Q_q[7 * 13 + 2] = t96;
-    Q_q[7 * 13 + 3] = t95;
-    Q_q[7 * 13 + 4] = t94;
-    Q_q[7 * 13 + 5] = -t93;
-    Q_q[7 * 13 + 6] = t78;
-    Q_q[7 * 13 + 7] = -(p->derived.arm_stiffness_psi + (arm_theta_2_gravity_x * arm_phi_2_moment_beyond_x -
-        arm_theta_2_moment_beyond_z * t92));
-    Q_q[7 * 13 + 8] = t79;
-    Q_q[7 * 13 + 9] = t103;
-    Q_q[7 * 13 + 10] = -t110;
-    Q_q[7 * 13 + 12] = t119;
-    Q_q[8 * 13 + 2] = t101;
-    Q_q[8 * 13 + 3] = t100;
-    Q_q[8 * 13 + 4] = t99;
-    Q_q[8 * 13 + 5] = t98;
-    Q_q[8 * 13 + 6] = t97;
-    Q_q[8 * 13 + 7] = t79;
-    Q_q[8 * 13 + 8] = -(p->derived.arm_stiffness_phi + (arm_phi_2_gravity_y * arm_phi_2_moment_beyond_y -
-        arm_phi_2_gravity_z * t11));
-    Q_q[8 * 13 + 9] = t102;
-    Q_q[8 * 13 + 10] = t109;
-    Q_q[8 * 13 + 12] = t118;
-    Q_q[9 * 13 + 2] = t108;
-    Q_q[9 * 13 + 3] = t107;
-    Q_q[9 * 13 + 4] = t106;
-    Q_q[9 * 13 + 5] = t105;
-    Q_q[9 * 13 + 6] = t104;
-    Q_q[9 * 13 + 7] = t103;
-    Q_q[9 * 13 + 8] = t102;
-    Q_q[9 * 13 + 9] = -(p->derived.arm_stiffness_psi + arm_psi_3_gravity_x * arm_psi_3_moment_beyond_x);
-    Q_q[9 * 13 + 10] = -t80;
-    Q_q[9 * 13 + 12] = t117;
-    Q_q[10 * 13 + 2] = t115;
-    Q_q[10 * 13 + 3] = t114;
-    Q_q[10 * 13 + 4] = -t113;
-    Q_q[10 * 13 + 5] = t112;
-    Q_q[10 * 13 + 6] = t111;
-    Q_q[10 * 13 + 7] = -t110;
-    Q_q[10 * 13 + 8] = t109;
-    Q_q[10 * 13 + 9] = -t80;
-    Q_q[10 * 13 + 10] = -(p->derived.arm_stiffness_psi + arm_theta_3_gravity_x * arm_phi_3_moment_beyond_x);
-    Q_q[10 * 13 + 12] = -t116;
+    Q_q[2 * 13 + 2] = (arm_psi_ground_x_x * arm_psi_moment_beyond_y + t1 * arm_psi_moment_beyond_x) * t12 +
+        (arm_psi_ground_y_x * arm_psi_moment_beyond_y + t2 * arm_psi_moment_beyond_x) * t13;
+    Q_q[3 * 13 + 2] = -t14;
+    Q_q[3 * 13 + 3] = -(p->derived.arm_stiffness_psi + t14);
+    Q_q[4 * 13 + 2] = -t16;
+    Q_q[4 * 13 + 3] = -t16;
+    Q_q[4 * 13 + 4] = -(p->derived.arm_stiffness_psi + (arm_theta_1_moment_change_x * t15 - arm_theta_1_moment_change_y *
+        arm_theta_1_gravity_lever_y));
+    Q_q[5 * 13 + 2] = -t18;
+    Q_q[5 * 13 + 3] = -t18;
+    Q_q[5 * 13 + 4] = arm_theta_1_gravity_lever_y * arm_phi_1_moment_change_y - t15 * arm_phi_1_moment_change_x;
+    Q_q[5 * 13 + 5] = -(p->derived.arm_stiffness_phi + (arm_phi_1_moment_change_y * t17 - arm_phi_1_moment_change_x *
+        arm_phi_1_gravity_lever_x));
+    Q_q[6 * 13 + 2] = -t20;
+    Q_q[6 * 13 + 3] = -t20;
+    Q_q[6 * 13 + 4] = arm_theta_1_gravity_lever_y * arm_psi_2_moment_change_y - t15 * arm_psi_2_moment_change_x;
+    Q_q[6 * 13 + 5] = arm_phi_1_gravity_lever_x * arm_psi_2_moment_change_x - t17 * arm_psi_2_moment_change_y;
+    Q_q[6 * 13 + 6] = -(p->derived.arm_stiffness_psi + (arm_psi_2_moment_change_y * t19 - arm_psi_2_moment_change_x *
+        arm_psi_2_gravity_lever_x));
+    Q_q[7 * 13 + 2] = -t22;
+    Q_q[7 * 13 + 3] = -t22;
+    Q_q[7 * 13 + 4] = arm_theta_1_gravity_lever_y * arm_theta_2_moment_change_y - t15 * arm_theta_2_moment_change_x;
+    Q_q[7 * 13 + 5] = arm_phi_1_gravity_lever_x * arm_theta_2_moment_change_x - t17 * arm_theta_2_moment_change_y;
+    Q_q[7 * 13 + 6] = arm_psi_2_gravity_lever_x * arm_theta_2_moment_change_x - t19 * arm_theta_2_moment_change_y;
+    Q_q[7 * 13 + 7] = -(p->derived.arm_stiffness_psi + (arm_theta_2_moment_change_y * t21 - arm_theta_2_moment_change_x *
+        arm_theta_2_gravity_lever_x));
+    Q_q[8 * 13 + 2] = -t24;
+    Q_q[8 * 13 + 3] = -t24;
+    Q_q[8 * 13 + 4] = arm_theta_1_gravity_lever_y * arm_phi_2_moment_change_y - t15 * arm_phi_2_moment_change_x;
+    Q_q[8 * 13 + 5] = arm_phi_1_gravity_lever_x * arm_phi_2_moment_change_x - t17 * arm_phi_2_moment_change_y;
+    Q_q[8 * 13 + 6] = arm_psi_2_gravity_lever_x * arm_phi_2_moment_change_x - t19 * arm_phi_2_moment_change_y;
+    Q_q[8 * 13 + 7] = arm_theta_2_gravity_lever_x * arm_phi_2_moment_change_x - t21 * arm_phi_2_moment_change_y;
+    Q_q[8 * 13 + 8] = -(p->derived.arm_stiffness_phi + (arm_phi_2_moment_change_y * t23 - arm_phi_2_moment_change_x *
+        arm_phi_2_gravity_lever_x));
+    Q_q[9 * 13 + 2] = -t26;
+    Q_q[9 * 13 + 3] = -t26;
+    Q_q[9 * 13 + 4] = arm_theta_1_gravity_lever_y * arm_psi_3_moment_change_y - t15 * arm_psi_3_moment_change_x;
+    Q_q[9 * 13 + 5] = arm_phi_1_gravity_lever_x * arm_psi_3_moment_change_x - t17 * arm_psi_3_moment_change_y;
+    Q_q[9 * 13 + 6] = arm_psi_2_gravity_lever_x * arm_psi_3_moment_change_x - t19 * arm_psi_3_moment_change_y;
+    Q_q[9 * 13 + 7] = arm_theta_2_gravity_lever_x * arm_psi_3_moment_change_x - t21 * arm_psi_3_moment_change_y;
+    Q_q[9 * 13 + 8] = arm_phi_2_gravity_lever_x * arm_psi_3_moment_change_x - t23 * arm_psi_3_moment_change_y;
+    Q_q[9 * 13 + 9] = -(p->derived.arm_stiffness_psi + (arm_psi_3_moment_change_y * t25 - arm_psi_3_moment_change_x *
+        arm_psi_3_gravity_lever_x));
+    Q_q[10 * 13 + 2] = t30;
+    Q_q[10 * 13 + 3] = t30;
+    Q_q[10 * 13 + 4] = t15 * t27 - arm_theta_1_gravity_lever_y * t28;
+    Q_q[10 * 13 + 5] = t17 * t28 - arm_phi_1_gravity_lever_x * t27;
+    Q_q[10 * 13 + 6] = t19 * t28 - arm_psi_2_gravity_lever_x * t27;
+    Q_q[10 * 13 + 7] = t21 * t28 - arm_theta_2_gravity_lever_x * t27;
+    Q_q[10 * 13 + 8] = t23 * t28 - arm_phi_2_gravity_lever_x * t27;
+    Q_q[10 * 13 + 9] = t25 * t28 - arm_psi_3_gravity_lever_x * t27;
+    Q_q[10 * 13 + 10] = -(p->derived.arm_stiffness_psi + (t27 * arm_theta_3_gravity_lever_x - t28 * t29));
     Q_q[11 * 13 + 11] = -p->derived.arm_stiffness_phi;
-    Q_q[12 * 13 + 2] = t124;
-    Q_q[12 * 13 + 3] = t123;
-    Q_q[12 * 13 + 4] = t122;
-    Q_q[12 * 13 + 5] = t121;
-    Q_q[12 * 13 + 6] = t120;
-    Q_q[12 * 13 + 7] = t119;
-    Q_q[12 * 13 + 8] = t118;
-    Q_q[12 * 13 + 9] = t117;
-    Q_q[12 * 13 + 10] = -t116;
+    Q_q[12 * 13 + 2] = -t31;
+    Q_q[12 * 13 + 3] = -t31;
+    Q_q[12 * 13 + 4] = arm_theta_1_gravity_lever_y * effector_z_moment_change_y - t15 * effector_z_moment_change_x;
+    Q_q[12 * 13 + 5] = arm_phi_1_gravity_lever_x * effector_z_moment_change_x - t17 * effector_z_moment_change_y;
+    Q_q[12 * 13 + 6] = arm_psi_2_gravity_lever_x * effector_z_moment_change_x - t19 * effector_z_moment_change_y;
+    Q_q[12 * 13 + 7] = arm_theta_2_gravity_lever_x * effector_z_moment_change_x - t21 * effector_z_moment_change_y;
+    Q_q[12 * 13 + 8] = arm_phi_2_gravity_lever_x * effector_z_moment_change_x - t23 * effector_z_moment_change_y;
+    Q_q[12 * 13 + 9] = arm_psi_3_gravity_lever_x * effector_z_moment_change_x - t25 * effector_z_moment_change_y;
+    Q_q[12 * 13 + 10] = arm_theta_3_gravity_lever_x * effector_z_moment_change_x - t29 * effector_z_moment_change_y;
+    Q_q[12 * 13 + 11] = arm_phi_3_gravity_lever_x * effector_z_moment_change_x - p->g * arm_theta_3_ground_x_x *
+        effector_z_moment_change_y;
+    for (int i = 0; i < 13; i++)
+        for (int j = 0; j < i; j++)
+            Q_q[j * 13 + i] = Q_q[i * 13 + j];
 }
 
 void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -3353,443 +3274,388 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
         arm_theta_3_bias_wd_x;
     const double t25 = p->derived.arm_psi_moment_x * arm_phi_3_w_z;
     const double t26 = p->derived.arm_psi_moment_x * arm_phi_3_w_y;
-    /* arm_theta_3: bias forces c, inward */
-    const double t27 = arm_theta_3_sin * arm_phi_3_bias_moment_x;
     /* arm_phi_2: bias forces c, inward */
-    const double t28 = p->derived.arm_phi_1_inertia_xx * arm_phi_2_w_x;
-    const double t29 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_y;
-    const double t30 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_z;
-    const double t31 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_z;
-    const double t32 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_y;
+    const double t27 = p->derived.arm_phi_1_inertia_xx * arm_phi_2_w_x;
+    const double t28 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_y;
+    const double t29 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_z;
+    const double arm_phi_2_load_moment_x = arm_phi_2_w_y * t29 - arm_phi_2_w_z * t28 + p->derived.arm_phi_1_inertia_xx *
+        arm_theta_2_bias_wd_x;
+    const double t30 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_z;
+    const double t31 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_y;
     /* arm_phi_1: bias forces c, inward */
-    const double t33 = p->derived.arm_phi_1_inertia_xx * arm_phi_1_w_x;
-    const double t34 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_y;
-    const double t35 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_z;
-    const double t36 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_z;
-    const double t37 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_y;
+    const double t32 = p->derived.arm_phi_1_inertia_xx * arm_phi_1_w_x;
+    const double t33 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_y;
+    const double t34 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_z;
+    const double arm_phi_1_load_moment_x = arm_phi_1_w_y * t34 - arm_phi_1_w_z * t33 + p->derived.arm_phi_1_inertia_xx *
+        arm_theta_1_bias_wd_x;
+    const double t35 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_z;
+    const double t36 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_y;
     /* arm_psi: bias forces c, inward */
-    const double t38 = p->derived.arm_psi_inertia_xx * arm_psi_w_x;
-    const double t39 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
-    const double t40 = p->derived.arm_psi_inertia_yy * qd[2];
-    const double t41 = p->derived.arm_psi_moment_x * arm_psi_w_y;
-    /* effector_z: bias and gravity forces c + g, inward */
+    const double t37 = p->derived.arm_psi_inertia_xx * arm_psi_w_x;
+    const double t38 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
+    const double t39 = p->derived.arm_psi_inertia_yy * qd[2];
+    const double arm_psi_load_moment_x = arm_psi_w_y * t39 - qd[2] * t38 + p->derived.arm_psi_inertia_xx *
+        arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = qd[2] * t37 - arm_psi_w_x * t39 - p->derived.arm_psi_inertia_yy *
+        t1;
+    const double t40 = p->derived.arm_psi_moment_x * arm_psi_w_y;
+    /* springs -s (q - rest), dampers -d qd, and forces that the model names */
+    const double t41 = p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4];
+    const double t42 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5];
+    const double t43 = p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7];
+    const double t44 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8];
+    const double t45 = p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10];
+    const double t46 = p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi * qd[11];
+    /* arm_psi: inertia and gravity of the body at qdd = 0 */
+    const double arm_psi_load_moment_z = arm_psi_w_x * t38 - arm_psi_w_y * t37 + p->derived.arm_psi_moment_x *
+        arm_psi_bias_a_falling_y;
+    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x *
+        qd[2]) + arm_psi_w_y * t40);
+    const double arm_psi_load_force_y = arm_psi_w_x * t40 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+    /* arm_phi_1: inertia and gravity of the body at qdd = 0 */
+    const double arm_phi_1_load_moment_y = arm_phi_1_w_z * t32 - arm_phi_1_w_x * t34 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_z;
+    const double arm_phi_1_load_moment_z = arm_phi_1_w_x * t33 - arm_phi_1_w_y * t32 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_1_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_y;
+    const double arm_phi_1_load_force_x = p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - (arm_phi_1_w_z *
+        t35 + arm_phi_1_w_y * t36);
+    const double arm_phi_1_load_force_y = arm_phi_1_w_x * t36 + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_z +
+        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_y;
+    const double arm_phi_1_load_force_z = arm_phi_1_w_x * t35 - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_y +
+        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_z;
+    /* arm_phi_2: inertia and gravity of the body at qdd = 0 */
+    const double arm_phi_2_load_moment_y = arm_phi_2_w_z * t27 - arm_phi_2_w_x * t29 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_z;
+    const double arm_phi_2_load_moment_z = arm_phi_2_w_x * t28 - arm_phi_2_w_y * t27 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_2_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_y;
+    const double arm_phi_2_load_force_x = p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - (arm_phi_2_w_z *
+        t30 + arm_phi_2_w_y * t31);
+    const double arm_phi_2_load_force_y = arm_phi_2_w_x * t31 + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_z +
+        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_y;
+    const double arm_phi_2_load_force_z = arm_phi_2_w_x * t30 - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_y +
+        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_z;
+    /* arm_phi_3: inertia and gravity of the body at qdd = 0 */
+    const double arm_phi_3_load_moment_y = arm_phi_3_w_z * t22 - arm_phi_3_w_x * t24 + p->derived.arm_psi_inertia_yy *
+        arm_phi_3_bias_wd_y - p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
+    const double arm_phi_3_load_moment_z = arm_phi_3_w_x * t23 - arm_phi_3_w_y * t22 + p->derived.arm_psi_inertia_yy *
+        arm_phi_3_bias_wd_z + p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
+    const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - (arm_phi_3_w_z *
+        t25 + arm_phi_3_w_y * t26);
+    const double arm_phi_3_load_force_y = arm_phi_3_w_x * t26 + p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_z +
+        p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
+    const double arm_phi_3_load_force_z = arm_phi_3_w_x * t25 - p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_y +
+        p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
+    /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    /* arm_phi_3: bias and gravity forces c + g, inward */
-    const double arm_phi_3_load_moment_y = effector_z_shift_x * effector_z_load_force_x + (arm_phi_3_w_z *
-        t22 - arm_phi_3_w_x * t24 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y - p->derived.arm_psi_moment_x *
-        arm_phi_3_bias_a_falling_z);
-    const double arm_phi_3_load_moment_z = effector_z_shift_x * effector_z_load_force_y + (arm_phi_3_w_x *
-        t23 - arm_phi_3_w_y * t22 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z + p->derived.arm_psi_moment_x *
-        arm_phi_3_bias_a_falling_y);
-    const double arm_phi_3_load_force_x = effector_z_load_force_z + (p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x -
-        (arm_phi_3_w_z * t25 + arm_phi_3_w_y * t26));
-    const double arm_phi_3_load_force_y = effector_z_load_force_y + (arm_phi_3_w_x * t26 + p->derived.arm_psi_moment_x *
-        arm_phi_3_bias_wd_z + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y);
-    const double arm_phi_3_load_force_z = arm_phi_3_w_x * t25 - p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_y +
-        p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z - effector_z_load_force_x;
-    const double arm_theta_3_load_force_y = arm_phi_3_cos * arm_phi_3_load_force_y - arm_phi_3_sin * arm_phi_3_load_force_z;
-    const double arm_theta_3_load_force_z = arm_phi_3_sin * arm_phi_3_load_force_y + arm_phi_3_cos * arm_phi_3_load_force_z;
-    const double t42 = arm_phi_3_sin * arm_phi_3_load_moment_z;
-    const double t43 = arm_phi_3_cos * arm_phi_3_load_moment_y;
-    const double arm_theta_3_load_moment_y = t43 - t42;
-    const double arm_theta_3_load_moment_z = arm_phi_3_sin * arm_phi_3_load_moment_y + arm_phi_3_cos * arm_phi_3_load_moment_z;
-    /* arm_theta_3: bias and gravity forces c + g, inward */
-    const double arm_psi_3_load_force_z = arm_theta_3_cos * arm_theta_3_load_force_z - arm_theta_3_sin * arm_phi_3_load_force_x;
-    const double arm_psi_3_load_force_x = arm_theta_3_sin * arm_theta_3_load_force_z + arm_theta_3_cos * arm_phi_3_load_force_x;
-    const double t44 = arm_theta_3_cos * arm_theta_3_load_moment_z;
-    const double arm_psi_3_load_moment_z = t44 - t27;
-    const double arm_psi_3_load_moment_x = arm_theta_3_cos * arm_phi_3_bias_moment_x + arm_theta_3_sin * arm_theta_3_load_moment_z;
-    /* arm_psi_3: bias and gravity forces c + g, inward */
-    const double t45 = arm_psi_3_sin * arm_psi_3_load_force_x + arm_psi_3_cos * arm_theta_3_load_force_y;
-    /* arm_phi_2: bias and gravity forces c + g, inward */
-    const double arm_phi_2_load_moment_x = arm_phi_2_w_y * t30 - arm_phi_2_w_z * t29 + p->derived.arm_phi_1_inertia_xx *
-        arm_theta_2_bias_wd_x + (arm_psi_3_cos * arm_psi_3_load_moment_x - arm_psi_3_sin * arm_theta_3_load_moment_y);
-    const double arm_phi_2_load_moment_y = arm_psi_3_sin * arm_psi_3_load_moment_x + arm_psi_3_cos * arm_theta_3_load_moment_y -
-        p->derived.arm_element_length * arm_psi_3_load_force_z + (arm_phi_2_w_z * t28 - arm_phi_2_w_x * t30 +
-        p->derived.arm_phi_1_inertia_yy * arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_z);
-    const double arm_phi_2_load_moment_z = arm_psi_3_load_moment_z + p->derived.arm_element_length * t45 +
-        (arm_phi_2_w_x * t29 - arm_phi_2_w_y * t28 + p->derived.arm_phi_1_inertia_yy * arm_phi_2_bias_wd_z +
-        p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_y);
-    const double arm_phi_2_load_force_x = arm_psi_3_cos * arm_psi_3_load_force_x - arm_psi_3_sin * arm_theta_3_load_force_y +
-        (p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - (arm_phi_2_w_z * t31 + arm_phi_2_w_y *
-        t32));
-    const double arm_phi_2_load_force_y = t45 + (arm_phi_2_w_x * t32 + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_z +
-        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_y);
-    const double arm_phi_2_load_force_z = arm_psi_3_load_force_z + (arm_phi_2_w_x * t31 - p->derived.arm_phi_1_moment_x *
-        arm_phi_2_bias_wd_y + p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_z);
-    const double arm_theta_2_load_force_y = arm_phi_2_cos * arm_phi_2_load_force_y - arm_phi_2_sin * arm_phi_2_load_force_z;
-    const double arm_theta_2_load_force_z = arm_phi_2_sin * arm_phi_2_load_force_y + arm_phi_2_cos * arm_phi_2_load_force_z;
-    const double t46 = arm_phi_2_sin * arm_phi_2_load_moment_z;
-    const double t47 = arm_phi_2_cos * arm_phi_2_load_moment_y;
-    const double arm_theta_2_load_moment_y = t47 - t46;
-    const double arm_theta_2_load_moment_z = arm_phi_2_sin * arm_phi_2_load_moment_y + arm_phi_2_cos * arm_phi_2_load_moment_z;
-    /* arm_theta_2: bias and gravity forces c + g, inward */
-    const double arm_psi_2_load_force_z = arm_theta_2_cos * arm_theta_2_load_force_z - arm_theta_2_sin * arm_phi_2_load_force_x;
-    const double arm_psi_2_load_force_x = arm_theta_2_sin * arm_theta_2_load_force_z + arm_theta_2_cos * arm_phi_2_load_force_x;
-    const double t48 = arm_theta_2_sin * arm_phi_2_load_moment_x;
-    const double t49 = arm_theta_2_cos * arm_theta_2_load_moment_z;
-    const double arm_psi_2_load_moment_z = t49 - t48;
-    const double arm_psi_2_load_moment_x = arm_theta_2_sin * arm_theta_2_load_moment_z + arm_theta_2_cos *
-        arm_phi_2_load_moment_x;
-    /* arm_psi_2: bias and gravity forces c + g, inward */
-    const double t50 = arm_psi_2_sin * arm_psi_2_load_force_x + arm_psi_2_cos * arm_theta_2_load_force_y;
-    /* arm_phi_1: bias and gravity forces c + g, inward */
-    const double arm_phi_1_load_moment_x = arm_phi_1_w_y * t35 - arm_phi_1_w_z * t34 + p->derived.arm_phi_1_inertia_xx *
-        arm_theta_1_bias_wd_x + (arm_psi_2_cos * arm_psi_2_load_moment_x - arm_psi_2_sin * arm_theta_2_load_moment_y);
-    const double arm_phi_1_load_moment_y = arm_psi_2_sin * arm_psi_2_load_moment_x + arm_psi_2_cos * arm_theta_2_load_moment_y -
-        p->derived.arm_element_length * arm_psi_2_load_force_z + (arm_phi_1_w_z * t33 - arm_phi_1_w_x * t35 +
-        p->derived.arm_phi_1_inertia_yy * arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_z);
-    const double arm_phi_1_load_moment_z = arm_psi_2_load_moment_z + p->derived.arm_element_length * t50 +
-        (arm_phi_1_w_x * t34 - arm_phi_1_w_y * t33 + p->derived.arm_phi_1_inertia_yy * arm_phi_1_bias_wd_z +
-        p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_y);
-    const double arm_phi_1_load_force_x = arm_psi_2_cos * arm_psi_2_load_force_x - arm_psi_2_sin * arm_theta_2_load_force_y +
-        (p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - (arm_phi_1_w_z * t36 + arm_phi_1_w_y *
-        t37));
-    const double arm_phi_1_load_force_y = t50 + (arm_phi_1_w_x * t37 + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_z +
-        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_y);
-    const double arm_phi_1_load_force_z = arm_psi_2_load_force_z + (arm_phi_1_w_x * t36 - p->derived.arm_phi_1_moment_x *
-        arm_phi_1_bias_wd_y + p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_z);
-    const double arm_theta_1_load_force_y = arm_phi_1_cos * arm_phi_1_load_force_y - arm_phi_1_sin * arm_phi_1_load_force_z;
-    const double arm_theta_1_load_force_z = arm_phi_1_sin * arm_phi_1_load_force_y + arm_phi_1_cos * arm_phi_1_load_force_z;
-    const double t51 = arm_phi_1_sin * arm_phi_1_load_moment_z;
-    const double t52 = arm_phi_1_cos * arm_phi_1_load_moment_y;
-    const double arm_theta_1_load_moment_y = t52 - t51;
-    const double arm_theta_1_load_moment_z = arm_phi_1_sin * arm_phi_1_load_moment_y + arm_phi_1_cos * arm_phi_1_load_moment_z;
-    /* arm_theta_1: bias and gravity forces c + g, inward */
-    const double arm_psi_1_load_force_z = arm_theta_1_cos * arm_theta_1_load_force_z - arm_theta_1_sin * arm_phi_1_load_force_x;
-    const double arm_psi_1_load_force_x = arm_theta_1_sin * arm_theta_1_load_force_z + arm_theta_1_cos * arm_phi_1_load_force_x;
-    const double t53 = arm_theta_1_sin * arm_phi_1_load_moment_x;
-    const double t54 = arm_theta_1_cos * arm_theta_1_load_moment_z;
-    const double arm_psi_1_load_moment_z = t54 - t53;
-    const double arm_psi_1_load_moment_x = arm_theta_1_sin * arm_theta_1_load_moment_z + arm_theta_1_cos *
-        arm_phi_1_load_moment_x;
-    /* arm_psi_1: bias and gravity forces c + g, inward */
-    const double t55 = arm_psi_1_sin * arm_psi_1_load_force_x + arm_psi_1_cos * arm_theta_1_load_force_y;
-    /* arm_psi: bias and gravity forces c + g, inward */
-    const double arm_psi_load_moment_x = arm_psi_w_y * t40 - qd[2] * t39 + p->derived.arm_psi_inertia_xx *
-        arm_psi_bias_wd_x + (arm_psi_1_cos * arm_psi_1_load_moment_x - arm_psi_1_sin * arm_theta_1_load_moment_y);
-    const double arm_psi_load_moment_y = qd[2] * t38 - arm_psi_w_x * t40 - p->derived.arm_psi_inertia_yy *
-        t1 + (arm_psi_1_sin * arm_psi_1_load_moment_x + arm_psi_1_cos * arm_theta_1_load_moment_y - p->derived.constant_1 *
-        arm_psi_1_load_force_z);
-    const double arm_psi_load_moment_z = arm_psi_1_load_moment_z + p->derived.constant_1 * t55 + (arm_psi_w_x *
-        t39 - arm_psi_w_y * t38 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y);
-    const double arm_psi_load_force_x = arm_psi_1_cos * arm_psi_1_load_force_x - arm_psi_1_sin * arm_theta_1_load_force_y +
-        (p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x * qd[2]) +
-        arm_psi_w_y * t41));
-    const double arm_psi_load_force_y = t55 + (arm_psi_w_x * t41 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y);
-    const double column_psi_load_moment_z = arm_psi_sin * arm_psi_load_moment_x + arm_psi_cos * arm_psi_load_moment_y;
-    /* column_psi: bias and gravity forces c + g, inward */
-    const double column_psi_load_force_z = arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * arm_psi_load_force_y +
-        p->derived.constant_18;
-    /* base_z: bias and gravity forces c + g, inward */
-    const double base_z_load_force_z = column_psi_load_force_z + p->derived.constant_19;
-    const double t56 = t51 - t52 - (p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4]);
-    const double t57 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5] + arm_phi_1_load_moment_x;
-    const double t58 = t46 - t47 - (p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7]);
-    const double t59 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8] + arm_phi_2_load_moment_x;
-    const double t60 = t42 - t43 - (p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10]);
-    const double t61 = arm_phi_3_bias_moment_x + (p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi *
-        qd[11]);
     /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t62 = 1.0 / (p->derived.arm_psi_inertia_yy + effector_z_shift_x * t21);
+    const double t47 = 1.0 / (p->derived.arm_psi_inertia_yy + effector_z_shift_x * t21);
     const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
-    const double t63 = arm_phi_3_moment_beyond_x * t62;
-    const double t64 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t63;
-    const double t65 = arm_phi_3_cos * t64;
-    const double t66 = arm_phi_3_sin * t64;
-    const double t67 = arm_phi_3_sin * t66 + arm_phi_3_cos * t65;
-    const double t68 = arm_phi_3_sin * t65 - arm_phi_3_cos * t66;
-    const double t69 = arm_theta_3_cos * t67;
-    const double t70 = p->derived.arm_psi_mass * arm_theta_3_sin;
-    const double t71 = arm_theta_3_sin * t70 + arm_theta_3_cos * t69;
-    const double t72 = arm_theta_3_sin * t69 - arm_theta_3_cos * t70;
-    const double t73 = arm_theta_3_cos * (p->derived.arm_psi_mass * arm_theta_3_cos) + arm_theta_3_sin * (arm_theta_3_sin *
-        t67);
-    const double t74 = arm_theta_3_cos * t68;
-    const double t75 = arm_theta_3_sin * t68;
-    const double t76 = arm_psi_3_sin * t75;
-    const double t77 = arm_psi_3_cos * t73 - t76;
-    const double t78 = arm_psi_3_cos * t75;
-    const double t79 = t78 - arm_psi_3_sin * t67;
-    const double t80 = arm_psi_3_cos * t79 + arm_psi_3_sin * t77;
-    const double t81 = arm_psi_3_cos * (t76 + arm_psi_3_cos * t67) + arm_psi_3_sin * (t78 + arm_psi_3_sin *
-        t73);
-    const double t82 = arm_psi_3_cos * t72 - arm_psi_3_sin * t74;
-    const double t83 = arm_psi_3_cos * t74 + arm_psi_3_sin * t72;
-    const double t84 = p->derived.arm_element_length * t82;
-    const double t85 = p->derived.arm_element_length * t80;
-    const double t86 = p->derived.arm_element_length * t83;
-    const double t87 = p->derived.arm_element_length * t81;
-    const double t88 = p->derived.arm_element_length * t71;
-    const double t89 = p->derived.arm_element_length * t86;
+    const double t48 = arm_phi_3_moment_beyond_x * t47;
+    const double t49 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t48;
+    const double t50 = arm_phi_3_cos * t49;
+    const double t51 = arm_phi_3_sin * t49;
+    const double t52 = arm_phi_3_sin * t51 + arm_phi_3_cos * t50;
+    const double t53 = arm_phi_3_sin * t50 - arm_phi_3_cos * t51;
+    const double t54 = arm_theta_3_cos * t52;
+    const double t55 = p->derived.arm_psi_mass * arm_theta_3_sin;
+    const double t56 = arm_theta_3_sin * t55 + arm_theta_3_cos * t54;
+    const double t57 = arm_theta_3_sin * t54 - arm_theta_3_cos * t55;
+    const double t58 = arm_theta_3_cos * (p->derived.arm_psi_mass * arm_theta_3_cos) + arm_theta_3_sin * (arm_theta_3_sin *
+        t52);
+    const double t59 = arm_theta_3_cos * t53;
+    const double t60 = arm_theta_3_sin * t53;
+    const double t61 = arm_psi_3_sin * t60;
+    const double t62 = arm_psi_3_cos * t58 - t61;
+    const double t63 = arm_psi_3_cos * t60;
+    const double t64 = t63 - arm_psi_3_sin * t52;
+    const double t65 = arm_psi_3_cos * t64 + arm_psi_3_sin * t62;
+    const double t66 = arm_psi_3_cos * (t61 + arm_psi_3_cos * t52) + arm_psi_3_sin * (t63 + arm_psi_3_sin *
+        t58);
+    const double t67 = arm_psi_3_cos * t57 - arm_psi_3_sin * t59;
+    const double t68 = arm_psi_3_cos * t59 + arm_psi_3_sin * t57;
+    const double t69 = p->derived.arm_element_length * t67;
+    const double t70 = p->derived.arm_element_length * t65;
+    const double t71 = p->derived.arm_element_length * t68;
+    const double t72 = p->derived.arm_element_length * t66;
+    const double t73 = p->derived.arm_element_length * t56;
+    const double t74 = p->derived.arm_element_length * t71;
     /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t90 = p->derived.arm_phi_1_moment_x + t88;
-    const double t91 = p->derived.arm_phi_1_moment_x + t87;
-    const double t92 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t88);
-    const double t93 = t89 * t92;
-    const double t94 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t87 - t89 *
-        t93);
+    const double t75 = p->derived.arm_phi_1_moment_x + t73;
+    const double t76 = p->derived.arm_phi_1_moment_x + t72;
+    const double t77 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t73);
+    const double t78 = t74 * t77;
+    const double t79 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t72 - t74 *
+        t78);
     const double arm_theta_2_cos_inverse = 1.0 / arm_theta_2_cos;
-    const double t95 = t94 * (t85 - t84 * t93);
-    const double t96 = t93 * t95 - t84 * t92;
-    const double t97 = t94 * (t91 - t86 * t93);
-    const double t98 = t93 * t97 - t86 * t92;
-    const double t99 = t94 * (t86 - t90 * t93);
-    const double t100 = t93 * t99 - t90 * t92;
-    const double t101 = p->derived.arm_phi_1_mass + (arm_psi_3_cos * t77 - arm_psi_3_sin * t79) - (t85 * t95 -
-        t84 * t96);
-    const double t102 = t80 - (t85 * t97 - t84 * t98);
-    const double t103 = t82 - (t85 * t99 - t84 * t100);
-    const double t104 = p->derived.arm_phi_1_mass + t81 - (t91 * t97 - t86 * t98);
-    const double t105 = t83 - (t91 * t99 - t86 * t100);
-    const double t106 = p->derived.arm_phi_1_mass + t71 - (t86 * t99 - t90 * t100);
-    const double t107 = arm_phi_2_sin * t105;
-    const double t108 = arm_phi_2_cos * t104 - t107;
-    const double t109 = arm_phi_2_cos * t105;
-    const double t110 = t109 - arm_phi_2_sin * t106;
-    const double t111 = arm_phi_2_cos * t108 - arm_phi_2_sin * t110;
-    const double t112 = arm_phi_2_cos * t110 + arm_phi_2_sin * t108;
-    const double t113 = arm_phi_2_cos * (t107 + arm_phi_2_cos * t106) + arm_phi_2_sin * (t109 + arm_phi_2_sin *
-        t104);
-    const double t114 = arm_phi_2_cos * t102 - arm_phi_2_sin * t103;
-    const double t115 = arm_phi_2_cos * t103 + arm_phi_2_sin * t102;
-    const double t116 = arm_theta_2_sin * t115;
-    const double t117 = arm_theta_2_cos * t113 - t116;
-    const double t118 = arm_theta_2_cos * t115;
-    const double t119 = t118 - arm_theta_2_sin * t101;
-    const double t120 = arm_theta_2_cos * t117 - arm_theta_2_sin * t119;
-    const double t121 = arm_theta_2_cos * t119 + arm_theta_2_sin * t117;
-    const double t122 = arm_theta_2_cos * (t116 + arm_theta_2_cos * t101) + arm_theta_2_sin * (t118 + arm_theta_2_sin *
-        t113);
-    const double t123 = arm_theta_2_cos * t112 - arm_theta_2_sin * t114;
-    const double t124 = arm_theta_2_cos * t114 + arm_theta_2_sin * t112;
-    const double t125 = arm_psi_2_sin * t124;
-    const double t126 = arm_psi_2_cos * t122 - t125;
-    const double t127 = arm_psi_2_cos * t124;
-    const double t128 = t127 - arm_psi_2_sin * t111;
-    const double t129 = arm_psi_2_cos * t128 + arm_psi_2_sin * t126;
-    const double t130 = arm_psi_2_cos * (t125 + arm_psi_2_cos * t111) + arm_psi_2_sin * (t127 + arm_psi_2_sin *
-        t122);
-    const double t131 = arm_psi_2_cos * t121 - arm_psi_2_sin * t123;
-    const double t132 = arm_psi_2_cos * t123 + arm_psi_2_sin * t121;
-    const double t133 = p->derived.arm_element_length * t131;
-    const double t134 = p->derived.arm_element_length * t129;
-    const double t135 = p->derived.arm_element_length * t132;
-    const double t136 = p->derived.arm_element_length * t130;
-    const double t137 = p->derived.arm_element_length * t120;
-    const double t138 = p->derived.arm_element_length * t135;
+    const double t80 = t79 * (t70 - t69 * t78);
+    const double t81 = t78 * t80 - t69 * t77;
+    const double t82 = t79 * (t76 - t71 * t78);
+    const double t83 = t78 * t82 - t71 * t77;
+    const double t84 = t79 * (t71 - t75 * t78);
+    const double t85 = t78 * t84 - t75 * t77;
+    const double t86 = p->derived.arm_phi_1_mass + (arm_psi_3_cos * t62 - arm_psi_3_sin * t64) - (t70 * t80 -
+        t69 * t81);
+    const double t87 = t65 - (t70 * t82 - t69 * t83);
+    const double t88 = t67 - (t70 * t84 - t69 * t85);
+    const double t89 = p->derived.arm_phi_1_mass + t66 - (t76 * t82 - t71 * t83);
+    const double t90 = t68 - (t76 * t84 - t71 * t85);
+    const double t91 = p->derived.arm_phi_1_mass + t56 - (t71 * t84 - t75 * t85);
+    const double t92 = arm_phi_2_sin * t90;
+    const double t93 = arm_phi_2_cos * t89 - t92;
+    const double t94 = arm_phi_2_cos * t90;
+    const double t95 = t94 - arm_phi_2_sin * t91;
+    const double t96 = arm_phi_2_cos * t93 - arm_phi_2_sin * t95;
+    const double t97 = arm_phi_2_cos * t95 + arm_phi_2_sin * t93;
+    const double t98 = arm_phi_2_cos * (t92 + arm_phi_2_cos * t91) + arm_phi_2_sin * (t94 + arm_phi_2_sin *
+        t89);
+    const double t99 = arm_phi_2_cos * t87 - arm_phi_2_sin * t88;
+    const double t100 = arm_phi_2_cos * t88 + arm_phi_2_sin * t87;
+    const double t101 = arm_theta_2_sin * t100;
+    const double t102 = arm_theta_2_cos * t98 - t101;
+    const double t103 = arm_theta_2_cos * t100;
+    const double t104 = t103 - arm_theta_2_sin * t86;
+    const double t105 = arm_theta_2_cos * t102 - arm_theta_2_sin * t104;
+    const double t106 = arm_theta_2_cos * t104 + arm_theta_2_sin * t102;
+    const double t107 = arm_theta_2_cos * (t101 + arm_theta_2_cos * t86) + arm_theta_2_sin * (t103 + arm_theta_2_sin *
+        t98);
+    const double t108 = arm_theta_2_cos * t97 - arm_theta_2_sin * t99;
+    const double t109 = arm_theta_2_cos * t99 + arm_theta_2_sin * t97;
+    const double t110 = arm_psi_2_sin * t109;
+    const double t111 = arm_psi_2_cos * t107 - t110;
+    const double t112 = arm_psi_2_cos * t109;
+    const double t113 = t112 - arm_psi_2_sin * t96;
+    const double t114 = arm_psi_2_cos * t113 + arm_psi_2_sin * t111;
+    const double t115 = arm_psi_2_cos * (t110 + arm_psi_2_cos * t96) + arm_psi_2_sin * (t112 + arm_psi_2_sin *
+        t107);
+    const double t116 = arm_psi_2_cos * t106 - arm_psi_2_sin * t108;
+    const double t117 = arm_psi_2_cos * t108 + arm_psi_2_sin * t106;
+    const double t118 = p->derived.arm_element_length * t116;
+    const double t119 = p->derived.arm_element_length * t114;
+    const double t120 = p->derived.arm_element_length * t117;
+    const double t121 = p->derived.arm_element_length * t115;
+    const double t122 = p->derived.arm_element_length * t105;
+    const double t123 = p->derived.arm_element_length * t120;
     /* arm_phi_1 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t139 = p->derived.arm_phi_1_moment_x + t137;
-    const double t140 = p->derived.arm_phi_1_moment_x + t136;
-    const double t141 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t137);
-    const double t142 = t138 * t141;
-    const double t143 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t136 - t138 *
-        t142);
+    const double t124 = p->derived.arm_phi_1_moment_x + t122;
+    const double t125 = p->derived.arm_phi_1_moment_x + t121;
+    const double t126 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t122);
+    const double t127 = t123 * t126;
+    const double t128 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t121 - t123 *
+        t127);
     const double arm_theta_1_cos_inverse = 1.0 / arm_theta_1_cos;
-    const double t144 = t143 * (t134 - t133 * t142);
-    const double t145 = t142 * t144 - t133 * t141;
-    const double t146 = t143 * (t140 - t135 * t142);
-    const double t147 = t142 * t146 - t135 * t141;
-    const double t148 = t143 * (t135 - t139 * t142);
-    const double t149 = t142 * t148 - t139 * t141;
-    const double t150 = p->derived.arm_phi_1_mass + (arm_psi_2_cos * t126 - arm_psi_2_sin * t128) - (t134 *
-        t144 - t133 * t145);
-    const double t151 = t129 - (t134 * t146 - t133 * t147);
-    const double t152 = t131 - (t134 * t148 - t133 * t149);
-    const double t153 = p->derived.arm_phi_1_mass + t130 - (t140 * t146 - t135 * t147);
-    const double t154 = t132 - (t140 * t148 - t135 * t149);
-    const double t155 = p->derived.arm_phi_1_mass + t120 - (t135 * t148 - t139 * t149);
-    const double t156 = arm_phi_1_sin * t154;
-    const double t157 = arm_phi_1_cos * t153 - t156;
-    const double t158 = arm_phi_1_cos * t154;
-    const double t159 = t158 - arm_phi_1_sin * t155;
-    const double t160 = arm_phi_1_cos * t157 - arm_phi_1_sin * t159;
-    const double t161 = arm_phi_1_cos * t159 + arm_phi_1_sin * t157;
-    const double t162 = arm_phi_1_cos * (t156 + arm_phi_1_cos * t155) + arm_phi_1_sin * (t158 + arm_phi_1_sin *
-        t153);
-    const double t163 = arm_phi_1_cos * t151 - arm_phi_1_sin * t152;
-    const double t164 = arm_phi_1_cos * t152 + arm_phi_1_sin * t151;
-    const double t165 = arm_theta_1_sin * t164;
-    const double t166 = arm_theta_1_cos * t162 - t165;
-    const double t167 = arm_theta_1_cos * t164;
-    const double t168 = t167 - arm_theta_1_sin * t150;
-    const double t169 = arm_theta_1_cos * t168 + arm_theta_1_sin * t166;
-    const double t170 = arm_theta_1_cos * (t165 + arm_theta_1_cos * t150) + arm_theta_1_sin * (t167 + arm_theta_1_sin *
-        t162);
-    const double t171 = arm_theta_1_cos * t161 - arm_theta_1_sin * t163;
-    const double t172 = arm_theta_1_cos * t163 + arm_theta_1_sin * t161;
-    const double t173 = arm_psi_1_sin * t172;
-    const double t174 = arm_psi_1_cos * t170 - t173;
-    const double t175 = arm_psi_1_cos * t172;
-    const double t176 = t175 - arm_psi_1_sin * t160;
-    const double t177 = arm_psi_1_cos * t176 + arm_psi_1_sin * t174;
-    const double t178 = arm_psi_1_cos * (t173 + arm_psi_1_cos * t160) + arm_psi_1_sin * (t175 + arm_psi_1_sin *
-        t170);
-    const double arm_psi_U_force_x = p->derived.constant_1 * t177;
-    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t171 + arm_psi_1_sin * t169);
-    const double t179 = p->derived.constant_1 * t178;
-    const double t180 = p->derived.constant_1 * arm_psi_U_force_z;
+    const double t129 = t128 * (t119 - t118 * t127);
+    const double t130 = t127 * t129 - t118 * t126;
+    const double t131 = t128 * (t125 - t120 * t127);
+    const double t132 = t127 * t131 - t120 * t126;
+    const double t133 = t128 * (t120 - t124 * t127);
+    const double t134 = t127 * t133 - t124 * t126;
+    const double t135 = p->derived.arm_phi_1_mass + (arm_psi_2_cos * t111 - arm_psi_2_sin * t113) - (t119 *
+        t129 - t118 * t130);
+    const double t136 = t114 - (t119 * t131 - t118 * t132);
+    const double t137 = t116 - (t119 * t133 - t118 * t134);
+    const double t138 = p->derived.arm_phi_1_mass + t115 - (t125 * t131 - t120 * t132);
+    const double t139 = t117 - (t125 * t133 - t120 * t134);
+    const double t140 = p->derived.arm_phi_1_mass + t105 - (t120 * t133 - t124 * t134);
+    const double t141 = arm_phi_1_sin * t139;
+    const double t142 = arm_phi_1_cos * t138 - t141;
+    const double t143 = arm_phi_1_cos * t139;
+    const double t144 = t143 - arm_phi_1_sin * t140;
+    const double t145 = arm_phi_1_cos * t142 - arm_phi_1_sin * t144;
+    const double t146 = arm_phi_1_cos * t144 + arm_phi_1_sin * t142;
+    const double t147 = arm_phi_1_cos * (t141 + arm_phi_1_cos * t140) + arm_phi_1_sin * (t143 + arm_phi_1_sin *
+        t138);
+    const double t148 = arm_phi_1_cos * t136 - arm_phi_1_sin * t137;
+    const double t149 = arm_phi_1_cos * t137 + arm_phi_1_sin * t136;
+    const double t150 = arm_theta_1_sin * t149;
+    const double t151 = arm_theta_1_cos * t147 - t150;
+    const double t152 = arm_theta_1_cos * t149;
+    const double t153 = t152 - arm_theta_1_sin * t135;
+    const double t154 = arm_theta_1_cos * t153 + arm_theta_1_sin * t151;
+    const double t155 = arm_theta_1_cos * (t150 + arm_theta_1_cos * t135) + arm_theta_1_sin * (t152 + arm_theta_1_sin *
+        t147);
+    const double t156 = arm_theta_1_cos * t146 - arm_theta_1_sin * t148;
+    const double t157 = arm_theta_1_cos * t148 + arm_theta_1_sin * t146;
+    const double t158 = arm_psi_1_sin * t157;
+    const double t159 = arm_psi_1_cos * t155 - t158;
+    const double t160 = arm_psi_1_cos * t157;
+    const double t161 = t160 - arm_psi_1_sin * t145;
+    const double t162 = arm_psi_1_cos * t161 + arm_psi_1_sin * t159;
+    const double t163 = arm_psi_1_cos * (t158 + arm_psi_1_cos * t145) + arm_psi_1_sin * (t160 + arm_psi_1_sin *
+        t155);
+    const double arm_psi_U_force_x = p->derived.constant_1 * t162;
+    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t156 + arm_psi_1_sin * t154);
+    const double t164 = p->derived.constant_1 * t163;
+    const double t165 = p->derived.constant_1 * arm_psi_U_force_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t179;
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t179;
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t164;
+    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t164;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t181 = t180 * arm_psi_D_inverse;
-    const double t182 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t183 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t184 = t177 - arm_psi_U_force_x * t183;
-    const double t185 = arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_inertia_yy + p->derived.constant_1 *
-        (p->derived.constant_1 * (arm_theta_1_cos * t166 - arm_theta_1_sin * t168)) - t180 * t181)) + arm_psi_sin *
+    const double t166 = t165 * arm_psi_D_inverse;
+    const double t167 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t168 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t169 = t162 - arm_psi_U_force_x * t168;
+    const double t170 = arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_inertia_yy + p->derived.constant_1 *
+        (p->derived.constant_1 * (arm_theta_1_cos * t151 - arm_theta_1_sin * t153)) - t165 * t166)) + arm_psi_sin *
         (p->derived.arm_psi_inertia_xx * arm_psi_sin);
-    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t180 * t182 - p->derived.constant_1 *
-        (arm_psi_1_cos * t169 - arm_psi_1_sin * t171))) + arm_psi_cos * (arm_psi_cos * (t180 * t183 - arm_psi_U_force_z));
-    const double t186 = arm_psi_cos * (arm_psi_sin * t184 + arm_psi_cos * (p->derived.arm_psi_mass + t178 -
-        arm_psi_U_force_y * t183)) + arm_psi_sin * (arm_psi_cos * t184 + arm_psi_sin * (p->derived.arm_psi_mass +
-        (arm_psi_1_cos * t174 - arm_psi_1_sin * t176) - arm_psi_U_force_x * t182));
+    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t165 * t167 - p->derived.constant_1 *
+        (arm_psi_1_cos * t154 - arm_psi_1_sin * t156))) + arm_psi_cos * (arm_psi_cos * (t165 * t168 - arm_psi_U_force_z));
+    const double t171 = arm_psi_cos * (arm_psi_sin * t169 + arm_psi_cos * (p->derived.arm_psi_mass + t163 -
+        arm_psi_U_force_y * t168)) + arm_psi_sin * (arm_psi_cos * t169 + arm_psi_sin * (p->derived.arm_psi_mass +
+        (arm_psi_1_cos * t159 - arm_psi_1_sin * t161) - arm_psi_U_force_x * t167));
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + t185;
+    const double column_psi_U_moment_z = p->Izz_col + t170;
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t187 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t172 = column_psi_U_force_z * column_psi_D_inverse;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + t186 - column_psi_U_force_z * t187);
+    const double base_z_U_force_z = p->m_base + (p->m_col + t171 - column_psi_U_force_z * t172);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
+    /* effector_z: force left for the joint, inward */
+    const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
+    const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
+    const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
+    const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
     /* arm_phi_3: force left for the joint, inward */
-    const double t188 = arm_theta_3_sin * t61;
-    const double t189 = arm_theta_3_cos_inverse * (t27 - t44 - (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
-        qd[9]) - t188);
-    const double t190 = arm_phi_3_sin * t189 + arm_phi_3_cos * t60;
-    const double t191 = arm_phi_3_cos * t189 - arm_phi_3_sin * t60;
-    const double t192 = t62 * t190;
-    const double t193 = t62 * t191;
-    const double t194 = arm_phi_3_moment_beyond_x * t193;
-    const double t195 = arm_phi_3_moment_beyond_x * t192;
-    const double t196 = arm_phi_3_sin * t195 + arm_phi_3_cos * t194;
-    const double t197 = arm_phi_3_sin * t194 - arm_phi_3_cos * t195;
-    const double t198 = arm_phi_3_cos * t190 - arm_phi_3_sin * t191;
-    const double t199 = arm_phi_3_sin * t190 + arm_phi_3_cos * t191;
-    const double t200 = arm_theta_3_sin * effector_z_load_force_z + arm_theta_3_cos * t197;
-    const double t201 = arm_theta_3_sin * t197 - arm_theta_3_cos * effector_z_load_force_z;
-    const double t202 = arm_theta_3_sin * t199 - arm_theta_3_cos * t61;
-    const double t203 = arm_psi_3_sin * t201 + arm_psi_3_cos * t196;
+    const double t173 = arm_theta_3_sin * t46;
+    const double t174 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
+        qd[9] + t173);
+    const double t175 = arm_phi_3_sin * t174 + arm_phi_3_cos * t45;
+    const double t176 = arm_phi_3_sin * t45 - arm_phi_3_cos * t174;
+    const double t177 = t47 * (arm_phi_3_carried_moment_y + t175);
+    const double t178 = t47 * (t176 - arm_phi_3_carried_moment_z);
+    const double t179 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t178;
+    const double t180 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t177;
+    const double t181 = arm_phi_3_cos * t179 - arm_phi_3_sin * t180;
+    const double t182 = arm_phi_3_sin * t179 + arm_phi_3_cos * t180;
+    const double t183 = arm_phi_3_sin * t176 + arm_phi_3_cos * t175;
+    const double t184 = arm_phi_3_cos * t176 - arm_phi_3_sin * t175;
+    const double t185 = arm_theta_3_cos * t182 - arm_theta_3_sin * arm_phi_3_load_force_x;
+    const double t186 = arm_theta_3_sin * t182 + arm_theta_3_cos * arm_phi_3_load_force_x;
+    const double t187 = arm_theta_3_sin * t184 - arm_theta_3_cos * t46;
+    const double t188 = arm_psi_3_sin * t186 + arm_psi_3_cos * t181;
     /* arm_phi_2: force left for the joint, inward */
-    const double t204 = arm_theta_2_sin * t59;
-    const double t205 = arm_theta_2_cos_inverse * (t48 - t49 - (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
-        qd[6]) - t204);
-    const double t206 = arm_phi_2_sin * t205 + arm_phi_2_cos * t58;
-    const double t207 = arm_phi_2_cos * t205 - arm_phi_2_sin * t58;
-    const double t208 = t206 - (arm_psi_3_sin * t202 + arm_psi_3_cos * t198 - p->derived.arm_element_length *
-        t200);
-    const double t209 = p->derived.constant_21 * (t59 + (arm_psi_3_cos * t202 - arm_psi_3_sin * t198));
-    const double t210 = t94 * (t207 - (t188 + arm_theta_3_cos * t199 + p->derived.arm_element_length * t203) +
-        t93 * t208);
-    const double t211 = t92 * t208 + t93 * t210;
-    const double t212 = arm_psi_3_cos * t201 - arm_psi_3_sin * t196 + (t85 * t210 - t84 * t211);
-    const double t213 = t203 + (t91 * t210 - t86 * t211);
-    const double t214 = t200 + (t86 * t210 - t90 * t211);
-    const double t215 = arm_phi_2_cos * t213 - arm_phi_2_sin * t214;
-    const double t216 = arm_phi_2_sin * t213 + arm_phi_2_cos * t214;
-    const double t217 = arm_phi_2_cos * t206 - arm_phi_2_sin * t207;
-    const double t218 = arm_phi_2_sin * t206 + arm_phi_2_cos * t207;
-    const double t219 = arm_theta_2_cos * t216 - arm_theta_2_sin * t212;
-    const double t220 = arm_theta_2_sin * t216 + arm_theta_2_cos * t212;
-    const double t221 = arm_theta_2_sin * t218 - arm_theta_2_cos * t59;
-    const double t222 = arm_psi_2_sin * t220 + arm_psi_2_cos * t215;
+    const double t189 = arm_theta_2_sin * t44;
+    const double t190 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
+        qd[6] + t189);
+    const double t191 = arm_phi_2_sin * t190 + arm_phi_2_cos * t43;
+    const double t192 = arm_phi_2_sin * t43 - arm_phi_2_cos * t190;
+    const double t193 = arm_phi_2_load_moment_y + (arm_psi_3_sin * t187 - arm_psi_3_cos * t183 - p->derived.arm_element_length *
+        t185) + t191;
+    const double t194 = p->derived.constant_19 * (t44 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t183 +
+        arm_psi_3_cos * t187)));
+    const double t195 = t79 * (t192 - (arm_phi_2_load_moment_z + (t173 + arm_theta_3_cos * t184 + p->derived.arm_element_length *
+        t188)) - t78 * t193);
+    const double t196 = t78 * t195 - t77 * t193;
+    const double t197 = arm_phi_2_load_force_x + (arm_psi_3_cos * t186 - arm_psi_3_sin * t181) + (t70 * t195 -
+        t69 * t196);
+    const double t198 = arm_phi_2_load_force_y + t188 + (t76 * t195 - t71 * t196);
+    const double t199 = arm_phi_2_load_force_z + t185 + (t71 * t195 - t75 * t196);
+    const double t200 = arm_phi_2_cos * t198 - arm_phi_2_sin * t199;
+    const double t201 = arm_phi_2_sin * t198 + arm_phi_2_cos * t199;
+    const double t202 = arm_phi_2_sin * t192 + arm_phi_2_cos * t191;
+    const double t203 = arm_phi_2_cos * t192 - arm_phi_2_sin * t191;
+    const double t204 = arm_theta_2_cos * t201 - arm_theta_2_sin * t197;
+    const double t205 = arm_theta_2_sin * t201 + arm_theta_2_cos * t197;
+    const double t206 = arm_theta_2_sin * t203 - arm_theta_2_cos * t44;
+    const double t207 = arm_psi_2_sin * t205 + arm_psi_2_cos * t200;
     /* arm_phi_1: force left for the joint, inward */
-    const double t223 = arm_theta_1_sin * t57;
-    const double t224 = arm_theta_1_cos_inverse * (t53 - t54 - (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
-        qd[3]) - t223);
-    const double t225 = arm_phi_1_sin * t224 + arm_phi_1_cos * t56;
-    const double t226 = arm_phi_1_cos * t224 - arm_phi_1_sin * t56;
-    const double t227 = t225 - (arm_psi_2_sin * t221 + arm_psi_2_cos * t217 - p->derived.arm_element_length *
-        t219);
-    const double t228 = p->derived.constant_21 * (t57 + (arm_psi_2_cos * t221 - arm_psi_2_sin * t217));
-    const double t229 = t143 * (t226 - (t204 + arm_theta_2_cos * t218 + p->derived.arm_element_length * t222) +
-        t142 * t227);
-    const double t230 = t141 * t227 + t142 * t229;
-    const double t231 = arm_psi_2_cos * t220 - arm_psi_2_sin * t215 + (t134 * t229 - t133 * t230);
-    const double t232 = t222 + (t140 * t229 - t135 * t230);
-    const double t233 = t219 + (t135 * t229 - t139 * t230);
-    const double t234 = arm_phi_1_cos * t232 - arm_phi_1_sin * t233;
-    const double t235 = arm_phi_1_sin * t232 + arm_phi_1_cos * t233;
-    const double t236 = arm_phi_1_cos * t225 - arm_phi_1_sin * t226;
-    const double t237 = arm_phi_1_sin * t225 + arm_phi_1_cos * t226;
-    const double t238 = arm_theta_1_sin * t235 + arm_theta_1_cos * t231;
-    const double t239 = arm_theta_1_sin * t237 - arm_theta_1_cos * t57;
-    const double t240 = arm_psi_1_sin * t238 + arm_psi_1_cos * t234;
+    const double t208 = arm_theta_1_sin * t42;
+    const double t209 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
+        qd[3] + t208);
+    const double t210 = arm_phi_1_sin * t209 + arm_phi_1_cos * t41;
+    const double t211 = arm_phi_1_sin * t41 - arm_phi_1_cos * t209;
+    const double t212 = arm_phi_1_load_moment_y + (arm_psi_2_sin * t206 - arm_psi_2_cos * t202 - p->derived.arm_element_length *
+        t204) + t210;
+    const double t213 = p->derived.constant_19 * (t42 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t202 +
+        arm_psi_2_cos * t206)));
+    const double t214 = t128 * (t211 - (arm_phi_1_load_moment_z + (t189 + arm_theta_2_cos * t203 + p->derived.arm_element_length *
+        t207)) - t127 * t212);
+    const double t215 = t127 * t214 - t126 * t212;
+    const double t216 = arm_phi_1_load_force_x + (arm_psi_2_cos * t205 - arm_psi_2_sin * t200) + (t119 * t214 -
+        t118 * t215);
+    const double t217 = arm_phi_1_load_force_y + t207 + (t125 * t214 - t120 * t215);
+    const double t218 = arm_phi_1_load_force_z + t204 + (t120 * t214 - t124 * t215);
+    const double t219 = arm_phi_1_cos * t217 - arm_phi_1_sin * t218;
+    const double t220 = arm_phi_1_sin * t217 + arm_phi_1_cos * t218;
+    const double t221 = arm_phi_1_sin * t211 + arm_phi_1_cos * t210;
+    const double t222 = arm_phi_1_cos * t211 - arm_phi_1_sin * t210;
+    const double t223 = arm_theta_1_sin * t220 + arm_theta_1_cos * t216;
+    const double t224 = arm_theta_1_sin * t222 - arm_theta_1_cos * t42;
+    const double t225 = arm_psi_1_sin * t223 + arm_psi_1_cos * t219;
+    const double t226 = arm_psi_load_moment_z + (t208 + arm_theta_1_cos * t222 + p->derived.constant_1 * t225);
     /* arm_psi: force left for the joint, inward */
-    const double t241 = arm_psi_load_moment_z + (t223 + arm_theta_1_cos * t237 + p->derived.constant_1 * t240);
-    const double t242 = arm_psi_sin * (arm_psi_1_cos * t239 - arm_psi_1_sin * t236) + arm_psi_cos * (arm_psi_1_sin *
-        t239 + arm_psi_1_cos * t236 - p->derived.constant_1 * (arm_theta_1_cos * t235 - arm_theta_1_sin *
-        t231) + t181 * t241);
+    const double t227 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t223 - arm_psi_1_sin * t219) -
+        t167 * t226) + arm_psi_cos * (arm_psi_load_force_y + t225 - t168 * t226);
+    const double t228 = arm_psi_cos * (arm_psi_load_moment_y + (arm_psi_1_sin * t224 - arm_psi_1_cos * t221 -
+        p->derived.constant_1 * (arm_theta_1_cos * t220 - arm_theta_1_sin * t216)) + t166 * t226);
     /* column_psi: force left for the joint, inward */
-    const double t243 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - column_psi_load_moment_z - t242;
-    const double t244 = arm_psi_sin * (arm_psi_1_cos * t238 - arm_psi_1_sin * t234 - t182 * t241) + arm_psi_cos *
-        (t240 - t183 * t241) + t187 * t243;
+    const double t229 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t221 + arm_psi_1_cos * t224)) + t228);
     /* base_z: acceleration, outward */
-    const double t245 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + base_z_load_force_z + t244);
+    const double t230 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        (p->derived.column_psi_load_force_z + t227 + t172 * t229)));
     /* column_psi: acceleration, outward */
-    const double t246 = t187 * t245 + column_psi_D_inverse * t243;
+    const double t231 = t172 * t230 + column_psi_D_inverse * t229;
     /* arm_psi: acceleration, outward */
-    const double t247 = arm_psi_sin * t245;
-    const double t248 = arm_psi_cos * t245;
-    const double t249 = arm_psi_sin * t246;
-    const double t250 = arm_psi_cos * t246;
-    const double t251 = t182 * t247 + t183 * t248 + t181 * t250 - arm_psi_D_inverse * t241;
+    const double t232 = arm_psi_sin * t230;
+    const double t233 = arm_psi_cos * t230;
+    const double t234 = arm_psi_sin * t231;
+    const double t235 = arm_psi_cos * t231;
+    const double t236 = t167 * t232 + t168 * t233 + t166 * t235 - arm_psi_D_inverse * t226;
     /* arm_phi_1: acceleration, outward */
-    const double t252 = p->derived.constant_1 * t250;
-    const double t253 = p->derived.constant_1 * t251 - t248;
-    const double t254 = arm_psi_1_sin * t253 - arm_psi_1_cos * t247;
-    const double t255 = arm_psi_1_sin * t247 + arm_psi_1_cos * t253;
-    const double t256 = arm_theta_1_sin * t254 - arm_theta_1_cos * t252;
-    const double t257 = arm_theta_1_sin * t252 + arm_theta_1_cos * t254;
-    const double t258 = arm_phi_1_sin * t256 + arm_phi_1_cos * t255;
-    const double t259 = arm_phi_1_cos * t256 - arm_phi_1_sin * t255;
-    const double t260 = t230 - (t145 * t257 + t147 * t258 + t149 * t259);
-    const double t261 = t229 - (t144 * t257 + t146 * t258 + t148 * t259);
-    const double t262 = arm_psi_1_sin * t250 + arm_psi_1_cos * t249;
-    const double t263 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t260 + arm_phi_1_cos * t261 - (arm_theta_1_sin *
-        t262 + arm_theta_1_cos * t251));
+    const double t237 = p->derived.constant_1 * t235;
+    const double t238 = p->derived.constant_1 * t236 - t233;
+    const double t239 = arm_psi_1_sin * t238 - arm_psi_1_cos * t232;
+    const double t240 = arm_psi_1_sin * t232 + arm_psi_1_cos * t238;
+    const double t241 = arm_theta_1_sin * t239 - arm_theta_1_cos * t237;
+    const double t242 = arm_theta_1_sin * t237 + arm_theta_1_cos * t239;
+    const double t243 = arm_phi_1_sin * t241 + arm_phi_1_cos * t240;
+    const double t244 = arm_phi_1_cos * t241 - arm_phi_1_sin * t240;
+    const double t245 = t215 - (t130 * t242 + t132 * t243 + t134 * t244);
+    const double t246 = t214 - (t129 * t242 + t131 * t243 + t133 * t244);
+    const double t247 = arm_psi_1_sin * t235 + arm_psi_1_cos * t234;
+    const double t248 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t245 + arm_phi_1_cos * t246 - (arm_theta_1_sin *
+        t247 + arm_theta_1_cos * t236));
     /* arm_phi_2: acceleration, outward */
-    const double t264 = t258 + p->derived.arm_element_length * t261;
-    const double t265 = t259 - p->derived.arm_element_length * t260;
-    const double t266 = arm_psi_2_sin * t264 + arm_psi_2_cos * t257;
-    const double t267 = arm_psi_2_cos * t264 - arm_psi_2_sin * t257;
-    const double t268 = arm_theta_2_sin * t266 + arm_theta_2_cos * t265;
-    const double t269 = arm_theta_2_cos * t266 - arm_theta_2_sin * t265;
-    const double t270 = arm_phi_2_sin * t268 + arm_phi_2_cos * t267;
-    const double t271 = arm_phi_2_cos * t268 - arm_phi_2_sin * t267;
-    const double t272 = t211 - (t96 * t269 + t98 * t270 + t100 * t271);
-    const double t273 = t210 - (t95 * t269 + t97 * t270 + t99 * t271);
-    const double t274 = arm_psi_2_sin * t260 - arm_psi_2_cos * t228;
-    const double t275 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t272 + arm_phi_2_cos * t273 - (arm_theta_2_sin *
-        t274 + arm_theta_2_cos * t261));
+    const double t249 = t243 + p->derived.arm_element_length * t246;
+    const double t250 = t244 - p->derived.arm_element_length * t245;
+    const double t251 = arm_psi_2_sin * t249 + arm_psi_2_cos * t242;
+    const double t252 = arm_psi_2_cos * t249 - arm_psi_2_sin * t242;
+    const double t253 = arm_theta_2_sin * t251 + arm_theta_2_cos * t250;
+    const double t254 = arm_theta_2_cos * t251 - arm_theta_2_sin * t250;
+    const double t255 = arm_phi_2_sin * t253 + arm_phi_2_cos * t252;
+    const double t256 = arm_phi_2_cos * t253 - arm_phi_2_sin * t252;
+    const double t257 = t196 - (t81 * t254 + t83 * t255 + t85 * t256);
+    const double t258 = t195 - (t80 * t254 + t82 * t255 + t84 * t256);
+    const double t259 = arm_psi_2_sin * t245 - arm_psi_2_cos * t213;
+    const double t260 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t257 + arm_phi_2_cos * t258 - (arm_theta_2_sin *
+        t259 + arm_theta_2_cos * t246));
     /* arm_phi_3: acceleration, outward */
-    const double t276 = t270 + p->derived.arm_element_length * t273;
-    const double t277 = t271 - p->derived.arm_element_length * t272;
-    const double t278 = arm_psi_3_sin * t276 + arm_psi_3_cos * t269;
-    const double t279 = arm_psi_3_cos * t276 - arm_psi_3_sin * t269;
-    const double t280 = arm_theta_3_sin * t278 + arm_theta_3_cos * t277;
-    const double t281 = t192 + t63 * (arm_phi_3_cos * t280 - arm_phi_3_sin * t279);
-    const double t282 = t193 - t63 * (arm_phi_3_sin * t280 + arm_phi_3_cos * t279);
-    const double t283 = arm_psi_3_sin * t272 - arm_psi_3_cos * t209;
-    const double t284 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t281 + arm_phi_3_cos * t282 - (arm_theta_3_sin *
-        t283 + arm_theta_3_cos * t273));
-    qdd[0] = -t245;
-    qdd[1] = t246;
-    qdd[2] = t251;
-    qdd[3] = t263;
-    qdd[4] = arm_phi_1_cos * t260 - arm_phi_1_sin * t261 - (arm_psi_1_cos * t250 - arm_psi_1_sin * t249);
-    qdd[5] = arm_theta_1_sin * t263 - (t228 + (arm_theta_1_cos * t262 - arm_theta_1_sin * t251));
-    qdd[6] = t275;
-    qdd[7] = arm_phi_2_cos * t272 - arm_phi_2_sin * t273 - (arm_psi_2_sin * t228 + arm_psi_2_cos * t260);
-    qdd[8] = arm_theta_2_sin * t275 - (t209 + (arm_theta_2_cos * t274 - arm_theta_2_sin * t261));
-    qdd[9] = t284;
-    qdd[10] = arm_phi_3_cos * t281 - arm_phi_3_sin * t282 - (arm_psi_3_sin * t209 + arm_psi_3_cos * t272);
-    qdd[11] = arm_theta_3_sin * t284 - (t61 * p->derived.constant_20 + (arm_theta_3_cos * t283 - arm_theta_3_sin *
-        t273));
-    qdd[12] = -(arm_theta_3_cos * t278 - arm_theta_3_sin * t277 + effector_z_load_force_z * p->derived.effector_z_D_inverse);
+    const double t261 = t255 + p->derived.arm_element_length * t258;
+    const double t262 = t256 - p->derived.arm_element_length * t257;
+    const double t263 = arm_psi_3_sin * t261 + arm_psi_3_cos * t254;
+    const double t264 = arm_psi_3_cos * t261 - arm_psi_3_sin * t254;
+    const double t265 = arm_theta_3_sin * t263 + arm_theta_3_cos * t262;
+    const double t266 = t48 * (arm_phi_3_cos * t265 - arm_phi_3_sin * t264) - t177;
+    const double t267 = t178 - t48 * (arm_phi_3_sin * t265 + arm_phi_3_cos * t264);
+    const double t268 = arm_psi_3_sin * t257 - arm_psi_3_cos * t194;
+    const double t269 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t266 + arm_phi_3_cos * t267 - (arm_theta_3_sin *
+        t268 + arm_theta_3_cos * t258));
+    qdd[0] = -t230;
+    qdd[1] = t231;
+    qdd[2] = t236;
+    qdd[3] = t248;
+    qdd[4] = arm_phi_1_cos * t245 - arm_phi_1_sin * t246 - (arm_psi_1_cos * t235 - arm_psi_1_sin * t234);
+    qdd[5] = arm_theta_1_sin * t248 - (t213 + (arm_theta_1_cos * t247 - arm_theta_1_sin * t236));
+    qdd[6] = t260;
+    qdd[7] = arm_phi_2_cos * t257 - arm_phi_2_sin * t258 - (arm_psi_2_sin * t213 + arm_psi_2_cos * t245);
+    qdd[8] = arm_theta_2_sin * t260 - (t194 + (arm_theta_2_cos * t259 - arm_theta_2_sin * t246));
+    qdd[9] = t269;
+    qdd[10] = arm_phi_3_cos * t266 - arm_phi_3_sin * t267 - (arm_psi_3_sin * t194 + arm_psi_3_cos * t257);
+    qdd[11] = arm_theta_3_sin * t269 - (p->derived.constant_18 * (arm_phi_3_bias_moment_x + t46) + (arm_theta_3_cos *
+        t268 - arm_theta_3_sin * t258));
+    qdd[12] = -(arm_theta_3_cos * t263 - arm_theta_3_sin * t262 + effector_z_load_force_z * p->derived.effector_z_D_inverse);
 }
 
 void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -4155,786 +4021,728 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
         arm_theta_3_bias_wd_x;
     const double t69 = p->derived.arm_psi_moment_x * arm_phi_3_w_z;
     const double t70 = p->derived.arm_psi_moment_x * arm_phi_3_w_y;
-    /* arm_theta_3: bias forces c, inward */
-    const double t71 = arm_theta_3_sin * arm_phi_3_bias_moment_x;
     /* arm_phi_2: bias forces c, inward */
-    const double t72 = p->derived.arm_phi_1_inertia_xx * arm_phi_2_w_x;
-    const double t73 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_y;
-    const double t74 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_z;
-    const double t75 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_z;
-    const double t76 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_y;
+    const double t71 = p->derived.arm_phi_1_inertia_xx * arm_phi_2_w_x;
+    const double t72 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_y;
+    const double t73 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_z;
+    const double arm_phi_2_load_moment_x = arm_phi_2_w_y * t73 - arm_phi_2_w_z * t72 + p->derived.arm_phi_1_inertia_xx *
+        arm_theta_2_bias_wd_x;
+    const double t74 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_z;
+    const double t75 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_y;
     /* arm_phi_1: bias forces c, inward */
-    const double t77 = p->derived.arm_phi_1_inertia_xx * arm_phi_1_w_x;
-    const double t78 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_y;
-    const double t79 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_z;
-    const double t80 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_z;
-    const double t81 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_y;
+    const double t76 = p->derived.arm_phi_1_inertia_xx * arm_phi_1_w_x;
+    const double t77 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_y;
+    const double t78 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_z;
+    const double arm_phi_1_load_moment_x = arm_phi_1_w_y * t78 - arm_phi_1_w_z * t77 + p->derived.arm_phi_1_inertia_xx *
+        arm_theta_1_bias_wd_x;
+    const double t79 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_z;
+    const double t80 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_y;
     /* arm_psi: bias forces c, inward */
-    const double t82 = p->derived.arm_psi_inertia_xx * arm_psi_w_x;
-    const double t83 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
-    const double t84 = p->derived.arm_psi_inertia_yy * qd[2];
-    const double t85 = p->derived.arm_psi_moment_x * arm_psi_w_y;
+    const double t81 = p->derived.arm_psi_inertia_xx * arm_psi_w_x;
+    const double t82 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
+    const double t83 = p->derived.arm_psi_inertia_yy * qd[2];
+    const double arm_psi_load_moment_x = arm_psi_w_y * t83 - qd[2] * t82 + p->derived.arm_psi_inertia_xx *
+        arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = qd[2] * t81 - arm_psi_w_x * t83 - p->derived.arm_psi_inertia_yy *
+        t5;
+    const double t84 = p->derived.arm_psi_moment_x * arm_psi_w_y;
+    /* springs -s (q - rest), dampers -d qd, and forces that the model names */
+    const double t85 = p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4];
+    const double t86 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5];
+    const double t87 = p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7];
+    const double t88 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8];
+    const double t89 = p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10];
+    const double t90 = p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi * qd[11];
     /* row 1 (position level): u qdd + v = 0 */
-    const double t86 = (effector_z_position_x - p->xc) / p->a;
-    const double t87 = effector_z_position_y / p->b;
-    const double row_1_phi = t86 * t86 + t87 * t87 - 1.0;
-    const double t88 = point_E_xd * p->derived.constant_10;
-    const double t89 = t86 * t88;
-    const double t90 = point_E_yd * p->derived.constant_11;
-    const double t91 = t87 * t90;
-    const double row_1_psi = t89 + t89 + (t91 + t91);
-    const double t92 = t88 * t88 + t86 * (point_E_bias_x * p->derived.constant_10);
-    const double t93 = t90 * t90 + t87 * (point_E_bias_y * p->derived.constant_11);
-    const double row_1_v = t92 + t92 + (t93 + t93);
-    const double t94 = p->derived.constant_11 * (t87 + t87);
-    const double t95 = p->derived.constant_10 * (t86 + t86);
-    const double row_1_u_column_psi = effector_z_position_x * t94 - effector_z_position_y * t95;
-    const double t96 = column_psi_cos * t64 * t95 + column_psi_sin * t64 * t94;
-    const double t97 = column_psi_cos * t63 * t95 + column_psi_sin * t63 * t94;
-    const double row_1_u_arm_theta_1 = (t6 * t63 + arm_psi_1_ground_z_y * t61) * t94 - (arm_psi_1_ground_z_y *
-        t62 + t7 * t63) * t95;
-    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t63 - arm_theta_1_ground_z_x * t62) * t95 +
-        (arm_theta_1_ground_z_x * t61 - arm_theta_1_ground_x_x * t63) * t94;
-    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t60 - arm_phi_1_ground_z_z * t59) * t95 + (arm_phi_1_ground_z_z *
-        t58 - arm_phi_1_ground_x_z * t60) * t94;
-    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t60 - arm_psi_2_ground_z_y * t59) * t95 + (arm_psi_2_ground_z_y *
-        t58 - arm_psi_2_ground_x_y * t60) * t94;
-    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t60 - arm_theta_2_ground_z_x * t59) * t95 +
-        (arm_theta_2_ground_z_x * t58 - arm_theta_2_ground_x_x * t60) * t94;
-    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t57 - arm_phi_2_ground_z_z * t56) * t95 + (arm_phi_2_ground_z_z *
-        t55 - arm_phi_2_ground_x_z * t57) * t94;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t57 - arm_psi_3_ground_z_y * t56) * t95 + (arm_psi_3_ground_z_y *
-        t55 - arm_psi_3_ground_x_y * t57) * t94;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t57 - arm_theta_3_ground_z_x * t56) * t95 +
-        (arm_theta_3_ground_z_x * t55 - arm_theta_3_ground_x_x * t57) * t94;
-    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t95 + arm_theta_3_ground_y_x * t94;
+    const double t91 = (effector_z_position_x - p->xc) / p->a;
+    const double t92 = effector_z_position_y / p->b;
+    const double row_1_phi = t91 * t91 + t92 * t92 - 1.0;
+    const double t93 = point_E_xd * p->derived.constant_10;
+    const double t94 = t91 * t93;
+    const double t95 = point_E_yd * p->derived.constant_11;
+    const double t96 = t92 * t95;
+    const double row_1_psi = t94 + t94 + (t96 + t96);
+    const double t97 = t93 * t93 + t91 * (point_E_bias_x * p->derived.constant_10);
+    const double t98 = t95 * t95 + t92 * (point_E_bias_y * p->derived.constant_11);
+    const double row_1_v = t97 + t97 + (t98 + t98);
+    const double t99 = p->derived.constant_11 * (t92 + t92);
+    const double t100 = p->derived.constant_10 * (t91 + t91);
+    const double row_1_u_column_psi = effector_z_position_x * t99 - effector_z_position_y * t100;
+    const double t101 = column_psi_cos * t64 * t100 + column_psi_sin * t64 * t99;
+    const double t102 = column_psi_cos * t63 * t100 + column_psi_sin * t63 * t99;
+    const double row_1_u_arm_theta_1 = (t6 * t63 + arm_psi_1_ground_z_y * t61) * t99 - (arm_psi_1_ground_z_y *
+        t62 + t7 * t63) * t100;
+    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t63 - arm_theta_1_ground_z_x * t62) * t100 +
+        (arm_theta_1_ground_z_x * t61 - arm_theta_1_ground_x_x * t63) * t99;
+    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t60 - arm_phi_1_ground_z_z * t59) * t100 + (arm_phi_1_ground_z_z *
+        t58 - arm_phi_1_ground_x_z * t60) * t99;
+    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t60 - arm_psi_2_ground_z_y * t59) * t100 +
+        (arm_psi_2_ground_z_y * t58 - arm_psi_2_ground_x_y * t60) * t99;
+    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t60 - arm_theta_2_ground_z_x * t59) * t100 +
+        (arm_theta_2_ground_z_x * t58 - arm_theta_2_ground_x_x * t60) * t99;
+    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t57 - arm_phi_2_ground_z_z * t56) * t100 + (arm_phi_2_ground_z_z *
+        t55 - arm_phi_2_ground_x_z * t57) * t99;
+    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t57 - arm_psi_3_ground_z_y * t56) * t100 +
+        (arm_psi_3_ground_z_y * t55 - arm_psi_3_ground_x_y * t57) * t99;
+    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t57 - arm_theta_3_ground_z_x * t56) * t100 +
+        (arm_theta_3_ground_z_x * t55 - arm_theta_3_ground_x_x * t57) * t99;
+    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t100 + arm_theta_3_ground_y_x * t99;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t98 = t2 * (p->derived.constant_14 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t98 + t98);
-    /* effector_z: bias and gravity forces c + g, inward */
+    const double t103 = t2 * (p->derived.constant_14 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t103 + t103);
+    /* arm_psi: inertia and gravity of the body at qdd = 0 */
+    const double arm_psi_load_moment_z = arm_psi_w_x * t82 - arm_psi_w_y * t81 + p->derived.arm_psi_moment_x *
+        arm_psi_bias_a_falling_y;
+    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x *
+        qd[2]) + arm_psi_w_y * t84);
+    const double arm_psi_load_force_y = arm_psi_w_x * t84 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+    /* arm_phi_1: inertia and gravity of the body at qdd = 0 */
+    const double arm_phi_1_load_moment_y = arm_phi_1_w_z * t76 - arm_phi_1_w_x * t78 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_z;
+    const double arm_phi_1_load_moment_z = arm_phi_1_w_x * t77 - arm_phi_1_w_y * t76 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_1_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_y;
+    const double arm_phi_1_load_force_x = p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - (arm_phi_1_w_z *
+        t79 + arm_phi_1_w_y * t80);
+    const double arm_phi_1_load_force_y = arm_phi_1_w_x * t80 + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_z +
+        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_y;
+    const double arm_phi_1_load_force_z = arm_phi_1_w_x * t79 - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_y +
+        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_z;
+    /* arm_phi_2: inertia and gravity of the body at qdd = 0 */
+    const double arm_phi_2_load_moment_y = arm_phi_2_w_z * t71 - arm_phi_2_w_x * t73 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_z;
+    const double arm_phi_2_load_moment_z = arm_phi_2_w_x * t72 - arm_phi_2_w_y * t71 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_2_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_y;
+    const double arm_phi_2_load_force_x = p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - (arm_phi_2_w_z *
+        t74 + arm_phi_2_w_y * t75);
+    const double arm_phi_2_load_force_y = arm_phi_2_w_x * t75 + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_z +
+        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_y;
+    const double arm_phi_2_load_force_z = arm_phi_2_w_x * t74 - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_y +
+        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_z;
+    /* arm_phi_3: inertia and gravity of the body at qdd = 0 */
+    const double arm_phi_3_load_moment_y = arm_phi_3_w_z * t66 - arm_phi_3_w_x * t68 + p->derived.arm_psi_inertia_yy *
+        arm_phi_3_bias_wd_y - p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
+    const double arm_phi_3_load_moment_z = arm_phi_3_w_x * t67 - arm_phi_3_w_y * t66 + p->derived.arm_psi_inertia_yy *
+        arm_phi_3_bias_wd_z + p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
+    const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - (arm_phi_3_w_z *
+        t69 + arm_phi_3_w_y * t70);
+    const double arm_phi_3_load_force_y = arm_phi_3_w_x * t70 + p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_z +
+        p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
+    const double arm_phi_3_load_force_z = arm_phi_3_w_x * t69 - p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_y +
+        p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
+    /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    /* arm_phi_3: bias and gravity forces c + g, inward */
-    const double arm_phi_3_load_moment_y = effector_z_shift_x * effector_z_load_force_x + (arm_phi_3_w_z *
-        t66 - arm_phi_3_w_x * t68 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y - p->derived.arm_psi_moment_x *
-        arm_phi_3_bias_a_falling_z);
-    const double arm_phi_3_load_moment_z = effector_z_shift_x * effector_z_load_force_y + (arm_phi_3_w_x *
-        t67 - arm_phi_3_w_y * t66 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z + p->derived.arm_psi_moment_x *
-        arm_phi_3_bias_a_falling_y);
-    const double arm_phi_3_load_force_x = effector_z_load_force_z + (p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x -
-        (arm_phi_3_w_z * t69 + arm_phi_3_w_y * t70));
-    const double arm_phi_3_load_force_y = effector_z_load_force_y + (arm_phi_3_w_x * t70 + p->derived.arm_psi_moment_x *
-        arm_phi_3_bias_wd_z + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y);
-    const double arm_phi_3_load_force_z = arm_phi_3_w_x * t69 - p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_y +
-        p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z - effector_z_load_force_x;
-    const double arm_theta_3_load_force_y = arm_phi_3_cos * arm_phi_3_load_force_y - arm_phi_3_sin * arm_phi_3_load_force_z;
-    const double arm_theta_3_load_force_z = arm_phi_3_sin * arm_phi_3_load_force_y + arm_phi_3_cos * arm_phi_3_load_force_z;
-    const double t99 = arm_phi_3_sin * arm_phi_3_load_moment_z;
-    const double t100 = arm_phi_3_cos * arm_phi_3_load_moment_y;
-    const double arm_theta_3_load_moment_y = t100 - t99;
-    const double arm_theta_3_load_moment_z = arm_phi_3_sin * arm_phi_3_load_moment_y + arm_phi_3_cos * arm_phi_3_load_moment_z;
-    /* arm_theta_3: bias and gravity forces c + g, inward */
-    const double arm_psi_3_load_force_z = arm_theta_3_cos * arm_theta_3_load_force_z - arm_theta_3_sin * arm_phi_3_load_force_x;
-    const double arm_psi_3_load_force_x = arm_theta_3_sin * arm_theta_3_load_force_z + arm_theta_3_cos * arm_phi_3_load_force_x;
-    const double t101 = arm_theta_3_cos * arm_theta_3_load_moment_z;
-    const double arm_psi_3_load_moment_z = t101 - t71;
-    const double arm_psi_3_load_moment_x = arm_theta_3_cos * arm_phi_3_bias_moment_x + arm_theta_3_sin * arm_theta_3_load_moment_z;
-    /* arm_psi_3: bias and gravity forces c + g, inward */
-    const double t102 = arm_psi_3_sin * arm_psi_3_load_force_x + arm_psi_3_cos * arm_theta_3_load_force_y;
-    /* arm_phi_2: bias and gravity forces c + g, inward */
-    const double arm_phi_2_load_moment_x = arm_phi_2_w_y * t74 - arm_phi_2_w_z * t73 + p->derived.arm_phi_1_inertia_xx *
-        arm_theta_2_bias_wd_x + (arm_psi_3_cos * arm_psi_3_load_moment_x - arm_psi_3_sin * arm_theta_3_load_moment_y);
-    const double arm_phi_2_load_moment_y = arm_psi_3_sin * arm_psi_3_load_moment_x + arm_psi_3_cos * arm_theta_3_load_moment_y -
-        p->derived.arm_element_length * arm_psi_3_load_force_z + (arm_phi_2_w_z * t72 - arm_phi_2_w_x * t74 +
-        p->derived.arm_phi_1_inertia_yy * arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_z);
-    const double arm_phi_2_load_moment_z = arm_psi_3_load_moment_z + p->derived.arm_element_length * t102 +
-        (arm_phi_2_w_x * t73 - arm_phi_2_w_y * t72 + p->derived.arm_phi_1_inertia_yy * arm_phi_2_bias_wd_z +
-        p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_y);
-    const double arm_phi_2_load_force_x = arm_psi_3_cos * arm_psi_3_load_force_x - arm_psi_3_sin * arm_theta_3_load_force_y +
-        (p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - (arm_phi_2_w_z * t75 + arm_phi_2_w_y *
-        t76));
-    const double arm_phi_2_load_force_y = t102 + (arm_phi_2_w_x * t76 + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_z +
-        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_y);
-    const double arm_phi_2_load_force_z = arm_psi_3_load_force_z + (arm_phi_2_w_x * t75 - p->derived.arm_phi_1_moment_x *
-        arm_phi_2_bias_wd_y + p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_z);
-    const double arm_theta_2_load_force_y = arm_phi_2_cos * arm_phi_2_load_force_y - arm_phi_2_sin * arm_phi_2_load_force_z;
-    const double arm_theta_2_load_force_z = arm_phi_2_sin * arm_phi_2_load_force_y + arm_phi_2_cos * arm_phi_2_load_force_z;
-    const double t103 = arm_phi_2_sin * arm_phi_2_load_moment_z;
-    const double t104 = arm_phi_2_cos * arm_phi_2_load_moment_y;
-    const double arm_theta_2_load_moment_y = t104 - t103;
-    const double arm_theta_2_load_moment_z = arm_phi_2_sin * arm_phi_2_load_moment_y + arm_phi_2_cos * arm_phi_2_load_moment_z;
-    /* arm_theta_2: bias and gravity forces c + g, inward */
-    const double arm_psi_2_load_force_z = arm_theta_2_cos * arm_theta_2_load_force_z - arm_theta_2_sin * arm_phi_2_load_force_x;
-    const double arm_psi_2_load_force_x = arm_theta_2_sin * arm_theta_2_load_force_z + arm_theta_2_cos * arm_phi_2_load_force_x;
-    const double t105 = arm_theta_2_sin * arm_phi_2_load_moment_x;
-    const double t106 = arm_theta_2_cos * arm_theta_2_load_moment_z;
-    const double arm_psi_2_load_moment_z = t106 - t105;
-    const double arm_psi_2_load_moment_x = arm_theta_2_sin * arm_theta_2_load_moment_z + arm_theta_2_cos *
-        arm_phi_2_load_moment_x;
-    /* arm_psi_2: bias and gravity forces c + g, inward */
-    const double t107 = arm_psi_2_sin * arm_psi_2_load_force_x + arm_psi_2_cos * arm_theta_2_load_force_y;
-    /* arm_phi_1: bias and gravity forces c + g, inward */
-    const double arm_phi_1_load_moment_x = arm_phi_1_w_y * t79 - arm_phi_1_w_z * t78 + p->derived.arm_phi_1_inertia_xx *
-        arm_theta_1_bias_wd_x + (arm_psi_2_cos * arm_psi_2_load_moment_x - arm_psi_2_sin * arm_theta_2_load_moment_y);
-    const double arm_phi_1_load_moment_y = arm_psi_2_sin * arm_psi_2_load_moment_x + arm_psi_2_cos * arm_theta_2_load_moment_y -
-        p->derived.arm_element_length * arm_psi_2_load_force_z + (arm_phi_1_w_z * t77 - arm_phi_1_w_x * t79 +
-        p->derived.arm_phi_1_inertia_yy * arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_z);
-    const double arm_phi_1_load_moment_z = arm_psi_2_load_moment_z + p->derived.arm_element_length * t107 +
-        (arm_phi_1_w_x * t78 - arm_phi_1_w_y * t77 + p->derived.arm_phi_1_inertia_yy * arm_phi_1_bias_wd_z +
-        p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_y);
-    const double arm_phi_1_load_force_x = arm_psi_2_cos * arm_psi_2_load_force_x - arm_psi_2_sin * arm_theta_2_load_force_y +
-        (p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - (arm_phi_1_w_z * t80 + arm_phi_1_w_y *
-        t81));
-    const double arm_phi_1_load_force_y = t107 + (arm_phi_1_w_x * t81 + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_z +
-        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_y);
-    const double arm_phi_1_load_force_z = arm_psi_2_load_force_z + (arm_phi_1_w_x * t80 - p->derived.arm_phi_1_moment_x *
-        arm_phi_1_bias_wd_y + p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_z);
-    const double arm_theta_1_load_force_y = arm_phi_1_cos * arm_phi_1_load_force_y - arm_phi_1_sin * arm_phi_1_load_force_z;
-    const double arm_theta_1_load_force_z = arm_phi_1_sin * arm_phi_1_load_force_y + arm_phi_1_cos * arm_phi_1_load_force_z;
-    const double t108 = arm_phi_1_sin * arm_phi_1_load_moment_z;
-    const double t109 = arm_phi_1_cos * arm_phi_1_load_moment_y;
-    const double arm_theta_1_load_moment_y = t109 - t108;
-    const double arm_theta_1_load_moment_z = arm_phi_1_sin * arm_phi_1_load_moment_y + arm_phi_1_cos * arm_phi_1_load_moment_z;
-    /* arm_theta_1: bias and gravity forces c + g, inward */
-    const double arm_psi_1_load_force_z = arm_theta_1_cos * arm_theta_1_load_force_z - arm_theta_1_sin * arm_phi_1_load_force_x;
-    const double arm_psi_1_load_force_x = arm_theta_1_sin * arm_theta_1_load_force_z + arm_theta_1_cos * arm_phi_1_load_force_x;
-    const double t110 = arm_theta_1_sin * arm_phi_1_load_moment_x;
-    const double t111 = arm_theta_1_cos * arm_theta_1_load_moment_z;
-    const double arm_psi_1_load_moment_z = t111 - t110;
-    const double arm_psi_1_load_moment_x = arm_theta_1_sin * arm_theta_1_load_moment_z + arm_theta_1_cos *
-        arm_phi_1_load_moment_x;
-    /* arm_psi_1: bias and gravity forces c + g, inward */
-    const double t112 = arm_psi_1_sin * arm_psi_1_load_force_x + arm_psi_1_cos * arm_theta_1_load_force_y;
-    /* arm_psi: bias and gravity forces c + g, inward */
-    const double arm_psi_load_moment_x = arm_psi_w_y * t84 - qd[2] * t83 + p->derived.arm_psi_inertia_xx *
-        arm_psi_bias_wd_x + (arm_psi_1_cos * arm_psi_1_load_moment_x - arm_psi_1_sin * arm_theta_1_load_moment_y);
-    const double arm_psi_load_moment_y = qd[2] * t82 - arm_psi_w_x * t84 - p->derived.arm_psi_inertia_yy *
-        t5 + (arm_psi_1_sin * arm_psi_1_load_moment_x + arm_psi_1_cos * arm_theta_1_load_moment_y - p->derived.constant_1 *
-        arm_psi_1_load_force_z);
-    const double arm_psi_load_moment_z = arm_psi_1_load_moment_z + p->derived.constant_1 * t112 + (arm_psi_w_x *
-        t83 - arm_psi_w_y * t82 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y);
-    const double arm_psi_load_force_x = arm_psi_1_cos * arm_psi_1_load_force_x - arm_psi_1_sin * arm_theta_1_load_force_y +
-        (p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x * qd[2]) +
-        arm_psi_w_y * t85));
-    const double arm_psi_load_force_y = t112 + (arm_psi_w_x * t85 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y);
-    const double column_psi_load_moment_z = arm_psi_sin * arm_psi_load_moment_x + arm_psi_cos * arm_psi_load_moment_y;
-    /* column_psi: bias and gravity forces c + g, inward */
-    const double column_psi_load_force_z = arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * arm_psi_load_force_y +
-        p->derived.constant_18;
-    /* base_z: bias and gravity forces c + g, inward */
-    const double base_z_load_force_z = column_psi_load_force_z + p->derived.constant_19;
-    const double t113 = t108 - t109 - (p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi *
-        qd[4]);
-    const double t114 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5] + arm_phi_1_load_moment_x;
-    const double t115 = t103 - t104 - (p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi *
-        qd[7]);
-    const double t116 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8] + arm_phi_2_load_moment_x;
-    const double t117 = t99 - t100 - (p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi *
-        qd[10]);
-    const double t118 = arm_phi_3_bias_moment_x + (p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi *
-        qd[11]);
     /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t119 = 1.0 / (p->derived.arm_psi_inertia_yy + effector_z_shift_x * t65);
+    const double t104 = 1.0 / (p->derived.arm_psi_inertia_yy + effector_z_shift_x * t65);
     const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
-    const double t120 = arm_phi_3_moment_beyond_x * t119;
-    const double t121 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t120;
-    const double t122 = arm_phi_3_cos * t121;
-    const double t123 = arm_phi_3_sin * t121;
-    const double t124 = arm_phi_3_sin * t123 + arm_phi_3_cos * t122;
-    const double t125 = arm_phi_3_sin * t122 - arm_phi_3_cos * t123;
-    const double t126 = arm_theta_3_cos * t124;
-    const double t127 = p->derived.arm_psi_mass * arm_theta_3_sin;
-    const double t128 = arm_theta_3_sin * t127 + arm_theta_3_cos * t126;
-    const double t129 = arm_theta_3_sin * t126 - arm_theta_3_cos * t127;
-    const double t130 = arm_theta_3_cos * (p->derived.arm_psi_mass * arm_theta_3_cos) + arm_theta_3_sin *
-        (arm_theta_3_sin * t124);
-    const double t131 = arm_theta_3_cos * t125;
-    const double t132 = arm_theta_3_sin * t125;
-    const double t133 = arm_psi_3_sin * t132;
-    const double t134 = arm_psi_3_cos * t130 - t133;
-    const double t135 = arm_psi_3_cos * t132;
-    const double t136 = t135 - arm_psi_3_sin * t124;
-    const double t137 = arm_psi_3_cos * t136 + arm_psi_3_sin * t134;
-    const double t138 = arm_psi_3_cos * (t133 + arm_psi_3_cos * t124) + arm_psi_3_sin * (t135 + arm_psi_3_sin *
-        t130);
-    const double t139 = arm_psi_3_cos * t129 - arm_psi_3_sin * t131;
-    const double t140 = arm_psi_3_cos * t131 + arm_psi_3_sin * t129;
-    const double t141 = p->derived.arm_element_length * t139;
-    const double t142 = p->derived.arm_element_length * t137;
-    const double t143 = p->derived.arm_element_length * t140;
-    const double t144 = p->derived.arm_element_length * t138;
-    const double t145 = p->derived.arm_element_length * t128;
-    const double t146 = p->derived.arm_element_length * t143;
+    const double t105 = arm_phi_3_moment_beyond_x * t104;
+    const double t106 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t105;
+    const double t107 = arm_phi_3_cos * t106;
+    const double t108 = arm_phi_3_sin * t106;
+    const double t109 = arm_phi_3_sin * t108 + arm_phi_3_cos * t107;
+    const double t110 = arm_phi_3_sin * t107 - arm_phi_3_cos * t108;
+    const double t111 = arm_theta_3_cos * t109;
+    const double t112 = p->derived.arm_psi_mass * arm_theta_3_sin;
+    const double t113 = arm_theta_3_sin * t112 + arm_theta_3_cos * t111;
+    const double t114 = arm_theta_3_sin * t111 - arm_theta_3_cos * t112;
+    const double t115 = arm_theta_3_cos * (p->derived.arm_psi_mass * arm_theta_3_cos) + arm_theta_3_sin *
+        (arm_theta_3_sin * t109);
+    const double t116 = arm_theta_3_cos * t110;
+    const double t117 = arm_theta_3_sin * t110;
+    const double t118 = arm_psi_3_sin * t117;
+    const double t119 = arm_psi_3_cos * t115 - t118;
+    const double t120 = arm_psi_3_cos * t117;
+    const double t121 = t120 - arm_psi_3_sin * t109;
+    const double t122 = arm_psi_3_cos * t121 + arm_psi_3_sin * t119;
+    const double t123 = arm_psi_3_cos * (t118 + arm_psi_3_cos * t109) + arm_psi_3_sin * (t120 + arm_psi_3_sin *
+        t115);
+    const double t124 = arm_psi_3_cos * t114 - arm_psi_3_sin * t116;
+    const double t125 = arm_psi_3_cos * t116 + arm_psi_3_sin * t114;
+    const double t126 = p->derived.arm_element_length * t124;
+    const double t127 = p->derived.arm_element_length * t122;
+    const double t128 = p->derived.arm_element_length * t125;
+    const double t129 = p->derived.arm_element_length * t123;
+    const double t130 = p->derived.arm_element_length * t113;
+    const double t131 = p->derived.arm_element_length * t128;
     /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t147 = p->derived.arm_phi_1_moment_x + t145;
-    const double t148 = p->derived.arm_phi_1_moment_x + t144;
-    const double t149 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t145);
-    const double t150 = t146 * t149;
-    const double t151 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t144 - t146 *
-        t150);
+    const double t132 = p->derived.arm_phi_1_moment_x + t130;
+    const double t133 = p->derived.arm_phi_1_moment_x + t129;
+    const double t134 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t130);
+    const double t135 = t131 * t134;
+    const double t136 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t129 - t131 *
+        t135);
     const double arm_theta_2_cos_inverse = 1.0 / arm_theta_2_cos;
-    const double t152 = t151 * (t142 - t141 * t150);
-    const double t153 = t150 * t152 - t141 * t149;
-    const double t154 = t151 * (t148 - t143 * t150);
-    const double t155 = t150 * t154 - t143 * t149;
-    const double t156 = t151 * (t143 - t147 * t150);
-    const double t157 = t150 * t156 - t147 * t149;
-    const double t158 = p->derived.arm_phi_1_mass + (arm_psi_3_cos * t134 - arm_psi_3_sin * t136) - (t142 *
-        t152 - t141 * t153);
-    const double t159 = t137 - (t142 * t154 - t141 * t155);
-    const double t160 = t139 - (t142 * t156 - t141 * t157);
-    const double t161 = p->derived.arm_phi_1_mass + t138 - (t148 * t154 - t143 * t155);
-    const double t162 = t140 - (t148 * t156 - t143 * t157);
-    const double t163 = p->derived.arm_phi_1_mass + t128 - (t143 * t156 - t147 * t157);
-    const double t164 = arm_phi_2_sin * t162;
-    const double t165 = arm_phi_2_cos * t161 - t164;
-    const double t166 = arm_phi_2_cos * t162;
-    const double t167 = t166 - arm_phi_2_sin * t163;
-    const double t168 = arm_phi_2_cos * t165 - arm_phi_2_sin * t167;
-    const double t169 = arm_phi_2_cos * t167 + arm_phi_2_sin * t165;
-    const double t170 = arm_phi_2_cos * (t164 + arm_phi_2_cos * t163) + arm_phi_2_sin * (t166 + arm_phi_2_sin *
-        t161);
-    const double t171 = arm_phi_2_cos * t159 - arm_phi_2_sin * t160;
-    const double t172 = arm_phi_2_cos * t160 + arm_phi_2_sin * t159;
-    const double t173 = arm_theta_2_sin * t172;
-    const double t174 = arm_theta_2_cos * t170 - t173;
-    const double t175 = arm_theta_2_cos * t172;
-    const double t176 = t175 - arm_theta_2_sin * t158;
-    const double t177 = arm_theta_2_cos * t174 - arm_theta_2_sin * t176;
-    const double t178 = arm_theta_2_cos * t176 + arm_theta_2_sin * t174;
-    const double t179 = arm_theta_2_cos * (t173 + arm_theta_2_cos * t158) + arm_theta_2_sin * (t175 + arm_theta_2_sin *
-        t170);
-    const double t180 = arm_theta_2_cos * t169 - arm_theta_2_sin * t171;
-    const double t181 = arm_theta_2_cos * t171 + arm_theta_2_sin * t169;
-    const double t182 = arm_psi_2_sin * t181;
-    const double t183 = arm_psi_2_cos * t179 - t182;
-    const double t184 = arm_psi_2_cos * t181;
-    const double t185 = t184 - arm_psi_2_sin * t168;
-    const double t186 = arm_psi_2_cos * t185 + arm_psi_2_sin * t183;
-    const double t187 = arm_psi_2_cos * (t182 + arm_psi_2_cos * t168) + arm_psi_2_sin * (t184 + arm_psi_2_sin *
-        t179);
-    const double t188 = arm_psi_2_cos * t178 - arm_psi_2_sin * t180;
-    const double t189 = arm_psi_2_cos * t180 + arm_psi_2_sin * t178;
-    const double t190 = p->derived.arm_element_length * t188;
-    const double t191 = p->derived.arm_element_length * t186;
-    const double t192 = p->derived.arm_element_length * t189;
-    const double t193 = p->derived.arm_element_length * t187;
-    const double t194 = p->derived.arm_element_length * t177;
-    const double t195 = p->derived.arm_element_length * t192;
+    const double t137 = t136 * (t127 - t126 * t135);
+    const double t138 = t135 * t137 - t126 * t134;
+    const double t139 = t136 * (t133 - t128 * t135);
+    const double t140 = t135 * t139 - t128 * t134;
+    const double t141 = t136 * (t128 - t132 * t135);
+    const double t142 = t135 * t141 - t132 * t134;
+    const double t143 = p->derived.arm_phi_1_mass + (arm_psi_3_cos * t119 - arm_psi_3_sin * t121) - (t127 *
+        t137 - t126 * t138);
+    const double t144 = t122 - (t127 * t139 - t126 * t140);
+    const double t145 = t124 - (t127 * t141 - t126 * t142);
+    const double t146 = p->derived.arm_phi_1_mass + t123 - (t133 * t139 - t128 * t140);
+    const double t147 = t125 - (t133 * t141 - t128 * t142);
+    const double t148 = p->derived.arm_phi_1_mass + t113 - (t128 * t141 - t132 * t142);
+    const double t149 = arm_phi_2_sin * t147;
+    const double t150 = arm_phi_2_cos * t146 - t149;
+    const double t151 = arm_phi_2_cos * t147;
+    const double t152 = t151 - arm_phi_2_sin * t148;
+    const double t153 = arm_phi_2_cos * t150 - arm_phi_2_sin * t152;
+    const double t154 = arm_phi_2_cos * t152 + arm_phi_2_sin * t150;
+    const double t155 = arm_phi_2_cos * (t149 + arm_phi_2_cos * t148) + arm_phi_2_sin * (t151 + arm_phi_2_sin *
+        t146);
+    const double t156 = arm_phi_2_cos * t144 - arm_phi_2_sin * t145;
+    const double t157 = arm_phi_2_cos * t145 + arm_phi_2_sin * t144;
+    const double t158 = arm_theta_2_sin * t157;
+    const double t159 = arm_theta_2_cos * t155 - t158;
+    const double t160 = arm_theta_2_cos * t157;
+    const double t161 = t160 - arm_theta_2_sin * t143;
+    const double t162 = arm_theta_2_cos * t159 - arm_theta_2_sin * t161;
+    const double t163 = arm_theta_2_cos * t161 + arm_theta_2_sin * t159;
+    const double t164 = arm_theta_2_cos * (t158 + arm_theta_2_cos * t143) + arm_theta_2_sin * (t160 + arm_theta_2_sin *
+        t155);
+    const double t165 = arm_theta_2_cos * t154 - arm_theta_2_sin * t156;
+    const double t166 = arm_theta_2_cos * t156 + arm_theta_2_sin * t154;
+    const double t167 = arm_psi_2_sin * t166;
+    const double t168 = arm_psi_2_cos * t164 - t167;
+    const double t169 = arm_psi_2_cos * t166;
+    const double t170 = t169 - arm_psi_2_sin * t153;
+    const double t171 = arm_psi_2_cos * t170 + arm_psi_2_sin * t168;
+    const double t172 = arm_psi_2_cos * (t167 + arm_psi_2_cos * t153) + arm_psi_2_sin * (t169 + arm_psi_2_sin *
+        t164);
+    const double t173 = arm_psi_2_cos * t163 - arm_psi_2_sin * t165;
+    const double t174 = arm_psi_2_cos * t165 + arm_psi_2_sin * t163;
+    const double t175 = p->derived.arm_element_length * t173;
+    const double t176 = p->derived.arm_element_length * t171;
+    const double t177 = p->derived.arm_element_length * t174;
+    const double t178 = p->derived.arm_element_length * t172;
+    const double t179 = p->derived.arm_element_length * t162;
+    const double t180 = p->derived.arm_element_length * t177;
     /* arm_phi_1 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t196 = p->derived.arm_phi_1_moment_x + t194;
-    const double t197 = p->derived.arm_phi_1_moment_x + t193;
-    const double t198 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t194);
-    const double t199 = t195 * t198;
-    const double t200 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t193 - t195 *
-        t199);
+    const double t181 = p->derived.arm_phi_1_moment_x + t179;
+    const double t182 = p->derived.arm_phi_1_moment_x + t178;
+    const double t183 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t179);
+    const double t184 = t180 * t183;
+    const double t185 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t178 - t180 *
+        t184);
     const double arm_theta_1_cos_inverse = 1.0 / arm_theta_1_cos;
-    const double t201 = t200 * (t191 - t190 * t199);
-    const double t202 = t199 * t201 - t190 * t198;
-    const double t203 = t200 * (t197 - t192 * t199);
-    const double t204 = t199 * t203 - t192 * t198;
-    const double t205 = t200 * (t192 - t196 * t199);
-    const double t206 = t199 * t205 - t196 * t198;
-    const double t207 = p->derived.arm_phi_1_mass + (arm_psi_2_cos * t183 - arm_psi_2_sin * t185) - (t191 *
-        t201 - t190 * t202);
-    const double t208 = t186 - (t191 * t203 - t190 * t204);
-    const double t209 = t188 - (t191 * t205 - t190 * t206);
-    const double t210 = p->derived.arm_phi_1_mass + t187 - (t197 * t203 - t192 * t204);
-    const double t211 = t189 - (t197 * t205 - t192 * t206);
-    const double t212 = p->derived.arm_phi_1_mass + t177 - (t192 * t205 - t196 * t206);
-    const double t213 = arm_phi_1_sin * t211;
-    const double t214 = arm_phi_1_cos * t210 - t213;
-    const double t215 = arm_phi_1_cos * t211;
-    const double t216 = t215 - arm_phi_1_sin * t212;
-    const double t217 = arm_phi_1_cos * t214 - arm_phi_1_sin * t216;
-    const double t218 = arm_phi_1_cos * t216 + arm_phi_1_sin * t214;
-    const double t219 = arm_phi_1_cos * (t213 + arm_phi_1_cos * t212) + arm_phi_1_sin * (t215 + arm_phi_1_sin *
-        t210);
-    const double t220 = arm_phi_1_cos * t208 - arm_phi_1_sin * t209;
-    const double t221 = arm_phi_1_cos * t209 + arm_phi_1_sin * t208;
-    const double t222 = arm_theta_1_sin * t221;
-    const double t223 = arm_theta_1_cos * t219 - t222;
-    const double t224 = arm_theta_1_cos * t221;
-    const double t225 = t224 - arm_theta_1_sin * t207;
-    const double t226 = arm_theta_1_cos * t225 + arm_theta_1_sin * t223;
-    const double t227 = arm_theta_1_cos * (t222 + arm_theta_1_cos * t207) + arm_theta_1_sin * (t224 + arm_theta_1_sin *
-        t219);
-    const double t228 = arm_theta_1_cos * t218 - arm_theta_1_sin * t220;
-    const double t229 = arm_theta_1_cos * t220 + arm_theta_1_sin * t218;
-    const double t230 = arm_psi_1_sin * t229;
-    const double t231 = arm_psi_1_cos * t227 - t230;
-    const double t232 = arm_psi_1_cos * t229;
-    const double t233 = t232 - arm_psi_1_sin * t217;
-    const double t234 = arm_psi_1_cos * t233 + arm_psi_1_sin * t231;
-    const double t235 = arm_psi_1_cos * (t230 + arm_psi_1_cos * t217) + arm_psi_1_sin * (t232 + arm_psi_1_sin *
-        t227);
-    const double arm_psi_U_force_x = p->derived.constant_1 * t234;
-    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t228 + arm_psi_1_sin * t226);
-    const double t236 = p->derived.constant_1 * t235;
-    const double t237 = p->derived.constant_1 * arm_psi_U_force_z;
+    const double t186 = t185 * (t176 - t175 * t184);
+    const double t187 = t184 * t186 - t175 * t183;
+    const double t188 = t185 * (t182 - t177 * t184);
+    const double t189 = t184 * t188 - t177 * t183;
+    const double t190 = t185 * (t177 - t181 * t184);
+    const double t191 = t184 * t190 - t181 * t183;
+    const double t192 = p->derived.arm_phi_1_mass + (arm_psi_2_cos * t168 - arm_psi_2_sin * t170) - (t176 *
+        t186 - t175 * t187);
+    const double t193 = t171 - (t176 * t188 - t175 * t189);
+    const double t194 = t173 - (t176 * t190 - t175 * t191);
+    const double t195 = p->derived.arm_phi_1_mass + t172 - (t182 * t188 - t177 * t189);
+    const double t196 = t174 - (t182 * t190 - t177 * t191);
+    const double t197 = p->derived.arm_phi_1_mass + t162 - (t177 * t190 - t181 * t191);
+    const double t198 = arm_phi_1_sin * t196;
+    const double t199 = arm_phi_1_cos * t195 - t198;
+    const double t200 = arm_phi_1_cos * t196;
+    const double t201 = t200 - arm_phi_1_sin * t197;
+    const double t202 = arm_phi_1_cos * t199 - arm_phi_1_sin * t201;
+    const double t203 = arm_phi_1_cos * t201 + arm_phi_1_sin * t199;
+    const double t204 = arm_phi_1_cos * (t198 + arm_phi_1_cos * t197) + arm_phi_1_sin * (t200 + arm_phi_1_sin *
+        t195);
+    const double t205 = arm_phi_1_cos * t193 - arm_phi_1_sin * t194;
+    const double t206 = arm_phi_1_cos * t194 + arm_phi_1_sin * t193;
+    const double t207 = arm_theta_1_sin * t206;
+    const double t208 = arm_theta_1_cos * t204 - t207;
+    const double t209 = arm_theta_1_cos * t206;
+    const double t210 = t209 - arm_theta_1_sin * t192;
+    const double t211 = arm_theta_1_cos * t210 + arm_theta_1_sin * t208;
+    const double t212 = arm_theta_1_cos * (t207 + arm_theta_1_cos * t192) + arm_theta_1_sin * (t209 + arm_theta_1_sin *
+        t204);
+    const double t213 = arm_theta_1_cos * t203 - arm_theta_1_sin * t205;
+    const double t214 = arm_theta_1_cos * t205 + arm_theta_1_sin * t203;
+    const double t215 = arm_psi_1_sin * t214;
+    const double t216 = arm_psi_1_cos * t212 - t215;
+    const double t217 = arm_psi_1_cos * t214;
+    const double t218 = t217 - arm_psi_1_sin * t202;
+    const double t219 = arm_psi_1_cos * t218 + arm_psi_1_sin * t216;
+    const double t220 = arm_psi_1_cos * (t215 + arm_psi_1_cos * t202) + arm_psi_1_sin * (t217 + arm_psi_1_sin *
+        t212);
+    const double arm_psi_U_force_x = p->derived.constant_1 * t219;
+    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t213 + arm_psi_1_sin * t211);
+    const double t221 = p->derived.constant_1 * t220;
+    const double t222 = p->derived.constant_1 * arm_psi_U_force_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t236;
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t236;
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t221;
+    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t221;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t238 = t237 * arm_psi_D_inverse;
-    const double t239 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t240 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t241 = t234 - arm_psi_U_force_x * t240;
-    const double t242 = arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_inertia_yy + p->derived.constant_1 *
-        (p->derived.constant_1 * (arm_theta_1_cos * t223 - arm_theta_1_sin * t225)) - t237 * t238)) + arm_psi_sin *
+    const double t223 = t222 * arm_psi_D_inverse;
+    const double t224 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t225 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t226 = t219 - arm_psi_U_force_x * t225;
+    const double t227 = arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_inertia_yy + p->derived.constant_1 *
+        (p->derived.constant_1 * (arm_theta_1_cos * t208 - arm_theta_1_sin * t210)) - t222 * t223)) + arm_psi_sin *
         (p->derived.arm_psi_inertia_xx * arm_psi_sin);
-    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t237 * t239 - p->derived.constant_1 *
-        (arm_psi_1_cos * t226 - arm_psi_1_sin * t228))) + arm_psi_cos * (arm_psi_cos * (t237 * t240 - arm_psi_U_force_z));
-    const double t243 = arm_psi_cos * (arm_psi_sin * t241 + arm_psi_cos * (p->derived.arm_psi_mass + t235 -
-        arm_psi_U_force_y * t240)) + arm_psi_sin * (arm_psi_cos * t241 + arm_psi_sin * (p->derived.arm_psi_mass +
-        (arm_psi_1_cos * t231 - arm_psi_1_sin * t233) - arm_psi_U_force_x * t239));
+    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t222 * t224 - p->derived.constant_1 *
+        (arm_psi_1_cos * t211 - arm_psi_1_sin * t213))) + arm_psi_cos * (arm_psi_cos * (t222 * t225 - arm_psi_U_force_z));
+    const double t228 = arm_psi_cos * (arm_psi_sin * t226 + arm_psi_cos * (p->derived.arm_psi_mass + t220 -
+        arm_psi_U_force_y * t225)) + arm_psi_sin * (arm_psi_cos * t226 + arm_psi_sin * (p->derived.arm_psi_mass +
+        (arm_psi_1_cos * t216 - arm_psi_1_sin * t218) - arm_psi_U_force_x * t224));
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + t242;
+    const double column_psi_U_moment_z = p->Izz_col + t227;
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t244 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t229 = column_psi_U_force_z * column_psi_D_inverse;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + t243 - column_psi_U_force_z * t244);
+    const double base_z_U_force_z = p->m_base + (p->m_col + t228 - column_psi_U_force_z * t229);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
+    /* effector_z: force left for the joint, inward */
+    const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
+    const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
+    const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
+    const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
     /* arm_phi_3: force left for the joint, inward */
-    const double t245 = arm_theta_3_sin * t118;
-    const double t246 = arm_theta_3_cos_inverse * (t71 - t101 - (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
-        qd[9]) - t245);
-    const double t247 = arm_phi_3_sin * t246 + arm_phi_3_cos * t117;
-    const double t248 = arm_phi_3_cos * t246 - arm_phi_3_sin * t117;
-    const double t249 = t119 * t247;
-    const double t250 = t119 * t248;
-    const double t251 = arm_phi_3_moment_beyond_x * t250;
-    const double t252 = arm_phi_3_moment_beyond_x * t249;
-    const double t253 = arm_phi_3_sin * t252 + arm_phi_3_cos * t251;
-    const double t254 = arm_phi_3_sin * t251 - arm_phi_3_cos * t252;
-    const double t255 = arm_phi_3_cos * t247 - arm_phi_3_sin * t248;
-    const double t256 = arm_phi_3_sin * t247 + arm_phi_3_cos * t248;
-    const double t257 = arm_theta_3_sin * effector_z_load_force_z + arm_theta_3_cos * t254;
-    const double t258 = arm_theta_3_sin * t254 - arm_theta_3_cos * effector_z_load_force_z;
-    const double t259 = arm_theta_3_sin * t256 - arm_theta_3_cos * t118;
-    const double t260 = arm_psi_3_sin * t258 + arm_psi_3_cos * t253;
+    const double t230 = arm_theta_3_sin * t90;
+    const double t231 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
+        qd[9] + t230);
+    const double t232 = arm_phi_3_sin * t231 + arm_phi_3_cos * t89;
+    const double t233 = arm_phi_3_sin * t89 - arm_phi_3_cos * t231;
+    const double t234 = t104 * (arm_phi_3_carried_moment_y + t232);
+    const double t235 = t104 * (t233 - arm_phi_3_carried_moment_z);
+    const double t236 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t235;
+    const double t237 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t234;
+    const double t238 = arm_phi_3_cos * t236 - arm_phi_3_sin * t237;
+    const double t239 = arm_phi_3_sin * t236 + arm_phi_3_cos * t237;
+    const double t240 = arm_phi_3_sin * t233 + arm_phi_3_cos * t232;
+    const double t241 = arm_phi_3_cos * t233 - arm_phi_3_sin * t232;
+    const double t242 = arm_theta_3_cos * t239 - arm_theta_3_sin * arm_phi_3_load_force_x;
+    const double t243 = arm_theta_3_sin * t239 + arm_theta_3_cos * arm_phi_3_load_force_x;
+    const double t244 = arm_theta_3_sin * t241 - arm_theta_3_cos * t90;
+    const double t245 = arm_psi_3_sin * t243 + arm_psi_3_cos * t238;
     /* arm_phi_2: force left for the joint, inward */
-    const double t261 = arm_theta_2_sin * t116;
-    const double t262 = arm_theta_2_cos_inverse * (t105 - t106 - (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
-        qd[6]) - t261);
-    const double t263 = arm_phi_2_sin * t262 + arm_phi_2_cos * t115;
-    const double t264 = arm_phi_2_cos * t262 - arm_phi_2_sin * t115;
-    const double t265 = t263 - (arm_psi_3_sin * t259 + arm_psi_3_cos * t255 - p->derived.arm_element_length *
-        t257);
-    const double t266 = p->derived.constant_21 * (t116 + (arm_psi_3_cos * t259 - arm_psi_3_sin * t255));
-    const double t267 = t151 * (t264 - (t245 + arm_theta_3_cos * t256 + p->derived.arm_element_length * t260) +
-        t150 * t265);
-    const double t268 = t149 * t265 + t150 * t267;
-    const double t269 = arm_psi_3_cos * t258 - arm_psi_3_sin * t253 + (t142 * t267 - t141 * t268);
-    const double t270 = t260 + (t148 * t267 - t143 * t268);
-    const double t271 = t257 + (t143 * t267 - t147 * t268);
-    const double t272 = arm_phi_2_cos * t270 - arm_phi_2_sin * t271;
-    const double t273 = arm_phi_2_sin * t270 + arm_phi_2_cos * t271;
-    const double t274 = arm_phi_2_cos * t263 - arm_phi_2_sin * t264;
-    const double t275 = arm_phi_2_sin * t263 + arm_phi_2_cos * t264;
-    const double t276 = arm_theta_2_cos * t273 - arm_theta_2_sin * t269;
-    const double t277 = arm_theta_2_sin * t273 + arm_theta_2_cos * t269;
-    const double t278 = arm_theta_2_sin * t275 - arm_theta_2_cos * t116;
-    const double t279 = arm_psi_2_sin * t277 + arm_psi_2_cos * t272;
+    const double t246 = arm_theta_2_sin * t88;
+    const double t247 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
+        qd[6] + t246);
+    const double t248 = arm_phi_2_sin * t247 + arm_phi_2_cos * t87;
+    const double t249 = arm_phi_2_sin * t87 - arm_phi_2_cos * t247;
+    const double t250 = arm_phi_2_load_moment_y + (arm_psi_3_sin * t244 - arm_psi_3_cos * t240 - p->derived.arm_element_length *
+        t242) + t248;
+    const double t251 = p->derived.constant_19 * (t88 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t240 +
+        arm_psi_3_cos * t244)));
+    const double t252 = t136 * (t249 - (arm_phi_2_load_moment_z + (t230 + arm_theta_3_cos * t241 + p->derived.arm_element_length *
+        t245)) - t135 * t250);
+    const double t253 = t135 * t252 - t134 * t250;
+    const double t254 = arm_phi_2_load_force_x + (arm_psi_3_cos * t243 - arm_psi_3_sin * t238) + (t127 * t252 -
+        t126 * t253);
+    const double t255 = arm_phi_2_load_force_y + t245 + (t133 * t252 - t128 * t253);
+    const double t256 = arm_phi_2_load_force_z + t242 + (t128 * t252 - t132 * t253);
+    const double t257 = arm_phi_2_cos * t255 - arm_phi_2_sin * t256;
+    const double t258 = arm_phi_2_sin * t255 + arm_phi_2_cos * t256;
+    const double t259 = arm_phi_2_sin * t249 + arm_phi_2_cos * t248;
+    const double t260 = arm_phi_2_cos * t249 - arm_phi_2_sin * t248;
+    const double t261 = arm_theta_2_cos * t258 - arm_theta_2_sin * t254;
+    const double t262 = arm_theta_2_sin * t258 + arm_theta_2_cos * t254;
+    const double t263 = arm_theta_2_sin * t260 - arm_theta_2_cos * t88;
+    const double t264 = arm_psi_2_sin * t262 + arm_psi_2_cos * t257;
     /* arm_phi_1: force left for the joint, inward */
-    const double t280 = arm_theta_1_sin * t114;
-    const double t281 = arm_theta_1_cos_inverse * (t110 - t111 - (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
-        qd[3]) - t280);
-    const double t282 = arm_phi_1_sin * t281 + arm_phi_1_cos * t113;
-    const double t283 = arm_phi_1_cos * t281 - arm_phi_1_sin * t113;
-    const double t284 = t282 - (arm_psi_2_sin * t278 + arm_psi_2_cos * t274 - p->derived.arm_element_length *
-        t276);
-    const double t285 = p->derived.constant_21 * (t114 + (arm_psi_2_cos * t278 - arm_psi_2_sin * t274));
-    const double t286 = t200 * (t283 - (t261 + arm_theta_2_cos * t275 + p->derived.arm_element_length * t279) +
-        t199 * t284);
-    const double t287 = t198 * t284 + t199 * t286;
-    const double t288 = arm_psi_2_cos * t277 - arm_psi_2_sin * t272 + (t191 * t286 - t190 * t287);
-    const double t289 = t279 + (t197 * t286 - t192 * t287);
-    const double t290 = t276 + (t192 * t286 - t196 * t287);
-    const double t291 = arm_phi_1_cos * t289 - arm_phi_1_sin * t290;
-    const double t292 = arm_phi_1_sin * t289 + arm_phi_1_cos * t290;
-    const double t293 = arm_phi_1_cos * t282 - arm_phi_1_sin * t283;
-    const double t294 = arm_phi_1_sin * t282 + arm_phi_1_cos * t283;
-    const double t295 = arm_theta_1_sin * t292 + arm_theta_1_cos * t288;
-    const double t296 = arm_theta_1_sin * t294 - arm_theta_1_cos * t114;
-    const double t297 = arm_psi_1_sin * t295 + arm_psi_1_cos * t291;
+    const double t265 = arm_theta_1_sin * t86;
+    const double t266 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
+        qd[3] + t265);
+    const double t267 = arm_phi_1_sin * t266 + arm_phi_1_cos * t85;
+    const double t268 = arm_phi_1_sin * t85 - arm_phi_1_cos * t266;
+    const double t269 = arm_phi_1_load_moment_y + (arm_psi_2_sin * t263 - arm_psi_2_cos * t259 - p->derived.arm_element_length *
+        t261) + t267;
+    const double t270 = p->derived.constant_19 * (t86 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t259 +
+        arm_psi_2_cos * t263)));
+    const double t271 = t185 * (t268 - (arm_phi_1_load_moment_z + (t246 + arm_theta_2_cos * t260 + p->derived.arm_element_length *
+        t264)) - t184 * t269);
+    const double t272 = t184 * t271 - t183 * t269;
+    const double t273 = arm_phi_1_load_force_x + (arm_psi_2_cos * t262 - arm_psi_2_sin * t257) + (t176 * t271 -
+        t175 * t272);
+    const double t274 = arm_phi_1_load_force_y + t264 + (t182 * t271 - t177 * t272);
+    const double t275 = arm_phi_1_load_force_z + t261 + (t177 * t271 - t181 * t272);
+    const double t276 = arm_phi_1_cos * t274 - arm_phi_1_sin * t275;
+    const double t277 = arm_phi_1_sin * t274 + arm_phi_1_cos * t275;
+    const double t278 = arm_phi_1_sin * t268 + arm_phi_1_cos * t267;
+    const double t279 = arm_phi_1_cos * t268 - arm_phi_1_sin * t267;
+    const double t280 = arm_theta_1_sin * t277 + arm_theta_1_cos * t273;
+    const double t281 = arm_theta_1_sin * t279 - arm_theta_1_cos * t86;
+    const double t282 = arm_psi_1_sin * t280 + arm_psi_1_cos * t276;
+    const double t283 = arm_psi_load_moment_z + (t265 + arm_theta_1_cos * t279 + p->derived.constant_1 * t282);
     /* arm_psi: force left for the joint, inward */
-    const double t298 = arm_psi_load_moment_z + (t280 + arm_theta_1_cos * t294 + p->derived.constant_1 * t297);
-    const double t299 = arm_psi_sin * (arm_psi_1_cos * t296 - arm_psi_1_sin * t293) + arm_psi_cos * (arm_psi_1_sin *
-        t296 + arm_psi_1_cos * t293 - p->derived.constant_1 * (arm_theta_1_cos * t292 - arm_theta_1_sin *
-        t288) + t238 * t298);
+    const double t284 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t280 - arm_psi_1_sin * t276) -
+        t224 * t283) + arm_psi_cos * (arm_psi_load_force_y + t282 - t225 * t283);
+    const double t285 = arm_psi_cos * (arm_psi_load_moment_y + (arm_psi_1_sin * t281 - arm_psi_1_cos * t278 -
+        p->derived.constant_1 * (arm_theta_1_cos * t277 - arm_theta_1_sin * t273)) + t223 * t283);
     /* column_psi: force left for the joint, inward */
-    const double t300 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - column_psi_load_moment_z - t299;
-    const double t301 = arm_psi_sin * (arm_psi_1_cos * t295 - arm_psi_1_sin * t291 - t239 * t298) + arm_psi_cos *
-        (t297 - t240 * t298) + t244 * t300;
+    const double t286 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t278 + arm_psi_1_cos * t281)) + t285);
     /* base_z: acceleration, outward */
-    const double t302 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + base_z_load_force_z + t301);
+    const double t287 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        (p->derived.column_psi_load_force_z + t284 + t229 * t286)));
     /* column_psi: acceleration, outward */
-    const double t303 = t244 * t302 + column_psi_D_inverse * t300;
+    const double t288 = t229 * t287 + column_psi_D_inverse * t286;
     /* arm_psi: acceleration, outward */
-    const double t304 = arm_psi_sin * t302;
-    const double t305 = arm_psi_cos * t302;
-    const double t306 = arm_psi_sin * t303;
-    const double t307 = arm_psi_cos * t303;
-    const double t308 = t239 * t304 + t240 * t305 + t238 * t307 - arm_psi_D_inverse * t298;
+    const double t289 = arm_psi_sin * t287;
+    const double t290 = arm_psi_cos * t287;
+    const double t291 = arm_psi_sin * t288;
+    const double t292 = arm_psi_cos * t288;
+    const double t293 = t224 * t289 + t225 * t290 + t223 * t292 - arm_psi_D_inverse * t283;
     /* arm_phi_1: acceleration, outward */
-    const double t309 = p->derived.constant_1 * t307;
-    const double t310 = p->derived.constant_1 * t308 - t305;
-    const double t311 = arm_psi_1_sin * t310 - arm_psi_1_cos * t304;
-    const double t312 = arm_psi_1_sin * t304 + arm_psi_1_cos * t310;
-    const double t313 = arm_theta_1_sin * t311 - arm_theta_1_cos * t309;
-    const double t314 = arm_theta_1_sin * t309 + arm_theta_1_cos * t311;
-    const double t315 = arm_phi_1_sin * t313 + arm_phi_1_cos * t312;
-    const double t316 = arm_phi_1_cos * t313 - arm_phi_1_sin * t312;
-    const double t317 = t287 - (t202 * t314 + t204 * t315 + t206 * t316);
-    const double t318 = t286 - (t201 * t314 + t203 * t315 + t205 * t316);
-    const double t319 = arm_psi_1_sin * t307 + arm_psi_1_cos * t306;
-    const double t320 = arm_phi_1_cos * t317 - arm_phi_1_sin * t318 - (arm_psi_1_cos * t307 - arm_psi_1_sin *
-        t306);
-    const double t321 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t317 + arm_phi_1_cos * t318 - (arm_theta_1_sin *
-        t319 + arm_theta_1_cos * t308));
-    const double t322 = arm_theta_1_sin * t321 - (t285 + (arm_theta_1_cos * t319 - arm_theta_1_sin * t308));
+    const double t294 = p->derived.constant_1 * t292;
+    const double t295 = p->derived.constant_1 * t293 - t290;
+    const double t296 = arm_psi_1_sin * t295 - arm_psi_1_cos * t289;
+    const double t297 = arm_psi_1_sin * t289 + arm_psi_1_cos * t295;
+    const double t298 = arm_theta_1_sin * t296 - arm_theta_1_cos * t294;
+    const double t299 = arm_theta_1_sin * t294 + arm_theta_1_cos * t296;
+    const double t300 = arm_phi_1_sin * t298 + arm_phi_1_cos * t297;
+    const double t301 = arm_phi_1_cos * t298 - arm_phi_1_sin * t297;
+    const double t302 = t272 - (t187 * t299 + t189 * t300 + t191 * t301);
+    const double t303 = t271 - (t186 * t299 + t188 * t300 + t190 * t301);
+    const double t304 = arm_psi_1_sin * t292 + arm_psi_1_cos * t291;
+    const double t305 = arm_phi_1_cos * t302 - arm_phi_1_sin * t303 - (arm_psi_1_cos * t292 - arm_psi_1_sin *
+        t291);
+    const double t306 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t302 + arm_phi_1_cos * t303 - (arm_theta_1_sin *
+        t304 + arm_theta_1_cos * t293));
+    const double t307 = arm_theta_1_sin * t306 - (t270 + (arm_theta_1_cos * t304 - arm_theta_1_sin * t293));
     /* arm_phi_2: acceleration, outward */
-    const double t323 = t315 + p->derived.arm_element_length * t318;
-    const double t324 = t316 - p->derived.arm_element_length * t317;
-    const double t325 = arm_psi_2_sin * t323 + arm_psi_2_cos * t314;
-    const double t326 = arm_psi_2_cos * t323 - arm_psi_2_sin * t314;
-    const double t327 = arm_theta_2_sin * t325 + arm_theta_2_cos * t324;
-    const double t328 = arm_theta_2_cos * t325 - arm_theta_2_sin * t324;
-    const double t329 = arm_phi_2_sin * t327 + arm_phi_2_cos * t326;
-    const double t330 = arm_phi_2_cos * t327 - arm_phi_2_sin * t326;
-    const double t331 = t268 - (t153 * t328 + t155 * t329 + t157 * t330);
-    const double t332 = t267 - (t152 * t328 + t154 * t329 + t156 * t330);
-    const double t333 = arm_psi_2_sin * t317 - arm_psi_2_cos * t285;
-    const double t334 = arm_phi_2_cos * t331 - arm_phi_2_sin * t332 - (arm_psi_2_sin * t285 + arm_psi_2_cos *
-        t317);
-    const double t335 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t331 + arm_phi_2_cos * t332 - (arm_theta_2_sin *
-        t333 + arm_theta_2_cos * t318));
-    const double t336 = arm_theta_2_sin * t335 - (t266 + (arm_theta_2_cos * t333 - arm_theta_2_sin * t318));
+    const double t308 = t300 + p->derived.arm_element_length * t303;
+    const double t309 = t301 - p->derived.arm_element_length * t302;
+    const double t310 = arm_psi_2_sin * t308 + arm_psi_2_cos * t299;
+    const double t311 = arm_psi_2_cos * t308 - arm_psi_2_sin * t299;
+    const double t312 = arm_theta_2_sin * t310 + arm_theta_2_cos * t309;
+    const double t313 = arm_theta_2_cos * t310 - arm_theta_2_sin * t309;
+    const double t314 = arm_phi_2_sin * t312 + arm_phi_2_cos * t311;
+    const double t315 = arm_phi_2_cos * t312 - arm_phi_2_sin * t311;
+    const double t316 = t253 - (t138 * t313 + t140 * t314 + t142 * t315);
+    const double t317 = t252 - (t137 * t313 + t139 * t314 + t141 * t315);
+    const double t318 = arm_psi_2_sin * t302 - arm_psi_2_cos * t270;
+    const double t319 = arm_phi_2_cos * t316 - arm_phi_2_sin * t317 - (arm_psi_2_sin * t270 + arm_psi_2_cos *
+        t302);
+    const double t320 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t316 + arm_phi_2_cos * t317 - (arm_theta_2_sin *
+        t318 + arm_theta_2_cos * t303));
+    const double t321 = arm_theta_2_sin * t320 - (t251 + (arm_theta_2_cos * t318 - arm_theta_2_sin * t303));
     /* arm_phi_3: acceleration, outward */
-    const double t337 = t329 + p->derived.arm_element_length * t332;
-    const double t338 = t330 - p->derived.arm_element_length * t331;
-    const double t339 = arm_psi_3_sin * t337 + arm_psi_3_cos * t328;
-    const double t340 = arm_psi_3_cos * t337 - arm_psi_3_sin * t328;
-    const double t341 = arm_theta_3_sin * t339 + arm_theta_3_cos * t338;
-    const double t342 = t249 + t120 * (arm_phi_3_cos * t341 - arm_phi_3_sin * t340);
-    const double t343 = t250 - t120 * (arm_phi_3_sin * t341 + arm_phi_3_cos * t340);
-    const double t344 = arm_psi_3_sin * t331 - arm_psi_3_cos * t266;
-    const double t345 = arm_phi_3_cos * t342 - arm_phi_3_sin * t343 - (arm_psi_3_sin * t266 + arm_psi_3_cos *
-        t331);
-    const double t346 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t342 + arm_phi_3_cos * t343 - (arm_theta_3_sin *
-        t344 + arm_theta_3_cos * t332));
-    const double t347 = arm_theta_3_sin * t346 - (t118 * p->derived.constant_20 + (arm_theta_3_cos * t344 -
-        arm_theta_3_sin * t332));
+    const double t322 = t314 + p->derived.arm_element_length * t317;
+    const double t323 = t315 - p->derived.arm_element_length * t316;
+    const double t324 = arm_psi_3_sin * t322 + arm_psi_3_cos * t313;
+    const double t325 = arm_psi_3_cos * t322 - arm_psi_3_sin * t313;
+    const double t326 = arm_theta_3_sin * t324 + arm_theta_3_cos * t323;
+    const double t327 = t105 * (arm_phi_3_cos * t326 - arm_phi_3_sin * t325) - t234;
+    const double t328 = t235 - t105 * (arm_phi_3_sin * t326 + arm_phi_3_cos * t325);
+    const double t329 = arm_psi_3_sin * t316 - arm_psi_3_cos * t251;
+    const double t330 = arm_phi_3_cos * t327 - arm_phi_3_sin * t328 - (arm_psi_3_sin * t251 + arm_psi_3_cos *
+        t316);
+    const double t331 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t327 + arm_phi_3_cos * t328 - (arm_theta_3_sin *
+        t329 + arm_theta_3_cos * t317));
+    const double t332 = arm_theta_3_sin * t331 - (p->derived.constant_18 * (arm_phi_3_bias_moment_x + t90) +
+        (arm_theta_3_cos * t329 - arm_theta_3_sin * t317));
     /* effector_z: acceleration, outward */
-    const double t348 = arm_theta_3_cos * t339 - arm_theta_3_sin * t338 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t333 = arm_theta_3_cos * t324 - arm_theta_3_sin * t323 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
     /* arm_phi_3: force left for the joint, inward */
-    const double t349 = arm_theta_3_sin * row_1_u_arm_phi_3;
-    const double t350 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t349);
-    const double t351 = arm_phi_3_sin * t350 + arm_phi_3_cos * row_1_u_arm_theta_3;
-    const double t352 = arm_phi_3_cos * t350 - arm_phi_3_sin * row_1_u_arm_theta_3;
-    const double t353 = t119 * t351;
-    const double t354 = t119 * t352;
-    const double t355 = arm_phi_3_moment_beyond_x * t354;
-    const double t356 = arm_phi_3_moment_beyond_x * t353;
-    const double t357 = arm_phi_3_sin * t356 + arm_phi_3_cos * t355;
-    const double t358 = arm_phi_3_sin * t355 - arm_phi_3_cos * t356;
-    const double t359 = arm_phi_3_cos * t351 - arm_phi_3_sin * t352;
-    const double t360 = arm_phi_3_sin * t351 + arm_phi_3_cos * t352;
-    const double t361 = arm_theta_3_cos * t358 - arm_theta_3_sin * row_1_u_effector_z;
-    const double t362 = arm_theta_3_sin * t358 + arm_theta_3_cos * row_1_u_effector_z;
-    const double t363 = arm_theta_3_sin * t360 + arm_theta_3_cos * row_1_u_arm_phi_3;
-    const double t364 = arm_psi_3_sin * t362 + arm_psi_3_cos * t357;
+    const double t334 = arm_theta_3_sin * row_1_u_arm_phi_3;
+    const double t335 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t334);
+    const double t336 = arm_phi_3_sin * t335 + arm_phi_3_cos * row_1_u_arm_theta_3;
+    const double t337 = arm_phi_3_cos * t335 - arm_phi_3_sin * row_1_u_arm_theta_3;
+    const double t338 = t104 * t336;
+    const double t339 = t104 * t337;
+    const double t340 = arm_phi_3_moment_beyond_x * t339;
+    const double t341 = arm_phi_3_moment_beyond_x * t338;
+    const double t342 = arm_phi_3_sin * t341 + arm_phi_3_cos * t340;
+    const double t343 = arm_phi_3_sin * t340 - arm_phi_3_cos * t341;
+    const double t344 = arm_phi_3_cos * t336 - arm_phi_3_sin * t337;
+    const double t345 = arm_phi_3_sin * t336 + arm_phi_3_cos * t337;
+    const double t346 = arm_theta_3_cos * t343 - arm_theta_3_sin * row_1_u_effector_z;
+    const double t347 = arm_theta_3_sin * t343 + arm_theta_3_cos * row_1_u_effector_z;
+    const double t348 = arm_theta_3_sin * t345 + arm_theta_3_cos * row_1_u_arm_phi_3;
+    const double t349 = arm_psi_3_sin * t347 + arm_psi_3_cos * t342;
     /* arm_phi_2: force left for the joint, inward */
-    const double t365 = arm_theta_2_sin * row_1_u_arm_phi_2;
-    const double t366 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t365);
-    const double t367 = arm_phi_2_sin * t366 + arm_phi_2_cos * row_1_u_arm_theta_2;
-    const double t368 = arm_phi_2_cos * t366 - arm_phi_2_sin * row_1_u_arm_theta_2;
-    const double t369 = t367 - (arm_psi_3_sin * t363 + arm_psi_3_cos * t359 - p->derived.arm_element_length *
-        t361);
-    const double t370 = p->derived.constant_21 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t363 - arm_psi_3_sin *
-        t359));
-    const double t371 = t151 * (t368 - (arm_theta_3_cos * t360 - t349 + p->derived.arm_element_length * t364) +
-        t150 * t369);
-    const double t372 = t149 * t369 + t150 * t371;
-    const double t373 = arm_psi_3_cos * t362 - arm_psi_3_sin * t357 + (t142 * t371 - t141 * t372);
-    const double t374 = t364 + (t148 * t371 - t143 * t372);
-    const double t375 = t361 + (t143 * t371 - t147 * t372);
-    const double t376 = arm_phi_2_cos * t374 - arm_phi_2_sin * t375;
-    const double t377 = arm_phi_2_sin * t374 + arm_phi_2_cos * t375;
-    const double t378 = arm_phi_2_cos * t367 - arm_phi_2_sin * t368;
-    const double t379 = arm_phi_2_sin * t367 + arm_phi_2_cos * t368;
-    const double t380 = arm_theta_2_cos * t377 - arm_theta_2_sin * t373;
-    const double t381 = arm_theta_2_sin * t377 + arm_theta_2_cos * t373;
-    const double t382 = arm_theta_2_sin * t379 + arm_theta_2_cos * row_1_u_arm_phi_2;
-    const double t383 = arm_psi_2_sin * t381 + arm_psi_2_cos * t376;
+    const double t350 = arm_theta_2_sin * row_1_u_arm_phi_2;
+    const double t351 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t350);
+    const double t352 = arm_phi_2_sin * t351 + arm_phi_2_cos * row_1_u_arm_theta_2;
+    const double t353 = arm_phi_2_cos * t351 - arm_phi_2_sin * row_1_u_arm_theta_2;
+    const double t354 = t352 - (arm_psi_3_sin * t348 + arm_psi_3_cos * t344 - p->derived.arm_element_length *
+        t346);
+    const double t355 = p->derived.constant_19 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t348 - arm_psi_3_sin *
+        t344));
+    const double t356 = t136 * (t353 - (arm_theta_3_cos * t345 - t334 + p->derived.arm_element_length * t349) +
+        t135 * t354);
+    const double t357 = t134 * t354 + t135 * t356;
+    const double t358 = arm_psi_3_cos * t347 - arm_psi_3_sin * t342 + (t127 * t356 - t126 * t357);
+    const double t359 = t349 + (t133 * t356 - t128 * t357);
+    const double t360 = t346 + (t128 * t356 - t132 * t357);
+    const double t361 = arm_phi_2_cos * t359 - arm_phi_2_sin * t360;
+    const double t362 = arm_phi_2_sin * t359 + arm_phi_2_cos * t360;
+    const double t363 = arm_phi_2_cos * t352 - arm_phi_2_sin * t353;
+    const double t364 = arm_phi_2_sin * t352 + arm_phi_2_cos * t353;
+    const double t365 = arm_theta_2_cos * t362 - arm_theta_2_sin * t358;
+    const double t366 = arm_theta_2_sin * t362 + arm_theta_2_cos * t358;
+    const double t367 = arm_theta_2_sin * t364 + arm_theta_2_cos * row_1_u_arm_phi_2;
+    const double t368 = arm_psi_2_sin * t366 + arm_psi_2_cos * t361;
     /* arm_phi_1: force left for the joint, inward */
-    const double t384 = arm_theta_1_sin * row_1_u_arm_phi_1;
-    const double t385 = arm_theta_1_cos_inverse * (t384 - t97);
-    const double t386 = arm_phi_1_sin * t385 + arm_phi_1_cos * row_1_u_arm_theta_1;
-    const double t387 = arm_phi_1_cos * t385 - arm_phi_1_sin * row_1_u_arm_theta_1;
-    const double t388 = t386 - (arm_psi_2_sin * t382 + arm_psi_2_cos * t378 - p->derived.arm_element_length *
-        t380);
-    const double t389 = p->derived.constant_21 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t382 - arm_psi_2_sin *
-        t378));
-    const double t390 = t200 * (t387 - (arm_theta_2_cos * t379 - t365 + p->derived.arm_element_length * t383) +
-        t199 * t388);
-    const double t391 = t198 * t388 + t199 * t390;
-    const double t392 = arm_psi_2_cos * t381 - arm_psi_2_sin * t376 + (t191 * t390 - t190 * t391);
-    const double t393 = t383 + (t197 * t390 - t192 * t391);
-    const double t394 = t380 + (t192 * t390 - t196 * t391);
-    const double t395 = arm_phi_1_cos * t393 - arm_phi_1_sin * t394;
-    const double t396 = arm_phi_1_sin * t393 + arm_phi_1_cos * t394;
-    const double t397 = arm_phi_1_cos * t386 - arm_phi_1_sin * t387;
-    const double t398 = arm_phi_1_sin * t386 + arm_phi_1_cos * t387;
-    const double t399 = arm_theta_1_sin * t396 + arm_theta_1_cos * t392;
-    const double t400 = arm_theta_1_sin * t398 + arm_theta_1_cos * row_1_u_arm_phi_1;
-    const double t401 = arm_psi_1_sin * t399 + arm_psi_1_cos * t395;
+    const double t369 = arm_theta_1_sin * row_1_u_arm_phi_1;
+    const double t370 = arm_theta_1_cos_inverse * (t369 - t102);
+    const double t371 = arm_phi_1_sin * t370 + arm_phi_1_cos * row_1_u_arm_theta_1;
+    const double t372 = arm_phi_1_cos * t370 - arm_phi_1_sin * row_1_u_arm_theta_1;
+    const double t373 = t371 - (arm_psi_2_sin * t367 + arm_psi_2_cos * t363 - p->derived.arm_element_length *
+        t365);
+    const double t374 = p->derived.constant_19 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t367 - arm_psi_2_sin *
+        t363));
+    const double t375 = t185 * (t372 - (arm_theta_2_cos * t364 - t350 + p->derived.arm_element_length * t368) +
+        t184 * t373);
+    const double t376 = t183 * t373 + t184 * t375;
+    const double t377 = arm_psi_2_cos * t366 - arm_psi_2_sin * t361 + (t176 * t375 - t175 * t376);
+    const double t378 = t368 + (t182 * t375 - t177 * t376);
+    const double t379 = t365 + (t177 * t375 - t181 * t376);
+    const double t380 = arm_phi_1_cos * t378 - arm_phi_1_sin * t379;
+    const double t381 = arm_phi_1_sin * t378 + arm_phi_1_cos * t379;
+    const double t382 = arm_phi_1_cos * t371 - arm_phi_1_sin * t372;
+    const double t383 = arm_phi_1_sin * t371 + arm_phi_1_cos * t372;
+    const double t384 = arm_theta_1_sin * t381 + arm_theta_1_cos * t377;
+    const double t385 = arm_theta_1_sin * t383 + arm_theta_1_cos * row_1_u_arm_phi_1;
+    const double t386 = arm_psi_1_sin * t384 + arm_psi_1_cos * t380;
     /* arm_psi: force left for the joint, inward */
-    const double t402 = t96 + (arm_theta_1_cos * t398 - t384 + p->derived.constant_1 * t401);
-    const double t403 = arm_psi_sin * (arm_psi_1_cos * t400 - arm_psi_1_sin * t397) + arm_psi_cos * (arm_psi_1_sin *
-        t400 + arm_psi_1_cos * t397 - p->derived.constant_1 * (arm_theta_1_cos * t396 - arm_theta_1_sin *
-        t392) + t238 * t402);
+    const double t387 = t101 + (arm_theta_1_cos * t383 - t369 + p->derived.constant_1 * t386);
+    const double t388 = arm_psi_sin * (arm_psi_1_cos * t385 - arm_psi_1_sin * t382) + arm_psi_cos * (arm_psi_1_sin *
+        t385 + arm_psi_1_cos * t382 - p->derived.constant_1 * (arm_theta_1_cos * t381 - arm_theta_1_sin *
+        t377) + t223 * t387);
     /* column_psi: force left for the joint, inward */
-    const double t404 = row_1_u_column_psi - t403;
-    const double t405 = arm_psi_sin * (arm_psi_1_cos * t399 - arm_psi_1_sin * t395 - t239 * t402) + arm_psi_cos *
-        (t401 - t240 * t402) + t244 * t404;
+    const double t389 = row_1_u_column_psi - t388;
+    const double t390 = arm_psi_sin * (arm_psi_1_cos * t384 - arm_psi_1_sin * t380 - t224 * t387) + arm_psi_cos *
+        (t386 - t225 * t387) + t229 * t389;
     /* base_z: acceleration, outward */
-    const double t406 = base_z_D_inverse * t405;
+    const double t391 = base_z_D_inverse * t390;
     /* column_psi: acceleration, outward */
-    const double t407 = t244 * t406 + column_psi_D_inverse * t404;
+    const double t392 = t229 * t391 + column_psi_D_inverse * t389;
     /* arm_psi: acceleration, outward */
-    const double t408 = arm_psi_sin * t406;
-    const double t409 = arm_psi_cos * t406;
-    const double t410 = arm_psi_sin * t407;
-    const double t411 = arm_psi_cos * t407;
-    const double t412 = t239 * t408 + t240 * t409 + t238 * t411 - arm_psi_D_inverse * t402;
+    const double t393 = arm_psi_sin * t391;
+    const double t394 = arm_psi_cos * t391;
+    const double t395 = arm_psi_sin * t392;
+    const double t396 = arm_psi_cos * t392;
+    const double t397 = t224 * t393 + t225 * t394 + t223 * t396 - arm_psi_D_inverse * t387;
     /* arm_phi_1: acceleration, outward */
-    const double t413 = p->derived.constant_1 * t411;
-    const double t414 = p->derived.constant_1 * t412 - t409;
-    const double t415 = arm_psi_1_sin * t414 - arm_psi_1_cos * t408;
-    const double t416 = arm_psi_1_sin * t408 + arm_psi_1_cos * t414;
-    const double t417 = arm_theta_1_sin * t415 - arm_theta_1_cos * t413;
-    const double t418 = arm_theta_1_sin * t413 + arm_theta_1_cos * t415;
-    const double t419 = arm_phi_1_sin * t417 + arm_phi_1_cos * t416;
-    const double t420 = arm_phi_1_cos * t417 - arm_phi_1_sin * t416;
-    const double t421 = t391 - (t202 * t418 + t204 * t419 + t206 * t420);
-    const double t422 = t390 - (t201 * t418 + t203 * t419 + t205 * t420);
-    const double t423 = arm_psi_1_sin * t411 + arm_psi_1_cos * t410;
-    const double t424 = arm_phi_1_cos * t421 - arm_phi_1_sin * t422 - (arm_psi_1_cos * t411 - arm_psi_1_sin *
-        t410);
-    const double t425 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t421 + arm_phi_1_cos * t422 - (arm_theta_1_sin *
-        t423 + arm_theta_1_cos * t412));
-    const double t426 = t389 - (arm_theta_1_cos * t423 - arm_theta_1_sin * t412) + arm_theta_1_sin * t425;
+    const double t398 = p->derived.constant_1 * t396;
+    const double t399 = p->derived.constant_1 * t397 - t394;
+    const double t400 = arm_psi_1_sin * t399 - arm_psi_1_cos * t393;
+    const double t401 = arm_psi_1_sin * t393 + arm_psi_1_cos * t399;
+    const double t402 = arm_theta_1_sin * t400 - arm_theta_1_cos * t398;
+    const double t403 = arm_theta_1_sin * t398 + arm_theta_1_cos * t400;
+    const double t404 = arm_phi_1_sin * t402 + arm_phi_1_cos * t401;
+    const double t405 = arm_phi_1_cos * t402 - arm_phi_1_sin * t401;
+    const double t406 = t376 - (t187 * t403 + t189 * t404 + t191 * t405);
+    const double t407 = t375 - (t186 * t403 + t188 * t404 + t190 * t405);
+    const double t408 = arm_psi_1_sin * t396 + arm_psi_1_cos * t395;
+    const double t409 = arm_phi_1_cos * t406 - arm_phi_1_sin * t407 - (arm_psi_1_cos * t396 - arm_psi_1_sin *
+        t395);
+    const double t410 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t406 + arm_phi_1_cos * t407 - (arm_theta_1_sin *
+        t408 + arm_theta_1_cos * t397));
+    const double t411 = t374 - (arm_theta_1_cos * t408 - arm_theta_1_sin * t397) + arm_theta_1_sin * t410;
     /* arm_phi_2: acceleration, outward */
-    const double t427 = t419 + p->derived.arm_element_length * t422;
-    const double t428 = t420 - p->derived.arm_element_length * t421;
-    const double t429 = arm_psi_2_sin * t427 + arm_psi_2_cos * t418;
-    const double t430 = arm_psi_2_cos * t427 - arm_psi_2_sin * t418;
-    const double t431 = arm_theta_2_sin * t429 + arm_theta_2_cos * t428;
-    const double t432 = arm_theta_2_cos * t429 - arm_theta_2_sin * t428;
-    const double t433 = arm_phi_2_sin * t431 + arm_phi_2_cos * t430;
-    const double t434 = arm_phi_2_cos * t431 - arm_phi_2_sin * t430;
-    const double t435 = t372 - (t153 * t432 + t155 * t433 + t157 * t434);
-    const double t436 = t371 - (t152 * t432 + t154 * t433 + t156 * t434);
-    const double t437 = arm_psi_2_sin * t421 + arm_psi_2_cos * t389;
-    const double t438 = arm_phi_2_cos * t435 - arm_phi_2_sin * t436 - (arm_psi_2_cos * t421 - arm_psi_2_sin *
-        t389);
-    const double t439 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t435 + arm_phi_2_cos * t436 - (arm_theta_2_sin *
-        t437 + arm_theta_2_cos * t422));
-    const double t440 = t370 - (arm_theta_2_cos * t437 - arm_theta_2_sin * t422) + arm_theta_2_sin * t439;
+    const double t412 = t404 + p->derived.arm_element_length * t407;
+    const double t413 = t405 - p->derived.arm_element_length * t406;
+    const double t414 = arm_psi_2_sin * t412 + arm_psi_2_cos * t403;
+    const double t415 = arm_psi_2_cos * t412 - arm_psi_2_sin * t403;
+    const double t416 = arm_theta_2_sin * t414 + arm_theta_2_cos * t413;
+    const double t417 = arm_theta_2_cos * t414 - arm_theta_2_sin * t413;
+    const double t418 = arm_phi_2_sin * t416 + arm_phi_2_cos * t415;
+    const double t419 = arm_phi_2_cos * t416 - arm_phi_2_sin * t415;
+    const double t420 = t357 - (t138 * t417 + t140 * t418 + t142 * t419);
+    const double t421 = t356 - (t137 * t417 + t139 * t418 + t141 * t419);
+    const double t422 = arm_psi_2_sin * t406 + arm_psi_2_cos * t374;
+    const double t423 = arm_phi_2_cos * t420 - arm_phi_2_sin * t421 - (arm_psi_2_cos * t406 - arm_psi_2_sin *
+        t374);
+    const double t424 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t420 + arm_phi_2_cos * t421 - (arm_theta_2_sin *
+        t422 + arm_theta_2_cos * t407));
+    const double t425 = t355 - (arm_theta_2_cos * t422 - arm_theta_2_sin * t407) + arm_theta_2_sin * t424;
     /* arm_phi_3: acceleration, outward */
-    const double t441 = t433 + p->derived.arm_element_length * t436;
-    const double t442 = t434 - p->derived.arm_element_length * t435;
-    const double t443 = arm_psi_3_sin * t441 + arm_psi_3_cos * t432;
-    const double t444 = arm_psi_3_cos * t441 - arm_psi_3_sin * t432;
-    const double t445 = arm_theta_3_sin * t443 + arm_theta_3_cos * t442;
-    const double t446 = t353 + t120 * (arm_phi_3_cos * t445 - arm_phi_3_sin * t444);
-    const double t447 = t354 - t120 * (arm_phi_3_sin * t445 + arm_phi_3_cos * t444);
-    const double t448 = arm_psi_3_sin * t435 + arm_psi_3_cos * t370;
-    const double t449 = arm_phi_3_cos * t446 - arm_phi_3_sin * t447 - (arm_psi_3_cos * t435 - arm_psi_3_sin *
-        t370);
-    const double t450 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t446 + arm_phi_3_cos * t447 - (arm_theta_3_sin *
-        t448 + arm_theta_3_cos * t436));
-    const double t451 = row_1_u_arm_phi_3 * p->derived.constant_20 - (arm_theta_3_cos * t448 - arm_theta_3_sin *
-        t436) + arm_theta_3_sin * t450;
+    const double t426 = t418 + p->derived.arm_element_length * t421;
+    const double t427 = t419 - p->derived.arm_element_length * t420;
+    const double t428 = arm_psi_3_sin * t426 + arm_psi_3_cos * t417;
+    const double t429 = arm_psi_3_cos * t426 - arm_psi_3_sin * t417;
+    const double t430 = arm_theta_3_sin * t428 + arm_theta_3_cos * t427;
+    const double t431 = t338 + t105 * (arm_phi_3_cos * t430 - arm_phi_3_sin * t429);
+    const double t432 = t339 - t105 * (arm_phi_3_sin * t430 + arm_phi_3_cos * t429);
+    const double t433 = arm_psi_3_sin * t420 + arm_psi_3_cos * t355;
+    const double t434 = arm_phi_3_cos * t431 - arm_phi_3_sin * t432 - (arm_psi_3_cos * t420 - arm_psi_3_sin *
+        t355);
+    const double t435 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t431 + arm_phi_3_cos * t432 - (arm_theta_3_sin *
+        t433 + arm_theta_3_cos * t421));
+    const double t436 = row_1_u_arm_phi_3 * p->derived.constant_18 - (arm_theta_3_cos * t433 - arm_theta_3_sin *
+        t421) + arm_theta_3_sin * t435;
     /* effector_z: acceleration, outward */
-    const double t452 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t443 - arm_theta_3_sin *
-        t442);
+    const double t437 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t428 - arm_theta_3_sin *
+        t427);
     /* arm_phi_3: force left for the joint, inward */
-    const double t453 = arm_theta_3_sin * row_2_u_arm_phi_3;
-    const double t454 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t453);
-    const double t455 = arm_phi_3_sin * t454 + arm_phi_3_cos * row_2_u_arm_theta_3;
-    const double t456 = arm_phi_3_cos * t454 - arm_phi_3_sin * row_2_u_arm_theta_3;
-    const double t457 = t119 * t455;
-    const double t458 = t119 * t456;
-    const double t459 = arm_phi_3_moment_beyond_x * t458;
-    const double t460 = arm_phi_3_moment_beyond_x * t457;
-    const double t461 = arm_phi_3_sin * t460 + arm_phi_3_cos * t459;
-    const double t462 = arm_phi_3_sin * t459 - arm_phi_3_cos * t460;
-    const double t463 = arm_phi_3_cos * t455 - arm_phi_3_sin * t456;
-    const double t464 = arm_phi_3_sin * t455 + arm_phi_3_cos * t456;
-    const double t465 = arm_theta_3_cos * t462 - arm_theta_3_sin * arm_theta_3_ground_z_x;
-    const double t466 = arm_theta_3_sin * t462 + arm_theta_3_cos * arm_theta_3_ground_z_x;
-    const double t467 = arm_theta_3_sin * t464 + arm_theta_3_cos * row_2_u_arm_phi_3;
-    const double t468 = arm_psi_3_sin * t466 + arm_psi_3_cos * t461;
+    const double t438 = arm_theta_3_sin * row_2_u_arm_phi_3;
+    const double t439 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t438);
+    const double t440 = arm_phi_3_sin * t439 + arm_phi_3_cos * row_2_u_arm_theta_3;
+    const double t441 = arm_phi_3_cos * t439 - arm_phi_3_sin * row_2_u_arm_theta_3;
+    const double t442 = t104 * t440;
+    const double t443 = t104 * t441;
+    const double t444 = arm_phi_3_moment_beyond_x * t443;
+    const double t445 = arm_phi_3_moment_beyond_x * t442;
+    const double t446 = arm_phi_3_sin * t445 + arm_phi_3_cos * t444;
+    const double t447 = arm_phi_3_sin * t444 - arm_phi_3_cos * t445;
+    const double t448 = arm_phi_3_cos * t440 - arm_phi_3_sin * t441;
+    const double t449 = arm_phi_3_sin * t440 + arm_phi_3_cos * t441;
+    const double t450 = arm_theta_3_cos * t447 - arm_theta_3_sin * arm_theta_3_ground_z_x;
+    const double t451 = arm_theta_3_sin * t447 + arm_theta_3_cos * arm_theta_3_ground_z_x;
+    const double t452 = arm_theta_3_sin * t449 + arm_theta_3_cos * row_2_u_arm_phi_3;
+    const double t453 = arm_psi_3_sin * t451 + arm_psi_3_cos * t446;
     /* arm_phi_2: force left for the joint, inward */
-    const double t469 = arm_theta_2_sin * row_2_u_arm_phi_2;
-    const double t470 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t469);
-    const double t471 = arm_phi_2_sin * t470 + arm_phi_2_cos * row_2_u_arm_theta_2;
-    const double t472 = arm_phi_2_cos * t470 - arm_phi_2_sin * row_2_u_arm_theta_2;
-    const double t473 = t471 - (arm_psi_3_sin * t467 + arm_psi_3_cos * t463 - p->derived.arm_element_length *
-        t465);
-    const double t474 = p->derived.constant_21 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t467 - arm_psi_3_sin *
-        t463));
-    const double t475 = t151 * (t472 - (arm_theta_3_cos * t464 - t453 + p->derived.arm_element_length * t468) +
-        t150 * t473);
-    const double t476 = t149 * t473 + t150 * t475;
-    const double t477 = arm_psi_3_cos * t466 - arm_psi_3_sin * t461 + (t142 * t475 - t141 * t476);
-    const double t478 = t468 + (t148 * t475 - t143 * t476);
-    const double t479 = t465 + (t143 * t475 - t147 * t476);
-    const double t480 = arm_phi_2_cos * t478 - arm_phi_2_sin * t479;
-    const double t481 = arm_phi_2_sin * t478 + arm_phi_2_cos * t479;
-    const double t482 = arm_phi_2_cos * t471 - arm_phi_2_sin * t472;
-    const double t483 = arm_phi_2_sin * t471 + arm_phi_2_cos * t472;
-    const double t484 = arm_theta_2_cos * t481 - arm_theta_2_sin * t477;
-    const double t485 = arm_theta_2_sin * t481 + arm_theta_2_cos * t477;
-    const double t486 = arm_theta_2_sin * t483 + arm_theta_2_cos * row_2_u_arm_phi_2;
-    const double t487 = arm_psi_2_sin * t485 + arm_psi_2_cos * t480;
+    const double t454 = arm_theta_2_sin * row_2_u_arm_phi_2;
+    const double t455 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t454);
+    const double t456 = arm_phi_2_sin * t455 + arm_phi_2_cos * row_2_u_arm_theta_2;
+    const double t457 = arm_phi_2_cos * t455 - arm_phi_2_sin * row_2_u_arm_theta_2;
+    const double t458 = t456 - (arm_psi_3_sin * t452 + arm_psi_3_cos * t448 - p->derived.arm_element_length *
+        t450);
+    const double t459 = p->derived.constant_19 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t452 - arm_psi_3_sin *
+        t448));
+    const double t460 = t136 * (t457 - (arm_theta_3_cos * t449 - t438 + p->derived.arm_element_length * t453) +
+        t135 * t458);
+    const double t461 = t134 * t458 + t135 * t460;
+    const double t462 = arm_psi_3_cos * t451 - arm_psi_3_sin * t446 + (t127 * t460 - t126 * t461);
+    const double t463 = t453 + (t133 * t460 - t128 * t461);
+    const double t464 = t450 + (t128 * t460 - t132 * t461);
+    const double t465 = arm_phi_2_cos * t463 - arm_phi_2_sin * t464;
+    const double t466 = arm_phi_2_sin * t463 + arm_phi_2_cos * t464;
+    const double t467 = arm_phi_2_cos * t456 - arm_phi_2_sin * t457;
+    const double t468 = arm_phi_2_sin * t456 + arm_phi_2_cos * t457;
+    const double t469 = arm_theta_2_cos * t466 - arm_theta_2_sin * t462;
+    const double t470 = arm_theta_2_sin * t466 + arm_theta_2_cos * t462;
+    const double t471 = arm_theta_2_sin * t468 + arm_theta_2_cos * row_2_u_arm_phi_2;
+    const double t472 = arm_psi_2_sin * t470 + arm_psi_2_cos * t465;
     /* arm_phi_1: force left for the joint, inward */
-    const double t488 = arm_theta_1_sin * row_2_u_arm_phi_1;
-    const double t489 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t488);
-    const double t490 = arm_phi_1_sin * t489 + arm_phi_1_cos * row_2_u_arm_theta_1;
-    const double t491 = arm_phi_1_cos * t489 - arm_phi_1_sin * row_2_u_arm_theta_1;
-    const double t492 = t490 - (arm_psi_2_sin * t486 + arm_psi_2_cos * t482 - p->derived.arm_element_length *
-        t484);
-    const double t493 = p->derived.constant_21 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t486 - arm_psi_2_sin *
-        t482));
-    const double t494 = t200 * (t491 - (arm_theta_2_cos * t483 - t469 + p->derived.arm_element_length * t487) +
-        t199 * t492);
-    const double t495 = t198 * t492 + t199 * t494;
-    const double t496 = arm_psi_2_cos * t485 - arm_psi_2_sin * t480 + (t191 * t494 - t190 * t495);
-    const double t497 = t487 + (t197 * t494 - t192 * t495);
-    const double t498 = t484 + (t192 * t494 - t196 * t495);
-    const double t499 = arm_phi_1_cos * t497 - arm_phi_1_sin * t498;
-    const double t500 = arm_phi_1_sin * t497 + arm_phi_1_cos * t498;
-    const double t501 = arm_phi_1_cos * t490 - arm_phi_1_sin * t491;
-    const double t502 = arm_phi_1_sin * t490 + arm_phi_1_cos * t491;
-    const double t503 = arm_theta_1_sin * t500 + arm_theta_1_cos * t496;
-    const double t504 = arm_theta_1_sin * t502 + arm_theta_1_cos * row_2_u_arm_phi_1;
-    const double t505 = arm_psi_1_sin * t503 + arm_psi_1_cos * t499;
+    const double t473 = arm_theta_1_sin * row_2_u_arm_phi_1;
+    const double t474 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t473);
+    const double t475 = arm_phi_1_sin * t474 + arm_phi_1_cos * row_2_u_arm_theta_1;
+    const double t476 = arm_phi_1_cos * t474 - arm_phi_1_sin * row_2_u_arm_theta_1;
+    const double t477 = t475 - (arm_psi_2_sin * t471 + arm_psi_2_cos * t467 - p->derived.arm_element_length *
+        t469);
+    const double t478 = p->derived.constant_19 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t471 - arm_psi_2_sin *
+        t467));
+    const double t479 = t185 * (t476 - (arm_theta_2_cos * t468 - t454 + p->derived.arm_element_length * t472) +
+        t184 * t477);
+    const double t480 = t183 * t477 + t184 * t479;
+    const double t481 = arm_psi_2_cos * t470 - arm_psi_2_sin * t465 + (t176 * t479 - t175 * t480);
+    const double t482 = t472 + (t182 * t479 - t177 * t480);
+    const double t483 = t469 + (t177 * t479 - t181 * t480);
+    const double t484 = arm_phi_1_cos * t482 - arm_phi_1_sin * t483;
+    const double t485 = arm_phi_1_sin * t482 + arm_phi_1_cos * t483;
+    const double t486 = arm_phi_1_cos * t475 - arm_phi_1_sin * t476;
+    const double t487 = arm_phi_1_sin * t475 + arm_phi_1_cos * t476;
+    const double t488 = arm_theta_1_sin * t485 + arm_theta_1_cos * t481;
+    const double t489 = arm_theta_1_sin * t487 + arm_theta_1_cos * row_2_u_arm_phi_1;
+    const double t490 = arm_psi_1_sin * t488 + arm_psi_1_cos * t484;
     /* arm_psi: force left for the joint, inward */
-    const double t506 = row_2_u_arm_psi - (arm_theta_1_cos * t502 - t488 + p->derived.constant_1 * t505);
-    const double t507 = arm_psi_sin * (arm_psi_1_cos * t504 - arm_psi_1_sin * t501) + arm_psi_cos * (arm_psi_1_sin *
-        t504 + arm_psi_1_cos * t501 - p->derived.constant_1 * (arm_theta_1_cos * t500 - arm_theta_1_sin *
-        t496) - t238 * t506);
+    const double t491 = row_2_u_arm_psi - (arm_theta_1_cos * t487 - t473 + p->derived.constant_1 * t490);
+    const double t492 = arm_psi_sin * (arm_psi_1_cos * t489 - arm_psi_1_sin * t486) + arm_psi_cos * (arm_psi_1_sin *
+        t489 + arm_psi_1_cos * t486 - p->derived.constant_1 * (arm_theta_1_cos * t485 - arm_theta_1_sin *
+        t481) - t223 * t491);
     /* column_psi: force left for the joint, inward */
-    const double t508 = arm_psi_sin * (arm_psi_1_cos * t503 - arm_psi_1_sin * t499 + t239 * t506) + arm_psi_cos *
-        (t505 + t240 * t506) - t244 * t507;
+    const double t493 = arm_psi_sin * (arm_psi_1_cos * t488 - arm_psi_1_sin * t484 + t224 * t491) + arm_psi_cos *
+        (t490 + t225 * t491) - t229 * t492;
     /* base_z: acceleration, outward */
-    const double t509 = base_z_D_inverse * (1.0 - t508);
+    const double t494 = base_z_D_inverse * (1.0 - t493);
     /* column_psi: acceleration, outward */
-    const double t510 = t244 * t509 + column_psi_D_inverse * t507;
+    const double t495 = t229 * t494 + column_psi_D_inverse * t492;
     /* arm_psi: acceleration, outward */
-    const double t511 = arm_psi_sin * t509;
-    const double t512 = arm_psi_cos * t509;
-    const double t513 = arm_psi_sin * t510;
-    const double t514 = arm_psi_cos * t510;
-    const double t515 = arm_psi_D_inverse * t506 - (t239 * t511 + t240 * t512 + t238 * t514);
+    const double t496 = arm_psi_sin * t494;
+    const double t497 = arm_psi_cos * t494;
+    const double t498 = arm_psi_sin * t495;
+    const double t499 = arm_psi_cos * t495;
+    const double t500 = arm_psi_D_inverse * t491 - (t224 * t496 + t225 * t497 + t223 * t499);
     /* arm_phi_1: acceleration, outward */
-    const double t516 = p->derived.constant_1 * t514;
-    const double t517 = t512 + p->derived.constant_1 * t515;
-    const double t518 = arm_psi_1_sin * t517 + arm_psi_1_cos * t511;
-    const double t519 = arm_psi_1_cos * t517 - arm_psi_1_sin * t511;
-    const double t520 = arm_theta_1_sin * t518 + arm_theta_1_cos * t516;
-    const double t521 = arm_theta_1_cos * t518 - arm_theta_1_sin * t516;
-    const double t522 = arm_phi_1_sin * t520 + arm_phi_1_cos * t519;
-    const double t523 = arm_phi_1_cos * t520 - arm_phi_1_sin * t519;
-    const double t524 = t495 - (t202 * t521 + t204 * t522 + t206 * t523);
-    const double t525 = t494 - (t201 * t521 + t203 * t522 + t205 * t523);
-    const double t526 = arm_psi_1_sin * t514 + arm_psi_1_cos * t513;
-    const double t527 = arm_phi_1_cos * t524 - arm_phi_1_sin * t525 - (arm_psi_1_sin * t513 - arm_psi_1_cos *
-        t514);
-    const double t528 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t524 + arm_phi_1_cos * t525 - (arm_theta_1_cos *
-        t515 - arm_theta_1_sin * t526));
-    const double t529 = t493 + (arm_theta_1_sin * t515 + arm_theta_1_cos * t526) + arm_theta_1_sin * t528;
+    const double t501 = p->derived.constant_1 * t499;
+    const double t502 = t497 + p->derived.constant_1 * t500;
+    const double t503 = arm_psi_1_sin * t502 + arm_psi_1_cos * t496;
+    const double t504 = arm_psi_1_cos * t502 - arm_psi_1_sin * t496;
+    const double t505 = arm_theta_1_sin * t503 + arm_theta_1_cos * t501;
+    const double t506 = arm_theta_1_cos * t503 - arm_theta_1_sin * t501;
+    const double t507 = arm_phi_1_sin * t505 + arm_phi_1_cos * t504;
+    const double t508 = arm_phi_1_cos * t505 - arm_phi_1_sin * t504;
+    const double t509 = t480 - (t187 * t506 + t189 * t507 + t191 * t508);
+    const double t510 = t479 - (t186 * t506 + t188 * t507 + t190 * t508);
+    const double t511 = arm_psi_1_sin * t499 + arm_psi_1_cos * t498;
+    const double t512 = arm_phi_1_cos * t509 - arm_phi_1_sin * t510 - (arm_psi_1_sin * t498 - arm_psi_1_cos *
+        t499);
+    const double t513 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t509 + arm_phi_1_cos * t510 - (arm_theta_1_cos *
+        t500 - arm_theta_1_sin * t511));
+    const double t514 = t478 + (arm_theta_1_sin * t500 + arm_theta_1_cos * t511) + arm_theta_1_sin * t513;
     /* arm_phi_2: acceleration, outward */
-    const double t530 = t522 + p->derived.arm_element_length * t525;
-    const double t531 = t523 - p->derived.arm_element_length * t524;
-    const double t532 = arm_psi_2_sin * t530 + arm_psi_2_cos * t521;
-    const double t533 = arm_psi_2_cos * t530 - arm_psi_2_sin * t521;
-    const double t534 = arm_theta_2_sin * t532 + arm_theta_2_cos * t531;
-    const double t535 = arm_theta_2_cos * t532 - arm_theta_2_sin * t531;
-    const double t536 = arm_phi_2_sin * t534 + arm_phi_2_cos * t533;
-    const double t537 = arm_phi_2_cos * t534 - arm_phi_2_sin * t533;
-    const double t538 = t476 - (t153 * t535 + t155 * t536 + t157 * t537);
-    const double t539 = t475 - (t152 * t535 + t154 * t536 + t156 * t537);
-    const double t540 = arm_psi_2_sin * t524 + arm_psi_2_cos * t493;
-    const double t541 = arm_phi_2_cos * t538 - arm_phi_2_sin * t539 - (arm_psi_2_cos * t524 - arm_psi_2_sin *
-        t493);
-    const double t542 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t538 + arm_phi_2_cos * t539 - (arm_theta_2_sin *
-        t540 + arm_theta_2_cos * t525));
-    const double t543 = t474 - (arm_theta_2_cos * t540 - arm_theta_2_sin * t525) + arm_theta_2_sin * t542;
+    const double t515 = t507 + p->derived.arm_element_length * t510;
+    const double t516 = t508 - p->derived.arm_element_length * t509;
+    const double t517 = arm_psi_2_sin * t515 + arm_psi_2_cos * t506;
+    const double t518 = arm_psi_2_cos * t515 - arm_psi_2_sin * t506;
+    const double t519 = arm_theta_2_sin * t517 + arm_theta_2_cos * t516;
+    const double t520 = arm_theta_2_cos * t517 - arm_theta_2_sin * t516;
+    const double t521 = arm_phi_2_sin * t519 + arm_phi_2_cos * t518;
+    const double t522 = arm_phi_2_cos * t519 - arm_phi_2_sin * t518;
+    const double t523 = t461 - (t138 * t520 + t140 * t521 + t142 * t522);
+    const double t524 = t460 - (t137 * t520 + t139 * t521 + t141 * t522);
+    const double t525 = arm_psi_2_sin * t509 + arm_psi_2_cos * t478;
+    const double t526 = arm_phi_2_cos * t523 - arm_phi_2_sin * t524 - (arm_psi_2_cos * t509 - arm_psi_2_sin *
+        t478);
+    const double t527 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t523 + arm_phi_2_cos * t524 - (arm_theta_2_sin *
+        t525 + arm_theta_2_cos * t510));
+    const double t528 = t459 - (arm_theta_2_cos * t525 - arm_theta_2_sin * t510) + arm_theta_2_sin * t527;
     /* arm_phi_3: acceleration, outward */
-    const double t544 = t536 + p->derived.arm_element_length * t539;
-    const double t545 = t537 - p->derived.arm_element_length * t538;
-    const double t546 = arm_psi_3_sin * t544 + arm_psi_3_cos * t535;
-    const double t547 = arm_psi_3_cos * t544 - arm_psi_3_sin * t535;
-    const double t548 = arm_theta_3_sin * t546 + arm_theta_3_cos * t545;
-    const double t549 = t457 + t120 * (arm_phi_3_cos * t548 - arm_phi_3_sin * t547);
-    const double t550 = t458 - t120 * (arm_phi_3_sin * t548 + arm_phi_3_cos * t547);
-    const double t551 = arm_psi_3_sin * t538 + arm_psi_3_cos * t474;
-    const double t552 = arm_phi_3_cos * t549 - arm_phi_3_sin * t550 - (arm_psi_3_cos * t538 - arm_psi_3_sin *
-        t474);
-    const double t553 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t549 + arm_phi_3_cos * t550 - (arm_theta_3_sin *
-        t551 + arm_theta_3_cos * t539));
-    const double t554 = row_2_u_arm_phi_3 * p->derived.constant_20 - (arm_theta_3_cos * t551 - arm_theta_3_sin *
-        t539) + arm_theta_3_sin * t553;
+    const double t529 = t521 + p->derived.arm_element_length * t524;
+    const double t530 = t522 - p->derived.arm_element_length * t523;
+    const double t531 = arm_psi_3_sin * t529 + arm_psi_3_cos * t520;
+    const double t532 = arm_psi_3_cos * t529 - arm_psi_3_sin * t520;
+    const double t533 = arm_theta_3_sin * t531 + arm_theta_3_cos * t530;
+    const double t534 = t442 + t105 * (arm_phi_3_cos * t533 - arm_phi_3_sin * t532);
+    const double t535 = t443 - t105 * (arm_phi_3_sin * t533 + arm_phi_3_cos * t532);
+    const double t536 = arm_psi_3_sin * t523 + arm_psi_3_cos * t459;
+    const double t537 = arm_phi_3_cos * t534 - arm_phi_3_sin * t535 - (arm_psi_3_cos * t523 - arm_psi_3_sin *
+        t459);
+    const double t538 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t534 + arm_phi_3_cos * t535 - (arm_theta_3_sin *
+        t536 + arm_theta_3_cos * t524));
+    const double t539 = row_2_u_arm_phi_3 * p->derived.constant_18 - (arm_theta_3_cos * t536 - arm_theta_3_sin *
+        t524) + arm_theta_3_sin * t538;
     /* effector_z: acceleration, outward */
-    const double t555 = arm_theta_3_ground_z_x * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t546 -
-        arm_theta_3_sin * t545);
+    const double t540 = arm_theta_3_ground_z_x * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t531 -
+        arm_theta_3_sin * t530);
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t556 = row_1_u_column_psi * t303 - t96 * t308 - t97 * t321 + row_1_u_arm_theta_1 * t320 +
-        row_1_u_arm_phi_1 * t322 + row_1_u_arm_psi_2 * t335 + row_1_u_arm_theta_2 * t334;
-    const double t557 = row_1_phi * p->derived.constant_13 + (row_1_v + row_1_psi * p->derived.constant_12) +
-        (t556 + row_1_u_arm_phi_2 * t336 + row_1_u_arm_psi_3 * t346 + row_1_u_arm_theta_3 * t345 + row_1_u_arm_phi_3 *
-        t347 - row_1_u_effector_z * t348);
-    const double t558 = row_1_u_column_psi * t407 - t96 * t412 - t97 * t425 + row_1_u_arm_theta_1 * t424 +
-        row_1_u_arm_phi_1 * t426 + row_1_u_arm_psi_2 * t439 + row_1_u_arm_theta_2 * t438;
-    const double t559 = t558 + row_1_u_arm_phi_2 * t440 + row_1_u_arm_psi_3 * t450 + row_1_u_arm_theta_3 *
-        t449 + row_1_u_arm_phi_3 * t451 + row_1_u_effector_z * t452;
-    const double t560 = row_2_u_arm_psi * t308 - t302 + row_2_u_arm_psi_1 * t321 + row_2_u_arm_theta_1 * t320 +
-        row_2_u_arm_phi_1 * t322 + row_2_u_arm_psi_2 * t335 + row_2_u_arm_theta_2 * t334;
-    const double t561 = row_2_v + p->derived.constant_12 * row_2_psi + (t560 + row_2_u_arm_phi_2 * t336 +
-        row_2_u_arm_psi_3 * t346 + row_2_u_arm_theta_3 * t345 + row_2_u_arm_phi_3 * t347 - arm_theta_3_ground_z_x *
-        t348);
-    const double t562 = row_2_u_arm_psi * t412 - t406 + row_2_u_arm_psi_1 * t425 + row_2_u_arm_theta_1 * t424 +
-        row_2_u_arm_phi_1 * t426 + row_2_u_arm_psi_2 * t439 + row_2_u_arm_theta_2 * t438;
-    const double t563 = t562 + row_2_u_arm_phi_2 * t440 + row_2_u_arm_psi_3 * t450 + row_2_u_arm_theta_3 *
-        t449 + row_2_u_arm_phi_3 * t451 + arm_theta_3_ground_z_x * t452;
-    const double t564 = t509 + row_2_u_arm_psi * t515 + row_2_u_arm_psi_1 * t528 + row_2_u_arm_theta_1 * t527 +
-        row_2_u_arm_phi_1 * t529 + row_2_u_arm_psi_2 * t542 + row_2_u_arm_theta_2 * t541;
-    const double t565 = t563 / t559;
-    const double t566 = t564 + row_2_u_arm_phi_2 * t543 + row_2_u_arm_psi_3 * t553 + row_2_u_arm_theta_3 *
-        t552 + row_2_u_arm_phi_3 * t554 + arm_theta_3_ground_z_x * t555 - t563 * t565;
-    const double row_2_lambda = (t557 * t565 - t561) / t566;
-    const double t567 = (t557 + t563 * row_2_lambda) / t559;
-    qdd[0] = t406 * t567 - t302 + t509 * row_2_lambda;
-    qdd[1] = t303 - t407 * t567 - t510 * row_2_lambda;
-    qdd[2] = t308 - t412 * t567 + t515 * row_2_lambda;
-    qdd[3] = t321 - t425 * t567 + t528 * row_2_lambda;
-    qdd[4] = t320 - t424 * t567 + t527 * row_2_lambda;
-    qdd[5] = t322 - t426 * t567 + t529 * row_2_lambda;
-    qdd[6] = t335 - t439 * t567 + t542 * row_2_lambda;
-    qdd[7] = t334 - t438 * t567 + t541 * row_2_lambda;
-    qdd[8] = t336 - t440 * t567 + t543 * row_2_lambda;
-    qdd[9] = t346 - t450 * t567 + t553 * row_2_lambda;
-    qdd[10] = t345 - t449 * t567 + t552 * row_2_lambda;
-    qdd[11] = t347 - t451 * t567 + t554 * row_2_lambda;
-    qdd[12] = t555 * row_2_lambda - (t348 + t452 * t567);
+    const double t541 = row_1_u_column_psi * t288 - t101 * t293 - t102 * t306 + row_1_u_arm_theta_1 * t305 +
+        row_1_u_arm_phi_1 * t307 + row_1_u_arm_psi_2 * t320 + row_1_u_arm_theta_2 * t319;
+    const double t542 = row_1_phi * p->derived.constant_13 + (row_1_v + row_1_psi * p->derived.constant_12) +
+        (t541 + row_1_u_arm_phi_2 * t321 + row_1_u_arm_psi_3 * t331 + row_1_u_arm_theta_3 * t330 + row_1_u_arm_phi_3 *
+        t332 - row_1_u_effector_z * t333);
+    const double t543 = row_1_u_column_psi * t392 - t101 * t397 - t102 * t410 + row_1_u_arm_theta_1 * t409 +
+        row_1_u_arm_phi_1 * t411 + row_1_u_arm_psi_2 * t424 + row_1_u_arm_theta_2 * t423;
+    const double t544 = t543 + row_1_u_arm_phi_2 * t425 + row_1_u_arm_psi_3 * t435 + row_1_u_arm_theta_3 *
+        t434 + row_1_u_arm_phi_3 * t436 + row_1_u_effector_z * t437;
+    const double t545 = row_2_u_arm_psi * t293 - t287 + row_2_u_arm_psi_1 * t306 + row_2_u_arm_theta_1 * t305 +
+        row_2_u_arm_phi_1 * t307 + row_2_u_arm_psi_2 * t320 + row_2_u_arm_theta_2 * t319;
+    const double t546 = row_2_v + p->derived.constant_12 * row_2_psi + (t545 + row_2_u_arm_phi_2 * t321 +
+        row_2_u_arm_psi_3 * t331 + row_2_u_arm_theta_3 * t330 + row_2_u_arm_phi_3 * t332 - arm_theta_3_ground_z_x *
+        t333);
+    const double t547 = row_2_u_arm_psi * t397 - t391 + row_2_u_arm_psi_1 * t410 + row_2_u_arm_theta_1 * t409 +
+        row_2_u_arm_phi_1 * t411 + row_2_u_arm_psi_2 * t424 + row_2_u_arm_theta_2 * t423;
+    const double t548 = t547 + row_2_u_arm_phi_2 * t425 + row_2_u_arm_psi_3 * t435 + row_2_u_arm_theta_3 *
+        t434 + row_2_u_arm_phi_3 * t436 + arm_theta_3_ground_z_x * t437;
+    const double t549 = t494 + row_2_u_arm_psi * t500 + row_2_u_arm_psi_1 * t513 + row_2_u_arm_theta_1 * t512 +
+        row_2_u_arm_phi_1 * t514 + row_2_u_arm_psi_2 * t527 + row_2_u_arm_theta_2 * t526;
+    const double t550 = t548 / t544;
+    const double t551 = t549 + row_2_u_arm_phi_2 * t528 + row_2_u_arm_psi_3 * t538 + row_2_u_arm_theta_3 *
+        t537 + row_2_u_arm_phi_3 * t539 + arm_theta_3_ground_z_x * t540 - t548 * t550;
+    const double row_2_lambda = (t542 * t550 - t546) / t551;
+    const double t552 = (t542 + t548 * row_2_lambda) / t544;
+    qdd[0] = t391 * t552 - t287 + t494 * row_2_lambda;
+    qdd[1] = t288 - t392 * t552 - t495 * row_2_lambda;
+    qdd[2] = t293 - t397 * t552 + t500 * row_2_lambda;
+    qdd[3] = t306 - t410 * t552 + t513 * row_2_lambda;
+    qdd[4] = t305 - t409 * t552 + t512 * row_2_lambda;
+    qdd[5] = t307 - t411 * t552 + t514 * row_2_lambda;
+    qdd[6] = t320 - t424 * t552 + t527 * row_2_lambda;
+    qdd[7] = t319 - t423 * t552 + t526 * row_2_lambda;
+    qdd[8] = t321 - t425 * t552 + t528 * row_2_lambda;
+    qdd[9] = t331 - t435 * t552 + t538 * row_2_lambda;
+    qdd[10] = t330 - t434 * t552 + t537 * row_2_lambda;
+    qdd[11] = t332 - t436 * t552 + t539 * row_2_lambda;
+    qdd[12] = t540 * row_2_lambda - (t333 + t437 * t552);
 }
 
 void manipulator_flexible_force(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -5300,780 +5108,722 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
         arm_theta_3_bias_wd_x;
     const double t69 = p->derived.arm_psi_moment_x * arm_phi_3_w_z;
     const double t70 = p->derived.arm_psi_moment_x * arm_phi_3_w_y;
-    /* arm_theta_3: bias forces c, inward */
-    const double t71 = arm_theta_3_sin * arm_phi_3_bias_moment_x;
     /* arm_phi_2: bias forces c, inward */
-    const double t72 = p->derived.arm_phi_1_inertia_xx * arm_phi_2_w_x;
-    const double t73 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_y;
-    const double t74 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_z;
-    const double t75 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_z;
-    const double t76 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_y;
+    const double t71 = p->derived.arm_phi_1_inertia_xx * arm_phi_2_w_x;
+    const double t72 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_y;
+    const double t73 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_z;
+    const double arm_phi_2_load_moment_x = arm_phi_2_w_y * t73 - arm_phi_2_w_z * t72 + p->derived.arm_phi_1_inertia_xx *
+        arm_theta_2_bias_wd_x;
+    const double t74 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_z;
+    const double t75 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_y;
     /* arm_phi_1: bias forces c, inward */
-    const double t77 = p->derived.arm_phi_1_inertia_xx * arm_phi_1_w_x;
-    const double t78 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_y;
-    const double t79 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_z;
-    const double t80 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_z;
-    const double t81 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_y;
+    const double t76 = p->derived.arm_phi_1_inertia_xx * arm_phi_1_w_x;
+    const double t77 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_y;
+    const double t78 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_z;
+    const double arm_phi_1_load_moment_x = arm_phi_1_w_y * t78 - arm_phi_1_w_z * t77 + p->derived.arm_phi_1_inertia_xx *
+        arm_theta_1_bias_wd_x;
+    const double t79 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_z;
+    const double t80 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_y;
     /* arm_psi: bias forces c, inward */
-    const double t82 = p->derived.arm_psi_inertia_xx * arm_psi_w_x;
-    const double t83 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
-    const double t84 = p->derived.arm_psi_inertia_yy * qd[2];
-    const double t85 = p->derived.arm_psi_moment_x * arm_psi_w_y;
+    const double t81 = p->derived.arm_psi_inertia_xx * arm_psi_w_x;
+    const double t82 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
+    const double t83 = p->derived.arm_psi_inertia_yy * qd[2];
+    const double arm_psi_load_moment_x = arm_psi_w_y * t83 - qd[2] * t82 + p->derived.arm_psi_inertia_xx *
+        arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = qd[2] * t81 - arm_psi_w_x * t83 - p->derived.arm_psi_inertia_yy *
+        t5;
+    const double t84 = p->derived.arm_psi_moment_x * arm_psi_w_y;
+    /* springs -s (q - rest), dampers -d qd, and forces that the model names */
+    const double t85 = p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4];
+    const double t86 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5];
+    const double t87 = p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7];
+    const double t88 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8];
+    const double t89 = p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10];
+    const double t90 = p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi * qd[11];
     /* row 1 (position level): u qdd + v = 0 */
-    const double t86 = (effector_z_position_x - p->xc) / p->a;
-    const double t87 = effector_z_position_y / p->b;
-    const double row_1_phi = t86 * t86 + t87 * t87 - 1.0;
-    const double t88 = point_E_xd * p->derived.constant_10;
-    const double t89 = t86 * t88;
-    const double t90 = point_E_yd * p->derived.constant_11;
-    const double t91 = t87 * t90;
-    const double row_1_psi = t89 + t89 + (t91 + t91);
-    const double t92 = t88 * t88 + t86 * (point_E_bias_x * p->derived.constant_10);
-    const double t93 = t90 * t90 + t87 * (point_E_bias_y * p->derived.constant_11);
-    const double row_1_v = t92 + t92 + (t93 + t93);
-    const double t94 = p->derived.constant_11 * (t87 + t87);
-    const double t95 = p->derived.constant_10 * (t86 + t86);
-    const double row_1_u_column_psi = effector_z_position_x * t94 - effector_z_position_y * t95;
-    const double t96 = column_psi_cos * t64 * t95 + column_psi_sin * t64 * t94;
-    const double t97 = column_psi_cos * t63 * t95 + column_psi_sin * t63 * t94;
-    const double row_1_u_arm_theta_1 = (t6 * t63 + arm_psi_1_ground_z_y * t61) * t94 - (arm_psi_1_ground_z_y *
-        t62 + t7 * t63) * t95;
-    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t63 - arm_theta_1_ground_z_x * t62) * t95 +
-        (arm_theta_1_ground_z_x * t61 - arm_theta_1_ground_x_x * t63) * t94;
-    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t60 - arm_phi_1_ground_z_z * t59) * t95 + (arm_phi_1_ground_z_z *
-        t58 - arm_phi_1_ground_x_z * t60) * t94;
-    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t60 - arm_psi_2_ground_z_y * t59) * t95 + (arm_psi_2_ground_z_y *
-        t58 - arm_psi_2_ground_x_y * t60) * t94;
-    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t60 - arm_theta_2_ground_z_x * t59) * t95 +
-        (arm_theta_2_ground_z_x * t58 - arm_theta_2_ground_x_x * t60) * t94;
-    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t57 - arm_phi_2_ground_z_z * t56) * t95 + (arm_phi_2_ground_z_z *
-        t55 - arm_phi_2_ground_x_z * t57) * t94;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t57 - arm_psi_3_ground_z_y * t56) * t95 + (arm_psi_3_ground_z_y *
-        t55 - arm_psi_3_ground_x_y * t57) * t94;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t57 - arm_theta_3_ground_z_x * t56) * t95 +
-        (arm_theta_3_ground_z_x * t55 - arm_theta_3_ground_x_x * t57) * t94;
-    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t95 + arm_theta_3_ground_y_x * t94;
+    const double t91 = (effector_z_position_x - p->xc) / p->a;
+    const double t92 = effector_z_position_y / p->b;
+    const double row_1_phi = t91 * t91 + t92 * t92 - 1.0;
+    const double t93 = point_E_xd * p->derived.constant_10;
+    const double t94 = t91 * t93;
+    const double t95 = point_E_yd * p->derived.constant_11;
+    const double t96 = t92 * t95;
+    const double row_1_psi = t94 + t94 + (t96 + t96);
+    const double t97 = t93 * t93 + t91 * (point_E_bias_x * p->derived.constant_10);
+    const double t98 = t95 * t95 + t92 * (point_E_bias_y * p->derived.constant_11);
+    const double row_1_v = t97 + t97 + (t98 + t98);
+    const double t99 = p->derived.constant_11 * (t92 + t92);
+    const double t100 = p->derived.constant_10 * (t91 + t91);
+    const double row_1_u_column_psi = effector_z_position_x * t99 - effector_z_position_y * t100;
+    const double t101 = column_psi_cos * t64 * t100 + column_psi_sin * t64 * t99;
+    const double t102 = column_psi_cos * t63 * t100 + column_psi_sin * t63 * t99;
+    const double row_1_u_arm_theta_1 = (t6 * t63 + arm_psi_1_ground_z_y * t61) * t99 - (arm_psi_1_ground_z_y *
+        t62 + t7 * t63) * t100;
+    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t63 - arm_theta_1_ground_z_x * t62) * t100 +
+        (arm_theta_1_ground_z_x * t61 - arm_theta_1_ground_x_x * t63) * t99;
+    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t60 - arm_phi_1_ground_z_z * t59) * t100 + (arm_phi_1_ground_z_z *
+        t58 - arm_phi_1_ground_x_z * t60) * t99;
+    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t60 - arm_psi_2_ground_z_y * t59) * t100 +
+        (arm_psi_2_ground_z_y * t58 - arm_psi_2_ground_x_y * t60) * t99;
+    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t60 - arm_theta_2_ground_z_x * t59) * t100 +
+        (arm_theta_2_ground_z_x * t58 - arm_theta_2_ground_x_x * t60) * t99;
+    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t57 - arm_phi_2_ground_z_z * t56) * t100 + (arm_phi_2_ground_z_z *
+        t55 - arm_phi_2_ground_x_z * t57) * t99;
+    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t57 - arm_psi_3_ground_z_y * t56) * t100 +
+        (arm_psi_3_ground_z_y * t55 - arm_psi_3_ground_x_y * t57) * t99;
+    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t57 - arm_theta_3_ground_z_x * t56) * t100 +
+        (arm_theta_3_ground_z_x * t55 - arm_theta_3_ground_x_x * t57) * t99;
+    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t100 + arm_theta_3_ground_y_x * t99;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t98 = t2 * (p->derived.constant_14 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t98 + t98);
-    /* effector_z: bias and gravity forces c + g, inward */
+    const double t103 = t2 * (p->derived.constant_14 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t103 + t103);
+    /* arm_psi: inertia and gravity of the body at qdd = 0 */
+    const double arm_psi_load_moment_z = arm_psi_w_x * t82 - arm_psi_w_y * t81 + p->derived.arm_psi_moment_x *
+        arm_psi_bias_a_falling_y;
+    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x *
+        qd[2]) + arm_psi_w_y * t84);
+    const double arm_psi_load_force_y = arm_psi_w_x * t84 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+    /* arm_phi_1: inertia and gravity of the body at qdd = 0 */
+    const double arm_phi_1_load_moment_y = arm_phi_1_w_z * t76 - arm_phi_1_w_x * t78 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_z;
+    const double arm_phi_1_load_moment_z = arm_phi_1_w_x * t77 - arm_phi_1_w_y * t76 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_1_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_y;
+    const double arm_phi_1_load_force_x = p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - (arm_phi_1_w_z *
+        t79 + arm_phi_1_w_y * t80);
+    const double arm_phi_1_load_force_y = arm_phi_1_w_x * t80 + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_z +
+        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_y;
+    const double arm_phi_1_load_force_z = arm_phi_1_w_x * t79 - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_y +
+        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_z;
+    /* arm_phi_2: inertia and gravity of the body at qdd = 0 */
+    const double arm_phi_2_load_moment_y = arm_phi_2_w_z * t71 - arm_phi_2_w_x * t73 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_z;
+    const double arm_phi_2_load_moment_z = arm_phi_2_w_x * t72 - arm_phi_2_w_y * t71 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_2_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_y;
+    const double arm_phi_2_load_force_x = p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - (arm_phi_2_w_z *
+        t74 + arm_phi_2_w_y * t75);
+    const double arm_phi_2_load_force_y = arm_phi_2_w_x * t75 + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_z +
+        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_y;
+    const double arm_phi_2_load_force_z = arm_phi_2_w_x * t74 - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_y +
+        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_z;
+    /* arm_phi_3: inertia and gravity of the body at qdd = 0 */
+    const double arm_phi_3_load_moment_y = arm_phi_3_w_z * t66 - arm_phi_3_w_x * t68 + p->derived.arm_psi_inertia_yy *
+        arm_phi_3_bias_wd_y - p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
+    const double arm_phi_3_load_moment_z = arm_phi_3_w_x * t67 - arm_phi_3_w_y * t66 + p->derived.arm_psi_inertia_yy *
+        arm_phi_3_bias_wd_z + p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
+    const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - (arm_phi_3_w_z *
+        t69 + arm_phi_3_w_y * t70);
+    const double arm_phi_3_load_force_y = arm_phi_3_w_x * t70 + p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_z +
+        p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
+    const double arm_phi_3_load_force_z = arm_phi_3_w_x * t69 - p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_y +
+        p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
+    /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    /* arm_phi_3: bias and gravity forces c + g, inward */
-    const double arm_phi_3_load_moment_y = effector_z_shift_x * effector_z_load_force_x + (arm_phi_3_w_z *
-        t66 - arm_phi_3_w_x * t68 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y - p->derived.arm_psi_moment_x *
-        arm_phi_3_bias_a_falling_z);
-    const double arm_phi_3_load_moment_z = effector_z_shift_x * effector_z_load_force_y + (arm_phi_3_w_x *
-        t67 - arm_phi_3_w_y * t66 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z + p->derived.arm_psi_moment_x *
-        arm_phi_3_bias_a_falling_y);
-    const double arm_phi_3_load_force_x = effector_z_load_force_z + (p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x -
-        (arm_phi_3_w_z * t69 + arm_phi_3_w_y * t70));
-    const double arm_phi_3_load_force_y = effector_z_load_force_y + (arm_phi_3_w_x * t70 + p->derived.arm_psi_moment_x *
-        arm_phi_3_bias_wd_z + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y);
-    const double arm_phi_3_load_force_z = arm_phi_3_w_x * t69 - p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_y +
-        p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z - effector_z_load_force_x;
-    const double arm_theta_3_load_force_y = arm_phi_3_cos * arm_phi_3_load_force_y - arm_phi_3_sin * arm_phi_3_load_force_z;
-    const double arm_theta_3_load_force_z = arm_phi_3_sin * arm_phi_3_load_force_y + arm_phi_3_cos * arm_phi_3_load_force_z;
-    const double t99 = arm_phi_3_sin * arm_phi_3_load_moment_z;
-    const double t100 = arm_phi_3_cos * arm_phi_3_load_moment_y;
-    const double arm_theta_3_load_moment_y = t100 - t99;
-    const double arm_theta_3_load_moment_z = arm_phi_3_sin * arm_phi_3_load_moment_y + arm_phi_3_cos * arm_phi_3_load_moment_z;
-    /* arm_theta_3: bias and gravity forces c + g, inward */
-    const double arm_psi_3_load_force_z = arm_theta_3_cos * arm_theta_3_load_force_z - arm_theta_3_sin * arm_phi_3_load_force_x;
-    const double arm_psi_3_load_force_x = arm_theta_3_sin * arm_theta_3_load_force_z + arm_theta_3_cos * arm_phi_3_load_force_x;
-    const double t101 = arm_theta_3_cos * arm_theta_3_load_moment_z;
-    const double arm_psi_3_load_moment_z = t101 - t71;
-    const double arm_psi_3_load_moment_x = arm_theta_3_cos * arm_phi_3_bias_moment_x + arm_theta_3_sin * arm_theta_3_load_moment_z;
-    /* arm_psi_3: bias and gravity forces c + g, inward */
-    const double t102 = arm_psi_3_sin * arm_psi_3_load_force_x + arm_psi_3_cos * arm_theta_3_load_force_y;
-    /* arm_phi_2: bias and gravity forces c + g, inward */
-    const double arm_phi_2_load_moment_x = arm_phi_2_w_y * t74 - arm_phi_2_w_z * t73 + p->derived.arm_phi_1_inertia_xx *
-        arm_theta_2_bias_wd_x + (arm_psi_3_cos * arm_psi_3_load_moment_x - arm_psi_3_sin * arm_theta_3_load_moment_y);
-    const double arm_phi_2_load_moment_y = arm_psi_3_sin * arm_psi_3_load_moment_x + arm_psi_3_cos * arm_theta_3_load_moment_y -
-        p->derived.arm_element_length * arm_psi_3_load_force_z + (arm_phi_2_w_z * t72 - arm_phi_2_w_x * t74 +
-        p->derived.arm_phi_1_inertia_yy * arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_z);
-    const double arm_phi_2_load_moment_z = arm_psi_3_load_moment_z + p->derived.arm_element_length * t102 +
-        (arm_phi_2_w_x * t73 - arm_phi_2_w_y * t72 + p->derived.arm_phi_1_inertia_yy * arm_phi_2_bias_wd_z +
-        p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_y);
-    const double arm_phi_2_load_force_x = arm_psi_3_cos * arm_psi_3_load_force_x - arm_psi_3_sin * arm_theta_3_load_force_y +
-        (p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - (arm_phi_2_w_z * t75 + arm_phi_2_w_y *
-        t76));
-    const double arm_phi_2_load_force_y = t102 + (arm_phi_2_w_x * t76 + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_z +
-        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_y);
-    const double arm_phi_2_load_force_z = arm_psi_3_load_force_z + (arm_phi_2_w_x * t75 - p->derived.arm_phi_1_moment_x *
-        arm_phi_2_bias_wd_y + p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_z);
-    const double arm_theta_2_load_force_y = arm_phi_2_cos * arm_phi_2_load_force_y - arm_phi_2_sin * arm_phi_2_load_force_z;
-    const double arm_theta_2_load_force_z = arm_phi_2_sin * arm_phi_2_load_force_y + arm_phi_2_cos * arm_phi_2_load_force_z;
-    const double t103 = arm_phi_2_sin * arm_phi_2_load_moment_z;
-    const double t104 = arm_phi_2_cos * arm_phi_2_load_moment_y;
-    const double arm_theta_2_load_moment_y = t104 - t103;
-    const double arm_theta_2_load_moment_z = arm_phi_2_sin * arm_phi_2_load_moment_y + arm_phi_2_cos * arm_phi_2_load_moment_z;
-    /* arm_theta_2: bias and gravity forces c + g, inward */
-    const double arm_psi_2_load_force_z = arm_theta_2_cos * arm_theta_2_load_force_z - arm_theta_2_sin * arm_phi_2_load_force_x;
-    const double arm_psi_2_load_force_x = arm_theta_2_sin * arm_theta_2_load_force_z + arm_theta_2_cos * arm_phi_2_load_force_x;
-    const double t105 = arm_theta_2_sin * arm_phi_2_load_moment_x;
-    const double t106 = arm_theta_2_cos * arm_theta_2_load_moment_z;
-    const double arm_psi_2_load_moment_z = t106 - t105;
-    const double arm_psi_2_load_moment_x = arm_theta_2_sin * arm_theta_2_load_moment_z + arm_theta_2_cos *
-        arm_phi_2_load_moment_x;
-    /* arm_psi_2: bias and gravity forces c + g, inward */
-    const double t107 = arm_psi_2_sin * arm_psi_2_load_force_x + arm_psi_2_cos * arm_theta_2_load_force_y;
-    /* arm_phi_1: bias and gravity forces c + g, inward */
-    const double arm_phi_1_load_moment_x = arm_phi_1_w_y * t79 - arm_phi_1_w_z * t78 + p->derived.arm_phi_1_inertia_xx *
-        arm_theta_1_bias_wd_x + (arm_psi_2_cos * arm_psi_2_load_moment_x - arm_psi_2_sin * arm_theta_2_load_moment_y);
-    const double arm_phi_1_load_moment_y = arm_psi_2_sin * arm_psi_2_load_moment_x + arm_psi_2_cos * arm_theta_2_load_moment_y -
-        p->derived.arm_element_length * arm_psi_2_load_force_z + (arm_phi_1_w_z * t77 - arm_phi_1_w_x * t79 +
-        p->derived.arm_phi_1_inertia_yy * arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_z);
-    const double arm_phi_1_load_moment_z = arm_psi_2_load_moment_z + p->derived.arm_element_length * t107 +
-        (arm_phi_1_w_x * t78 - arm_phi_1_w_y * t77 + p->derived.arm_phi_1_inertia_yy * arm_phi_1_bias_wd_z +
-        p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_y);
-    const double arm_phi_1_load_force_x = arm_psi_2_cos * arm_psi_2_load_force_x - arm_psi_2_sin * arm_theta_2_load_force_y +
-        (p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - (arm_phi_1_w_z * t80 + arm_phi_1_w_y *
-        t81));
-    const double arm_phi_1_load_force_y = t107 + (arm_phi_1_w_x * t81 + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_z +
-        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_y);
-    const double arm_phi_1_load_force_z = arm_psi_2_load_force_z + (arm_phi_1_w_x * t80 - p->derived.arm_phi_1_moment_x *
-        arm_phi_1_bias_wd_y + p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_z);
-    const double arm_theta_1_load_force_y = arm_phi_1_cos * arm_phi_1_load_force_y - arm_phi_1_sin * arm_phi_1_load_force_z;
-    const double arm_theta_1_load_force_z = arm_phi_1_sin * arm_phi_1_load_force_y + arm_phi_1_cos * arm_phi_1_load_force_z;
-    const double t108 = arm_phi_1_sin * arm_phi_1_load_moment_z;
-    const double t109 = arm_phi_1_cos * arm_phi_1_load_moment_y;
-    const double arm_theta_1_load_moment_y = t109 - t108;
-    const double arm_theta_1_load_moment_z = arm_phi_1_sin * arm_phi_1_load_moment_y + arm_phi_1_cos * arm_phi_1_load_moment_z;
-    /* arm_theta_1: bias and gravity forces c + g, inward */
-    const double arm_psi_1_load_force_z = arm_theta_1_cos * arm_theta_1_load_force_z - arm_theta_1_sin * arm_phi_1_load_force_x;
-    const double arm_psi_1_load_force_x = arm_theta_1_sin * arm_theta_1_load_force_z + arm_theta_1_cos * arm_phi_1_load_force_x;
-    const double t110 = arm_theta_1_sin * arm_phi_1_load_moment_x;
-    const double t111 = arm_theta_1_cos * arm_theta_1_load_moment_z;
-    const double arm_psi_1_load_moment_z = t111 - t110;
-    const double arm_psi_1_load_moment_x = arm_theta_1_sin * arm_theta_1_load_moment_z + arm_theta_1_cos *
-        arm_phi_1_load_moment_x;
-    /* arm_psi_1: bias and gravity forces c + g, inward */
-    const double t112 = arm_psi_1_sin * arm_psi_1_load_force_x + arm_psi_1_cos * arm_theta_1_load_force_y;
-    /* arm_psi: bias and gravity forces c + g, inward */
-    const double arm_psi_load_moment_x = arm_psi_w_y * t84 - qd[2] * t83 + p->derived.arm_psi_inertia_xx *
-        arm_psi_bias_wd_x + (arm_psi_1_cos * arm_psi_1_load_moment_x - arm_psi_1_sin * arm_theta_1_load_moment_y);
-    const double arm_psi_load_moment_y = qd[2] * t82 - arm_psi_w_x * t84 - p->derived.arm_psi_inertia_yy *
-        t5 + (arm_psi_1_sin * arm_psi_1_load_moment_x + arm_psi_1_cos * arm_theta_1_load_moment_y - p->derived.constant_1 *
-        arm_psi_1_load_force_z);
-    const double arm_psi_load_moment_z = arm_psi_1_load_moment_z + p->derived.constant_1 * t112 + (arm_psi_w_x *
-        t83 - arm_psi_w_y * t82 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y);
-    const double arm_psi_load_force_x = arm_psi_1_cos * arm_psi_1_load_force_x - arm_psi_1_sin * arm_theta_1_load_force_y +
-        (p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x * qd[2]) +
-        arm_psi_w_y * t85));
-    const double arm_psi_load_force_y = t112 + (arm_psi_w_x * t85 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y);
-    const double column_psi_load_moment_z = arm_psi_sin * arm_psi_load_moment_x + arm_psi_cos * arm_psi_load_moment_y;
-    /* column_psi: bias and gravity forces c + g, inward */
-    const double column_psi_load_force_z = arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * arm_psi_load_force_y +
-        p->derived.constant_18;
-    /* base_z: bias and gravity forces c + g, inward */
-    const double base_z_load_force_z = column_psi_load_force_z + p->derived.constant_19;
-    const double t113 = t108 - t109 - (p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi *
-        qd[4]);
-    const double t114 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5] + arm_phi_1_load_moment_x;
-    const double t115 = t103 - t104 - (p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi *
-        qd[7]);
-    const double t116 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8] + arm_phi_2_load_moment_x;
-    const double t117 = t99 - t100 - (p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi *
-        qd[10]);
-    const double t118 = arm_phi_3_bias_moment_x + (p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi *
-        qd[11]);
     /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t119 = 1.0 / (p->derived.arm_psi_inertia_yy + effector_z_shift_x * t65);
+    const double t104 = 1.0 / (p->derived.arm_psi_inertia_yy + effector_z_shift_x * t65);
     const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
-    const double t120 = arm_phi_3_moment_beyond_x * t119;
-    const double t121 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t120;
-    const double t122 = arm_phi_3_cos * t121;
-    const double t123 = arm_phi_3_sin * t121;
-    const double t124 = arm_phi_3_sin * t123 + arm_phi_3_cos * t122;
-    const double t125 = arm_phi_3_sin * t122 - arm_phi_3_cos * t123;
-    const double t126 = arm_theta_3_cos * t124;
-    const double t127 = p->derived.arm_psi_mass * arm_theta_3_sin;
-    const double t128 = arm_theta_3_sin * t127 + arm_theta_3_cos * t126;
-    const double t129 = arm_theta_3_sin * t126 - arm_theta_3_cos * t127;
-    const double t130 = arm_theta_3_cos * (p->derived.arm_psi_mass * arm_theta_3_cos) + arm_theta_3_sin *
-        (arm_theta_3_sin * t124);
-    const double t131 = arm_theta_3_cos * t125;
-    const double t132 = arm_theta_3_sin * t125;
-    const double t133 = arm_psi_3_sin * t132;
-    const double t134 = arm_psi_3_cos * t130 - t133;
-    const double t135 = arm_psi_3_cos * t132;
-    const double t136 = t135 - arm_psi_3_sin * t124;
-    const double t137 = arm_psi_3_cos * t136 + arm_psi_3_sin * t134;
-    const double t138 = arm_psi_3_cos * (t133 + arm_psi_3_cos * t124) + arm_psi_3_sin * (t135 + arm_psi_3_sin *
-        t130);
-    const double t139 = arm_psi_3_cos * t129 - arm_psi_3_sin * t131;
-    const double t140 = arm_psi_3_cos * t131 + arm_psi_3_sin * t129;
-    const double t141 = p->derived.arm_element_length * t139;
-    const double t142 = p->derived.arm_element_length * t137;
-    const double t143 = p->derived.arm_element_length * t140;
-    const double t144 = p->derived.arm_element_length * t138;
-    const double t145 = p->derived.arm_element_length * t128;
-    const double t146 = p->derived.arm_element_length * t143;
+    const double t105 = arm_phi_3_moment_beyond_x * t104;
+    const double t106 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t105;
+    const double t107 = arm_phi_3_cos * t106;
+    const double t108 = arm_phi_3_sin * t106;
+    const double t109 = arm_phi_3_sin * t108 + arm_phi_3_cos * t107;
+    const double t110 = arm_phi_3_sin * t107 - arm_phi_3_cos * t108;
+    const double t111 = arm_theta_3_cos * t109;
+    const double t112 = p->derived.arm_psi_mass * arm_theta_3_sin;
+    const double t113 = arm_theta_3_sin * t112 + arm_theta_3_cos * t111;
+    const double t114 = arm_theta_3_sin * t111 - arm_theta_3_cos * t112;
+    const double t115 = arm_theta_3_cos * (p->derived.arm_psi_mass * arm_theta_3_cos) + arm_theta_3_sin *
+        (arm_theta_3_sin * t109);
+    const double t116 = arm_theta_3_cos * t110;
+    const double t117 = arm_theta_3_sin * t110;
+    const double t118 = arm_psi_3_sin * t117;
+    const double t119 = arm_psi_3_cos * t115 - t118;
+    const double t120 = arm_psi_3_cos * t117;
+    const double t121 = t120 - arm_psi_3_sin * t109;
+    const double t122 = arm_psi_3_cos * t121 + arm_psi_3_sin * t119;
+    const double t123 = arm_psi_3_cos * (t118 + arm_psi_3_cos * t109) + arm_psi_3_sin * (t120 + arm_psi_3_sin *
+        t115);
+    const double t124 = arm_psi_3_cos * t114 - arm_psi_3_sin * t116;
+    const double t125 = arm_psi_3_cos * t116 + arm_psi_3_sin * t114;
+    const double t126 = p->derived.arm_element_length * t124;
+    const double t127 = p->derived.arm_element_length * t122;
+    const double t128 = p->derived.arm_element_length * t125;
+    const double t129 = p->derived.arm_element_length * t123;
+    const double t130 = p->derived.arm_element_length * t113;
+    const double t131 = p->derived.arm_element_length * t128;
     /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t147 = p->derived.arm_phi_1_moment_x + t145;
-    const double t148 = p->derived.arm_phi_1_moment_x + t144;
-    const double t149 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t145);
-    const double t150 = t146 * t149;
-    const double t151 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t144 - t146 *
-        t150);
+    const double t132 = p->derived.arm_phi_1_moment_x + t130;
+    const double t133 = p->derived.arm_phi_1_moment_x + t129;
+    const double t134 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t130);
+    const double t135 = t131 * t134;
+    const double t136 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t129 - t131 *
+        t135);
     const double arm_theta_2_cos_inverse = 1.0 / arm_theta_2_cos;
-    const double t152 = t151 * (t142 - t141 * t150);
-    const double t153 = t150 * t152 - t141 * t149;
-    const double t154 = t151 * (t148 - t143 * t150);
-    const double t155 = t150 * t154 - t143 * t149;
-    const double t156 = t151 * (t143 - t147 * t150);
-    const double t157 = t150 * t156 - t147 * t149;
-    const double t158 = p->derived.arm_phi_1_mass + (arm_psi_3_cos * t134 - arm_psi_3_sin * t136) - (t142 *
-        t152 - t141 * t153);
-    const double t159 = t137 - (t142 * t154 - t141 * t155);
-    const double t160 = t139 - (t142 * t156 - t141 * t157);
-    const double t161 = p->derived.arm_phi_1_mass + t138 - (t148 * t154 - t143 * t155);
-    const double t162 = t140 - (t148 * t156 - t143 * t157);
-    const double t163 = p->derived.arm_phi_1_mass + t128 - (t143 * t156 - t147 * t157);
-    const double t164 = arm_phi_2_sin * t162;
-    const double t165 = arm_phi_2_cos * t161 - t164;
-    const double t166 = arm_phi_2_cos * t162;
-    const double t167 = t166 - arm_phi_2_sin * t163;
-    const double t168 = arm_phi_2_cos * t165 - arm_phi_2_sin * t167;
-    const double t169 = arm_phi_2_cos * t167 + arm_phi_2_sin * t165;
-    const double t170 = arm_phi_2_cos * (t164 + arm_phi_2_cos * t163) + arm_phi_2_sin * (t166 + arm_phi_2_sin *
-        t161);
-    const double t171 = arm_phi_2_cos * t159 - arm_phi_2_sin * t160;
-    const double t172 = arm_phi_2_cos * t160 + arm_phi_2_sin * t159;
-    const double t173 = arm_theta_2_sin * t172;
-    const double t174 = arm_theta_2_cos * t170 - t173;
-    const double t175 = arm_theta_2_cos * t172;
-    const double t176 = t175 - arm_theta_2_sin * t158;
-    const double t177 = arm_theta_2_cos * t174 - arm_theta_2_sin * t176;
-    const double t178 = arm_theta_2_cos * t176 + arm_theta_2_sin * t174;
-    const double t179 = arm_theta_2_cos * (t173 + arm_theta_2_cos * t158) + arm_theta_2_sin * (t175 + arm_theta_2_sin *
-        t170);
-    const double t180 = arm_theta_2_cos * t169 - arm_theta_2_sin * t171;
-    const double t181 = arm_theta_2_cos * t171 + arm_theta_2_sin * t169;
-    const double t182 = arm_psi_2_sin * t181;
-    const double t183 = arm_psi_2_cos * t179 - t182;
-    const double t184 = arm_psi_2_cos * t181;
-    const double t185 = t184 - arm_psi_2_sin * t168;
-    const double t186 = arm_psi_2_cos * t185 + arm_psi_2_sin * t183;
-    const double t187 = arm_psi_2_cos * (t182 + arm_psi_2_cos * t168) + arm_psi_2_sin * (t184 + arm_psi_2_sin *
-        t179);
-    const double t188 = arm_psi_2_cos * t178 - arm_psi_2_sin * t180;
-    const double t189 = arm_psi_2_cos * t180 + arm_psi_2_sin * t178;
-    const double t190 = p->derived.arm_element_length * t188;
-    const double t191 = p->derived.arm_element_length * t186;
-    const double t192 = p->derived.arm_element_length * t189;
-    const double t193 = p->derived.arm_element_length * t187;
-    const double t194 = p->derived.arm_element_length * t177;
-    const double t195 = p->derived.arm_element_length * t192;
+    const double t137 = t136 * (t127 - t126 * t135);
+    const double t138 = t135 * t137 - t126 * t134;
+    const double t139 = t136 * (t133 - t128 * t135);
+    const double t140 = t135 * t139 - t128 * t134;
+    const double t141 = t136 * (t128 - t132 * t135);
+    const double t142 = t135 * t141 - t132 * t134;
+    const double t143 = p->derived.arm_phi_1_mass + (arm_psi_3_cos * t119 - arm_psi_3_sin * t121) - (t127 *
+        t137 - t126 * t138);
+    const double t144 = t122 - (t127 * t139 - t126 * t140);
+    const double t145 = t124 - (t127 * t141 - t126 * t142);
+    const double t146 = p->derived.arm_phi_1_mass + t123 - (t133 * t139 - t128 * t140);
+    const double t147 = t125 - (t133 * t141 - t128 * t142);
+    const double t148 = p->derived.arm_phi_1_mass + t113 - (t128 * t141 - t132 * t142);
+    const double t149 = arm_phi_2_sin * t147;
+    const double t150 = arm_phi_2_cos * t146 - t149;
+    const double t151 = arm_phi_2_cos * t147;
+    const double t152 = t151 - arm_phi_2_sin * t148;
+    const double t153 = arm_phi_2_cos * t150 - arm_phi_2_sin * t152;
+    const double t154 = arm_phi_2_cos * t152 + arm_phi_2_sin * t150;
+    const double t155 = arm_phi_2_cos * (t149 + arm_phi_2_cos * t148) + arm_phi_2_sin * (t151 + arm_phi_2_sin *
+        t146);
+    const double t156 = arm_phi_2_cos * t144 - arm_phi_2_sin * t145;
+    const double t157 = arm_phi_2_cos * t145 + arm_phi_2_sin * t144;
+    const double t158 = arm_theta_2_sin * t157;
+    const double t159 = arm_theta_2_cos * t155 - t158;
+    const double t160 = arm_theta_2_cos * t157;
+    const double t161 = t160 - arm_theta_2_sin * t143;
+    const double t162 = arm_theta_2_cos * t159 - arm_theta_2_sin * t161;
+    const double t163 = arm_theta_2_cos * t161 + arm_theta_2_sin * t159;
+    const double t164 = arm_theta_2_cos * (t158 + arm_theta_2_cos * t143) + arm_theta_2_sin * (t160 + arm_theta_2_sin *
+        t155);
+    const double t165 = arm_theta_2_cos * t154 - arm_theta_2_sin * t156;
+    const double t166 = arm_theta_2_cos * t156 + arm_theta_2_sin * t154;
+    const double t167 = arm_psi_2_sin * t166;
+    const double t168 = arm_psi_2_cos * t164 - t167;
+    const double t169 = arm_psi_2_cos * t166;
+    const double t170 = t169 - arm_psi_2_sin * t153;
+    const double t171 = arm_psi_2_cos * t170 + arm_psi_2_sin * t168;
+    const double t172 = arm_psi_2_cos * (t167 + arm_psi_2_cos * t153) + arm_psi_2_sin * (t169 + arm_psi_2_sin *
+        t164);
+    const double t173 = arm_psi_2_cos * t163 - arm_psi_2_sin * t165;
+    const double t174 = arm_psi_2_cos * t165 + arm_psi_2_sin * t163;
+    const double t175 = p->derived.arm_element_length * t173;
+    const double t176 = p->derived.arm_element_length * t171;
+    const double t177 = p->derived.arm_element_length * t174;
+    const double t178 = p->derived.arm_element_length * t172;
+    const double t179 = p->derived.arm_element_length * t162;
+    const double t180 = p->derived.arm_element_length * t177;
     /* arm_phi_1 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t196 = p->derived.arm_phi_1_moment_x + t194;
-    const double t197 = p->derived.arm_phi_1_moment_x + t193;
-    const double t198 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t194);
-    const double t199 = t195 * t198;
-    const double t200 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t193 - t195 *
-        t199);
+    const double t181 = p->derived.arm_phi_1_moment_x + t179;
+    const double t182 = p->derived.arm_phi_1_moment_x + t178;
+    const double t183 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t179);
+    const double t184 = t180 * t183;
+    const double t185 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t178 - t180 *
+        t184);
     const double arm_theta_1_cos_inverse = 1.0 / arm_theta_1_cos;
-    const double t201 = t200 * (t191 - t190 * t199);
-    const double t202 = t199 * t201 - t190 * t198;
-    const double t203 = t200 * (t197 - t192 * t199);
-    const double t204 = t199 * t203 - t192 * t198;
-    const double t205 = t200 * (t192 - t196 * t199);
-    const double t206 = t199 * t205 - t196 * t198;
-    const double t207 = p->derived.arm_phi_1_mass + (arm_psi_2_cos * t183 - arm_psi_2_sin * t185) - (t191 *
-        t201 - t190 * t202);
-    const double t208 = t186 - (t191 * t203 - t190 * t204);
-    const double t209 = t188 - (t191 * t205 - t190 * t206);
-    const double t210 = p->derived.arm_phi_1_mass + t187 - (t197 * t203 - t192 * t204);
-    const double t211 = t189 - (t197 * t205 - t192 * t206);
-    const double t212 = p->derived.arm_phi_1_mass + t177 - (t192 * t205 - t196 * t206);
-    const double t213 = arm_phi_1_sin * t211;
-    const double t214 = arm_phi_1_cos * t210 - t213;
-    const double t215 = arm_phi_1_cos * t211;
-    const double t216 = t215 - arm_phi_1_sin * t212;
-    const double t217 = arm_phi_1_cos * t214 - arm_phi_1_sin * t216;
-    const double t218 = arm_phi_1_cos * t216 + arm_phi_1_sin * t214;
-    const double t219 = arm_phi_1_cos * (t213 + arm_phi_1_cos * t212) + arm_phi_1_sin * (t215 + arm_phi_1_sin *
-        t210);
-    const double t220 = arm_phi_1_cos * t208 - arm_phi_1_sin * t209;
-    const double t221 = arm_phi_1_cos * t209 + arm_phi_1_sin * t208;
-    const double t222 = arm_theta_1_sin * t221;
-    const double t223 = arm_theta_1_cos * t219 - t222;
-    const double t224 = arm_theta_1_cos * t221;
-    const double t225 = t224 - arm_theta_1_sin * t207;
-    const double t226 = arm_theta_1_cos * t225 + arm_theta_1_sin * t223;
-    const double t227 = arm_theta_1_cos * (t222 + arm_theta_1_cos * t207) + arm_theta_1_sin * (t224 + arm_theta_1_sin *
-        t219);
-    const double t228 = arm_theta_1_cos * t218 - arm_theta_1_sin * t220;
-    const double t229 = arm_theta_1_cos * t220 + arm_theta_1_sin * t218;
-    const double t230 = arm_psi_1_sin * t229;
-    const double t231 = arm_psi_1_cos * t227 - t230;
-    const double t232 = arm_psi_1_cos * t229;
-    const double t233 = t232 - arm_psi_1_sin * t217;
-    const double t234 = arm_psi_1_cos * t233 + arm_psi_1_sin * t231;
-    const double t235 = arm_psi_1_cos * (t230 + arm_psi_1_cos * t217) + arm_psi_1_sin * (t232 + arm_psi_1_sin *
-        t227);
-    const double arm_psi_U_force_x = p->derived.constant_1 * t234;
-    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t228 + arm_psi_1_sin * t226);
-    const double t236 = p->derived.constant_1 * t235;
-    const double t237 = p->derived.constant_1 * arm_psi_U_force_z;
+    const double t186 = t185 * (t176 - t175 * t184);
+    const double t187 = t184 * t186 - t175 * t183;
+    const double t188 = t185 * (t182 - t177 * t184);
+    const double t189 = t184 * t188 - t177 * t183;
+    const double t190 = t185 * (t177 - t181 * t184);
+    const double t191 = t184 * t190 - t181 * t183;
+    const double t192 = p->derived.arm_phi_1_mass + (arm_psi_2_cos * t168 - arm_psi_2_sin * t170) - (t176 *
+        t186 - t175 * t187);
+    const double t193 = t171 - (t176 * t188 - t175 * t189);
+    const double t194 = t173 - (t176 * t190 - t175 * t191);
+    const double t195 = p->derived.arm_phi_1_mass + t172 - (t182 * t188 - t177 * t189);
+    const double t196 = t174 - (t182 * t190 - t177 * t191);
+    const double t197 = p->derived.arm_phi_1_mass + t162 - (t177 * t190 - t181 * t191);
+    const double t198 = arm_phi_1_sin * t196;
+    const double t199 = arm_phi_1_cos * t195 - t198;
+    const double t200 = arm_phi_1_cos * t196;
+    const double t201 = t200 - arm_phi_1_sin * t197;
+    const double t202 = arm_phi_1_cos * t199 - arm_phi_1_sin * t201;
+    const double t203 = arm_phi_1_cos * t201 + arm_phi_1_sin * t199;
+    const double t204 = arm_phi_1_cos * (t198 + arm_phi_1_cos * t197) + arm_phi_1_sin * (t200 + arm_phi_1_sin *
+        t195);
+    const double t205 = arm_phi_1_cos * t193 - arm_phi_1_sin * t194;
+    const double t206 = arm_phi_1_cos * t194 + arm_phi_1_sin * t193;
+    const double t207 = arm_theta_1_sin * t206;
+    const double t208 = arm_theta_1_cos * t204 - t207;
+    const double t209 = arm_theta_1_cos * t206;
+    const double t210 = t209 - arm_theta_1_sin * t192;
+    const double t211 = arm_theta_1_cos * t210 + arm_theta_1_sin * t208;
+    const double t212 = arm_theta_1_cos * (t207 + arm_theta_1_cos * t192) + arm_theta_1_sin * (t209 + arm_theta_1_sin *
+        t204);
+    const double t213 = arm_theta_1_cos * t203 - arm_theta_1_sin * t205;
+    const double t214 = arm_theta_1_cos * t205 + arm_theta_1_sin * t203;
+    const double t215 = arm_psi_1_sin * t214;
+    const double t216 = arm_psi_1_cos * t212 - t215;
+    const double t217 = arm_psi_1_cos * t214;
+    const double t218 = t217 - arm_psi_1_sin * t202;
+    const double t219 = arm_psi_1_cos * t218 + arm_psi_1_sin * t216;
+    const double t220 = arm_psi_1_cos * (t215 + arm_psi_1_cos * t202) + arm_psi_1_sin * (t217 + arm_psi_1_sin *
+        t212);
+    const double arm_psi_U_force_x = p->derived.constant_1 * t219;
+    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t213 + arm_psi_1_sin * t211);
+    const double t221 = p->derived.constant_1 * t220;
+    const double t222 = p->derived.constant_1 * arm_psi_U_force_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t236;
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t236;
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t221;
+    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t221;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t238 = t237 * arm_psi_D_inverse;
-    const double t239 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t240 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t241 = t234 - arm_psi_U_force_x * t240;
-    const double t242 = arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_inertia_yy + p->derived.constant_1 *
-        (p->derived.constant_1 * (arm_theta_1_cos * t223 - arm_theta_1_sin * t225)) - t237 * t238)) + arm_psi_sin *
+    const double t223 = t222 * arm_psi_D_inverse;
+    const double t224 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t225 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t226 = t219 - arm_psi_U_force_x * t225;
+    const double t227 = arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_inertia_yy + p->derived.constant_1 *
+        (p->derived.constant_1 * (arm_theta_1_cos * t208 - arm_theta_1_sin * t210)) - t222 * t223)) + arm_psi_sin *
         (p->derived.arm_psi_inertia_xx * arm_psi_sin);
-    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t237 * t239 - p->derived.constant_1 *
-        (arm_psi_1_cos * t226 - arm_psi_1_sin * t228))) + arm_psi_cos * (arm_psi_cos * (t237 * t240 - arm_psi_U_force_z));
-    const double t243 = arm_psi_cos * (arm_psi_sin * t241 + arm_psi_cos * (p->derived.arm_psi_mass + t235 -
-        arm_psi_U_force_y * t240)) + arm_psi_sin * (arm_psi_cos * t241 + arm_psi_sin * (p->derived.arm_psi_mass +
-        (arm_psi_1_cos * t231 - arm_psi_1_sin * t233) - arm_psi_U_force_x * t239));
+    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t222 * t224 - p->derived.constant_1 *
+        (arm_psi_1_cos * t211 - arm_psi_1_sin * t213))) + arm_psi_cos * (arm_psi_cos * (t222 * t225 - arm_psi_U_force_z));
+    const double t228 = arm_psi_cos * (arm_psi_sin * t226 + arm_psi_cos * (p->derived.arm_psi_mass + t220 -
+        arm_psi_U_force_y * t225)) + arm_psi_sin * (arm_psi_cos * t226 + arm_psi_sin * (p->derived.arm_psi_mass +
+        (arm_psi_1_cos * t216 - arm_psi_1_sin * t218) - arm_psi_U_force_x * t224));
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + t242;
+    const double column_psi_U_moment_z = p->Izz_col + t227;
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t244 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t229 = column_psi_U_force_z * column_psi_D_inverse;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + t243 - column_psi_U_force_z * t244);
+    const double base_z_U_force_z = p->m_base + (p->m_col + t228 - column_psi_U_force_z * t229);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
+    /* effector_z: force left for the joint, inward */
+    const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
+    const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
+    const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
+    const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
     /* arm_phi_3: force left for the joint, inward */
-    const double t245 = arm_theta_3_sin * t118;
-    const double t246 = arm_theta_3_cos_inverse * (t71 - t101 - (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
-        qd[9]) - t245);
-    const double t247 = arm_phi_3_sin * t246 + arm_phi_3_cos * t117;
-    const double t248 = arm_phi_3_cos * t246 - arm_phi_3_sin * t117;
-    const double t249 = t119 * t247;
-    const double t250 = t119 * t248;
-    const double t251 = arm_phi_3_moment_beyond_x * t250;
-    const double t252 = arm_phi_3_moment_beyond_x * t249;
-    const double t253 = arm_phi_3_sin * t252 + arm_phi_3_cos * t251;
-    const double t254 = arm_phi_3_sin * t251 - arm_phi_3_cos * t252;
-    const double t255 = arm_phi_3_cos * t247 - arm_phi_3_sin * t248;
-    const double t256 = arm_phi_3_sin * t247 + arm_phi_3_cos * t248;
-    const double t257 = arm_theta_3_sin * effector_z_load_force_z + arm_theta_3_cos * t254;
-    const double t258 = arm_theta_3_sin * t254 - arm_theta_3_cos * effector_z_load_force_z;
-    const double t259 = arm_theta_3_sin * t256 - arm_theta_3_cos * t118;
-    const double t260 = arm_psi_3_sin * t258 + arm_psi_3_cos * t253;
+    const double t230 = arm_theta_3_sin * t90;
+    const double t231 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
+        qd[9] + t230);
+    const double t232 = arm_phi_3_sin * t231 + arm_phi_3_cos * t89;
+    const double t233 = arm_phi_3_sin * t89 - arm_phi_3_cos * t231;
+    const double t234 = t104 * (arm_phi_3_carried_moment_y + t232);
+    const double t235 = t104 * (t233 - arm_phi_3_carried_moment_z);
+    const double t236 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t235;
+    const double t237 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t234;
+    const double t238 = arm_phi_3_cos * t236 - arm_phi_3_sin * t237;
+    const double t239 = arm_phi_3_sin * t236 + arm_phi_3_cos * t237;
+    const double t240 = arm_phi_3_sin * t233 + arm_phi_3_cos * t232;
+    const double t241 = arm_phi_3_cos * t233 - arm_phi_3_sin * t232;
+    const double t242 = arm_theta_3_cos * t239 - arm_theta_3_sin * arm_phi_3_load_force_x;
+    const double t243 = arm_theta_3_sin * t239 + arm_theta_3_cos * arm_phi_3_load_force_x;
+    const double t244 = arm_theta_3_sin * t241 - arm_theta_3_cos * t90;
+    const double t245 = arm_psi_3_sin * t243 + arm_psi_3_cos * t238;
     /* arm_phi_2: force left for the joint, inward */
-    const double t261 = arm_theta_2_sin * t116;
-    const double t262 = arm_theta_2_cos_inverse * (t105 - t106 - (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
-        qd[6]) - t261);
-    const double t263 = arm_phi_2_sin * t262 + arm_phi_2_cos * t115;
-    const double t264 = arm_phi_2_cos * t262 - arm_phi_2_sin * t115;
-    const double t265 = t263 - (arm_psi_3_sin * t259 + arm_psi_3_cos * t255 - p->derived.arm_element_length *
-        t257);
-    const double t266 = p->derived.constant_21 * (t116 + (arm_psi_3_cos * t259 - arm_psi_3_sin * t255));
-    const double t267 = t151 * (t264 - (t245 + arm_theta_3_cos * t256 + p->derived.arm_element_length * t260) +
-        t150 * t265);
-    const double t268 = t149 * t265 + t150 * t267;
-    const double t269 = arm_psi_3_cos * t258 - arm_psi_3_sin * t253 + (t142 * t267 - t141 * t268);
-    const double t270 = t260 + (t148 * t267 - t143 * t268);
-    const double t271 = t257 + (t143 * t267 - t147 * t268);
-    const double t272 = arm_phi_2_cos * t270 - arm_phi_2_sin * t271;
-    const double t273 = arm_phi_2_sin * t270 + arm_phi_2_cos * t271;
-    const double t274 = arm_phi_2_cos * t263 - arm_phi_2_sin * t264;
-    const double t275 = arm_phi_2_sin * t263 + arm_phi_2_cos * t264;
-    const double t276 = arm_theta_2_cos * t273 - arm_theta_2_sin * t269;
-    const double t277 = arm_theta_2_sin * t273 + arm_theta_2_cos * t269;
-    const double t278 = arm_theta_2_sin * t275 - arm_theta_2_cos * t116;
-    const double t279 = arm_psi_2_sin * t277 + arm_psi_2_cos * t272;
+    const double t246 = arm_theta_2_sin * t88;
+    const double t247 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
+        qd[6] + t246);
+    const double t248 = arm_phi_2_sin * t247 + arm_phi_2_cos * t87;
+    const double t249 = arm_phi_2_sin * t87 - arm_phi_2_cos * t247;
+    const double t250 = arm_phi_2_load_moment_y + (arm_psi_3_sin * t244 - arm_psi_3_cos * t240 - p->derived.arm_element_length *
+        t242) + t248;
+    const double t251 = p->derived.constant_19 * (t88 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t240 +
+        arm_psi_3_cos * t244)));
+    const double t252 = t136 * (t249 - (arm_phi_2_load_moment_z + (t230 + arm_theta_3_cos * t241 + p->derived.arm_element_length *
+        t245)) - t135 * t250);
+    const double t253 = t135 * t252 - t134 * t250;
+    const double t254 = arm_phi_2_load_force_x + (arm_psi_3_cos * t243 - arm_psi_3_sin * t238) + (t127 * t252 -
+        t126 * t253);
+    const double t255 = arm_phi_2_load_force_y + t245 + (t133 * t252 - t128 * t253);
+    const double t256 = arm_phi_2_load_force_z + t242 + (t128 * t252 - t132 * t253);
+    const double t257 = arm_phi_2_cos * t255 - arm_phi_2_sin * t256;
+    const double t258 = arm_phi_2_sin * t255 + arm_phi_2_cos * t256;
+    const double t259 = arm_phi_2_sin * t249 + arm_phi_2_cos * t248;
+    const double t260 = arm_phi_2_cos * t249 - arm_phi_2_sin * t248;
+    const double t261 = arm_theta_2_cos * t258 - arm_theta_2_sin * t254;
+    const double t262 = arm_theta_2_sin * t258 + arm_theta_2_cos * t254;
+    const double t263 = arm_theta_2_sin * t260 - arm_theta_2_cos * t88;
+    const double t264 = arm_psi_2_sin * t262 + arm_psi_2_cos * t257;
     /* arm_phi_1: force left for the joint, inward */
-    const double t280 = arm_theta_1_sin * t114;
-    const double t281 = arm_theta_1_cos_inverse * (t110 - t111 - (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
-        qd[3]) - t280);
-    const double t282 = arm_phi_1_sin * t281 + arm_phi_1_cos * t113;
-    const double t283 = arm_phi_1_cos * t281 - arm_phi_1_sin * t113;
-    const double t284 = t282 - (arm_psi_2_sin * t278 + arm_psi_2_cos * t274 - p->derived.arm_element_length *
-        t276);
-    const double t285 = p->derived.constant_21 * (t114 + (arm_psi_2_cos * t278 - arm_psi_2_sin * t274));
-    const double t286 = t200 * (t283 - (t261 + arm_theta_2_cos * t275 + p->derived.arm_element_length * t279) +
-        t199 * t284);
-    const double t287 = t198 * t284 + t199 * t286;
-    const double t288 = arm_psi_2_cos * t277 - arm_psi_2_sin * t272 + (t191 * t286 - t190 * t287);
-    const double t289 = t279 + (t197 * t286 - t192 * t287);
-    const double t290 = t276 + (t192 * t286 - t196 * t287);
-    const double t291 = arm_phi_1_cos * t289 - arm_phi_1_sin * t290;
-    const double t292 = arm_phi_1_sin * t289 + arm_phi_1_cos * t290;
-    const double t293 = arm_phi_1_cos * t282 - arm_phi_1_sin * t283;
-    const double t294 = arm_phi_1_sin * t282 + arm_phi_1_cos * t283;
-    const double t295 = arm_theta_1_sin * t292 + arm_theta_1_cos * t288;
-    const double t296 = arm_theta_1_sin * t294 - arm_theta_1_cos * t114;
-    const double t297 = arm_psi_1_sin * t295 + arm_psi_1_cos * t291;
+    const double t265 = arm_theta_1_sin * t86;
+    const double t266 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
+        qd[3] + t265);
+    const double t267 = arm_phi_1_sin * t266 + arm_phi_1_cos * t85;
+    const double t268 = arm_phi_1_sin * t85 - arm_phi_1_cos * t266;
+    const double t269 = arm_phi_1_load_moment_y + (arm_psi_2_sin * t263 - arm_psi_2_cos * t259 - p->derived.arm_element_length *
+        t261) + t267;
+    const double t270 = p->derived.constant_19 * (t86 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t259 +
+        arm_psi_2_cos * t263)));
+    const double t271 = t185 * (t268 - (arm_phi_1_load_moment_z + (t246 + arm_theta_2_cos * t260 + p->derived.arm_element_length *
+        t264)) - t184 * t269);
+    const double t272 = t184 * t271 - t183 * t269;
+    const double t273 = arm_phi_1_load_force_x + (arm_psi_2_cos * t262 - arm_psi_2_sin * t257) + (t176 * t271 -
+        t175 * t272);
+    const double t274 = arm_phi_1_load_force_y + t264 + (t182 * t271 - t177 * t272);
+    const double t275 = arm_phi_1_load_force_z + t261 + (t177 * t271 - t181 * t272);
+    const double t276 = arm_phi_1_cos * t274 - arm_phi_1_sin * t275;
+    const double t277 = arm_phi_1_sin * t274 + arm_phi_1_cos * t275;
+    const double t278 = arm_phi_1_sin * t268 + arm_phi_1_cos * t267;
+    const double t279 = arm_phi_1_cos * t268 - arm_phi_1_sin * t267;
+    const double t280 = arm_theta_1_sin * t277 + arm_theta_1_cos * t273;
+    const double t281 = arm_theta_1_sin * t279 - arm_theta_1_cos * t86;
+    const double t282 = arm_psi_1_sin * t280 + arm_psi_1_cos * t276;
+    const double t283 = arm_psi_load_moment_z + (t265 + arm_theta_1_cos * t279 + p->derived.constant_1 * t282);
     /* arm_psi: force left for the joint, inward */
-    const double t298 = arm_psi_load_moment_z + (t280 + arm_theta_1_cos * t294 + p->derived.constant_1 * t297);
-    const double t299 = arm_psi_sin * (arm_psi_1_cos * t296 - arm_psi_1_sin * t293) + arm_psi_cos * (arm_psi_1_sin *
-        t296 + arm_psi_1_cos * t293 - p->derived.constant_1 * (arm_theta_1_cos * t292 - arm_theta_1_sin *
-        t288) + t238 * t298);
+    const double t284 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t280 - arm_psi_1_sin * t276) -
+        t224 * t283) + arm_psi_cos * (arm_psi_load_force_y + t282 - t225 * t283);
+    const double t285 = arm_psi_cos * (arm_psi_load_moment_y + (arm_psi_1_sin * t281 - arm_psi_1_cos * t278 -
+        p->derived.constant_1 * (arm_theta_1_cos * t277 - arm_theta_1_sin * t273)) + t223 * t283);
     /* column_psi: force left for the joint, inward */
-    const double t300 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - column_psi_load_moment_z - t299;
-    const double t301 = arm_psi_sin * (arm_psi_1_cos * t295 - arm_psi_1_sin * t291 - t239 * t298) + arm_psi_cos *
-        (t297 - t240 * t298) + t244 * t300;
+    const double t286 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t278 + arm_psi_1_cos * t281)) + t285);
     /* base_z: acceleration, outward */
-    const double t302 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + base_z_load_force_z + t301);
+    const double t287 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        (p->derived.column_psi_load_force_z + t284 + t229 * t286)));
     /* column_psi: acceleration, outward */
-    const double t303 = t244 * t302 + column_psi_D_inverse * t300;
+    const double t288 = t229 * t287 + column_psi_D_inverse * t286;
     /* arm_psi: acceleration, outward */
-    const double t304 = arm_psi_sin * t302;
-    const double t305 = arm_psi_cos * t302;
-    const double t306 = arm_psi_sin * t303;
-    const double t307 = arm_psi_cos * t303;
-    const double t308 = t239 * t304 + t240 * t305 + t238 * t307 - arm_psi_D_inverse * t298;
+    const double t289 = arm_psi_sin * t287;
+    const double t290 = arm_psi_cos * t287;
+    const double t291 = arm_psi_sin * t288;
+    const double t292 = arm_psi_cos * t288;
+    const double t293 = t224 * t289 + t225 * t290 + t223 * t292 - arm_psi_D_inverse * t283;
     /* arm_phi_1: acceleration, outward */
-    const double t309 = p->derived.constant_1 * t307;
-    const double t310 = p->derived.constant_1 * t308 - t305;
-    const double t311 = arm_psi_1_sin * t310 - arm_psi_1_cos * t304;
-    const double t312 = arm_psi_1_sin * t304 + arm_psi_1_cos * t310;
-    const double t313 = arm_theta_1_sin * t311 - arm_theta_1_cos * t309;
-    const double t314 = arm_theta_1_sin * t309 + arm_theta_1_cos * t311;
-    const double t315 = arm_phi_1_sin * t313 + arm_phi_1_cos * t312;
-    const double t316 = arm_phi_1_cos * t313 - arm_phi_1_sin * t312;
-    const double t317 = t287 - (t202 * t314 + t204 * t315 + t206 * t316);
-    const double t318 = t286 - (t201 * t314 + t203 * t315 + t205 * t316);
-    const double t319 = arm_psi_1_sin * t307 + arm_psi_1_cos * t306;
-    const double t320 = arm_phi_1_cos * t317 - arm_phi_1_sin * t318 - (arm_psi_1_cos * t307 - arm_psi_1_sin *
-        t306);
-    const double t321 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t317 + arm_phi_1_cos * t318 - (arm_theta_1_sin *
-        t319 + arm_theta_1_cos * t308));
-    const double t322 = arm_theta_1_sin * t321 - (t285 + (arm_theta_1_cos * t319 - arm_theta_1_sin * t308));
+    const double t294 = p->derived.constant_1 * t292;
+    const double t295 = p->derived.constant_1 * t293 - t290;
+    const double t296 = arm_psi_1_sin * t295 - arm_psi_1_cos * t289;
+    const double t297 = arm_psi_1_sin * t289 + arm_psi_1_cos * t295;
+    const double t298 = arm_theta_1_sin * t296 - arm_theta_1_cos * t294;
+    const double t299 = arm_theta_1_sin * t294 + arm_theta_1_cos * t296;
+    const double t300 = arm_phi_1_sin * t298 + arm_phi_1_cos * t297;
+    const double t301 = arm_phi_1_cos * t298 - arm_phi_1_sin * t297;
+    const double t302 = t272 - (t187 * t299 + t189 * t300 + t191 * t301);
+    const double t303 = t271 - (t186 * t299 + t188 * t300 + t190 * t301);
+    const double t304 = arm_psi_1_sin * t292 + arm_psi_1_cos * t291;
+    const double t305 = arm_phi_1_cos * t302 - arm_phi_1_sin * t303 - (arm_psi_1_cos * t292 - arm_psi_1_sin *
+        t291);
+    const double t306 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t302 + arm_phi_1_cos * t303 - (arm_theta_1_sin *
+        t304 + arm_theta_1_cos * t293));
+    const double t307 = arm_theta_1_sin * t306 - (t270 + (arm_theta_1_cos * t304 - arm_theta_1_sin * t293));
     /* arm_phi_2: acceleration, outward */
-    const double t323 = t315 + p->derived.arm_element_length * t318;
-    const double t324 = t316 - p->derived.arm_element_length * t317;
-    const double t325 = arm_psi_2_sin * t323 + arm_psi_2_cos * t314;
-    const double t326 = arm_psi_2_cos * t323 - arm_psi_2_sin * t314;
-    const double t327 = arm_theta_2_sin * t325 + arm_theta_2_cos * t324;
-    const double t328 = arm_theta_2_cos * t325 - arm_theta_2_sin * t324;
-    const double t329 = arm_phi_2_sin * t327 + arm_phi_2_cos * t326;
-    const double t330 = arm_phi_2_cos * t327 - arm_phi_2_sin * t326;
-    const double t331 = t268 - (t153 * t328 + t155 * t329 + t157 * t330);
-    const double t332 = t267 - (t152 * t328 + t154 * t329 + t156 * t330);
-    const double t333 = arm_psi_2_sin * t317 - arm_psi_2_cos * t285;
-    const double t334 = arm_phi_2_cos * t331 - arm_phi_2_sin * t332 - (arm_psi_2_sin * t285 + arm_psi_2_cos *
-        t317);
-    const double t335 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t331 + arm_phi_2_cos * t332 - (arm_theta_2_sin *
-        t333 + arm_theta_2_cos * t318));
-    const double t336 = arm_theta_2_sin * t335 - (t266 + (arm_theta_2_cos * t333 - arm_theta_2_sin * t318));
+    const double t308 = t300 + p->derived.arm_element_length * t303;
+    const double t309 = t301 - p->derived.arm_element_length * t302;
+    const double t310 = arm_psi_2_sin * t308 + arm_psi_2_cos * t299;
+    const double t311 = arm_psi_2_cos * t308 - arm_psi_2_sin * t299;
+    const double t312 = arm_theta_2_sin * t310 + arm_theta_2_cos * t309;
+    const double t313 = arm_theta_2_cos * t310 - arm_theta_2_sin * t309;
+    const double t314 = arm_phi_2_sin * t312 + arm_phi_2_cos * t311;
+    const double t315 = arm_phi_2_cos * t312 - arm_phi_2_sin * t311;
+    const double t316 = t253 - (t138 * t313 + t140 * t314 + t142 * t315);
+    const double t317 = t252 - (t137 * t313 + t139 * t314 + t141 * t315);
+    const double t318 = arm_psi_2_sin * t302 - arm_psi_2_cos * t270;
+    const double t319 = arm_phi_2_cos * t316 - arm_phi_2_sin * t317 - (arm_psi_2_sin * t270 + arm_psi_2_cos *
+        t302);
+    const double t320 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t316 + arm_phi_2_cos * t317 - (arm_theta_2_sin *
+        t318 + arm_theta_2_cos * t303));
+    const double t321 = arm_theta_2_sin * t320 - (t251 + (arm_theta_2_cos * t318 - arm_theta_2_sin * t303));
     /* arm_phi_3: acceleration, outward */
-    const double t337 = t329 + p->derived.arm_element_length * t332;
-    const double t338 = t330 - p->derived.arm_element_length * t331;
-    const double t339 = arm_psi_3_sin * t337 + arm_psi_3_cos * t328;
-    const double t340 = arm_psi_3_cos * t337 - arm_psi_3_sin * t328;
-    const double t341 = arm_theta_3_sin * t339 + arm_theta_3_cos * t338;
-    const double t342 = t249 + t120 * (arm_phi_3_cos * t341 - arm_phi_3_sin * t340);
-    const double t343 = t250 - t120 * (arm_phi_3_sin * t341 + arm_phi_3_cos * t340);
-    const double t344 = arm_psi_3_sin * t331 - arm_psi_3_cos * t266;
-    const double t345 = arm_phi_3_cos * t342 - arm_phi_3_sin * t343 - (arm_psi_3_sin * t266 + arm_psi_3_cos *
-        t331);
-    const double t346 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t342 + arm_phi_3_cos * t343 - (arm_theta_3_sin *
-        t344 + arm_theta_3_cos * t332));
-    const double t347 = arm_theta_3_sin * t346 - (t118 * p->derived.constant_20 + (arm_theta_3_cos * t344 -
-        arm_theta_3_sin * t332));
+    const double t322 = t314 + p->derived.arm_element_length * t317;
+    const double t323 = t315 - p->derived.arm_element_length * t316;
+    const double t324 = arm_psi_3_sin * t322 + arm_psi_3_cos * t313;
+    const double t325 = arm_psi_3_cos * t322 - arm_psi_3_sin * t313;
+    const double t326 = arm_theta_3_sin * t324 + arm_theta_3_cos * t323;
+    const double t327 = t105 * (arm_phi_3_cos * t326 - arm_phi_3_sin * t325) - t234;
+    const double t328 = t235 - t105 * (arm_phi_3_sin * t326 + arm_phi_3_cos * t325);
+    const double t329 = arm_psi_3_sin * t316 - arm_psi_3_cos * t251;
+    const double t330 = arm_phi_3_cos * t327 - arm_phi_3_sin * t328 - (arm_psi_3_sin * t251 + arm_psi_3_cos *
+        t316);
+    const double t331 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t327 + arm_phi_3_cos * t328 - (arm_theta_3_sin *
+        t329 + arm_theta_3_cos * t317));
+    const double t332 = arm_theta_3_sin * t331 - (p->derived.constant_18 * (arm_phi_3_bias_moment_x + t90) +
+        (arm_theta_3_cos * t329 - arm_theta_3_sin * t317));
     /* effector_z: acceleration, outward */
-    const double t348 = arm_theta_3_cos * t339 - arm_theta_3_sin * t338 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t333 = arm_theta_3_cos * t324 - arm_theta_3_sin * t323 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
     /* arm_phi_3: force left for the joint, inward */
-    const double t349 = arm_theta_3_sin * row_1_u_arm_phi_3;
-    const double t350 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t349);
-    const double t351 = arm_phi_3_sin * t350 + arm_phi_3_cos * row_1_u_arm_theta_3;
-    const double t352 = arm_phi_3_cos * t350 - arm_phi_3_sin * row_1_u_arm_theta_3;
-    const double t353 = t119 * t351;
-    const double t354 = t119 * t352;
-    const double t355 = arm_phi_3_moment_beyond_x * t354;
-    const double t356 = arm_phi_3_moment_beyond_x * t353;
-    const double t357 = arm_phi_3_sin * t356 + arm_phi_3_cos * t355;
-    const double t358 = arm_phi_3_sin * t355 - arm_phi_3_cos * t356;
-    const double t359 = arm_phi_3_cos * t351 - arm_phi_3_sin * t352;
-    const double t360 = arm_phi_3_sin * t351 + arm_phi_3_cos * t352;
-    const double t361 = arm_theta_3_cos * t358 - arm_theta_3_sin * row_1_u_effector_z;
-    const double t362 = arm_theta_3_sin * t358 + arm_theta_3_cos * row_1_u_effector_z;
-    const double t363 = arm_theta_3_sin * t360 + arm_theta_3_cos * row_1_u_arm_phi_3;
-    const double t364 = arm_psi_3_sin * t362 + arm_psi_3_cos * t357;
+    const double t334 = arm_theta_3_sin * row_1_u_arm_phi_3;
+    const double t335 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t334);
+    const double t336 = arm_phi_3_sin * t335 + arm_phi_3_cos * row_1_u_arm_theta_3;
+    const double t337 = arm_phi_3_cos * t335 - arm_phi_3_sin * row_1_u_arm_theta_3;
+    const double t338 = t104 * t336;
+    const double t339 = t104 * t337;
+    const double t340 = arm_phi_3_moment_beyond_x * t339;
+    const double t341 = arm_phi_3_moment_beyond_x * t338;
+    const double t342 = arm_phi_3_sin * t341 + arm_phi_3_cos * t340;
+    const double t343 = arm_phi_3_sin * t340 - arm_phi_3_cos * t341;
+    const double t344 = arm_phi_3_cos * t336 - arm_phi_3_sin * t337;
+    const double t345 = arm_phi_3_sin * t336 + arm_phi_3_cos * t337;
+    const double t346 = arm_theta_3_cos * t343 - arm_theta_3_sin * row_1_u_effector_z;
+    const double t347 = arm_theta_3_sin * t343 + arm_theta_3_cos * row_1_u_effector_z;
+    const double t348 = arm_theta_3_sin * t345 + arm_theta_3_cos * row_1_u_arm_phi_3;
+    const double t349 = arm_psi_3_sin * t347 + arm_psi_3_cos * t342;
     /* arm_phi_2: force left for the joint, inward */
-    const double t365 = arm_theta_2_sin * row_1_u_arm_phi_2;
-    const double t366 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t365);
-    const double t367 = arm_phi_2_sin * t366 + arm_phi_2_cos * row_1_u_arm_theta_2;
-    const double t368 = arm_phi_2_cos * t366 - arm_phi_2_sin * row_1_u_arm_theta_2;
-    const double t369 = t367 - (arm_psi_3_sin * t363 + arm_psi_3_cos * t359 - p->derived.arm_element_length *
-        t361);
-    const double t370 = p->derived.constant_21 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t363 - arm_psi_3_sin *
-        t359));
-    const double t371 = t151 * (t368 - (arm_theta_3_cos * t360 - t349 + p->derived.arm_element_length * t364) +
-        t150 * t369);
-    const double t372 = t149 * t369 + t150 * t371;
-    const double t373 = arm_psi_3_cos * t362 - arm_psi_3_sin * t357 + (t142 * t371 - t141 * t372);
-    const double t374 = t364 + (t148 * t371 - t143 * t372);
-    const double t375 = t361 + (t143 * t371 - t147 * t372);
-    const double t376 = arm_phi_2_cos * t374 - arm_phi_2_sin * t375;
-    const double t377 = arm_phi_2_sin * t374 + arm_phi_2_cos * t375;
-    const double t378 = arm_phi_2_cos * t367 - arm_phi_2_sin * t368;
-    const double t379 = arm_phi_2_sin * t367 + arm_phi_2_cos * t368;
-    const double t380 = arm_theta_2_cos * t377 - arm_theta_2_sin * t373;
-    const double t381 = arm_theta_2_sin * t377 + arm_theta_2_cos * t373;
-    const double t382 = arm_theta_2_sin * t379 + arm_theta_2_cos * row_1_u_arm_phi_2;
-    const double t383 = arm_psi_2_sin * t381 + arm_psi_2_cos * t376;
+    const double t350 = arm_theta_2_sin * row_1_u_arm_phi_2;
+    const double t351 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t350);
+    const double t352 = arm_phi_2_sin * t351 + arm_phi_2_cos * row_1_u_arm_theta_2;
+    const double t353 = arm_phi_2_cos * t351 - arm_phi_2_sin * row_1_u_arm_theta_2;
+    const double t354 = t352 - (arm_psi_3_sin * t348 + arm_psi_3_cos * t344 - p->derived.arm_element_length *
+        t346);
+    const double t355 = p->derived.constant_19 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t348 - arm_psi_3_sin *
+        t344));
+    const double t356 = t136 * (t353 - (arm_theta_3_cos * t345 - t334 + p->derived.arm_element_length * t349) +
+        t135 * t354);
+    const double t357 = t134 * t354 + t135 * t356;
+    const double t358 = arm_psi_3_cos * t347 - arm_psi_3_sin * t342 + (t127 * t356 - t126 * t357);
+    const double t359 = t349 + (t133 * t356 - t128 * t357);
+    const double t360 = t346 + (t128 * t356 - t132 * t357);
+    const double t361 = arm_phi_2_cos * t359 - arm_phi_2_sin * t360;
+    const double t362 = arm_phi_2_sin * t359 + arm_phi_2_cos * t360;
+    const double t363 = arm_phi_2_cos * t352 - arm_phi_2_sin * t353;
+    const double t364 = arm_phi_2_sin * t352 + arm_phi_2_cos * t353;
+    const double t365 = arm_theta_2_cos * t362 - arm_theta_2_sin * t358;
+    const double t366 = arm_theta_2_sin * t362 + arm_theta_2_cos * t358;
+    const double t367 = arm_theta_2_sin * t364 + arm_theta_2_cos * row_1_u_arm_phi_2;
+    const double t368 = arm_psi_2_sin * t366 + arm_psi_2_cos * t361;
     /* arm_phi_1: force left for the joint, inward */
-    const double t384 = arm_theta_1_sin * row_1_u_arm_phi_1;
-    const double t385 = arm_theta_1_cos_inverse * (t384 - t97);
-    const double t386 = arm_phi_1_sin * t385 + arm_phi_1_cos * row_1_u_arm_theta_1;
-    const double t387 = arm_phi_1_cos * t385 - arm_phi_1_sin * row_1_u_arm_theta_1;
-    const double t388 = t386 - (arm_psi_2_sin * t382 + arm_psi_2_cos * t378 - p->derived.arm_element_length *
-        t380);
-    const double t389 = p->derived.constant_21 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t382 - arm_psi_2_sin *
-        t378));
-    const double t390 = t200 * (t387 - (arm_theta_2_cos * t379 - t365 + p->derived.arm_element_length * t383) +
-        t199 * t388);
-    const double t391 = t198 * t388 + t199 * t390;
-    const double t392 = arm_psi_2_cos * t381 - arm_psi_2_sin * t376 + (t191 * t390 - t190 * t391);
-    const double t393 = t383 + (t197 * t390 - t192 * t391);
-    const double t394 = t380 + (t192 * t390 - t196 * t391);
-    const double t395 = arm_phi_1_cos * t393 - arm_phi_1_sin * t394;
-    const double t396 = arm_phi_1_sin * t393 + arm_phi_1_cos * t394;
-    const double t397 = arm_phi_1_cos * t386 - arm_phi_1_sin * t387;
-    const double t398 = arm_phi_1_sin * t386 + arm_phi_1_cos * t387;
-    const double t399 = arm_theta_1_sin * t396 + arm_theta_1_cos * t392;
-    const double t400 = arm_theta_1_sin * t398 + arm_theta_1_cos * row_1_u_arm_phi_1;
-    const double t401 = arm_psi_1_sin * t399 + arm_psi_1_cos * t395;
+    const double t369 = arm_theta_1_sin * row_1_u_arm_phi_1;
+    const double t370 = arm_theta_1_cos_inverse * (t369 - t102);
+    const double t371 = arm_phi_1_sin * t370 + arm_phi_1_cos * row_1_u_arm_theta_1;
+    const double t372 = arm_phi_1_cos * t370 - arm_phi_1_sin * row_1_u_arm_theta_1;
+    const double t373 = t371 - (arm_psi_2_sin * t367 + arm_psi_2_cos * t363 - p->derived.arm_element_length *
+        t365);
+    const double t374 = p->derived.constant_19 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t367 - arm_psi_2_sin *
+        t363));
+    const double t375 = t185 * (t372 - (arm_theta_2_cos * t364 - t350 + p->derived.arm_element_length * t368) +
+        t184 * t373);
+    const double t376 = t183 * t373 + t184 * t375;
+    const double t377 = arm_psi_2_cos * t366 - arm_psi_2_sin * t361 + (t176 * t375 - t175 * t376);
+    const double t378 = t368 + (t182 * t375 - t177 * t376);
+    const double t379 = t365 + (t177 * t375 - t181 * t376);
+    const double t380 = arm_phi_1_cos * t378 - arm_phi_1_sin * t379;
+    const double t381 = arm_phi_1_sin * t378 + arm_phi_1_cos * t379;
+    const double t382 = arm_phi_1_cos * t371 - arm_phi_1_sin * t372;
+    const double t383 = arm_phi_1_sin * t371 + arm_phi_1_cos * t372;
+    const double t384 = arm_theta_1_sin * t381 + arm_theta_1_cos * t377;
+    const double t385 = arm_theta_1_sin * t383 + arm_theta_1_cos * row_1_u_arm_phi_1;
+    const double t386 = arm_psi_1_sin * t384 + arm_psi_1_cos * t380;
     /* arm_psi: force left for the joint, inward */
-    const double t402 = t96 + (arm_theta_1_cos * t398 - t384 + p->derived.constant_1 * t401);
-    const double t403 = arm_psi_sin * (arm_psi_1_cos * t400 - arm_psi_1_sin * t397) + arm_psi_cos * (arm_psi_1_sin *
-        t400 + arm_psi_1_cos * t397 - p->derived.constant_1 * (arm_theta_1_cos * t396 - arm_theta_1_sin *
-        t392) + t238 * t402);
+    const double t387 = t101 + (arm_theta_1_cos * t383 - t369 + p->derived.constant_1 * t386);
+    const double t388 = arm_psi_sin * (arm_psi_1_cos * t385 - arm_psi_1_sin * t382) + arm_psi_cos * (arm_psi_1_sin *
+        t385 + arm_psi_1_cos * t382 - p->derived.constant_1 * (arm_theta_1_cos * t381 - arm_theta_1_sin *
+        t377) + t223 * t387);
     /* column_psi: force left for the joint, inward */
-    const double t404 = row_1_u_column_psi - t403;
-    const double t405 = arm_psi_sin * (arm_psi_1_cos * t399 - arm_psi_1_sin * t395 - t239 * t402) + arm_psi_cos *
-        (t401 - t240 * t402) + t244 * t404;
+    const double t389 = row_1_u_column_psi - t388;
+    const double t390 = arm_psi_sin * (arm_psi_1_cos * t384 - arm_psi_1_sin * t380 - t224 * t387) + arm_psi_cos *
+        (t386 - t225 * t387) + t229 * t389;
     /* base_z: acceleration, outward */
-    const double t406 = base_z_D_inverse * t405;
+    const double t391 = base_z_D_inverse * t390;
     /* column_psi: acceleration, outward */
-    const double t407 = t244 * t406 + column_psi_D_inverse * t404;
+    const double t392 = t229 * t391 + column_psi_D_inverse * t389;
     /* arm_psi: acceleration, outward */
-    const double t408 = arm_psi_sin * t406;
-    const double t409 = arm_psi_cos * t406;
-    const double t410 = arm_psi_sin * t407;
-    const double t411 = arm_psi_cos * t407;
-    const double t412 = t239 * t408 + t240 * t409 + t238 * t411 - arm_psi_D_inverse * t402;
+    const double t393 = arm_psi_sin * t391;
+    const double t394 = arm_psi_cos * t391;
+    const double t395 = arm_psi_sin * t392;
+    const double t396 = arm_psi_cos * t392;
+    const double t397 = t224 * t393 + t225 * t394 + t223 * t396 - arm_psi_D_inverse * t387;
     /* arm_phi_1: acceleration, outward */
-    const double t413 = p->derived.constant_1 * t411;
-    const double t414 = p->derived.constant_1 * t412 - t409;
-    const double t415 = arm_psi_1_sin * t414 - arm_psi_1_cos * t408;
-    const double t416 = arm_psi_1_sin * t408 + arm_psi_1_cos * t414;
-    const double t417 = arm_theta_1_sin * t415 - arm_theta_1_cos * t413;
-    const double t418 = arm_theta_1_sin * t413 + arm_theta_1_cos * t415;
-    const double t419 = arm_phi_1_sin * t417 + arm_phi_1_cos * t416;
-    const double t420 = arm_phi_1_cos * t417 - arm_phi_1_sin * t416;
-    const double t421 = t391 - (t202 * t418 + t204 * t419 + t206 * t420);
-    const double t422 = t390 - (t201 * t418 + t203 * t419 + t205 * t420);
-    const double t423 = arm_psi_1_sin * t411 + arm_psi_1_cos * t410;
-    const double t424 = arm_phi_1_cos * t421 - arm_phi_1_sin * t422 - (arm_psi_1_cos * t411 - arm_psi_1_sin *
-        t410);
-    const double t425 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t421 + arm_phi_1_cos * t422 - (arm_theta_1_sin *
-        t423 + arm_theta_1_cos * t412));
-    const double t426 = t389 - (arm_theta_1_cos * t423 - arm_theta_1_sin * t412) + arm_theta_1_sin * t425;
+    const double t398 = p->derived.constant_1 * t396;
+    const double t399 = p->derived.constant_1 * t397 - t394;
+    const double t400 = arm_psi_1_sin * t399 - arm_psi_1_cos * t393;
+    const double t401 = arm_psi_1_sin * t393 + arm_psi_1_cos * t399;
+    const double t402 = arm_theta_1_sin * t400 - arm_theta_1_cos * t398;
+    const double t403 = arm_theta_1_sin * t398 + arm_theta_1_cos * t400;
+    const double t404 = arm_phi_1_sin * t402 + arm_phi_1_cos * t401;
+    const double t405 = arm_phi_1_cos * t402 - arm_phi_1_sin * t401;
+    const double t406 = t376 - (t187 * t403 + t189 * t404 + t191 * t405);
+    const double t407 = t375 - (t186 * t403 + t188 * t404 + t190 * t405);
+    const double t408 = arm_psi_1_sin * t396 + arm_psi_1_cos * t395;
+    const double t409 = arm_phi_1_cos * t406 - arm_phi_1_sin * t407 - (arm_psi_1_cos * t396 - arm_psi_1_sin *
+        t395);
+    const double t410 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t406 + arm_phi_1_cos * t407 - (arm_theta_1_sin *
+        t408 + arm_theta_1_cos * t397));
+    const double t411 = t374 - (arm_theta_1_cos * t408 - arm_theta_1_sin * t397) + arm_theta_1_sin * t410;
     /* arm_phi_2: acceleration, outward */
-    const double t427 = t419 + p->derived.arm_element_length * t422;
-    const double t428 = t420 - p->derived.arm_element_length * t421;
-    const double t429 = arm_psi_2_sin * t427 + arm_psi_2_cos * t418;
-    const double t430 = arm_psi_2_cos * t427 - arm_psi_2_sin * t418;
-    const double t431 = arm_theta_2_sin * t429 + arm_theta_2_cos * t428;
-    const double t432 = arm_theta_2_cos * t429 - arm_theta_2_sin * t428;
-    const double t433 = arm_phi_2_sin * t431 + arm_phi_2_cos * t430;
-    const double t434 = arm_phi_2_cos * t431 - arm_phi_2_sin * t430;
-    const double t435 = t372 - (t153 * t432 + t155 * t433 + t157 * t434);
-    const double t436 = t371 - (t152 * t432 + t154 * t433 + t156 * t434);
-    const double t437 = arm_psi_2_sin * t421 + arm_psi_2_cos * t389;
-    const double t438 = arm_phi_2_cos * t435 - arm_phi_2_sin * t436 - (arm_psi_2_cos * t421 - arm_psi_2_sin *
-        t389);
-    const double t439 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t435 + arm_phi_2_cos * t436 - (arm_theta_2_sin *
-        t437 + arm_theta_2_cos * t422));
-    const double t440 = t370 - (arm_theta_2_cos * t437 - arm_theta_2_sin * t422) + arm_theta_2_sin * t439;
+    const double t412 = t404 + p->derived.arm_element_length * t407;
+    const double t413 = t405 - p->derived.arm_element_length * t406;
+    const double t414 = arm_psi_2_sin * t412 + arm_psi_2_cos * t403;
+    const double t415 = arm_psi_2_cos * t412 - arm_psi_2_sin * t403;
+    const double t416 = arm_theta_2_sin * t414 + arm_theta_2_cos * t413;
+    const double t417 = arm_theta_2_cos * t414 - arm_theta_2_sin * t413;
+    const double t418 = arm_phi_2_sin * t416 + arm_phi_2_cos * t415;
+    const double t419 = arm_phi_2_cos * t416 - arm_phi_2_sin * t415;
+    const double t420 = t357 - (t138 * t417 + t140 * t418 + t142 * t419);
+    const double t421 = t356 - (t137 * t417 + t139 * t418 + t141 * t419);
+    const double t422 = arm_psi_2_sin * t406 + arm_psi_2_cos * t374;
+    const double t423 = arm_phi_2_cos * t420 - arm_phi_2_sin * t421 - (arm_psi_2_cos * t406 - arm_psi_2_sin *
+        t374);
+    const double t424 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t420 + arm_phi_2_cos * t421 - (arm_theta_2_sin *
+        t422 + arm_theta_2_cos * t407));
+    const double t425 = t355 - (arm_theta_2_cos * t422 - arm_theta_2_sin * t407) + arm_theta_2_sin * t424;
     /* arm_phi_3: acceleration, outward */
-    const double t441 = t433 + p->derived.arm_element_length * t436;
-    const double t442 = t434 - p->derived.arm_element_length * t435;
-    const double t443 = arm_psi_3_sin * t441 + arm_psi_3_cos * t432;
-    const double t444 = arm_psi_3_cos * t441 - arm_psi_3_sin * t432;
-    const double t445 = arm_theta_3_sin * t443 + arm_theta_3_cos * t442;
-    const double t446 = t353 + t120 * (arm_phi_3_cos * t445 - arm_phi_3_sin * t444);
-    const double t447 = t354 - t120 * (arm_phi_3_sin * t445 + arm_phi_3_cos * t444);
-    const double t448 = arm_psi_3_sin * t435 + arm_psi_3_cos * t370;
-    const double t449 = arm_phi_3_cos * t446 - arm_phi_3_sin * t447 - (arm_psi_3_cos * t435 - arm_psi_3_sin *
-        t370);
-    const double t450 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t446 + arm_phi_3_cos * t447 - (arm_theta_3_sin *
-        t448 + arm_theta_3_cos * t436));
-    const double t451 = row_1_u_arm_phi_3 * p->derived.constant_20 - (arm_theta_3_cos * t448 - arm_theta_3_sin *
-        t436) + arm_theta_3_sin * t450;
+    const double t426 = t418 + p->derived.arm_element_length * t421;
+    const double t427 = t419 - p->derived.arm_element_length * t420;
+    const double t428 = arm_psi_3_sin * t426 + arm_psi_3_cos * t417;
+    const double t429 = arm_psi_3_cos * t426 - arm_psi_3_sin * t417;
+    const double t430 = arm_theta_3_sin * t428 + arm_theta_3_cos * t427;
+    const double t431 = t338 + t105 * (arm_phi_3_cos * t430 - arm_phi_3_sin * t429);
+    const double t432 = t339 - t105 * (arm_phi_3_sin * t430 + arm_phi_3_cos * t429);
+    const double t433 = arm_psi_3_sin * t420 + arm_psi_3_cos * t355;
+    const double t434 = arm_phi_3_cos * t431 - arm_phi_3_sin * t432 - (arm_psi_3_cos * t420 - arm_psi_3_sin *
+        t355);
+    const double t435 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t431 + arm_phi_3_cos * t432 - (arm_theta_3_sin *
+        t433 + arm_theta_3_cos * t421));
+    const double t436 = row_1_u_arm_phi_3 * p->derived.constant_18 - (arm_theta_3_cos * t433 - arm_theta_3_sin *
+        t421) + arm_theta_3_sin * t435;
     /* effector_z: acceleration, outward */
-    const double t452 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t443 - arm_theta_3_sin *
-        t442);
+    const double t437 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t428 - arm_theta_3_sin *
+        t427);
     /* arm_phi_3: force left for the joint, inward */
-    const double t453 = arm_theta_3_sin * row_2_u_arm_phi_3;
-    const double t454 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t453);
-    const double t455 = arm_phi_3_sin * t454 + arm_phi_3_cos * row_2_u_arm_theta_3;
-    const double t456 = arm_phi_3_cos * t454 - arm_phi_3_sin * row_2_u_arm_theta_3;
-    const double t457 = t119 * t455;
-    const double t458 = t119 * t456;
-    const double t459 = arm_phi_3_moment_beyond_x * t458;
-    const double t460 = arm_phi_3_moment_beyond_x * t457;
-    const double t461 = arm_phi_3_sin * t460 + arm_phi_3_cos * t459;
-    const double t462 = arm_phi_3_sin * t459 - arm_phi_3_cos * t460;
-    const double t463 = arm_phi_3_cos * t455 - arm_phi_3_sin * t456;
-    const double t464 = arm_phi_3_sin * t455 + arm_phi_3_cos * t456;
-    const double t465 = arm_theta_3_cos * t462 - arm_theta_3_sin * arm_theta_3_ground_z_x;
-    const double t466 = arm_theta_3_sin * t462 + arm_theta_3_cos * arm_theta_3_ground_z_x;
-    const double t467 = arm_theta_3_sin * t464 + arm_theta_3_cos * row_2_u_arm_phi_3;
-    const double t468 = arm_psi_3_sin * t466 + arm_psi_3_cos * t461;
+    const double t438 = arm_theta_3_sin * row_2_u_arm_phi_3;
+    const double t439 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t438);
+    const double t440 = arm_phi_3_sin * t439 + arm_phi_3_cos * row_2_u_arm_theta_3;
+    const double t441 = arm_phi_3_cos * t439 - arm_phi_3_sin * row_2_u_arm_theta_3;
+    const double t442 = t104 * t440;
+    const double t443 = t104 * t441;
+    const double t444 = arm_phi_3_moment_beyond_x * t443;
+    const double t445 = arm_phi_3_moment_beyond_x * t442;
+    const double t446 = arm_phi_3_sin * t445 + arm_phi_3_cos * t444;
+    const double t447 = arm_phi_3_sin * t444 - arm_phi_3_cos * t445;
+    const double t448 = arm_phi_3_cos * t440 - arm_phi_3_sin * t441;
+    const double t449 = arm_phi_3_sin * t440 + arm_phi_3_cos * t441;
+    const double t450 = arm_theta_3_cos * t447 - arm_theta_3_sin * arm_theta_3_ground_z_x;
+    const double t451 = arm_theta_3_sin * t447 + arm_theta_3_cos * arm_theta_3_ground_z_x;
+    const double t452 = arm_theta_3_sin * t449 + arm_theta_3_cos * row_2_u_arm_phi_3;
+    const double t453 = arm_psi_3_sin * t451 + arm_psi_3_cos * t446;
     /* arm_phi_2: force left for the joint, inward */
-    const double t469 = arm_theta_2_sin * row_2_u_arm_phi_2;
-    const double t470 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t469);
-    const double t471 = arm_phi_2_sin * t470 + arm_phi_2_cos * row_2_u_arm_theta_2;
-    const double t472 = arm_phi_2_cos * t470 - arm_phi_2_sin * row_2_u_arm_theta_2;
-    const double t473 = t471 - (arm_psi_3_sin * t467 + arm_psi_3_cos * t463 - p->derived.arm_element_length *
-        t465);
-    const double t474 = p->derived.constant_21 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t467 - arm_psi_3_sin *
-        t463));
-    const double t475 = t151 * (t472 - (arm_theta_3_cos * t464 - t453 + p->derived.arm_element_length * t468) +
-        t150 * t473);
-    const double t476 = t149 * t473 + t150 * t475;
-    const double t477 = arm_psi_3_cos * t466 - arm_psi_3_sin * t461 + (t142 * t475 - t141 * t476);
-    const double t478 = t468 + (t148 * t475 - t143 * t476);
-    const double t479 = t465 + (t143 * t475 - t147 * t476);
-    const double t480 = arm_phi_2_cos * t478 - arm_phi_2_sin * t479;
-    const double t481 = arm_phi_2_sin * t478 + arm_phi_2_cos * t479;
-    const double t482 = arm_phi_2_cos * t471 - arm_phi_2_sin * t472;
-    const double t483 = arm_phi_2_sin * t471 + arm_phi_2_cos * t472;
-    const double t484 = arm_theta_2_cos * t481 - arm_theta_2_sin * t477;
-    const double t485 = arm_theta_2_sin * t481 + arm_theta_2_cos * t477;
-    const double t486 = arm_theta_2_sin * t483 + arm_theta_2_cos * row_2_u_arm_phi_2;
-    const double t487 = arm_psi_2_sin * t485 + arm_psi_2_cos * t480;
+    const double t454 = arm_theta_2_sin * row_2_u_arm_phi_2;
+    const double t455 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t454);
+    const double t456 = arm_phi_2_sin * t455 + arm_phi_2_cos * row_2_u_arm_theta_2;
+    const double t457 = arm_phi_2_cos * t455 - arm_phi_2_sin * row_2_u_arm_theta_2;
+    const double t458 = t456 - (arm_psi_3_sin * t452 + arm_psi_3_cos * t448 - p->derived.arm_element_length *
+        t450);
+    const double t459 = p->derived.constant_19 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t452 - arm_psi_3_sin *
+        t448));
+    const double t460 = t136 * (t457 - (arm_theta_3_cos * t449 - t438 + p->derived.arm_element_length * t453) +
+        t135 * t458);
+    const double t461 = t134 * t458 + t135 * t460;
+    const double t462 = arm_psi_3_cos * t451 - arm_psi_3_sin * t446 + (t127 * t460 - t126 * t461);
+    const double t463 = t453 + (t133 * t460 - t128 * t461);
+    const double t464 = t450 + (t128 * t460 - t132 * t461);
+    const double t465 = arm_phi_2_cos * t463 - arm_phi_2_sin * t464;
+    const double t466 = arm_phi_2_sin * t463 + arm_phi_2_cos * t464;
+    const double t467 = arm_phi_2_cos * t456 - arm_phi_2_sin * t457;
+    const double t468 = arm_phi_2_sin * t456 + arm_phi_2_cos * t457;
+    const double t469 = arm_theta_2_cos * t466 - arm_theta_2_sin * t462;
+    const double t470 = arm_theta_2_sin * t466 + arm_theta_2_cos * t462;
+    const double t471 = arm_theta_2_sin * t468 + arm_theta_2_cos * row_2_u_arm_phi_2;
+    const double t472 = arm_psi_2_sin * t470 + arm_psi_2_cos * t465;
     /* arm_phi_1: force left for the joint, inward */
-    const double t488 = arm_theta_1_sin * row_2_u_arm_phi_1;
-    const double t489 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t488);
-    const double t490 = arm_phi_1_sin * t489 + arm_phi_1_cos * row_2_u_arm_theta_1;
-    const double t491 = arm_phi_1_cos * t489 - arm_phi_1_sin * row_2_u_arm_theta_1;
-    const double t492 = t490 - (arm_psi_2_sin * t486 + arm_psi_2_cos * t482 - p->derived.arm_element_length *
-        t484);
-    const double t493 = p->derived.constant_21 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t486 - arm_psi_2_sin *
-        t482));
-    const double t494 = t200 * (t491 - (arm_theta_2_cos * t483 - t469 + p->derived.arm_element_length * t487) +
-        t199 * t492);
-    const double t495 = t198 * t492 + t199 * t494;
-    const double t496 = arm_psi_2_cos * t485 - arm_psi_2_sin * t480 + (t191 * t494 - t190 * t495);
-    const double t497 = t487 + (t197 * t494 - t192 * t495);
-    const double t498 = t484 + (t192 * t494 - t196 * t495);
-    const double t499 = arm_phi_1_cos * t497 - arm_phi_1_sin * t498;
-    const double t500 = arm_phi_1_sin * t497 + arm_phi_1_cos * t498;
-    const double t501 = arm_phi_1_cos * t490 - arm_phi_1_sin * t491;
-    const double t502 = arm_phi_1_sin * t490 + arm_phi_1_cos * t491;
-    const double t503 = arm_theta_1_sin * t500 + arm_theta_1_cos * t496;
-    const double t504 = arm_theta_1_sin * t502 + arm_theta_1_cos * row_2_u_arm_phi_1;
-    const double t505 = arm_psi_1_sin * t503 + arm_psi_1_cos * t499;
+    const double t473 = arm_theta_1_sin * row_2_u_arm_phi_1;
+    const double t474 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t473);
+    const double t475 = arm_phi_1_sin * t474 + arm_phi_1_cos * row_2_u_arm_theta_1;
+    const double t476 = arm_phi_1_cos * t474 - arm_phi_1_sin * row_2_u_arm_theta_1;
+    const double t477 = t475 - (arm_psi_2_sin * t471 + arm_psi_2_cos * t467 - p->derived.arm_element_length *
+        t469);
+    const double t478 = p->derived.constant_19 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t471 - arm_psi_2_sin *
+        t467));
+    const double t479 = t185 * (t476 - (arm_theta_2_cos * t468 - t454 + p->derived.arm_element_length * t472) +
+        t184 * t477);
+    const double t480 = t183 * t477 + t184 * t479;
+    const double t481 = arm_psi_2_cos * t470 - arm_psi_2_sin * t465 + (t176 * t479 - t175 * t480);
+    const double t482 = t472 + (t182 * t479 - t177 * t480);
+    const double t483 = t469 + (t177 * t479 - t181 * t480);
+    const double t484 = arm_phi_1_cos * t482 - arm_phi_1_sin * t483;
+    const double t485 = arm_phi_1_sin * t482 + arm_phi_1_cos * t483;
+    const double t486 = arm_phi_1_cos * t475 - arm_phi_1_sin * t476;
+    const double t487 = arm_phi_1_sin * t475 + arm_phi_1_cos * t476;
+    const double t488 = arm_theta_1_sin * t485 + arm_theta_1_cos * t481;
+    const double t489 = arm_theta_1_sin * t487 + arm_theta_1_cos * row_2_u_arm_phi_1;
+    const double t490 = arm_psi_1_sin * t488 + arm_psi_1_cos * t484;
     /* arm_psi: force left for the joint, inward */
-    const double t506 = row_2_u_arm_psi - (arm_theta_1_cos * t502 - t488 + p->derived.constant_1 * t505);
-    const double t507 = arm_psi_sin * (arm_psi_1_cos * t504 - arm_psi_1_sin * t501) + arm_psi_cos * (arm_psi_1_sin *
-        t504 + arm_psi_1_cos * t501 - p->derived.constant_1 * (arm_theta_1_cos * t500 - arm_theta_1_sin *
-        t496) - t238 * t506);
+    const double t491 = row_2_u_arm_psi - (arm_theta_1_cos * t487 - t473 + p->derived.constant_1 * t490);
+    const double t492 = arm_psi_sin * (arm_psi_1_cos * t489 - arm_psi_1_sin * t486) + arm_psi_cos * (arm_psi_1_sin *
+        t489 + arm_psi_1_cos * t486 - p->derived.constant_1 * (arm_theta_1_cos * t485 - arm_theta_1_sin *
+        t481) - t223 * t491);
     /* column_psi: force left for the joint, inward */
-    const double t508 = arm_psi_sin * (arm_psi_1_cos * t503 - arm_psi_1_sin * t499 + t239 * t506) + arm_psi_cos *
-        (t505 + t240 * t506) - t244 * t507;
+    const double t493 = arm_psi_sin * (arm_psi_1_cos * t488 - arm_psi_1_sin * t484 + t224 * t491) + arm_psi_cos *
+        (t490 + t225 * t491) - t229 * t492;
     /* base_z: acceleration, outward */
-    const double t509 = base_z_D_inverse * (1.0 - t508);
+    const double t494 = base_z_D_inverse * (1.0 - t493);
     /* column_psi: acceleration, outward */
-    const double t510 = t244 * t509 + column_psi_D_inverse * t507;
+    const double t495 = t229 * t494 + column_psi_D_inverse * t492;
     /* arm_psi: acceleration, outward */
-    const double t511 = arm_psi_sin * t509;
-    const double t512 = arm_psi_cos * t509;
-    const double t513 = arm_psi_sin * t510;
-    const double t514 = arm_psi_cos * t510;
-    const double t515 = arm_psi_D_inverse * t506 - (t239 * t511 + t240 * t512 + t238 * t514);
+    const double t496 = arm_psi_sin * t494;
+    const double t497 = arm_psi_cos * t494;
+    const double t498 = arm_psi_sin * t495;
+    const double t499 = arm_psi_cos * t495;
+    const double t500 = arm_psi_D_inverse * t491 - (t224 * t496 + t225 * t497 + t223 * t499);
     /* arm_phi_1: acceleration, outward */
-    const double t516 = p->derived.constant_1 * t514;
-    const double t517 = t512 + p->derived.constant_1 * t515;
-    const double t518 = arm_psi_1_sin * t517 + arm_psi_1_cos * t511;
-    const double t519 = arm_psi_1_cos * t517 - arm_psi_1_sin * t511;
-    const double t520 = arm_theta_1_sin * t518 + arm_theta_1_cos * t516;
-    const double t521 = arm_theta_1_cos * t518 - arm_theta_1_sin * t516;
-    const double t522 = arm_phi_1_sin * t520 + arm_phi_1_cos * t519;
-    const double t523 = arm_phi_1_cos * t520 - arm_phi_1_sin * t519;
-    const double t524 = t495 - (t202 * t521 + t204 * t522 + t206 * t523);
-    const double t525 = t494 - (t201 * t521 + t203 * t522 + t205 * t523);
-    const double t526 = arm_psi_1_sin * t514 + arm_psi_1_cos * t513;
-    const double t527 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t524 + arm_phi_1_cos * t525 - (arm_theta_1_cos *
-        t515 - arm_theta_1_sin * t526));
+    const double t501 = p->derived.constant_1 * t499;
+    const double t502 = t497 + p->derived.constant_1 * t500;
+    const double t503 = arm_psi_1_sin * t502 + arm_psi_1_cos * t496;
+    const double t504 = arm_psi_1_cos * t502 - arm_psi_1_sin * t496;
+    const double t505 = arm_theta_1_sin * t503 + arm_theta_1_cos * t501;
+    const double t506 = arm_theta_1_cos * t503 - arm_theta_1_sin * t501;
+    const double t507 = arm_phi_1_sin * t505 + arm_phi_1_cos * t504;
+    const double t508 = arm_phi_1_cos * t505 - arm_phi_1_sin * t504;
+    const double t509 = t480 - (t187 * t506 + t189 * t507 + t191 * t508);
+    const double t510 = t479 - (t186 * t506 + t188 * t507 + t190 * t508);
+    const double t511 = arm_psi_1_sin * t499 + arm_psi_1_cos * t498;
+    const double t512 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t509 + arm_phi_1_cos * t510 - (arm_theta_1_cos *
+        t500 - arm_theta_1_sin * t511));
     /* arm_phi_2: acceleration, outward */
-    const double t528 = t522 + p->derived.arm_element_length * t525;
-    const double t529 = t523 - p->derived.arm_element_length * t524;
-    const double t530 = arm_psi_2_sin * t528 + arm_psi_2_cos * t521;
-    const double t531 = arm_psi_2_cos * t528 - arm_psi_2_sin * t521;
-    const double t532 = arm_theta_2_sin * t530 + arm_theta_2_cos * t529;
-    const double t533 = arm_theta_2_cos * t530 - arm_theta_2_sin * t529;
-    const double t534 = arm_phi_2_sin * t532 + arm_phi_2_cos * t531;
-    const double t535 = arm_phi_2_cos * t532 - arm_phi_2_sin * t531;
-    const double t536 = t476 - (t153 * t533 + t155 * t534 + t157 * t535);
-    const double t537 = t475 - (t152 * t533 + t154 * t534 + t156 * t535);
-    const double t538 = arm_psi_2_sin * t524 + arm_psi_2_cos * t493;
-    const double t539 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t536 + arm_phi_2_cos * t537 - (arm_theta_2_sin *
-        t538 + arm_theta_2_cos * t525));
+    const double t513 = t507 + p->derived.arm_element_length * t510;
+    const double t514 = t508 - p->derived.arm_element_length * t509;
+    const double t515 = arm_psi_2_sin * t513 + arm_psi_2_cos * t506;
+    const double t516 = arm_psi_2_cos * t513 - arm_psi_2_sin * t506;
+    const double t517 = arm_theta_2_sin * t515 + arm_theta_2_cos * t514;
+    const double t518 = arm_theta_2_cos * t515 - arm_theta_2_sin * t514;
+    const double t519 = arm_phi_2_sin * t517 + arm_phi_2_cos * t516;
+    const double t520 = arm_phi_2_cos * t517 - arm_phi_2_sin * t516;
+    const double t521 = t461 - (t138 * t518 + t140 * t519 + t142 * t520);
+    const double t522 = t460 - (t137 * t518 + t139 * t519 + t141 * t520);
+    const double t523 = arm_psi_2_sin * t509 + arm_psi_2_cos * t478;
+    const double t524 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t521 + arm_phi_2_cos * t522 - (arm_theta_2_sin *
+        t523 + arm_theta_2_cos * t510));
     /* arm_phi_3: acceleration, outward */
-    const double t540 = t534 + p->derived.arm_element_length * t537;
-    const double t541 = t535 - p->derived.arm_element_length * t536;
-    const double t542 = arm_psi_3_sin * t540 + arm_psi_3_cos * t533;
-    const double t543 = arm_psi_3_cos * t540 - arm_psi_3_sin * t533;
-    const double t544 = arm_theta_3_sin * t542 + arm_theta_3_cos * t541;
-    const double t545 = t457 + t120 * (arm_phi_3_cos * t544 - arm_phi_3_sin * t543);
-    const double t546 = t458 - t120 * (arm_phi_3_sin * t544 + arm_phi_3_cos * t543);
-    const double t547 = arm_psi_3_sin * t536 + arm_psi_3_cos * t474;
-    const double t548 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t545 + arm_phi_3_cos * t546 - (arm_theta_3_sin *
-        t547 + arm_theta_3_cos * t537));
+    const double t525 = t519 + p->derived.arm_element_length * t522;
+    const double t526 = t520 - p->derived.arm_element_length * t521;
+    const double t527 = arm_psi_3_sin * t525 + arm_psi_3_cos * t518;
+    const double t528 = arm_psi_3_cos * t525 - arm_psi_3_sin * t518;
+    const double t529 = arm_theta_3_sin * t527 + arm_theta_3_cos * t526;
+    const double t530 = t442 + t105 * (arm_phi_3_cos * t529 - arm_phi_3_sin * t528);
+    const double t531 = t443 - t105 * (arm_phi_3_sin * t529 + arm_phi_3_cos * t528);
+    const double t532 = arm_psi_3_sin * t521 + arm_psi_3_cos * t459;
+    const double t533 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t530 + arm_phi_3_cos * t531 - (arm_theta_3_sin *
+        t532 + arm_theta_3_cos * t522));
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t549 = row_1_u_column_psi * t303 - t96 * t308 - t97 * t321 + row_1_u_arm_theta_1 * t320 +
-        row_1_u_arm_phi_1 * t322 + row_1_u_arm_psi_2 * t335 + row_1_u_arm_theta_2 * t334;
-    const double t550 = row_1_phi * p->derived.constant_13 + (row_1_v + row_1_psi * p->derived.constant_12) +
-        (t549 + row_1_u_arm_phi_2 * t336 + row_1_u_arm_psi_3 * t346 + row_1_u_arm_theta_3 * t345 + row_1_u_arm_phi_3 *
-        t347 - row_1_u_effector_z * t348);
-    const double t551 = row_1_u_column_psi * t407 - t96 * t412 - t97 * t425 + row_1_u_arm_theta_1 * t424 +
-        row_1_u_arm_phi_1 * t426 + row_1_u_arm_psi_2 * t439 + row_1_u_arm_theta_2 * t438;
-    const double t552 = t551 + row_1_u_arm_phi_2 * t440 + row_1_u_arm_psi_3 * t450 + row_1_u_arm_theta_3 *
-        t449 + row_1_u_arm_phi_3 * t451 + row_1_u_effector_z * t452;
-    const double t553 = row_2_u_arm_psi * t308 - t302 + row_2_u_arm_psi_1 * t321 + row_2_u_arm_theta_1 * t320 +
-        row_2_u_arm_phi_1 * t322 + row_2_u_arm_psi_2 * t335 + row_2_u_arm_theta_2 * t334;
-    const double t554 = row_2_v + p->derived.constant_12 * row_2_psi + (t553 + row_2_u_arm_phi_2 * t336 +
-        row_2_u_arm_psi_3 * t346 + row_2_u_arm_theta_3 * t345 + row_2_u_arm_phi_3 * t347 - arm_theta_3_ground_z_x *
-        t348);
-    const double t555 = row_2_u_arm_psi * t412 - t406 + row_2_u_arm_psi_1 * t425 + row_2_u_arm_theta_1 * t424 +
-        row_2_u_arm_phi_1 * t426 + row_2_u_arm_psi_2 * t439 + row_2_u_arm_theta_2 * t438;
-    const double t556 = t555 + row_2_u_arm_phi_2 * t440 + row_2_u_arm_psi_3 * t450 + row_2_u_arm_theta_3 *
-        t449 + row_2_u_arm_phi_3 * t451 + arm_theta_3_ground_z_x * t452;
-    const double t557 = t509 + row_2_u_arm_psi * t515 + row_2_u_arm_psi_1 * t527 + row_2_u_arm_theta_1 * (arm_phi_1_cos *
-        t524 - arm_phi_1_sin * t525 - (arm_psi_1_sin * t513 - arm_psi_1_cos * t514));
-    const double t558 = t557 + row_2_u_arm_phi_1 * (t493 + (arm_theta_1_sin * t515 + arm_theta_1_cos * t526) +
-        arm_theta_1_sin * t527) + row_2_u_arm_psi_2 * t539 + row_2_u_arm_theta_2 * (arm_phi_2_cos * t536 -
-        arm_phi_2_sin * t537 - (arm_psi_2_cos * t524 - arm_psi_2_sin * t493));
-    const double t559 = t558 + row_2_u_arm_phi_2 * (t474 - (arm_theta_2_cos * t538 - arm_theta_2_sin * t525) +
-        arm_theta_2_sin * t539) + row_2_u_arm_psi_3 * t548 + row_2_u_arm_theta_3 * (arm_phi_3_cos * t545 -
-        arm_phi_3_sin * t546 - (arm_psi_3_cos * t536 - arm_psi_3_sin * t474));
-    const double t560 = t559 + row_2_u_arm_phi_3 * (row_2_u_arm_phi_3 * p->derived.constant_20 - (arm_theta_3_cos *
-        t547 - arm_theta_3_sin * t537) + arm_theta_3_sin * t548) + arm_theta_3_ground_z_x * (arm_theta_3_ground_z_x *
-        p->derived.effector_z_D_inverse - (arm_theta_3_cos * t542 - arm_theta_3_sin * t541));
-    const double t561 = t556 / t552;
-    const double row_2_lambda = (t550 * t561 - t554) / (t560 - t556 * t561);
-    const double t562 = (t550 + t556 * row_2_lambda) / t552;
+    const double t534 = row_1_u_column_psi * t288 - t101 * t293 - t102 * t306 + row_1_u_arm_theta_1 * t305 +
+        row_1_u_arm_phi_1 * t307 + row_1_u_arm_psi_2 * t320 + row_1_u_arm_theta_2 * t319;
+    const double t535 = row_1_phi * p->derived.constant_13 + (row_1_v + row_1_psi * p->derived.constant_12) +
+        (t534 + row_1_u_arm_phi_2 * t321 + row_1_u_arm_psi_3 * t331 + row_1_u_arm_theta_3 * t330 + row_1_u_arm_phi_3 *
+        t332 - row_1_u_effector_z * t333);
+    const double t536 = row_1_u_column_psi * t392 - t101 * t397 - t102 * t410 + row_1_u_arm_theta_1 * t409 +
+        row_1_u_arm_phi_1 * t411 + row_1_u_arm_psi_2 * t424 + row_1_u_arm_theta_2 * t423;
+    const double t537 = t536 + row_1_u_arm_phi_2 * t425 + row_1_u_arm_psi_3 * t435 + row_1_u_arm_theta_3 *
+        t434 + row_1_u_arm_phi_3 * t436 + row_1_u_effector_z * t437;
+    const double t538 = row_2_u_arm_psi * t293 - t287 + row_2_u_arm_psi_1 * t306 + row_2_u_arm_theta_1 * t305 +
+        row_2_u_arm_phi_1 * t307 + row_2_u_arm_psi_2 * t320 + row_2_u_arm_theta_2 * t319;
+    const double t539 = row_2_v + p->derived.constant_12 * row_2_psi + (t538 + row_2_u_arm_phi_2 * t321 +
+        row_2_u_arm_psi_3 * t331 + row_2_u_arm_theta_3 * t330 + row_2_u_arm_phi_3 * t332 - arm_theta_3_ground_z_x *
+        t333);
+    const double t540 = row_2_u_arm_psi * t397 - t391 + row_2_u_arm_psi_1 * t410 + row_2_u_arm_theta_1 * t409 +
+        row_2_u_arm_phi_1 * t411 + row_2_u_arm_psi_2 * t424 + row_2_u_arm_theta_2 * t423;
+    const double t541 = t540 + row_2_u_arm_phi_2 * t425 + row_2_u_arm_psi_3 * t435 + row_2_u_arm_theta_3 *
+        t434 + row_2_u_arm_phi_3 * t436 + arm_theta_3_ground_z_x * t437;
+    const double t542 = t494 + row_2_u_arm_psi * t500 + row_2_u_arm_psi_1 * t512 + row_2_u_arm_theta_1 * (arm_phi_1_cos *
+        t509 - arm_phi_1_sin * t510 - (arm_psi_1_sin * t498 - arm_psi_1_cos * t499));
+    const double t543 = t542 + row_2_u_arm_phi_1 * (t478 + (arm_theta_1_sin * t500 + arm_theta_1_cos * t511) +
+        arm_theta_1_sin * t512) + row_2_u_arm_psi_2 * t524 + row_2_u_arm_theta_2 * (arm_phi_2_cos * t521 -
+        arm_phi_2_sin * t522 - (arm_psi_2_cos * t509 - arm_psi_2_sin * t478));
+    const double t544 = t543 + row_2_u_arm_phi_2 * (t459 - (arm_theta_2_cos * t523 - arm_theta_2_sin * t510) +
+        arm_theta_2_sin * t524) + row_2_u_arm_psi_3 * t533 + row_2_u_arm_theta_3 * (arm_phi_3_cos * t530 -
+        arm_phi_3_sin * t531 - (arm_psi_3_cos * t521 - arm_psi_3_sin * t459));
+    const double t545 = t544 + row_2_u_arm_phi_3 * (row_2_u_arm_phi_3 * p->derived.constant_18 - (arm_theta_3_cos *
+        t532 - arm_theta_3_sin * t522) + arm_theta_3_sin * t533) + arm_theta_3_ground_z_x * (arm_theta_3_ground_z_x *
+        p->derived.effector_z_D_inverse - (arm_theta_3_cos * t527 - arm_theta_3_sin * t526));
+    const double t546 = t541 / t537;
+    const double row_2_lambda = (t535 * t546 - t539) / (t545 - t541 * t546);
+    const double t547 = (t535 + t541 * row_2_lambda) / t537;
     force[0] = row_2_lambda;
-    force[1] = -row_1_u_column_psi * t562;
-    force[2] = t96 * t562 + row_2_u_arm_psi * row_2_lambda;
-    force[3] = t97 * t562 + row_2_u_arm_psi_1 * row_2_lambda;
-    force[4] = row_2_u_arm_theta_1 * row_2_lambda - row_1_u_arm_theta_1 * t562;
-    force[5] = row_2_u_arm_phi_1 * row_2_lambda - row_1_u_arm_phi_1 * t562;
-    force[6] = row_2_u_arm_psi_2 * row_2_lambda - row_1_u_arm_psi_2 * t562;
-    force[7] = row_2_u_arm_theta_2 * row_2_lambda - row_1_u_arm_theta_2 * t562;
-    force[8] = row_2_u_arm_phi_2 * row_2_lambda - row_1_u_arm_phi_2 * t562;
-    force[9] = row_2_u_arm_psi_3 * row_2_lambda - row_1_u_arm_psi_3 * t562;
-    force[10] = row_2_u_arm_theta_3 * row_2_lambda - row_1_u_arm_theta_3 * t562;
-    force[11] = row_2_u_arm_phi_3 * row_2_lambda - row_1_u_arm_phi_3 * t562;
-    force[12] = arm_theta_3_ground_z_x * row_2_lambda - row_1_u_effector_z * t562;
+    force[1] = -row_1_u_column_psi * t547;
+    force[2] = t101 * t547 + row_2_u_arm_psi * row_2_lambda;
+    force[3] = t102 * t547 + row_2_u_arm_psi_1 * row_2_lambda;
+    force[4] = row_2_u_arm_theta_1 * row_2_lambda - row_1_u_arm_theta_1 * t547;
+    force[5] = row_2_u_arm_phi_1 * row_2_lambda - row_1_u_arm_phi_1 * t547;
+    force[6] = row_2_u_arm_psi_2 * row_2_lambda - row_1_u_arm_psi_2 * t547;
+    force[7] = row_2_u_arm_theta_2 * row_2_lambda - row_1_u_arm_theta_2 * t547;
+    force[8] = row_2_u_arm_phi_2 * row_2_lambda - row_1_u_arm_phi_2 * t547;
+    force[9] = row_2_u_arm_psi_3 * row_2_lambda - row_1_u_arm_psi_3 * t547;
+    force[10] = row_2_u_arm_theta_3 * row_2_lambda - row_1_u_arm_theta_3 * t547;
+    force[11] = row_2_u_arm_phi_3 * row_2_lambda - row_1_u_arm_phi_3 * t547;
+    force[12] = arm_theta_3_ground_z_x * row_2_lambda - row_1_u_effector_z * t547;
 }
 
 void manipulator_flexible_equations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -6778,18 +6528,26 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double t272 = p->derived.arm_phi_1_inertia_xx * arm_phi_2_w_x;
     const double t273 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_y;
     const double t274 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_z;
+    const double arm_phi_2_load_moment_x = arm_phi_2_w_y * t274 - arm_phi_2_w_z * t273 + p->derived.arm_phi_1_inertia_xx *
+        arm_theta_2_bias_wd_x;
     const double t275 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_z;
     const double t276 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_y;
     /* arm_phi_1: bias forces c, inward */
     const double t277 = p->derived.arm_phi_1_inertia_xx * arm_phi_1_w_x;
     const double t278 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_y;
     const double t279 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_z;
+    const double arm_phi_1_load_moment_x = arm_phi_1_w_y * t279 - arm_phi_1_w_z * t278 + p->derived.arm_phi_1_inertia_xx *
+        arm_theta_1_bias_wd_x;
     const double t280 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_z;
     const double t281 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_y;
     /* arm_psi: bias forces c, inward */
     const double t282 = p->derived.arm_psi_inertia_xx * arm_psi_w_x;
     const double t283 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
     const double t284 = p->derived.arm_psi_inertia_yy * qd[2];
+    const double arm_psi_load_moment_x = arm_psi_w_y * t284 - qd[2] * t283 + p->derived.arm_psi_inertia_xx *
+        arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = qd[2] * t282 - arm_psi_w_x * t284 - p->derived.arm_psi_inertia_yy *
+        t5;
     const double t285 = p->derived.arm_psi_moment_x * arm_psi_w_y;
     /* row 1 (position level): u qdd + v = 0 */
     const double t286 = (effector_z_position_x - p->xc) / p->a;
@@ -6827,119 +6585,156 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
     const double t296 = t2 * (p->derived.constant_14 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t296 + t296);
-    /* effector_z: bias and gravity forces c + g, inward */
+    /* arm_psi: inertia and gravity of the body at qdd = 0 */
+    const double arm_psi_load_moment_z = arm_psi_w_x * t283 - arm_psi_w_y * t282 + p->derived.arm_psi_moment_x *
+        arm_psi_bias_a_falling_y;
+    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x *
+        qd[2]) + arm_psi_w_y * t285);
+    const double arm_psi_load_force_y = arm_psi_w_x * t285 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+    /* arm_phi_1: inertia and gravity of the body at qdd = 0 */
+    const double arm_phi_1_load_moment_y = arm_phi_1_w_z * t277 - arm_phi_1_w_x * t279 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_z;
+    const double arm_phi_1_load_moment_z = arm_phi_1_w_x * t278 - arm_phi_1_w_y * t277 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_1_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_y;
+    const double arm_phi_1_load_force_x = p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - (arm_phi_1_w_z *
+        t280 + arm_phi_1_w_y * t281);
+    const double arm_phi_1_load_force_y = arm_phi_1_w_x * t281 + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_z +
+        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_y;
+    const double arm_phi_1_load_force_z = arm_phi_1_w_x * t280 - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_y +
+        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_z;
+    /* arm_phi_2: inertia and gravity of the body at qdd = 0 */
+    const double arm_phi_2_load_moment_y = arm_phi_2_w_z * t272 - arm_phi_2_w_x * t274 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_z;
+    const double arm_phi_2_load_moment_z = arm_phi_2_w_x * t273 - arm_phi_2_w_y * t272 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_2_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_y;
+    const double arm_phi_2_load_force_x = p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - (arm_phi_2_w_z *
+        t275 + arm_phi_2_w_y * t276);
+    const double arm_phi_2_load_force_y = arm_phi_2_w_x * t276 + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_z +
+        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_y;
+    const double arm_phi_2_load_force_z = arm_phi_2_w_x * t275 - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_y +
+        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_z;
+    /* arm_phi_3: inertia and gravity of the body at qdd = 0 */
+    const double arm_phi_3_load_moment_y = arm_phi_3_w_z * t266 - arm_phi_3_w_x * t268 + p->derived.arm_psi_inertia_yy *
+        arm_phi_3_bias_wd_y - p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
+    const double arm_phi_3_load_moment_z = arm_phi_3_w_x * t267 - arm_phi_3_w_y * t266 + p->derived.arm_psi_inertia_yy *
+        arm_phi_3_bias_wd_z + p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
+    const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - (arm_phi_3_w_z *
+        t269 + arm_phi_3_w_y * t270);
+    const double arm_phi_3_load_force_y = arm_phi_3_w_x * t270 + p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_z +
+        p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
+    const double arm_phi_3_load_force_z = arm_phi_3_w_x * t269 - p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_y +
+        p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
+    /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
+    /* effector_z: force left for the joint, inward */
+    const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
+    const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
+    const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
+    const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
     /* arm_phi_3: bias and gravity forces c + g, inward */
-    const double arm_phi_3_load_moment_y = effector_z_shift_x * effector_z_load_force_x + (arm_phi_3_w_z *
-        t266 - arm_phi_3_w_x * t268 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y - p->derived.arm_psi_moment_x *
-        arm_phi_3_bias_a_falling_z);
-    const double arm_phi_3_load_moment_z = effector_z_shift_x * effector_z_load_force_y + (arm_phi_3_w_x *
-        t267 - arm_phi_3_w_y * t266 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z + p->derived.arm_psi_moment_x *
-        arm_phi_3_bias_a_falling_y);
-    const double arm_phi_3_load_force_x = effector_z_load_force_z + (p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x -
-        (arm_phi_3_w_z * t269 + arm_phi_3_w_y * t270));
-    const double arm_phi_3_load_force_y = effector_z_load_force_y + (arm_phi_3_w_x * t270 + p->derived.arm_psi_moment_x *
-        arm_phi_3_bias_wd_z + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y);
-    const double arm_phi_3_load_force_z = arm_phi_3_w_x * t269 - p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_y +
-        p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z - effector_z_load_force_x;
-    const double arm_theta_3_load_force_y = arm_phi_3_cos * arm_phi_3_load_force_y - arm_phi_3_sin * arm_phi_3_load_force_z;
-    const double arm_theta_3_load_force_z = arm_phi_3_sin * arm_phi_3_load_force_y + arm_phi_3_cos * arm_phi_3_load_force_z;
-    const double t297 = arm_phi_3_sin * arm_phi_3_load_moment_z;
-    const double t298 = arm_phi_3_cos * arm_phi_3_load_moment_y;
-    const double arm_theta_3_load_moment_y = t298 - t297;
-    const double arm_theta_3_load_moment_z = arm_phi_3_sin * arm_phi_3_load_moment_y + arm_phi_3_cos * arm_phi_3_load_moment_z;
+    const double arm_phi_3_carried_force_x = arm_phi_3_load_force_x + effector_z_load_force_z;
+    const double arm_theta_3_carried_force_y = arm_phi_3_cos * arm_phi_3_carried_force_y - arm_phi_3_sin *
+        arm_phi_3_carried_force_z;
+    const double arm_theta_3_carried_force_z = arm_phi_3_sin * arm_phi_3_carried_force_y + arm_phi_3_cos *
+        arm_phi_3_carried_force_z;
+    const double t297 = arm_phi_3_sin * arm_phi_3_carried_moment_z;
+    const double t298 = arm_phi_3_cos * arm_phi_3_carried_moment_y;
+    const double arm_theta_3_carried_moment_y = t298 - t297;
+    const double arm_theta_3_carried_moment_z = arm_phi_3_sin * arm_phi_3_carried_moment_y + arm_phi_3_cos *
+        arm_phi_3_carried_moment_z;
     /* arm_theta_3: bias and gravity forces c + g, inward */
-    const double arm_psi_3_load_force_z = arm_theta_3_cos * arm_theta_3_load_force_z - arm_theta_3_sin * arm_phi_3_load_force_x;
-    const double arm_psi_3_load_force_x = arm_theta_3_sin * arm_theta_3_load_force_z + arm_theta_3_cos * arm_phi_3_load_force_x;
-    const double t299 = arm_theta_3_cos * arm_theta_3_load_moment_z;
-    const double arm_psi_3_load_moment_z = t299 - t271;
-    const double arm_psi_3_load_moment_x = arm_theta_3_cos * arm_phi_3_bias_moment_x + arm_theta_3_sin * arm_theta_3_load_moment_z;
+    const double arm_psi_3_carried_force_z = arm_theta_3_cos * arm_theta_3_carried_force_z - arm_theta_3_sin *
+        arm_phi_3_carried_force_x;
+    const double arm_psi_3_carried_force_x = arm_theta_3_sin * arm_theta_3_carried_force_z + arm_theta_3_cos *
+        arm_phi_3_carried_force_x;
+    const double t299 = arm_theta_3_cos * arm_theta_3_carried_moment_z;
+    const double arm_psi_3_carried_moment_z = t299 - t271;
+    const double arm_psi_3_carried_moment_x = arm_theta_3_cos * arm_phi_3_bias_moment_x + arm_theta_3_sin *
+        arm_theta_3_carried_moment_z;
     /* arm_psi_3: bias and gravity forces c + g, inward */
-    const double t300 = arm_psi_3_sin * arm_psi_3_load_force_x + arm_psi_3_cos * arm_theta_3_load_force_y;
+    const double t300 = arm_psi_3_sin * arm_psi_3_carried_force_x + arm_psi_3_cos * arm_theta_3_carried_force_y;
     /* arm_phi_2: bias and gravity forces c + g, inward */
-    const double arm_phi_2_load_moment_x = arm_phi_2_w_y * t274 - arm_phi_2_w_z * t273 + p->derived.arm_phi_1_inertia_xx *
-        arm_theta_2_bias_wd_x + (arm_psi_3_cos * arm_psi_3_load_moment_x - arm_psi_3_sin * arm_theta_3_load_moment_y);
-    const double arm_phi_2_load_moment_y = arm_psi_3_sin * arm_psi_3_load_moment_x + arm_psi_3_cos * arm_theta_3_load_moment_y -
-        p->derived.arm_element_length * arm_psi_3_load_force_z + (arm_phi_2_w_z * t272 - arm_phi_2_w_x * t274 +
-        p->derived.arm_phi_1_inertia_yy * arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_z);
-    const double arm_phi_2_load_moment_z = arm_psi_3_load_moment_z + p->derived.arm_element_length * t300 +
-        (arm_phi_2_w_x * t273 - arm_phi_2_w_y * t272 + p->derived.arm_phi_1_inertia_yy * arm_phi_2_bias_wd_z +
-        p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_y);
-    const double arm_phi_2_load_force_x = arm_psi_3_cos * arm_psi_3_load_force_x - arm_psi_3_sin * arm_theta_3_load_force_y +
-        (p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - (arm_phi_2_w_z * t275 + arm_phi_2_w_y *
-        t276));
-    const double arm_phi_2_load_force_y = t300 + (arm_phi_2_w_x * t276 + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_z +
-        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_y);
-    const double arm_phi_2_load_force_z = arm_psi_3_load_force_z + (arm_phi_2_w_x * t275 - p->derived.arm_phi_1_moment_x *
-        arm_phi_2_bias_wd_y + p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_z);
-    const double arm_theta_2_load_force_y = arm_phi_2_cos * arm_phi_2_load_force_y - arm_phi_2_sin * arm_phi_2_load_force_z;
-    const double arm_theta_2_load_force_z = arm_phi_2_sin * arm_phi_2_load_force_y + arm_phi_2_cos * arm_phi_2_load_force_z;
-    const double t301 = arm_phi_2_sin * arm_phi_2_load_moment_z;
-    const double t302 = arm_phi_2_cos * arm_phi_2_load_moment_y;
-    const double arm_theta_2_load_moment_y = t302 - t301;
-    const double arm_theta_2_load_moment_z = arm_phi_2_sin * arm_phi_2_load_moment_y + arm_phi_2_cos * arm_phi_2_load_moment_z;
+    const double arm_phi_2_carried_moment_x = arm_phi_2_load_moment_x + (arm_psi_3_cos * arm_psi_3_carried_moment_x -
+        arm_psi_3_sin * arm_theta_3_carried_moment_y);
+    const double arm_phi_2_carried_moment_y = arm_phi_2_load_moment_y + (arm_psi_3_sin * arm_psi_3_carried_moment_x +
+        arm_psi_3_cos * arm_theta_3_carried_moment_y - p->derived.arm_element_length * arm_psi_3_carried_force_z);
+    const double arm_phi_2_carried_moment_z = arm_phi_2_load_moment_z + (arm_psi_3_carried_moment_z + p->derived.arm_element_length *
+        t300);
+    const double arm_phi_2_carried_force_x = arm_phi_2_load_force_x + (arm_psi_3_cos * arm_psi_3_carried_force_x -
+        arm_psi_3_sin * arm_theta_3_carried_force_y);
+    const double arm_phi_2_carried_force_y = arm_phi_2_load_force_y + t300;
+    const double arm_phi_2_carried_force_z = arm_phi_2_load_force_z + arm_psi_3_carried_force_z;
+    const double arm_theta_2_carried_force_y = arm_phi_2_cos * arm_phi_2_carried_force_y - arm_phi_2_sin *
+        arm_phi_2_carried_force_z;
+    const double arm_theta_2_carried_force_z = arm_phi_2_sin * arm_phi_2_carried_force_y + arm_phi_2_cos *
+        arm_phi_2_carried_force_z;
+    const double t301 = arm_phi_2_sin * arm_phi_2_carried_moment_z;
+    const double t302 = arm_phi_2_cos * arm_phi_2_carried_moment_y;
+    const double arm_theta_2_carried_moment_y = t302 - t301;
+    const double arm_theta_2_carried_moment_z = arm_phi_2_sin * arm_phi_2_carried_moment_y + arm_phi_2_cos *
+        arm_phi_2_carried_moment_z;
     /* arm_theta_2: bias and gravity forces c + g, inward */
-    const double arm_psi_2_load_force_z = arm_theta_2_cos * arm_theta_2_load_force_z - arm_theta_2_sin * arm_phi_2_load_force_x;
-    const double arm_psi_2_load_force_x = arm_theta_2_sin * arm_theta_2_load_force_z + arm_theta_2_cos * arm_phi_2_load_force_x;
-    const double t303 = arm_theta_2_sin * arm_phi_2_load_moment_x;
-    const double t304 = arm_theta_2_cos * arm_theta_2_load_moment_z;
-    const double arm_psi_2_load_moment_z = t304 - t303;
-    const double arm_psi_2_load_moment_x = arm_theta_2_sin * arm_theta_2_load_moment_z + arm_theta_2_cos *
-        arm_phi_2_load_moment_x;
+    const double arm_psi_2_carried_force_z = arm_theta_2_cos * arm_theta_2_carried_force_z - arm_theta_2_sin *
+        arm_phi_2_carried_force_x;
+    const double arm_psi_2_carried_force_x = arm_theta_2_sin * arm_theta_2_carried_force_z + arm_theta_2_cos *
+        arm_phi_2_carried_force_x;
+    const double t303 = arm_theta_2_sin * arm_phi_2_carried_moment_x;
+    const double t304 = arm_theta_2_cos * arm_theta_2_carried_moment_z;
+    const double arm_psi_2_carried_moment_z = t304 - t303;
+    const double arm_psi_2_carried_moment_x = arm_theta_2_sin * arm_theta_2_carried_moment_z + arm_theta_2_cos *
+        arm_phi_2_carried_moment_x;
     /* arm_psi_2: bias and gravity forces c + g, inward */
-    const double t305 = arm_psi_2_sin * arm_psi_2_load_force_x + arm_psi_2_cos * arm_theta_2_load_force_y;
+    const double t305 = arm_psi_2_sin * arm_psi_2_carried_force_x + arm_psi_2_cos * arm_theta_2_carried_force_y;
     /* arm_phi_1: bias and gravity forces c + g, inward */
-    const double arm_phi_1_load_moment_x = arm_phi_1_w_y * t279 - arm_phi_1_w_z * t278 + p->derived.arm_phi_1_inertia_xx *
-        arm_theta_1_bias_wd_x + (arm_psi_2_cos * arm_psi_2_load_moment_x - arm_psi_2_sin * arm_theta_2_load_moment_y);
-    const double arm_phi_1_load_moment_y = arm_psi_2_sin * arm_psi_2_load_moment_x + arm_psi_2_cos * arm_theta_2_load_moment_y -
-        p->derived.arm_element_length * arm_psi_2_load_force_z + (arm_phi_1_w_z * t277 - arm_phi_1_w_x * t279 +
-        p->derived.arm_phi_1_inertia_yy * arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_z);
-    const double arm_phi_1_load_moment_z = arm_psi_2_load_moment_z + p->derived.arm_element_length * t305 +
-        (arm_phi_1_w_x * t278 - arm_phi_1_w_y * t277 + p->derived.arm_phi_1_inertia_yy * arm_phi_1_bias_wd_z +
-        p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_y);
-    const double arm_phi_1_load_force_x = arm_psi_2_cos * arm_psi_2_load_force_x - arm_psi_2_sin * arm_theta_2_load_force_y +
-        (p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - (arm_phi_1_w_z * t280 + arm_phi_1_w_y *
-        t281));
-    const double arm_phi_1_load_force_y = t305 + (arm_phi_1_w_x * t281 + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_z +
-        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_y);
-    const double arm_phi_1_load_force_z = arm_psi_2_load_force_z + (arm_phi_1_w_x * t280 - p->derived.arm_phi_1_moment_x *
-        arm_phi_1_bias_wd_y + p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_z);
-    const double arm_theta_1_load_force_y = arm_phi_1_cos * arm_phi_1_load_force_y - arm_phi_1_sin * arm_phi_1_load_force_z;
-    const double arm_theta_1_load_force_z = arm_phi_1_sin * arm_phi_1_load_force_y + arm_phi_1_cos * arm_phi_1_load_force_z;
-    const double t306 = arm_phi_1_sin * arm_phi_1_load_moment_z;
-    const double t307 = arm_phi_1_cos * arm_phi_1_load_moment_y;
-    const double arm_theta_1_load_moment_y = t307 - t306;
-    const double arm_theta_1_load_moment_z = arm_phi_1_sin * arm_phi_1_load_moment_y + arm_phi_1_cos * arm_phi_1_load_moment_z;
+    const double arm_phi_1_carried_moment_x = arm_phi_1_load_moment_x + (arm_psi_2_cos * arm_psi_2_carried_moment_x -
+        arm_psi_2_sin * arm_theta_2_carried_moment_y);
+    const double arm_phi_1_carried_moment_y = arm_phi_1_load_moment_y + (arm_psi_2_sin * arm_psi_2_carried_moment_x +
+        arm_psi_2_cos * arm_theta_2_carried_moment_y - p->derived.arm_element_length * arm_psi_2_carried_force_z);
+    const double arm_phi_1_carried_moment_z = arm_phi_1_load_moment_z + (arm_psi_2_carried_moment_z + p->derived.arm_element_length *
+        t305);
+    const double arm_phi_1_carried_force_x = arm_phi_1_load_force_x + (arm_psi_2_cos * arm_psi_2_carried_force_x -
+        arm_psi_2_sin * arm_theta_2_carried_force_y);
+    const double arm_phi_1_carried_force_y = arm_phi_1_load_force_y + t305;
+    const double arm_phi_1_carried_force_z = arm_phi_1_load_force_z + arm_psi_2_carried_force_z;
+    const double arm_theta_1_carried_force_y = arm_phi_1_cos * arm_phi_1_carried_force_y - arm_phi_1_sin *
+        arm_phi_1_carried_force_z;
+    const double arm_theta_1_carried_force_z = arm_phi_1_sin * arm_phi_1_carried_force_y + arm_phi_1_cos *
+        arm_phi_1_carried_force_z;
+    const double t306 = arm_phi_1_sin * arm_phi_1_carried_moment_z;
+    const double t307 = arm_phi_1_cos * arm_phi_1_carried_moment_y;
+    const double arm_theta_1_carried_moment_y = t307 - t306;
+    const double arm_theta_1_carried_moment_z = arm_phi_1_sin * arm_phi_1_carried_moment_y + arm_phi_1_cos *
+        arm_phi_1_carried_moment_z;
     /* arm_theta_1: bias and gravity forces c + g, inward */
-    const double arm_psi_1_load_force_z = arm_theta_1_cos * arm_theta_1_load_force_z - arm_theta_1_sin * arm_phi_1_load_force_x;
-    const double arm_psi_1_load_force_x = arm_theta_1_sin * arm_theta_1_load_force_z + arm_theta_1_cos * arm_phi_1_load_force_x;
-    const double t308 = arm_theta_1_sin * arm_phi_1_load_moment_x;
-    const double t309 = arm_theta_1_cos * arm_theta_1_load_moment_z;
-    const double arm_psi_1_load_moment_z = t309 - t308;
-    const double arm_psi_1_load_moment_x = arm_theta_1_sin * arm_theta_1_load_moment_z + arm_theta_1_cos *
-        arm_phi_1_load_moment_x;
+    const double arm_psi_1_carried_force_z = arm_theta_1_cos * arm_theta_1_carried_force_z - arm_theta_1_sin *
+        arm_phi_1_carried_force_x;
+    const double arm_psi_1_carried_force_x = arm_theta_1_sin * arm_theta_1_carried_force_z + arm_theta_1_cos *
+        arm_phi_1_carried_force_x;
+    const double t308 = arm_theta_1_sin * arm_phi_1_carried_moment_x;
+    const double t309 = arm_theta_1_cos * arm_theta_1_carried_moment_z;
+    const double arm_psi_1_carried_moment_z = t309 - t308;
+    const double arm_psi_1_carried_moment_x = arm_theta_1_sin * arm_theta_1_carried_moment_z + arm_theta_1_cos *
+        arm_phi_1_carried_moment_x;
     /* arm_psi_1: bias and gravity forces c + g, inward */
-    const double t310 = arm_psi_1_sin * arm_psi_1_load_force_x + arm_psi_1_cos * arm_theta_1_load_force_y;
+    const double t310 = arm_psi_1_sin * arm_psi_1_carried_force_x + arm_psi_1_cos * arm_theta_1_carried_force_y;
     /* arm_psi: bias and gravity forces c + g, inward */
-    const double arm_psi_load_moment_x = arm_psi_w_y * t284 - qd[2] * t283 + p->derived.arm_psi_inertia_xx *
-        arm_psi_bias_wd_x + (arm_psi_1_cos * arm_psi_1_load_moment_x - arm_psi_1_sin * arm_theta_1_load_moment_y);
-    const double arm_psi_load_moment_y = qd[2] * t282 - arm_psi_w_x * t284 - p->derived.arm_psi_inertia_yy *
-        t5 + (arm_psi_1_sin * arm_psi_1_load_moment_x + arm_psi_1_cos * arm_theta_1_load_moment_y - p->derived.constant_1 *
-        arm_psi_1_load_force_z);
-    const double arm_psi_load_moment_z = arm_psi_1_load_moment_z + p->derived.constant_1 * t310 + (arm_psi_w_x *
-        t283 - arm_psi_w_y * t282 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y);
-    const double arm_psi_load_force_x = arm_psi_1_cos * arm_psi_1_load_force_x - arm_psi_1_sin * arm_theta_1_load_force_y +
-        (p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x * qd[2]) +
-        arm_psi_w_y * t285));
-    const double arm_psi_load_force_y = t310 + (arm_psi_w_x * t285 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y);
-    const double column_psi_load_moment_z = arm_psi_sin * arm_psi_load_moment_x + arm_psi_cos * arm_psi_load_moment_y;
+    const double arm_psi_carried_moment_x = arm_psi_load_moment_x + (arm_psi_1_cos * arm_psi_1_carried_moment_x -
+        arm_psi_1_sin * arm_theta_1_carried_moment_y);
+    const double arm_psi_carried_moment_y = arm_psi_load_moment_y + (arm_psi_1_sin * arm_psi_1_carried_moment_x +
+        arm_psi_1_cos * arm_theta_1_carried_moment_y - p->derived.constant_1 * arm_psi_1_carried_force_z);
+    const double arm_psi_carried_moment_z = arm_psi_load_moment_z + (arm_psi_1_carried_moment_z + p->derived.constant_1 *
+        t310);
+    const double arm_psi_carried_force_x = arm_psi_load_force_x + (arm_psi_1_cos * arm_psi_1_carried_force_x -
+        arm_psi_1_sin * arm_theta_1_carried_force_y);
+    const double arm_psi_carried_force_y = arm_psi_load_force_y + t310;
+    const double column_psi_carried_moment_z = arm_psi_sin * arm_psi_carried_moment_x + arm_psi_cos * arm_psi_carried_moment_y;
     /* column_psi: bias and gravity forces c + g, inward */
-    const double column_psi_load_force_z = arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * arm_psi_load_force_y +
-        p->derived.constant_18;
+    const double column_psi_carried_force_z = p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_carried_force_x +
+        arm_psi_cos * arm_psi_carried_force_y);
     /* base_z: bias and gravity forces c + g, inward */
-    const double base_z_load_force_z = column_psi_load_force_z + p->derived.constant_19;
+    const double base_z_carried_force_z = p->derived.base_z_load_force_z + column_psi_carried_force_z;
     out->M[0 * 13 + 0] = p->derived.base_z_mass_beyond;
     out->M[1 * 13 + 1] = column_psi_inertia_beyond_zz;
     out->M[2 * 13 + 0] = column_psi_moment_beyond_x;
@@ -7025,16 +6820,16 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     out->M[12 * 13 + 6] = t250;
     out->M[12 * 13 + 7] = t246;
     out->M[12 * 13 + 12] = p->m_E;
-    out->f[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + base_z_load_force_z);
+    out->f[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + base_z_carried_force_z);
     out->f[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1] -
-        column_psi_load_moment_z;
-    out->f[2] = -arm_psi_load_moment_z;
+        column_psi_carried_moment_z;
+    out->f[2] = -arm_psi_carried_moment_z;
     out->f[3] = t308 - t309 - (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi * qd[3]);
     out->f[4] = t306 - t307 - (p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4]);
-    out->f[5] = -(p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5] + arm_phi_1_load_moment_x);
+    out->f[5] = -(p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5] + arm_phi_1_carried_moment_x);
     out->f[6] = t303 - t304 - (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi * qd[6]);
     out->f[7] = t301 - t302 - (p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7]);
-    out->f[8] = -(p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8] + arm_phi_2_load_moment_x);
+    out->f[8] = -(p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8] + arm_phi_2_carried_moment_x);
     out->f[9] = t271 - t299 - (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi * qd[9]);
     out->f[10] = t297 - t298 - (p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10]);
     out->f[11] = -(arm_phi_3_bias_moment_x + (p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi *
@@ -7413,7 +7208,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "0fd3c136d8586b8d",
+    SET(hash) "8285823b765145dc",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

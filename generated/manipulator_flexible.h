@@ -35,10 +35,10 @@
  *   d             161    277    0   22
  *   energy        128    208    0   20
  *   power          12     25    1    3
- *   Q_q           143    275    0   18
- *   qdd_free      552    841   12   23
- *   qdd          1147   1718   18   27
- *   force        1132   1715   18   27
+ *   Q_q           121    239    0   20
+ *   qdd_free      494    759   12   23
+ *   qdd          1089   1636   18   27
+ *   force        1074   1633   18   27
  *   equations     759   1199    4   27
  *   course          2      7    2    4
  *   breaks          0      0    0    0
@@ -111,11 +111,11 @@ struct manipulator_flexible_parameters {
         double constant_15;
         double constant_16;
         double constant_17;
+        double base_z_load_force_z;
+        double column_psi_load_force_z;
+        double effector_z_D_inverse;
         double constant_18;
         double constant_19;
-        double effector_z_D_inverse;
-        double constant_20;
-        double constant_21;
     } derived; /* what depends on parameters alone, set by manipulator_flexible_prepare */
 };
 

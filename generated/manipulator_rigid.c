@@ -30,10 +30,10 @@ void manipulator_rigid_prepare(struct manipulator_rigid_parameters *p) {
     p->derived.constant_7 = 3.141592653589793 * (1.0 / p->T);
     /* potential energy of gravity, zero at the ground's origin */
     p->derived.constant_8 = p->s_sup * 0.5;
-    /* column_psi: bias and gravity forces c + g, inward */
-    p->derived.constant_9 = p->m_col * p->g;
-    /* base_z: bias and gravity forces c + g, inward */
-    p->derived.constant_10 = p->m_base * p->g;
+    /* base_z: inertia and gravity of the body at qdd = 0 */
+    p->derived.base_z_load_force_z = p->m_base * p->g;
+    /* column_psi: inertia and gravity of the body at qdd = 0 */
+    p->derived.column_psi_load_force_z = p->m_col * p->g;
     /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     p->derived.effector_z_D_inverse = 1.0 / p->m_E;
 }
@@ -60,11 +60,13 @@ void manipulator_rigid_M(const struct manipulator_rigid_parameters *p, const str
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_cos * (arm_psi_cos * arm_psi_inertia_beyond_yy) +
         arm_psi_sin * (p->derived.arm_psi_inertia_xx * arm_psi_sin));
+    /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    const double effector_z_moment_change_z = p->m_E * arm_psi_sin;
     M[0 * 4 + 0] = p->derived.base_z_mass_beyond;
     M[1 * 4 + 1] = column_psi_inertia_beyond_zz;
     M[2 * 4 + 0] = column_psi_moment_beyond_x;
     M[2 * 4 + 2] = arm_psi_inertia_beyond_yy;
-    M[3 * 4 + 0] = p->m_E * arm_psi_sin;
+    M[3 * 4 + 0] = effector_z_moment_change_z;
     M[3 * 4 + 3] = p->m_E;
     for (int i = 0; i < 4; i++)
         for (int j = 0; j < i; j++)
@@ -99,9 +101,9 @@ void manipulator_rigid_h(const struct manipulator_rigid_parameters *p, const str
     const double t7 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
     const double t8 = p->derived.arm_psi_inertia_yy * qd[2];
     const double arm_psi_bias_moment_x = arm_psi_w_y * t8 - qd[2] * t7 + p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = qd[2] * t6 - arm_psi_w_x * t8 - p->derived.arm_psi_inertia_yy * t1;
     const double t9 = p->derived.arm_psi_moment_x * arm_psi_w_y;
-    const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + (qd[2] * t6 - arm_psi_w_x *
-        t8 - p->derived.arm_psi_inertia_yy * t1);
+    const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
     const double arm_psi_bias_moment_z = effector_z_shift_x * effector_z_bias_force_y + (arm_psi_w_x * t7 -
         arm_psi_w_y * t6);
     const double arm_psi_bias_force_y = effector_z_bias_force_y + arm_psi_w_x * t9;
@@ -522,21 +524,31 @@ void manipulator_rigid_Q_q(const struct manipulator_rigid_parameters *p, const s
     (void)qd;
     for (int i = 0; i < 16; i++)
         Q_q[i] = 0.0;
+    /* column_psi: motion from base_z outward */
+    const double column_psi_sin = sin(q[1]);
+    const double column_psi_cos = cos(q[1]);
     /* arm_psi: motion from column_psi outward */
     const double arm_psi_sin = sin(q[2]);
     const double arm_psi_cos = cos(q[2]);
-    const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
-    const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
+    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
+    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
-    /* arm_psi: gravity g = -grav^T X sum(T H e4) */
-    const double t1 = p->m_E * arm_psi_bias_a_falling_y;
+    /* arm_psi: column of the gravity tangent g_i,j */
+    const double t1 = p->g * column_psi_cos;
+    const double t2 = p->g * column_psi_sin;
+    /* effector_z: column of the gravity tangent g_i,j */
+    const double effector_z_moment_change_x = p->m_E * arm_psi_ground_x_x;
+    const double effector_z_moment_change_y = p->m_E * arm_psi_ground_y_x;
     Q_q[0 * 4 + 0] = -p->s_sup;
-    Q_q[2 * 4 + 2] = arm_psi_bias_a_falling_x * arm_psi_moment_beyond_x;
-    Q_q[2 * 4 + 3] = -t1;
-    Q_q[3 * 4 + 2] = -t1;
+    Q_q[2 * 4 + 2] = column_psi_cos * arm_psi_sin * arm_psi_moment_beyond_x * t1 + column_psi_sin * arm_psi_sin *
+        arm_psi_moment_beyond_x * t2;
+    Q_q[3 * 4 + 2] = -(t1 * effector_z_moment_change_x + t2 * effector_z_moment_change_y);
+    for (int i = 0; i < 4; i++)
+        for (int j = 0; j < i; j++)
+            Q_q[j * 4 + i] = Q_q[i * 4 + j];
 }
 
 void manipulator_rigid_qdd_free(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -572,25 +584,19 @@ void manipulator_rigid_qdd_free(const struct manipulator_rigid_parameters *p, co
     const double t7 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
     const double t8 = p->derived.arm_psi_inertia_yy * qd[2];
     const double arm_psi_bias_moment_x = arm_psi_w_y * t8 - qd[2] * t7 + p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = qd[2] * t6 - arm_psi_w_x * t8 - p->derived.arm_psi_inertia_yy * t1;
     const double t9 = p->derived.arm_psi_moment_x * arm_psi_w_y;
-    const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + (qd[2] * t6 - arm_psi_w_x *
-        t8 - p->derived.arm_psi_inertia_yy * t1);
+    const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
     const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
-    /* effector_z: bias and gravity forces c + g, inward */
+    /* arm_psi: inertia and gravity of the body at qdd = 0 */
+    const double arm_psi_load_moment_z = arm_psi_w_x * t7 - arm_psi_w_y * t6 + p->derived.arm_psi_moment_x *
+        arm_psi_bias_a_falling_y;
+    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x *
+        qd[2]) + arm_psi_w_y * t9);
+    const double arm_psi_load_force_y = arm_psi_w_x * t9 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+    /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    /* arm_psi: bias and gravity forces c + g, inward */
-    const double arm_psi_load_moment_z = effector_z_shift_x * effector_z_load_force_y + (arm_psi_w_x * t7 -
-        arm_psi_w_y * t6 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y);
-    const double arm_psi_load_force_x = effector_z_load_force_z + (p->derived.arm_psi_mass * arm_psi_bias_a_falling_x -
-        (qd[2] * (p->derived.arm_psi_moment_x * qd[2]) + arm_psi_w_y * t9));
-    const double arm_psi_load_force_y = effector_z_load_force_y + (arm_psi_w_x * t9 + p->derived.arm_psi_mass *
-        arm_psi_bias_a_falling_y);
-    /* column_psi: bias and gravity forces c + g, inward */
-    const double column_psi_load_force_z = arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * arm_psi_load_force_y +
-        p->derived.constant_9;
-    /* base_z: bias and gravity forces c + g, inward */
-    const double base_z_load_force_z = column_psi_load_force_z + p->derived.constant_10;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t5;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
@@ -603,16 +609,20 @@ void manipulator_rigid_qdd_free(const struct manipulator_rigid_parameters *p, co
     const double base_z_U_force_z = p->m_base + (p->m_col + (arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_mass_beyond -
         arm_psi_moment_beyond_x * t10)) + arm_psi_sin * (p->derived.arm_psi_mass * arm_psi_sin)));
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
+    /* effector_z: force left for the joint, inward */
+    const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
+    const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* base_z: acceleration, outward */
-    const double t11 = base_z_D_inverse * (arm_psi_sin * effector_z_load_force_z + arm_psi_cos * (arm_psi_load_moment_z *
-        t10) - (p->s_sup * q[0] + p->d_sup * qd[0] + base_z_load_force_z));
+    const double t11 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        (p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
+        t10 * arm_psi_carried_moment_z)))));
     /* column_psi: acceleration, outward */
-    const double t12 = (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - column_psi_bias_moment_z) * column_psi_D_inverse;
-    qdd[0] = t11;
+    const double t12 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
+        0.5 * qd[1] - column_psi_bias_moment_z);
+    qdd[0] = -t11;
     qdd[1] = t12;
-    qdd[2] = -(t10 * (arm_psi_cos * t11) + arm_psi_load_moment_z * arm_psi_D_inverse);
-    qdd[3] = -(arm_psi_sin * t11 + effector_z_load_force_z * p->derived.effector_z_D_inverse);
+    qdd[2] = t10 * (arm_psi_cos * t11) - arm_psi_D_inverse * arm_psi_carried_moment_z;
+    qdd[3] = arm_psi_sin * t11 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
 }
 
 void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -680,9 +690,10 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
     const double t16 = p->derived.arm_psi_inertia_yy * qd[2];
     const double arm_psi_bias_moment_x = arm_psi_w_y * t16 - qd[2] * t15 + p->derived.arm_psi_inertia_xx *
         arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = qd[2] * t14 - arm_psi_w_x * t16 - p->derived.arm_psi_inertia_yy *
+        t5;
     const double t17 = p->derived.arm_psi_moment_x * arm_psi_w_y;
-    const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + (qd[2] * t14 - arm_psi_w_x *
-        t16 - p->derived.arm_psi_inertia_yy * t5);
+    const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
     const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
     /* row 1 (position level): u qdd + v = 0 */
     const double t18 = (effector_z_position_x - p->xc) / p->a;
@@ -706,21 +717,15 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
     const double t29 = t2 * (p->derived.constant_7 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t29 + t29);
-    /* effector_z: bias and gravity forces c + g, inward */
+    /* arm_psi: inertia and gravity of the body at qdd = 0 */
+    const double arm_psi_load_moment_z = arm_psi_w_x * t15 - arm_psi_w_y * t14 + p->derived.arm_psi_moment_x *
+        arm_psi_bias_a_falling_y;
+    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x *
+        qd[2]) + arm_psi_w_y * t17);
+    const double arm_psi_load_force_y = arm_psi_w_x * t17 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+    /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    /* arm_psi: bias and gravity forces c + g, inward */
-    const double arm_psi_load_moment_z = effector_z_shift_x * effector_z_load_force_y + (arm_psi_w_x * t15 -
-        arm_psi_w_y * t14 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y);
-    const double arm_psi_load_force_x = effector_z_load_force_z + (p->derived.arm_psi_mass * arm_psi_bias_a_falling_x -
-        (qd[2] * (p->derived.arm_psi_moment_x * qd[2]) + arm_psi_w_y * t17));
-    const double arm_psi_load_force_y = effector_z_load_force_y + (arm_psi_w_x * t17 + p->derived.arm_psi_mass *
-        arm_psi_bias_a_falling_y);
-    /* column_psi: bias and gravity forces c + g, inward */
-    const double column_psi_load_force_z = arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * arm_psi_load_force_y +
-        p->derived.constant_9;
-    /* base_z: bias and gravity forces c + g, inward */
-    const double base_z_load_force_z = column_psi_load_force_z + p->derived.constant_10;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t13;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
@@ -733,16 +738,20 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
     const double base_z_U_force_z = p->m_base + (p->m_col + (arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_mass_beyond -
         arm_psi_moment_beyond_x * t30)) + arm_psi_sin * (p->derived.arm_psi_mass * arm_psi_sin)));
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
+    /* effector_z: force left for the joint, inward */
+    const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
+    const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* base_z: acceleration, outward */
-    const double t31 = base_z_D_inverse * (arm_psi_sin * effector_z_load_force_z + arm_psi_cos * (arm_psi_load_moment_z *
-        t30) - (p->s_sup * q[0] + p->d_sup * qd[0] + base_z_load_force_z));
+    const double t31 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        (p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
+        t30 * arm_psi_carried_moment_z)))));
     /* column_psi: acceleration, outward */
-    const double t32 = (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - column_psi_bias_moment_z) * column_psi_D_inverse;
+    const double t32 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
+        0.5 * qd[1] - column_psi_bias_moment_z);
     /* arm_psi: acceleration, outward */
-    const double t33 = t30 * (arm_psi_cos * t31) + arm_psi_load_moment_z * arm_psi_D_inverse;
+    const double t33 = t30 * (arm_psi_cos * t31) - arm_psi_D_inverse * arm_psi_carried_moment_z;
     /* effector_z: acceleration, outward */
-    const double t34 = arm_psi_sin * t31 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t34 = arm_psi_sin * t31 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
     /* base_z: acceleration, outward */
     const double t35 = base_z_D_inverse * (arm_psi_cos * (t28 * t30) - arm_psi_sin * row_1_u_effector_z);
     /* column_psi: acceleration, outward */
@@ -760,17 +769,17 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
     const double t41 = arm_psi_sin * p->derived.effector_z_D_inverse - arm_psi_sin * t39;
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
     const double t42 = row_1_phi * p->derived.constant_6 + (row_1_v + row_1_psi * p->derived.constant_5) +
-        (row_1_u_column_psi * t32 + t28 * t33 - row_1_u_effector_z * t34);
+        (row_1_u_column_psi * t32 - t28 * t33 + row_1_u_effector_z * t34);
     const double t43 = row_1_u_column_psi * t36 + t28 * t37 + row_1_u_effector_z * t38;
     const double t44 = t35 - row_2_u_arm_psi * t37 + arm_psi_sin * t38;
     const double t45 = t44 / t43;
-    const double row_2_lambda = (t42 * t45 - (row_2_v + p->derived.constant_5 * row_2_psi + (t31 - row_2_u_arm_psi *
-        t33 - arm_psi_sin * t34))) / (t39 + row_2_u_arm_psi * t40 + arm_psi_sin * t41 - t44 * t45);
+    const double row_2_lambda = (t42 * t45 - (row_2_v + p->derived.constant_5 * row_2_psi + (row_2_u_arm_psi *
+        t33 - t31 + arm_psi_sin * t34))) / (t39 + row_2_u_arm_psi * t40 + arm_psi_sin * t41 - t44 * t45);
     const double t46 = (t42 + t44 * row_2_lambda) / t43;
-    qdd[0] = t31 - t35 * t46 + t39 * row_2_lambda;
+    qdd[0] = t39 * row_2_lambda - (t31 + t35 * t46);
     qdd[1] = t32 - t36 * t46;
-    qdd[2] = t37 * t46 - t33 + t40 * row_2_lambda;
-    qdd[3] = t41 * row_2_lambda - (t34 + t38 * t46);
+    qdd[2] = t33 + t37 * t46 + t40 * row_2_lambda;
+    qdd[3] = t34 - t38 * t46 + t41 * row_2_lambda;
 }
 
 void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -838,9 +847,10 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
     const double t16 = p->derived.arm_psi_inertia_yy * qd[2];
     const double arm_psi_bias_moment_x = arm_psi_w_y * t16 - qd[2] * t15 + p->derived.arm_psi_inertia_xx *
         arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = qd[2] * t14 - arm_psi_w_x * t16 - p->derived.arm_psi_inertia_yy *
+        t5;
     const double t17 = p->derived.arm_psi_moment_x * arm_psi_w_y;
-    const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + (qd[2] * t14 - arm_psi_w_x *
-        t16 - p->derived.arm_psi_inertia_yy * t5);
+    const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
     const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
     /* row 1 (position level): u qdd + v = 0 */
     const double t18 = (effector_z_position_x - p->xc) / p->a;
@@ -864,21 +874,15 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
     const double t29 = t2 * (p->derived.constant_7 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t29 + t29);
-    /* effector_z: bias and gravity forces c + g, inward */
+    /* arm_psi: inertia and gravity of the body at qdd = 0 */
+    const double arm_psi_load_moment_z = arm_psi_w_x * t15 - arm_psi_w_y * t14 + p->derived.arm_psi_moment_x *
+        arm_psi_bias_a_falling_y;
+    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x *
+        qd[2]) + arm_psi_w_y * t17);
+    const double arm_psi_load_force_y = arm_psi_w_x * t17 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+    /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    /* arm_psi: bias and gravity forces c + g, inward */
-    const double arm_psi_load_moment_z = effector_z_shift_x * effector_z_load_force_y + (arm_psi_w_x * t15 -
-        arm_psi_w_y * t14 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y);
-    const double arm_psi_load_force_x = effector_z_load_force_z + (p->derived.arm_psi_mass * arm_psi_bias_a_falling_x -
-        (qd[2] * (p->derived.arm_psi_moment_x * qd[2]) + arm_psi_w_y * t17));
-    const double arm_psi_load_force_y = effector_z_load_force_y + (arm_psi_w_x * t17 + p->derived.arm_psi_mass *
-        arm_psi_bias_a_falling_y);
-    /* column_psi: bias and gravity forces c + g, inward */
-    const double column_psi_load_force_z = arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * arm_psi_load_force_y +
-        p->derived.constant_9;
-    /* base_z: bias and gravity forces c + g, inward */
-    const double base_z_load_force_z = column_psi_load_force_z + p->derived.constant_10;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t13;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
@@ -891,16 +895,20 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
     const double base_z_U_force_z = p->m_base + (p->m_col + (arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_mass_beyond -
         arm_psi_moment_beyond_x * t30)) + arm_psi_sin * (p->derived.arm_psi_mass * arm_psi_sin)));
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
+    /* effector_z: force left for the joint, inward */
+    const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
+    const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* base_z: acceleration, outward */
-    const double t31 = base_z_D_inverse * (arm_psi_sin * effector_z_load_force_z + arm_psi_cos * (arm_psi_load_moment_z *
-        t30) - (p->s_sup * q[0] + p->d_sup * qd[0] + base_z_load_force_z));
+    const double t31 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        (p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
+        t30 * arm_psi_carried_moment_z)))));
     /* column_psi: acceleration, outward */
-    const double t32 = (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - column_psi_bias_moment_z) * column_psi_D_inverse;
+    const double t32 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
+        0.5 * qd[1] - column_psi_bias_moment_z);
     /* arm_psi: acceleration, outward */
-    const double t33 = t30 * (arm_psi_cos * t31) + arm_psi_load_moment_z * arm_psi_D_inverse;
+    const double t33 = t30 * (arm_psi_cos * t31) - arm_psi_D_inverse * arm_psi_carried_moment_z;
     /* effector_z: acceleration, outward */
-    const double t34 = arm_psi_sin * t31 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t34 = arm_psi_sin * t31 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
     /* base_z: acceleration, outward */
     const double t35 = base_z_D_inverse * (arm_psi_cos * (t28 * t30) - arm_psi_sin * row_1_u_effector_z);
     /* arm_psi: acceleration, outward */
@@ -912,7 +920,7 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
         t30)));
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
     const double t39 = row_1_phi * p->derived.constant_6 + (row_1_v + row_1_psi * p->derived.constant_5) +
-        (row_1_u_column_psi * t32 + t28 * t33 - row_1_u_effector_z * t34);
+        (row_1_u_column_psi * t32 - t28 * t33 + row_1_u_effector_z * t34);
     const double t40 = row_1_u_column_psi * (row_1_u_column_psi * column_psi_D_inverse) + t28 * t36 + row_1_u_effector_z *
         t37;
     const double t41 = t35 - row_2_u_arm_psi * t36 + arm_psi_sin * t37;
@@ -920,8 +928,8 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
     const double t43 = t38 + row_2_u_arm_psi * (row_2_u_arm_psi * arm_psi_D_inverse - t30 * (arm_psi_cos *
         t38)) + arm_psi_sin * (arm_psi_sin * p->derived.effector_z_D_inverse - arm_psi_sin * t38) - t41 *
         t42;
-    const double row_2_lambda = (t39 * t42 - (row_2_v + p->derived.constant_5 * row_2_psi + (t31 - row_2_u_arm_psi *
-        t33 - arm_psi_sin * t34))) / t43;
+    const double row_2_lambda = (t39 * t42 - (row_2_v + p->derived.constant_5 * row_2_psi + (row_2_u_arm_psi *
+        t33 - t31 + arm_psi_sin * t34))) / t43;
     const double t44 = (t39 + t41 * row_2_lambda) / t40;
     force[0] = row_2_lambda;
     force[1] = -row_1_u_column_psi * t44;
@@ -994,6 +1002,8 @@ void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, c
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_cos * (arm_psi_cos * arm_psi_inertia_beyond_yy) +
         arm_psi_sin * (p->derived.arm_psi_inertia_xx * arm_psi_sin));
+    /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    const double effector_z_moment_change_z = p->m_E * arm_psi_sin;
     /* effector_z: bias forces c, inward */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     /* arm_psi: bias forces c, inward */
@@ -1002,9 +1012,10 @@ void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, c
     const double t17 = p->derived.arm_psi_inertia_yy * qd[2];
     const double arm_psi_bias_moment_x = arm_psi_w_y * t17 - qd[2] * t16 + p->derived.arm_psi_inertia_xx *
         arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = qd[2] * t15 - arm_psi_w_x * t17 - p->derived.arm_psi_inertia_yy *
+        t5;
     const double t18 = p->derived.arm_psi_moment_x * arm_psi_w_y;
-    const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + (qd[2] * t15 - arm_psi_w_x *
-        t17 - p->derived.arm_psi_inertia_yy * t5);
+    const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
     const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
     /* row 1 (position level): u qdd + v = 0 */
     const double t19 = (effector_z_position_x - p->xc) / p->a;
@@ -1027,31 +1038,35 @@ void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, c
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
     const double t29 = t2 * (p->derived.constant_7 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t29 + t29);
-    /* effector_z: bias and gravity forces c + g, inward */
+    /* arm_psi: inertia and gravity of the body at qdd = 0 */
+    const double arm_psi_load_moment_z = arm_psi_w_x * t16 - arm_psi_w_y * t15 + p->derived.arm_psi_moment_x *
+        arm_psi_bias_a_falling_y;
+    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x *
+        qd[2]) + arm_psi_w_y * t18);
+    const double arm_psi_load_force_y = arm_psi_w_x * t18 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+    /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
+    /* effector_z: force left for the joint, inward */
+    const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
+    const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* arm_psi: bias and gravity forces c + g, inward */
-    const double arm_psi_load_moment_z = effector_z_shift_x * effector_z_load_force_y + (arm_psi_w_x * t16 -
-        arm_psi_w_y * t15 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y);
-    const double arm_psi_load_force_x = effector_z_load_force_z + (p->derived.arm_psi_mass * arm_psi_bias_a_falling_x -
-        (qd[2] * (p->derived.arm_psi_moment_x * qd[2]) + arm_psi_w_y * t18));
-    const double arm_psi_load_force_y = effector_z_load_force_y + (arm_psi_w_x * t18 + p->derived.arm_psi_mass *
-        arm_psi_bias_a_falling_y);
+    const double arm_psi_carried_force_x = arm_psi_load_force_x + effector_z_load_force_z;
     /* column_psi: bias and gravity forces c + g, inward */
-    const double column_psi_load_force_z = arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * arm_psi_load_force_y +
-        p->derived.constant_9;
+    const double column_psi_carried_force_z = p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_carried_force_x +
+        arm_psi_cos * arm_psi_carried_force_y);
     /* base_z: bias and gravity forces c + g, inward */
-    const double base_z_load_force_z = column_psi_load_force_z + p->derived.constant_10;
+    const double base_z_carried_force_z = p->derived.base_z_load_force_z + column_psi_carried_force_z;
     out->M[0 * 4 + 0] = p->derived.base_z_mass_beyond;
     out->M[1 * 4 + 1] = column_psi_inertia_beyond_zz;
     out->M[2 * 4 + 0] = column_psi_moment_beyond_x;
     out->M[2 * 4 + 2] = arm_psi_inertia_beyond_yy;
-    out->M[3 * 4 + 0] = p->m_E * arm_psi_sin;
+    out->M[3 * 4 + 0] = effector_z_moment_change_z;
     out->M[3 * 4 + 3] = p->m_E;
-    out->f[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + base_z_load_force_z);
+    out->f[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + base_z_carried_force_z);
     out->f[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1] -
         column_psi_bias_moment_z;
-    out->f[2] = -arm_psi_load_moment_z;
+    out->f[2] = -arm_psi_carried_moment_z;
     out->f[3] = -effector_z_load_force_z;
     out->u[0 * 4 + 0] = 0.0;
     out->u[0 * 4 + 1] = row_1_u_column_psi;
@@ -1346,7 +1361,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "6e795937ab3f4024",
+    SET(hash) "e1d690e054c1226c",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,

@@ -26,10 +26,10 @@
  *   d              12     24    0    4
  *   energy         20     37    0    2
  *   power           3      7    1    3
- *   Q_q             2      5    0    2
- *   qdd_free       43     71    4    5
- *   qdd           111    170   10    9
- *   force         106    168   10    9
+ *   Q_q             4     15    0    4
+ *   qdd_free       41     69    4    5
+ *   qdd           109    168   10    9
+ *   force         104    166   10    9
  *   equations      75    116    4    9
  *   course          2      7    2    4
  *   breaks          0      0    0    0
@@ -81,8 +81,8 @@ struct manipulator_rigid_parameters {
         double constant_6;
         double constant_7;
         double constant_8;
-        double constant_9;
-        double constant_10;
+        double base_z_load_force_z;
+        double column_psi_load_force_z;
         double effector_z_D_inverse;
     } derived; /* what depends on parameters alone, set by manipulator_rigid_prepare */
 };
