@@ -128,12 +128,13 @@ static expression dot(struct derivation *d, const expression *a, const expressio
     return sum;
 }
 
-/* S lambda = rest for the symmetric S = u M^-1 u^T (m x m), by elimination in order of the rows. */
+/* S lambda = rest for the symmetric S = u M^-1 u^T (m x m), by elimination in order of the rows. A row that
+ * is 0 whatever the state, as those of a plane loop across its plane, is left out: its lambda is 0. */
 static void solve_rows(struct derivation *d, expression *S, expression *rest) {
     struct graph *g = d->g;
     const int m = d->m;
     for (int p = 0; p < m; p++)
-        for (int i = p + 1; i < m; i++) {
+        for (int i = p + 1; i < m && S[p * m + p]; i++) {
             const expression factor = quotient(g, S[i * m + p], S[p * m + p]);
             for (int j = p + 1; j < m; j++)
                 S[i * m + j] = sub(g, S[i * m + j], mul(g, factor, S[p * m + j]));
@@ -142,7 +143,7 @@ static void solve_rows(struct derivation *d, expression *S, expression *rest) {
     for (int i = m - 1; i >= 0; i--) {
         for (int j = i + 1; j < m; j++)
             rest[i] = sub(g, rest[i], mul(g, S[i * m + j], rest[j]));
-        rest[i] = quotient(g, rest[i], S[i * m + i]);
+        rest[i] = S[i * m + i] ? quotient(g, rest[i], S[i * m + i]) : zero(g);
         name_value(g, rest[i], memory_format(d->memory, "row_%d_lambda", i + 1));
     }
 }
