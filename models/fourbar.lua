@@ -1,7 +1,9 @@
 -- A four-bar linkage, a crank-rocker, in the vertical x-y plane: a motor turns the crank from rest by a steady torque.
 -- Checked against Freudenstein's equation for the rocker's angle and against the crank's rate that the work of motor
 -- and weight leaves it, in closed form.
+-- With spatial joints three of the rows that close it are redundant.
 local rd = require "refdyn"
+local joints = rd.option("joints", "planar", { "planar", "spatial" })
 local p  = rd.parameters {
   { "a", 0.2, "m" }, { "b", 0.6, "m" }, { "c", 0.45, "m" }, { "d", 0.55, "m" },        -- crank, coupler, rocker, ground
   { "crank", 1.1, "rad" }, { "torque", 1.5, "N m" }, { "g", 9.81, "m/s^2" }, { "rho", 2700, "kg/m^3" },
@@ -24,5 +26,8 @@ return rd.model {
   },
   points = { pin = { on = "coupler", at = { p.b, 0, 0 } }, rocker = { on = "rocker", at = { p.c, 0, 0 } } },
   forces = function() return { crank_psi = p.torque } end,
-  constraints = function() return { rd.loop { "pin", "rocker", keep = "x, y", alpha = 50, beta = 50 } } end,
+  constraints = function()
+    if joints == "spatial" then return { rd.close { "pin", "rocker", joint = "psi", alpha = 50, beta = 50 } } end
+    return { rd.loop { "pin", "rocker", keep = "x, y", alpha = 50, beta = 50 } }
+  end,
 }
