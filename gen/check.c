@@ -5,6 +5,7 @@
  * have been found by the reader, field by field.
  */
 #include "memory.h"
+#include "plausible.h"
 #include "read.h"
 
 #include <ctype.h>
@@ -413,4 +414,6 @@ void check_programme(const struct model *model, const struct tree *tree, struct 
         check_row(&check, &model->rows[i]);
     check_row_names(&check);
     check_dependent(&check);
+    if (messages->errors == 0)
+        warn_of_values(model, tree, messages);
 }

@@ -294,8 +294,12 @@ static void build_Q_q(struct derivation *d, struct function *f) {
     expression *out = add_field(d, f, "Q_q", "(n x n) dQ_i/dq_j at qd = 0", n * n, n);
     const expression *gravity = derive_gravity_tangent(&d->kinematics, composites(d));
     const expression *forces = derive_applied_tangent(&d->kinematics);
+    bool symmetric = true; /* all forces have a potential */
     for (int i = 0; i < n * n; i++)
         out[i] = sub(d->g, forces[i], gravity[i]);
+    for (int i = 0; i < n * n; i++)
+        symmetric = symmetric && out[i] == out[i % n * n + i / n];
+    f->fields[f->field_count - 1].symmetric = symmetric ? n : 0;
 }
 
 static void build_qdd_free(struct derivation *d, struct function *f) {
