@@ -27,6 +27,17 @@ const char *owner_tag(enum owner owner) {
     return owners[owner].tag;
 }
 
+int list_tags(const char **tags) {
+    static const char *const rows[] = {"position", "velocity", "acceleration"};
+    int count = 0;
+    for (int i = 0; i < OWNER_COUNT; i++)
+        if (owners[i].tag)
+            tags[count++] = owners[i].tag;
+    for (int i = 0; i < 3; i++)
+        tags[count++] = rows[i];
+    return count;
+}
+
 bool has_tag(const struct value *value, const char *tag) {
     return value->kind == VALUE_TABLE && value->tag && tag && strcmp(value->tag, tag) == 0;
 }

@@ -104,6 +104,8 @@ struct checker {
 const char *owner_text(enum owner owner); /* "a link" */
 /* The function of the module that makes such a table, or NULL; rd.position and its like make rows. */
 const char *owner_tag(enum owner owner);
+/* All such functions; there is room for OWNER_COUNT + 3. */
+int list_tags(const char **tags);
 bool has_tag(const struct value *value, const char *tag);
 const char *range_text(enum field_range range); /* "positive", or "" */
 
