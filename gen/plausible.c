@@ -276,5 +276,6 @@ void warn_of_values(const struct model *model, const struct tree *tree, struct m
         warn(messages, model->place, "gravity: %.6g m/s^2: in mm/s^2? m/s^2 are needed", g);
     for (int i = 0; i < model->link_count; i++)
         look_at_link(&look, &model->links[i]);
-    look_at_coordinates(&look);
+    if (messages->errors == 0) /* else what loads them may be among the errors */
+        look_at_coordinates(&look);
 }

@@ -10,6 +10,7 @@
 --   friction 0.5 tanh(2 / 0.1) against psi, damper 0.25 N s/m on x:            (0, -0.5)
 -- Q = (-6, 16.5), potential energy 20 J.
 local rd = require "refdyn"
+local on = rd.input("on", 1)                             -- 0: springs and dampers alone
 
 return rd.model {
   name = "loads",
@@ -24,9 +25,9 @@ return rd.model {
       arm_psi = rd.friction(0.5, s.qd.arm_psi, 0.1),
       rd.spring { "E", high, stiffness = 10, rest = 1 },
       rd.damper { "E", high, damping = 5 },
-      rd.actuator { from = "E", to = { on = "ground", at = { 4, 0, 0 } }, force = 7 },
-      { rd.force { "E", { 1, 2, 3 }, axes = "arm" }, rd.torque { "arm", { 0, 0, 4 } } },
-      rd.torque { "arm", { 0, 0, 1 }, against = "cart" },
+      rd.actuator { from = "E", to = { on = "ground", at = { 4, 0, 0 } }, force = 7 * on },
+      { rd.force { "E", { on, 2 * on, 3 * on }, axes = "arm" }, rd.torque { "arm", { 0, 0, 4 * on } } },
+      rd.torque { "arm", { 0, 0, on }, against = "cart" },
       rd.energy { 3 * s.points.E.y^2 / 2 },
     }
   end,

@@ -1,4 +1,4 @@
--- Not a model: what orientation.lua requires.
+-- Not a model: what model.lua requires.
 local rd = require "refdyn"
 local parts = {}
 
