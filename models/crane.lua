@@ -1,6 +1,6 @@
 -- A crane: a flexible boom on a slewing column, a load on a rope that is hoisted along a smooth course. Checked with a
 -- stiff boom against the period of a pendulum of any amplitude, 4 sqrt(l/g) K(sin(angle/2)), and with the flexible one
--- by its energy and by its moment of momentum about the column, which no load has.
+-- by its energy and by its moment of momentum about the column, which is what the slewing motor gives.
 local rd = require "refdyn"
 local n  = rd.option("n_rfe", 3, { from = 1 })
 local p  = rd.parameters {
@@ -20,8 +20,8 @@ return rd.model {
     { "rope", on = "boom.tip", turn = { { "y", p.luff } }, joint = "theta, phi", start = { theta = p.swing } },
     { "load", on = "rope", joint = "z", start = { z = -p.rope }, mass = p.m },
   },
-  points = { head = "boom.tip", load = "load" },
-  forces = function() return { column_psi = p.slew } end,
+  points = { head = "boom.tip", hook = "load" },
+  forces = function(s) return { column_psi = p.slew * rd.ramp(s.t, 0, 1) } end,
   constraints = function(s)
     return { rd.drive { "load_z", p.lift * rd.smoothstep(s.t, 1, 4) - p.rope, alpha = 20, beta = 20, name = "hoist" } }
   end,

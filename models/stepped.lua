@@ -3,9 +3,8 @@
 local rd = require "refdyn"
 local n  = rd.option("n", 1, { from = 1 })                              -- refines all three sections
 local p  = rd.parameters {
-  { "E", 7e10, "Pa" }, { "nu", 0.33, "1" }, { "rho", 2700, "kg/m^3" }, { "P", 20, "N" },
-  { "P_across", 5, "N" }, { "T_tip", 3, "N m" },
-}
+  { "E", 7e10, "Pa" }, { "nu", 0.33, "1" }, { "rho", 2700, "kg/m^3" } }
+local P_down, P_across, T_tip = rd.input("P_down", 20, "N"), rd.input("P_across", 5, "N"), rd.input("T_tip", 0, "N m")
 
 return rd.model {
   name = "stepped",
@@ -19,6 +18,6 @@ return rd.model {
   },
   points = { tip = "boom.tip", first = { on = "boom", along = 0.6 }, second = { on = "boom", along = 1 } },
   forces = function()
-    return { rd.force { "tip", { 0, p.P_across, -p.P } }, rd.torque { "boom.tip", { p.T_tip, 0, 0 } } }
+    return { rd.force { "tip", { 0, P_across, -P_down } }, rd.torque { "boom.tip", { T_tip, 0, 0 } } }
   end,
 }
