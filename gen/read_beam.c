@@ -114,7 +114,7 @@ static double clamped_root(int mode, double load) {
         else
             low = middle;
     }
-    return load == 0 ? without[mode - 1] : low;
+    return low;
 }
 
 /* omega = b^2 sqrt(E I / (rho A L^4)), bending about z where the elements have it, else about y. */

@@ -2,6 +2,7 @@
 #include "text.h"
 #include "memory.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -38,6 +39,8 @@ size_t text_column(const struct text *text) {
 }
 
 const char *number_text(double value, char buffer[32]) {
+    if (!isfinite(value))
+        return isnan(value) ? "NAN" : value > 0 ? "INFINITY" : "(-INFINITY)";
     for (int digits = 15; digits <= 17; digits++) {
         snprintf(buffer, 32, "%.*g", digits, value);
         if (strtod(buffer, NULL) == value)
