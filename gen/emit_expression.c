@@ -70,26 +70,26 @@ static void emit_symbol(struct emission *x, struct text *text, const struct symb
     }
 }
 
-static void emit_condition(struct emission *x, struct text *text, expression e) {
-    const struct node *node = &x->g->nodes[e];
-    if (node->operation != OP_LESS || is_named(x, e)) {
-        emit_operand(x, text, e, BINDS_SUM);
-        text_add(text, " != 0.0");
-        return;
-    }
+static void emit_comparison(struct emission *x, struct text *text, const struct node *node) {
     emit_operand(x, text, node->operand[0], BINDS_SUM);
     text_add(text, " < ");
     emit_operand(x, text, node->operand[1], BINDS_SUM);
 }
 
-static void emit_choice(struct emission *x, struct text *text, expression condition, expression then,
-                        expression otherwise) {
+static void emit_choice(struct emission *x, struct text *text, const struct node *node) {
+    const expression condition = node->operand[0];
+    const struct node *compared = &x->g->nodes[condition];
     text_add(text, "(");
-    emit_condition(x, text, condition);
+    if (compared->operation == OP_LESS && !is_named(x, condition)) {
+        emit_comparison(x, text, compared);
+    } else {
+        emit_operand(x, text, condition, BINDS_SUM);
+        text_add(text, " != 0.0");
+    }
     text_add(text, " ? ");
-    emit_value(x, text, then);
+    emit_value(x, text, node->operand[1]);
     text_add(text, " : ");
-    emit_value(x, text, otherwise);
+    emit_value(x, text, node->operand[2]);
     text_add(text, ")");
 }
 
@@ -131,10 +131,12 @@ void emit_definition(struct emission *x, struct text *text, expression e) {
         emit_operand(x, text, node.operand[0], BINDS_PRODUCT);
         return;
     case OP_LESS:
-        emit_choice(x, text, e, one(x->g), zero(x->g));
+        text_add(text, "(");
+        emit_comparison(x, text, &node);
+        text_add(text, " ? 1.0 : 0.0)");
         return;
     case OP_WHERE:
-        emit_choice(x, text, node.operand[0], node.operand[1], node.operand[2]);
+        emit_choice(x, text, &node);
         return;
     case OP_SPLINE:
         emit_spline(x, text, &node);

@@ -1,8 +1,11 @@
 /* Functions of the module `refdyn`: see module.h. */
 #include "module.h"
+#include "fields.h"
+#include "path.h"
 #include "vocabulary.h"
 
 #include <ctype.h>
+#include <math.h>
 #include <string.h>
 
 /* ---- arguments: each asks for one and notes the first fault ---- */
@@ -124,6 +127,83 @@ static void run_friction(struct module_call *call) {
     give(call, friction(call->declarations->graph, level, rate, width));
 }
 
+/* ---- samples ---- */
+
+/* Entry `column` of sample `row`, which has `least` to 3 numbers; notes a fault when it has not. */
+static double sample(struct module_call *call, int row, int column, int least) {
+    const struct value *list = argument(call, 0), *entry = &list->items[row];
+    const bool is_list = entry->kind == VALUE_TABLE && entry->field_count == 0;
+    const bool has_count =
+        is_list && entry->item_count >= least && entry->item_count <= (least == 1 ? 3 : least);
+    const struct value *value = has_count && column < entry->item_count ? &entry->items[column] : NULL;
+    if (has_count && (!value || value->kind == VALUE_NUMBER))
+        return value ? value->number : 0;
+    if (!call->fault)
+        call->fault =
+            memory_format(call->declarations->memory, "rd.%s: sample %d is not of the form %s, of numbers",
+                          module_function_name(call->declarations->memory, call->function), row + 1,
+                          least == 2 ? "{ at, value }" : "{ x, y, z }");
+    return 0;
+}
+
+static int count_samples(struct module_call *call, const char *needed) {
+    const struct value *list = argument(call, 0);
+    if (list->kind != VALUE_TABLE || list->item_count < 2 || list->field_count > 0)
+        refuse_argument(call, 0, needed);
+    return call->fault ? 0 : list->item_count;
+}
+
+static double *sample_column(struct module_call *call, int column, int least, int count) {
+    double *numbers = memory_get(call->declarations->memory, ((size_t)count + 1) * sizeof *numbers);
+    for (int i = 0; i < count; i++)
+        numbers[i] = sample(call, i, column, least);
+    return numbers;
+}
+
+static struct value curve(struct module_call *call, const double *knots, const double *values, int count) {
+    return (struct value){.kind = VALUE_CURVE,
+                          .curve = spline_table(call->declarations->graph, knots, values, count)};
+}
+
+static void run_spline(struct module_call *call) {
+    const int count = count_samples(call, "a list of two or more { at, value }");
+    const double *knots = sample_column(call, 0, 2, count), *values = sample_column(call, 1, 2, count);
+    for (int i = 0; i < count && !call->fault; i++)
+        if (!isfinite(knots[i]) || !isfinite(values[i]) || (i > 0 && !(knots[i] > knots[i - 1])))
+            call->fault = memory_format(
+                call->declarations->memory,
+                "rd.spline: sample %d is at %.6g, finite ascending numbers are needed", i + 1, knots[i]);
+    if (!call->fault)
+        call->result = curve(call, knots, values, count);
+}
+
+static void run_path(struct module_call *call) {
+    static const char *const names[] = {"length", "x", "y", "z"};
+    struct memory *memory = call->declarations->memory;
+    const int count = count_samples(call, "a list of two or more { x, y, z }");
+    const double *const points[3] = {sample_column(call, 0, 1, count), sample_column(call, 1, 1, count),
+                                     sample_column(call, 2, 1, count)};
+    for (int i = 0; i < count && !call->fault; i++) {
+        double apart = i > 0 ? 0 : 1;
+        for (int axis = 0; axis < 3; axis++)
+            apart += i > 0 ? fabs(points[axis][i] - points[axis][i - 1]) : 0 * points[axis][i];
+        if (!isfinite(apart) || apart <= 0)
+            call->fault = memory_format(
+                memory, "rd.path: sample %d is not finite or at the one before it, points of a path differ",
+                i + 1);
+    }
+    if (call->fault)
+        return;
+    const struct path path = path_through(memory, points, count);
+    struct named_value *fields = memory_get(memory, 4 * sizeof *fields);
+    fields[0].value = (struct value){.kind = VALUE_NUMBER, .number = path.length[path.count - 1]};
+    for (int axis = 0; axis < 3; axis++)
+        fields[axis + 1].value = curve(call, path.length, path.coordinate[axis], path.count);
+    for (int i = 0; i < 4; i++)
+        fields[i].name = names[i];
+    call->result = (struct value){.kind = VALUE_TABLE, .fields = fields, .field_count = 4};
+}
+
 static const struct {
     const char *name;
     int most_arguments;
@@ -132,7 +212,8 @@ static const struct {
                  {"parameter", 3, run_parameter}, {"input", 3, run_input},
                  {"ramp", 3, run_ramp},           {"smoothstep", 3, run_smoothstep},
                  {"round", 1, run_round},         {"tube", 2, run_tube},
-                 {"rectangle", 2, run_rectangle}, {"friction", 3, run_friction}};
+                 {"rectangle", 2, run_rectangle}, {"friction", 3, run_friction},
+                 {"spline", 1, run_spline},       {"path", 1, run_path}};
 
 enum { FUNCTION_COUNT = sizeof functions / sizeof *functions };
 
@@ -185,6 +266,20 @@ const char *module_function_name(struct memory *memory, int function) {
     for (char *c = name; *c; c++)
         *c = (char)tolower((unsigned char)*c);
     return name;
+}
+
+const char *module_unknown(struct memory *memory, const char *name) {
+    const int functions_count = module_function_count();
+    const char **known = memory_get(memory, (OWNER_COUNT + 4 + (size_t)functions_count) * sizeof *known);
+    int count = list_tags(known);
+    for (int i = 0; i < functions_count; i++)
+        known[count++] = module_function_name(memory, i);
+    known[count++] = "pi";
+    const char *nearest = nearest_name(name, known, count);
+    if (nearest)
+        return memory_format(memory, "rd.%s: unknown function, the nearest known one is \"%s\"", name,
+                             nearest);
+    return memory_format(memory, "rd.%s: unknown function, models/README.md lists what rd has", name);
 }
 
 void module_run(struct module_call *call) {

@@ -14,6 +14,9 @@
 #include <stdio.h>
 #include <string.h>
 
+/* A pivot below this part of its diagonal term is rounding. */
+static const double redundant = 1e-12;
+
 struct derivation {
     struct plan *plan;
     struct memory *memory;
@@ -128,21 +131,39 @@ static expression dot(struct derivation *d, const expression *a, const expressio
     return sum;
 }
 
+/*
+ * 1 / pivot, or 0 for a row that says what earlier rows say: S is positive semidefinite, so what is left of
+ * such a row's diagonal term is rounding. Its multiplier is then 0.
+ */
+static expression pivot_inverse(struct derivation *d, expression pivot, expression diagonal) {
+    struct graph *g = d->g;
+    const expression least = mul(g, number(g, redundant), diagonal);
+    if (!pivot)
+        return zero(g);
+    return choose(g, apply2(g, OP_LESS, least, pivot), quotient(g, one(g), pivot), zero(g));
+}
+
 /* S lambda = rest for the symmetric S = u M^-1 u^T (m x m), by elimination in order of the rows. */
 static void solve_rows(struct derivation *d, expression *S, expression *rest) {
     struct graph *g = d->g;
     const int m = d->m;
-    for (int p = 0; p < m; p++)
+    expression *diagonal = new_values(d, m), *inverse = new_values(d, m);
+    for (int i = 0; i < m; i++)
+        diagonal[i] = S[i * m + i];
+    for (int p = 0; p < m; p++) {
+        inverse[p] = pivot_inverse(d, S[p * m + p], diagonal[p]);
+        name_value(g, inverse[p], memory_format(d->memory, "row_%d_pivot_inverse", p + 1));
         for (int i = p + 1; i < m; i++) {
-            const expression factor = quotient(g, S[i * m + p], S[p * m + p]);
+            const expression factor = mul(g, S[i * m + p], inverse[p]);
             for (int j = p + 1; j < m; j++)
                 S[i * m + j] = sub(g, S[i * m + j], mul(g, factor, S[p * m + j]));
             rest[i] = sub(g, rest[i], mul(g, factor, rest[p]));
         }
+    }
     for (int i = m - 1; i >= 0; i--) {
         for (int j = i + 1; j < m; j++)
             rest[i] = sub(g, rest[i], mul(g, S[i * m + j], rest[j]));
-        rest[i] = quotient(g, rest[i], S[i * m + i]);
+        rest[i] = mul(g, rest[i], inverse[i]);
         name_value(g, rest[i], memory_format(d->memory, "row_%d_lambda", i + 1));
     }
 }

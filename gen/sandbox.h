@@ -1,6 +1,7 @@
 /*
  * The sandbox of model files, in Lua: what it takes away and what it puts instead. Runs before the model,
- * with the module and a function that tells expressions as arguments.
+ * with the module, a function that tells expressions and one that compiles a file beside the model as
+ * arguments.
  *
  * `pairs` goes through a table in one order on every run: numbers upward, then names. math.* of an expression
  * would fail with a puzzle; it names the function to use.
@@ -9,7 +10,7 @@
 #define REFDYN_GEN_SANDBOX_H
 
 static const char sandbox_source[] =
-    "local rd, is_expression = ...\n"
+    "local rd, is_expression, compile_beside = ...\n"
     "local next, type, error, ipairs, rawget, select = next, type, error, ipairs, rawget, select\n"
     "local sort = table.sort\n"
     "\n"
@@ -62,9 +63,21 @@ static const char sandbox_source[] =
     "math.random, math.randomseed, string.dump = nil, nil, nil\n"
     "collectgarbage, dofile, load, loadfile, next, pcall, print, warn, xpcall = nil\n"
     "\n"
+    "local loaded, match = { refdyn = rd }, string.match\n"
     "function require(name)\n"
-    "  if name ~= 'refdyn' then error('require: only \"refdyn\" can be required', 2) end\n"
-    "  return rd\n"
+    "  if type(name) ~= 'string' or not match(name, '^[%a_][%w_]*$') then\n"
+    "    error('require: only \"refdyn\" and files beside the model, by their names without .lua, can be "
+    "required', 2)\n"
+    "  end\n"
+    "  if loaded[name] == nil then\n"
+    "    local run = compile_beside(name)\n"
+    "    loaded[name] = false\n"
+    "    local result = run()\n"
+    "    loaded[name] = result == nil and true or result\n"
+    "  elseif not loaded[name] then\n"
+    "    error('require: \"' .. name .. '\" requires itself, by way of others or at once', 2)\n"
+    "  end\n"
+    "  return loaded[name]\n"
     "end\n";
 
 #endif

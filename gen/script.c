@@ -10,6 +10,7 @@
 #include "module.h"
 #include "pool.h"
 #include "sandbox.h"
+#include "source_file.h"
 #include "source_lines.h"
 #include "view.h"
 
@@ -24,12 +25,17 @@
 
 #define EXPRESSION "expression"
 #define VIEW "view"
-#define CHUNK "model"
 
 /* What one model may take while it is read: far beyond any sensible model, soon enough for an endless loop.
  */
 static const size_t memory_bound = (size_t)256 << 20;
-enum { STEPS_BETWEEN_CHECKS = 1000000, CHECKS_BOUND = 100, VALUE_BOUND = 1000000, DEPTH_BOUND = 32 };
+enum {
+    STEPS_BETWEEN_CHECKS = 1000000,
+    CHECKS_BOUND = 100,
+    VALUE_BOUND = 1000000,
+    DEPTH_BOUND = 32,
+    SOURCES_BOUND = 100
+};
 
 struct script {
     lua_State *L;
@@ -41,11 +47,10 @@ struct script {
     struct declarations declarations;
     struct view_names names;
     struct source_lines lines;
-    const char *source;
-    size_t source_length;
+    struct sources sources;
     int marks, tags; /* references of tables that give a table's number in `lines` and its tag */
     int value_count, checks;
-    bool is_short_of_memory;
+    bool is_short_of_memory, is_told; /* is_told: the reason of an error is in messages */
     struct value result;
 };
 
@@ -55,10 +60,11 @@ static struct script *script_of(lua_State *L) {
 
 /* Where the Lua function that called us stands. */
 static struct place current_place(lua_State *L) {
-    lua_Debug where = {.currentline = 0};
-    if (lua_getstack(L, 1, &where))
-        lua_getinfo(L, "l", &where);
-    return (struct place){.file = script_of(L)->file, .line = where.currentline > 0 ? where.currentline : 0};
+    luaL_where(L, 1);
+    const char *rest, *text = lua_tostring(L, -1);
+    struct place place = source_place(&script_of(L)->sources, text, &rest);
+    lua_pop(L, 1);
+    return place;
 }
 
 /* Entry of the table behind `reference` for the value at `index`. (-0, +1) */
@@ -172,7 +178,9 @@ static void convert(lua_State *L, int index, struct place place, int depth, stru
 
 /* Ends the script with a message about a bound that was passed at `place`. */
 static void stop_at(lua_State *L, struct place place, const char *what, int bound) {
-    lua_pushfstring(L, CHUNK ":%d: %s %d", place.line, what, bound);
+    complain(script_of(L)->messages, place, "%s %d", what, bound);
+    script_of(L)->is_told = true;
+    lua_pushnil(L);
     lua_error(L);
 }
 
@@ -248,7 +256,7 @@ static void convert_table(lua_State *L, int index, int depth, struct value *valu
     luaL_checkstack(L, 8, "tables nested too deeply");
     value->kind = VALUE_TABLE;
     if (table >= 0)
-        value->place.line = script->lines.tables[table].line;
+        value->place = (struct place){script->lines.tables[table].file, script->lines.tables[table].line};
     get_note(L, script->tags, index);
     if (lua_type(L, -1) == LUA_TSTRING)
         value->tag = memory_text(script->memory, lua_tostring(L, -1));
@@ -297,11 +305,24 @@ static void convert(lua_State *L, int index, struct place place, int depth, stru
 
 /* ---- the module "refdyn" ---- */
 
+/* A curve of an expression, or of a number. */
+static int call_curve(lua_State *L) {
+    struct graph *graph = script_of(L)->graph;
+    expression at = zero(graph);
+    if (lua_gettop(L) != 1 || !get_expression(L, 1, &at))
+        return luaL_error(L, "a curve of %s, one number or expression is needed", luaL_typename(L, 1));
+    push_expression(L, spline(graph, (int)lua_tointeger(L, lua_upvalueindex(1)), at));
+    return 1;
+}
+
 /* Pushes what a function of the module gives. (-0, +1) */
 static void push_value(lua_State *L, const struct value *value) {
     if (value->kind == VALUE_EXPRESSION)
         push_expression(L, value->expression);
-    else if (value->kind == VALUE_GROUP)
+    else if (value->kind == VALUE_CURVE) {
+        lua_pushinteger(L, value->curve);
+        lua_pushcclosure(L, call_curve, 1);
+    } else if (value->kind == VALUE_GROUP)
         push_view(L, (struct view){.kind = VIEW_PARAMETERS});
     else if (value->kind == VALUE_TEXT)
         lua_pushstring(L, value->text);
@@ -355,36 +376,20 @@ static int tag_table(lua_State *L) {
     return 1;
 }
 
-/* An unknown field of the module, whose table is argument 1. */
 static int refuse_field(lua_State *L) {
-    struct memory *memory = script_of(L)->memory;
-    const char **known = NULL, *name = lua_type(L, 2) == LUA_TSTRING ? lua_tostring(L, 2) : "?";
-    int count = 0, capacity = 0;
-    lua_pushnil(L);
-    while (lua_next(L, 1)) {
-        known = memory_room(memory, known, count, &capacity, sizeof *known);
-        if (lua_type(L, -2) == LUA_TSTRING)
-            known[count++] = memory_text(memory, lua_tostring(L, -2));
-        lua_pop(L, 1);
-    }
-    const char *nearest = nearest_name(name, known, count);
-    if (nearest)
-        return luaL_error(L, "rd.%s: unknown function, the nearest known one is \"%s\"", name, nearest);
-    return luaL_error(L, "rd.%s: unknown function, models/README.md lists what rd has", name);
+    const char *name = lua_type(L, 2) == LUA_TSTRING ? lua_tostring(L, 2) : "?";
+    return luaL_error(L, "%s", module_unknown(script_of(L)->memory, name));
 }
 
 /* Builds the module. (-0, +1) */
 static void push_module(lua_State *L) {
-    static const char *const rows[] = {"position", "velocity", "acceleration"};
+    const char *tags[OWNER_COUNT + 3];
     struct memory *memory = script_of(L)->memory;
     lua_newtable(L);
-    for (int i = 0; i < OWNER_COUNT + 3; i++) {
-        const char *tag = i < OWNER_COUNT ? owner_tag((enum owner)i) : rows[i - OWNER_COUNT];
-        if (!tag)
-            continue;
-        lua_pushstring(L, tag);
+    for (int i = list_tags(tags) - 1; i >= 0; i--) {
+        lua_pushstring(L, tags[i]);
         lua_pushcclosure(L, tag_table, 1);
-        lua_setfield(L, -2, tag);
+        lua_setfield(L, -2, tags[i]);
     }
     for (int i = 0; i < module_function_count(); i++) {
         const char *name = module_function_name(memory, i);
@@ -408,6 +413,8 @@ static int is_expression(lua_State *L) {
     return 1;
 }
 
+static int compile_beside(lua_State *L);
+
 static void open_sandbox(lua_State *L) {
     luaL_requiref(L, LUA_GNAME, luaopen_base, 1);
     luaL_requiref(L, LUA_STRLIBNAME, luaopen_string, 1);
@@ -418,7 +425,8 @@ static void open_sandbox(lua_State *L) {
         lua_error(L);
     push_module(L);
     lua_pushcfunction(L, is_expression);
-    lua_call(L, 2, 0);
+    lua_pushcfunction(L, compile_beside);
+    lua_call(L, 3, 0);
 }
 
 static void make_metatables(lua_State *L) {
@@ -463,9 +471,9 @@ static int weak_table(lua_State *L) {
 static void count_steps(lua_State *L, lua_Debug *where) {
     if (++script_of(L)->checks < CHECKS_BOUND)
         return;
-    lua_getinfo(L, "l", where);
-    lua_pushfstring(L, CHUNK ":%d: more than %d million steps to read the model, a loop has no end?",
-                    where->currentline, STEPS_BETWEEN_CHECKS / 1000000 * CHECKS_BOUND);
+    lua_getinfo(L, "Sl", where);
+    lua_pushfstring(L, "%s:%d: more than %d million steps to read the model, a loop has no end?",
+                    where->short_src, where->currentline, STEPS_BETWEEN_CHECKS / 1000000 * CHECKS_BOUND);
     lua_error(L);
 }
 
@@ -483,15 +491,9 @@ static void fail_in_lua(void *context) {
     lua_error(script->L);
 }
 
-/* Splits "model:LINE: text" into place and text. */
+/* Splits "model0:LINE: text" into place and text. */
 static void report(struct script *script, const char *text) {
-    struct place place = {.file = script->file};
-    size_t lead = strlen(CHUNK ":");
-    if (strncmp(text, CHUNK ":", lead) == 0) {
-        char *end;
-        place.line = (int)strtol(text + lead, &end, 10);
-        text = strncmp(end, ": ", 2) == 0 ? end + 2 : end;
-    }
+    const struct place place = source_place(&script->sources, text, &text);
     complain(script->messages, place, "%s", text);
 }
 
@@ -520,6 +522,8 @@ static bool run_protected(struct job *job, lua_CFunction function) {
                  "more than %d MB of memory to read the model", (int)(memory_bound >> 20));
     else if (script->is_short_of_memory || status == LUA_ERRMEM)
         memory->fail(memory->context);
+    else if (script->is_told)
+        script->is_told = false;
     else if (lua_type(script->L, -1) == LUA_TSTRING)
         report(script, lua_tostring(script->L, -1));
     else
@@ -535,15 +539,32 @@ static struct job *job_of(lua_State *L) {
 }
 
 /* Pushes the compiled source; the source as written goes first, so that syntax errors show it. (-0, +1) */
-static void load_source(lua_State *L, struct script *script) {
-    if (luaL_loadbufferx(L, script->source, script->source_length, "=" CHUNK, "t") != LUA_OK)
+static void load_source(lua_State *L, int number) {
+    struct script *script = script_of(L);
+    const struct source_file *source = &script->sources.list[number];
+    char chunk[32];
+    snprintf(chunk, sizeof chunk, "=" SOURCE_CHUNK "%d", number);
+    if (luaL_loadbufferx(L, source->text, source->length, chunk, "t") != LUA_OK)
         lua_error(L);
     lua_pop(L, 1);
-    warn_of_doubts(script->memory, script->messages, script->file, script->source, script->source_length);
-    mark_tables(script->memory, script->messages, script->file, script->source, script->source_length,
-                &script->lines);
-    if (luaL_loadbufferx(L, script->lines.text, script->lines.length, "=" CHUNK, "t") != LUA_OK)
+    warn_of_doubts(script->memory, script->messages, source->path, source->text, source->length);
+    mark_tables(script->memory, script->messages, source->path, source->text, source->length, &script->lines);
+    if (luaL_loadbufferx(L, script->lines.text, script->lines.length, chunk, "t") != LUA_OK)
         lua_error(L);
+}
+
+/* The function of the file NAME.lua beside the model. */
+static int compile_beside(lua_State *L) {
+    struct script *script = script_of(L);
+    const char *path = source_path(script->memory, script->file, luaL_checkstring(L, 1));
+    if (!add_source(script->memory, &script->sources, path)) {
+        luaL_where(L, 2);
+        lua_pushfstring(L, "%srequire: no file %s.lua beside the model", lua_tostring(L, -1),
+                        lua_tostring(L, 1));
+        return lua_error(L);
+    }
+    load_source(L, script->sources.count - 1);
+    return 1;
 }
 
 static int run_file(lua_State *L) {
@@ -555,7 +576,7 @@ static int run_file(lua_State *L) {
     script->tags = weak_table(L);
     lua_pushcfunction(L, mark_table);
     lua_setglobal(L, TABLE_MARK);
-    load_source(L, script);
+    load_source(L, 0);
     lua_sethook(L, count_steps, LUA_MASKCOUNT, STEPS_BETWEEN_CHECKS);
     lua_call(L, 0, 1);
     convert(L, -1, (struct place){.file = script->file}, 0, &script->result);
@@ -573,41 +594,11 @@ static int run_function(lua_State *L) {
 
 /* ---- what the rest of the reader calls ---- */
 
-/* Reads all of `file` into the script; false when memory is short. */
-static bool read_text(struct script *script, FILE *file) {
-    char *text = NULL;
-    size_t length = 0, room = 0;
-    do {
-        if (length == room) {
-            size_t larger = room ? 2 * room : (size_t)1 << 14;
-            char *grown = memory_try(script->memory, larger);
-            if (!grown)
-                return false;
-            if (room)
-                memcpy(grown, text, length);
-            text = grown;
-            room = larger;
-        }
-        length += fread(text + length, 1, room - length, file);
-    } while (length == room);
-    script->source = text;
-    script->source_length = length;
-    return true;
-}
-
-static bool read_source(struct script *script) {
-    FILE *file = fopen(script->file, "rb");
-    bool is_taken = !file || read_text(script, file);
-    bool is_read = file && !ferror(file);
-    int reason = errno;
-    if (file)
-        fclose(file);
-    if (!is_taken)
-        script->memory->fail(script->memory->context);
-    if (!is_read)
-        complain(script->messages, (struct place){.file = script->file}, "cannot be read: %s",
-                 strerror(reason));
-    return is_read;
+static bool read_main(struct script *script) {
+    if (add_source(script->memory, &script->sources, script->file))
+        return true;
+    complain(script->messages, (struct place){.file = script->file}, "cannot be read: %s", strerror(errno));
+    return false;
 }
 
 struct script *script_open(struct memory *memory, struct graph *graph, const struct read_request *request,
@@ -617,7 +608,7 @@ struct script *script_open(struct memory *memory, struct graph *graph, const str
     script->pool = (struct pool){.memory = memory, .bound = memory_bound};
     declarations_start(&script->declarations, memory, graph, request, messages);
     script->names.declarations = &script->declarations;
-    if (!read_source(script))
+    if (!read_main(script))
         return NULL;
     script->L = lua_newstate(allocate, &script->pool);
     if (!script->L)

@@ -13,6 +13,7 @@ struct nesting {
 struct marker {
     struct memory *memory;
     struct source_lines *lines;
+    const char *file;
     struct scanner scanner;
     struct nesting *stack;
     int depth, capacity;
@@ -47,7 +48,7 @@ static void open_table(struct marker *marker, const struct token *token, bool is
     struct source_lines *lines = marker->lines;
     lines->tables =
         memory_room(marker->memory, lines->tables, lines->count, &lines->capacity, sizeof *lines->tables);
-    lines->tables[lines->count] = (struct table_source){.line = token->line};
+    lines->tables[lines->count] = (struct table_source){.file = marker->file, .line = token->line};
     copy_up_to(marker, token->start);
     const char *text =
         memory_format(marker->memory, "%s" TABLE_MARK "(%d,", is_argument ? "(" : "", lines->count);
@@ -118,9 +119,9 @@ static int earlier_line(const struct table_source *table, int entry) {
     return 0;
 }
 
-static void complain_of_doubles(struct messages *messages, const char *file,
-                                const struct source_lines *lines) {
-    for (int i = 0; i < lines->count; i++) {
+static void complain_of_doubles(struct messages *messages, const char *file, const struct source_lines *lines,
+                                int first_table) {
+    for (int i = first_table; i < lines->count; i++) {
         const struct table_source *table = &lines->tables[i];
         for (int j = 0; j < table->count; j++) {
             int first = earlier_line(table, j);
@@ -134,8 +135,14 @@ static void complain_of_doubles(struct messages *messages, const char *file,
 
 void mark_tables(struct memory *memory, struct messages *messages, const char *file, const char *source,
                  size_t length, struct source_lines *lines) {
-    struct marker marker = {
-        .memory = memory, .lines = lines, .scanner = scanner_start(source, length), .copied = source};
+    const int first_table = lines->count;
+    lines->text = NULL;
+    lines->length = 0;
+    struct marker marker = {.memory = memory,
+                            .lines = lines,
+                            .file = file,
+                            .scanner = scanner_start(source, length),
+                            .copied = source};
     struct token previous = {.kind = TOKEN_END};
     for (;;) {
         struct token token = scan(&marker.scanner);
@@ -151,7 +158,7 @@ void mark_tables(struct memory *memory, struct messages *messages, const char *f
         previous = token;
     }
     copy_up_to(&marker, source + length);
-    complain_of_doubles(messages, file, lines);
+    complain_of_doubles(messages, file, lines, first_table);
 }
 
 int entry_line(const struct source_lines *lines, int table, const char *name, int index) {

@@ -22,6 +22,7 @@ struct table_entry {
 };
 
 struct table_source {
+    const char *file;
     int line;
     struct table_entry *entries;
     int count, capacity;
@@ -34,7 +35,8 @@ struct source_lines {
     size_t length;
 };
 
-/* A name given twice in one constructor is complained about: Lua would silently take the last. */
+/* Numbers go on where those of an earlier source ended. A name given twice in one constructor is complained
+ * about: Lua would silently take the last. */
 void mark_tables(struct memory *memory, struct messages *messages, const char *file, const char *source,
                  size_t length, struct source_lines *lines);
 /* Line of entry `name`, or of list item `index` when name is NULL, in table number `table`; 0 when unknown.

@@ -40,13 +40,13 @@ size_t text_column(const struct text *text) {
 
 const char *number_text(double value, char buffer[32]) {
     if (!isfinite(value))
-        return isnan(value) ? "NAN" : value > 0 ? "INFINITY" : "-INFINITY"; /* of math.h */
+        return isnan(value) ? "NAN" : value > 0 ? "INFINITY" : "(-INFINITY)";
     for (int digits = 15; digits <= 17; digits++) {
         snprintf(buffer, 32, "%.*g", digits, value);
         if (strtod(buffer, NULL) == value)
             break;
     }
-    if (!strpbrk(buffer, ".e"))
+    if (!strpbrk(buffer, ".en"))
         strcat(buffer, ".0");
     return buffer;
 }

@@ -4,8 +4,9 @@
 #include <string.h>
 
 const char *kind_text(enum value_kind kind) {
-    static const char *const texts[] = {"nothing",       "a number",   "a text",  "true or false",
-                                        "an expression", "a function", "a table", "a group of values"};
+    static const char *const texts[] = {"nothing",       "a number",      "a text",
+                                        "true or false", "an expression", "a function",
+                                        "a curve",       "a table",       "a group of values"};
     return texts[kind];
 }
 

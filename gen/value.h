@@ -15,6 +15,7 @@ enum value_kind {
     VALUE_BOOLEAN,
     VALUE_EXPRESSION,
     VALUE_FUNCTION,
+    VALUE_CURVE, /* what rd.spline makes: a function of an expression */
     VALUE_TABLE,
     VALUE_GROUP /* parameters, or a part of the state: something with named values */
 };
@@ -29,6 +30,7 @@ struct value {
     const char *text;
     expression expression;
     int function;    /* handle of script_call */
+    int curve;       /* number of the graph's spline */
     const char *tag; /* "model", "position" ... of a table that a function of the module has made, or NULL */
     struct value *items;
     int item_count;

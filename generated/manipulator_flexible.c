@@ -4725,24 +4725,27 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
         t434 + row_2_u_arm_phi_3 * t436 + arm_theta_3_ground_z_x * t437;
     const double t549 = t494 + row_2_u_arm_psi * t500 + row_2_u_arm_psi_1 * t513 + row_2_u_arm_theta_1 * t512 +
         row_2_u_arm_phi_1 * t514 + row_2_u_arm_psi_2 * t527 + row_2_u_arm_theta_2 * t526;
-    const double t550 = t548 / t544;
-    const double t551 = t549 + row_2_u_arm_phi_2 * t528 + row_2_u_arm_psi_3 * t538 + row_2_u_arm_theta_3 *
-        t537 + row_2_u_arm_phi_3 * t539 + arm_theta_3_ground_z_x * t540 - t548 * t550;
-    const double row_2_lambda = (t542 * t550 - t546) / t551;
-    const double t552 = (t542 + t548 * row_2_lambda) / t544;
-    qdd[0] = t391 * t552 - t287 + t494 * row_2_lambda;
-    qdd[1] = t288 - t392 * t552 - t495 * row_2_lambda;
-    qdd[2] = t293 - t397 * t552 + t500 * row_2_lambda;
-    qdd[3] = t306 - t410 * t552 + t513 * row_2_lambda;
-    qdd[4] = t305 - t409 * t552 + t512 * row_2_lambda;
-    qdd[5] = t307 - t411 * t552 + t514 * row_2_lambda;
-    qdd[6] = t320 - t424 * t552 + t527 * row_2_lambda;
-    qdd[7] = t319 - t423 * t552 + t526 * row_2_lambda;
-    qdd[8] = t321 - t425 * t552 + t528 * row_2_lambda;
-    qdd[9] = t331 - t435 * t552 + t538 * row_2_lambda;
-    qdd[10] = t330 - t434 * t552 + t537 * row_2_lambda;
-    qdd[11] = t332 - t436 * t552 + t539 * row_2_lambda;
-    qdd[12] = t540 * row_2_lambda - (t333 + t437 * t552);
+    const double t550 = t549 + row_2_u_arm_phi_2 * t528 + row_2_u_arm_psi_3 * t538 + row_2_u_arm_theta_3 *
+        t537 + row_2_u_arm_phi_3 * t539 + arm_theta_3_ground_z_x * t540;
+    const double row_1_pivot_inverse = (t544 * 1e-12 < t544 ? 1.0 / t544 : 0.0);
+    const double t551 = t548 * row_1_pivot_inverse;
+    const double t552 = t550 - t548 * t551;
+    const double row_2_pivot_inverse = (t550 * 1e-12 < t552 ? 1.0 / t552 : 0.0);
+    const double row_2_lambda = (t542 * t551 - t546) * row_2_pivot_inverse;
+    const double t553 = row_1_pivot_inverse * (t542 + t548 * row_2_lambda);
+    qdd[0] = t391 * t553 - t287 + t494 * row_2_lambda;
+    qdd[1] = t288 - t392 * t553 - t495 * row_2_lambda;
+    qdd[2] = t293 - t397 * t553 + t500 * row_2_lambda;
+    qdd[3] = t306 - t410 * t553 + t513 * row_2_lambda;
+    qdd[4] = t305 - t409 * t553 + t512 * row_2_lambda;
+    qdd[5] = t307 - t411 * t553 + t514 * row_2_lambda;
+    qdd[6] = t320 - t424 * t553 + t527 * row_2_lambda;
+    qdd[7] = t319 - t423 * t553 + t526 * row_2_lambda;
+    qdd[8] = t321 - t425 * t553 + t528 * row_2_lambda;
+    qdd[9] = t331 - t435 * t553 + t538 * row_2_lambda;
+    qdd[10] = t330 - t434 * t553 + t537 * row_2_lambda;
+    qdd[11] = t332 - t436 * t553 + t539 * row_2_lambda;
+    qdd[12] = t540 * row_2_lambda - (t333 + t437 * t553);
 }
 
 void manipulator_flexible_force(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -5808,22 +5811,25 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double t545 = t544 + row_2_u_arm_phi_3 * (row_2_u_arm_phi_3 * p->derived.constant_18 - (arm_theta_3_cos *
         t532 - arm_theta_3_sin * t522) + arm_theta_3_sin * t533) + arm_theta_3_ground_z_x * (arm_theta_3_ground_z_x *
         p->derived.effector_z_D_inverse - (arm_theta_3_cos * t527 - arm_theta_3_sin * t526));
-    const double t546 = t541 / t537;
-    const double row_2_lambda = (t535 * t546 - t539) / (t545 - t541 * t546);
-    const double t547 = (t535 + t541 * row_2_lambda) / t537;
+    const double row_1_pivot_inverse = (t537 * 1e-12 < t537 ? 1.0 / t537 : 0.0);
+    const double t546 = t541 * row_1_pivot_inverse;
+    const double t547 = t545 - t541 * t546;
+    const double row_2_pivot_inverse = (t545 * 1e-12 < t547 ? 1.0 / t547 : 0.0);
+    const double row_2_lambda = (t535 * t546 - t539) * row_2_pivot_inverse;
+    const double t548 = row_1_pivot_inverse * (t535 + t541 * row_2_lambda);
     force[0] = row_2_lambda;
-    force[1] = -row_1_u_column_psi * t547;
-    force[2] = t101 * t547 + row_2_u_arm_psi * row_2_lambda;
-    force[3] = t102 * t547 + row_2_u_arm_psi_1 * row_2_lambda;
-    force[4] = row_2_u_arm_theta_1 * row_2_lambda - row_1_u_arm_theta_1 * t547;
-    force[5] = row_2_u_arm_phi_1 * row_2_lambda - row_1_u_arm_phi_1 * t547;
-    force[6] = row_2_u_arm_psi_2 * row_2_lambda - row_1_u_arm_psi_2 * t547;
-    force[7] = row_2_u_arm_theta_2 * row_2_lambda - row_1_u_arm_theta_2 * t547;
-    force[8] = row_2_u_arm_phi_2 * row_2_lambda - row_1_u_arm_phi_2 * t547;
-    force[9] = row_2_u_arm_psi_3 * row_2_lambda - row_1_u_arm_psi_3 * t547;
-    force[10] = row_2_u_arm_theta_3 * row_2_lambda - row_1_u_arm_theta_3 * t547;
-    force[11] = row_2_u_arm_phi_3 * row_2_lambda - row_1_u_arm_phi_3 * t547;
-    force[12] = arm_theta_3_ground_z_x * row_2_lambda - row_1_u_effector_z * t547;
+    force[1] = -row_1_u_column_psi * t548;
+    force[2] = t101 * t548 + row_2_u_arm_psi * row_2_lambda;
+    force[3] = t102 * t548 + row_2_u_arm_psi_1 * row_2_lambda;
+    force[4] = row_2_u_arm_theta_1 * row_2_lambda - row_1_u_arm_theta_1 * t548;
+    force[5] = row_2_u_arm_phi_1 * row_2_lambda - row_1_u_arm_phi_1 * t548;
+    force[6] = row_2_u_arm_psi_2 * row_2_lambda - row_1_u_arm_psi_2 * t548;
+    force[7] = row_2_u_arm_theta_2 * row_2_lambda - row_1_u_arm_theta_2 * t548;
+    force[8] = row_2_u_arm_phi_2 * row_2_lambda - row_1_u_arm_phi_2 * t548;
+    force[9] = row_2_u_arm_psi_3 * row_2_lambda - row_1_u_arm_psi_3 * t548;
+    force[10] = row_2_u_arm_theta_3 * row_2_lambda - row_1_u_arm_theta_3 * t548;
+    force[11] = row_2_u_arm_phi_3 * row_2_lambda - row_1_u_arm_phi_3 * t548;
+    force[12] = arm_theta_3_ground_z_x * row_2_lambda - row_1_u_effector_z * t548;
 }
 
 void manipulator_flexible_equations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -7208,7 +7214,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "8285823b765145dc",
+    SET(hash) "8f002697bae4935a",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

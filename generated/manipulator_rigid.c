@@ -772,14 +772,18 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
         (row_1_u_column_psi * t32 - t28 * t33 + row_1_u_effector_z * t34);
     const double t43 = row_1_u_column_psi * t36 + t28 * t37 + row_1_u_effector_z * t38;
     const double t44 = t35 - row_2_u_arm_psi * t37 + arm_psi_sin * t38;
-    const double t45 = t44 / t43;
-    const double row_2_lambda = (t42 * t45 - (row_2_v + p->derived.constant_5 * row_2_psi + (row_2_u_arm_psi *
-        t33 - t31 + arm_psi_sin * t34))) / (t39 + row_2_u_arm_psi * t40 + arm_psi_sin * t41 - t44 * t45);
-    const double t46 = (t42 + t44 * row_2_lambda) / t43;
-    qdd[0] = t39 * row_2_lambda - (t31 + t35 * t46);
-    qdd[1] = t32 - t36 * t46;
-    qdd[2] = t33 + t37 * t46 + t40 * row_2_lambda;
-    qdd[3] = t34 - t38 * t46 + t41 * row_2_lambda;
+    const double t45 = t39 + row_2_u_arm_psi * t40 + arm_psi_sin * t41;
+    const double row_1_pivot_inverse = (t43 * 1e-12 < t43 ? 1.0 / t43 : 0.0);
+    const double t46 = t44 * row_1_pivot_inverse;
+    const double t47 = t45 - t44 * t46;
+    const double row_2_pivot_inverse = (t45 * 1e-12 < t47 ? 1.0 / t47 : 0.0);
+    const double row_2_lambda = (t42 * t46 - (row_2_v + p->derived.constant_5 * row_2_psi + (row_2_u_arm_psi *
+        t33 - t31 + arm_psi_sin * t34))) * row_2_pivot_inverse;
+    const double t48 = row_1_pivot_inverse * (t42 + t44 * row_2_lambda);
+    qdd[0] = t39 * row_2_lambda - (t31 + t35 * t48);
+    qdd[1] = t32 - t36 * t48;
+    qdd[2] = t33 + t37 * t48 + t40 * row_2_lambda;
+    qdd[3] = t34 - t38 * t48 + t41 * row_2_lambda;
 }
 
 void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -924,17 +928,19 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
     const double t40 = row_1_u_column_psi * (row_1_u_column_psi * column_psi_D_inverse) + t28 * t36 + row_1_u_effector_z *
         t37;
     const double t41 = t35 - row_2_u_arm_psi * t36 + arm_psi_sin * t37;
-    const double t42 = t41 / t40;
-    const double t43 = t38 + row_2_u_arm_psi * (row_2_u_arm_psi * arm_psi_D_inverse - t30 * (arm_psi_cos *
-        t38)) + arm_psi_sin * (arm_psi_sin * p->derived.effector_z_D_inverse - arm_psi_sin * t38) - t41 *
-        t42;
-    const double row_2_lambda = (t39 * t42 - (row_2_v + p->derived.constant_5 * row_2_psi + (row_2_u_arm_psi *
-        t33 - t31 + arm_psi_sin * t34))) / t43;
-    const double t44 = (t39 + t41 * row_2_lambda) / t40;
+    const double t42 = t38 + row_2_u_arm_psi * (row_2_u_arm_psi * arm_psi_D_inverse - t30 * (arm_psi_cos *
+        t38)) + arm_psi_sin * (arm_psi_sin * p->derived.effector_z_D_inverse - arm_psi_sin * t38);
+    const double row_1_pivot_inverse = (t40 * 1e-12 < t40 ? 1.0 / t40 : 0.0);
+    const double t43 = t41 * row_1_pivot_inverse;
+    const double t44 = t42 - t41 * t43;
+    const double row_2_pivot_inverse = (t42 * 1e-12 < t44 ? 1.0 / t44 : 0.0);
+    const double row_2_lambda = (t39 * t43 - (row_2_v + p->derived.constant_5 * row_2_psi + (row_2_u_arm_psi *
+        t33 - t31 + arm_psi_sin * t34))) * row_2_pivot_inverse;
+    const double t45 = row_1_pivot_inverse * (t39 + t41 * row_2_lambda);
     force[0] = row_2_lambda;
-    force[1] = -row_1_u_column_psi * t44;
-    force[2] = t28 * t44 + row_2_u_arm_psi * row_2_lambda;
-    force[3] = arm_psi_sin * row_2_lambda - row_1_u_effector_z * t44;
+    force[1] = -row_1_u_column_psi * t45;
+    force[2] = t28 * t45 + row_2_u_arm_psi * row_2_lambda;
+    force[3] = arm_psi_sin * row_2_lambda - row_1_u_effector_z * t45;
 }
 
 void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -1361,7 +1367,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "e1d690e054c1226c",
+    SET(hash) "be26978f1aedb87c",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,

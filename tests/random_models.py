@@ -1,82 +1,427 @@
-"""Random trees as data, and the same trees as Lua. Equal seeds give equal models."""
+"""Random models as data, and the same models as Lua. Equal seeds give equal models.
+
+Formulas are texts that Lua and, with ** for ^, Python read alike. Forces without an energy vanish at t = 0 and rest.
+"""
 import random
 
-import mpmath
-
 KINDS = ["x", "y", "z", "phi", "theta", "psi"]
+TURNS = ("psi", "theta", "phi")
+
+
+class Tagged:
+    """rd.tag { items, fields }, or rd.tag(items) where no field is named and the tag is a section's."""
+
+    def __init__(self, tag, *items, **fields):
+        self.tag, self.items, self.fields = tag, items, fields
+
+    def __getitem__(self, name):
+        return self.fields[name]
+
+    def __contains__(self, name):
+        return name in self.fields
+
+    def get(self, name, default=None):
+        return self.fields.get(name, default)
+
+
+class Formula(str):
+    """A text that stands in Lua as it is."""
+
+
+class Parameter(float):
+    """A number that the model has as a parameter."""
+
+
+def value(rng, low, high):
+    number = round(rng.uniform(low, high), 6)
+    return Parameter(number) if rng.random() < 0.15 else number
 
 
 def vector(rng, size):
-    return tuple(round(rng.uniform(-size, size), 6) for _ in range(3))
+    return tuple(value(rng, -size, size) for _ in range(3))
+
+
+def some(rng, chance, make):
+    return make() if rng.random() < chance else None
+
+
+def filled(**fields):
+    return {name: entry for name, entry in fields.items() if entry is not None}
+
+
+# ---- bodies and beams ----
+
+def turning(rng):
+    angle = rng.choice([round(rng.uniform(-2, 2), 6), Formula("rd.pi/2"), value(rng, -2, 2)])
+    return [(rng.choice("xyz"), angle) for _ in range(rng.randint(1, 2))]
 
 
 def solid(rng):
     """Mass, centre and tensor of four random point masses: a body that can exist, with products of inertia."""
-    parts = [(rng.uniform(0.2, 2), vector(rng, 0.4)) for _ in range(4)]
+    parts = [(rng.uniform(0.2, 2), [rng.uniform(-0.4, 0.4) for _ in range(3)]) for _ in range(4)]
     mass = sum(m for m, _ in parts)
     center = [sum(m * r[i] for m, r in parts) / mass for i in range(3)]
-    tensor = [0.0] * 6
+    tensor = dict.fromkeys(("xx", "yy", "zz", "xy", "xz", "yz"), 0.0)
     for m, r in parts:
         x, y, z = (r[i] - center[i] for i in range(3))
-        for entry, value in enumerate((y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)):
-            tensor[entry] += m * value
-    return {"mass": mass, "center": tuple(center), "inertia": tuple(tensor)}
+        for name, entry in zip(tensor, (y * y + z * z, x * x + z * z, x * x + y * y, -x * y, -x * z, -y * z)):
+            tensor[name] += m * entry
+    return {"mass": mass, "center": tuple(center), "inertia": tensor}
 
 
-def joint(rng, link, few):
-    link["joint"] = rng.sample(KINDS, rng.randint(0 if few else 1, 2 if few else 3))
-    for kind in link["joint"]:
+def shape(rng):
+    tag = rng.choice(["box", "cylinder", "tube", "sphere"])
+    fields = {"density": value(rng, 500, 3000)} if rng.random() < 0.6 else {"mass": value(rng, 0.5, 3)}
+    if rng.random() < 0.7:
+        fields["at"] = vector(rng, 0.4)
+    if rng.random() < 0.5:
+        fields["turn"] = turning(rng)
+    if tag in ("cylinder", "tube"):
+        fields["length"] = value(rng, 0.1, 0.5)
+        if rng.random() < 0.6:
+            fields["axis"] = rng.choice("xyz")
+    if tag == "box":
+        return Tagged(tag, size=tuple(value(rng, 0.05, 0.3) for _ in range(3)), **fields)
+    if tag == "tube":
+        return Tagged(tag, outer=value(rng, 0.1, 0.2), inner=value(rng, 0.02, 0.09), **fields)
+    return Tagged(tag, diameter=value(rng, 0.05, 0.2), **fields)
+
+
+def massive(rng):
+    """Fields of a link whose mass has an inertia about every axis."""
+    if rng.random() < 0.6:
+        return solid(rng)
+    bodies = [shape(rng) for _ in range(rng.randint(1, 3))]
+    if rng.random() < 0.5:
+        bodies.append({**solid(rng), "at": vector(rng, 0.3), "turn": turning(rng)})
+    return {"bodies": bodies, **(solid(rng) if rng.random() < 0.3 else {})}
+
+
+def section(rng):
+    tag = rng.choice(["round", "tube", "rectangle", None])
+    if tag == "round":
+        return Tagged(tag, value(rng, 0.01, 0.03))
+    if tag == "tube":
+        return Tagged(tag, value(rng, 0.02, 0.03), value(rng, 0.005, 0.015))
+    if tag == "rectangle":
+        return Tagged(tag, value(rng, 0.01, 0.03), value(rng, 0.01, 0.03))
+    return {"area": value(rng, 1e-4, 4e-4), "Iy": 1.25e-8, "Iz": 2.5e-9, "It": 3.75e-9}
+
+
+def damping(rng, dofs, single):
+    kinds = rng.sample(dofs, rng.randint(1, len(dofs)))
+    fields = {kind: value(rng, 0.1, 2) for kind in kinds}
+    way = rng.choice(["given", "mode", "frequency"])
+    if way == "frequency" or (way == "mode" and not single):
+        fields.update(ratio=value(rng, 0.01, 0.1), frequency=value(rng, 1, 20))
+    elif way == "mode":
+        fields.update(ratio=value(rng, 0.01, 0.1), mode=rng.randint(1, 3), **({"tip_mass": 0.5} if rng.random() < 0.5 else {}))
+    return fields
+
+
+def stiffening(rng, dofs, single):
+    """Damping and curvature of a beam or segment."""
+    fields = rng.choice([{}, {"eta": value(rng, 1e-3, 3e-3)}, {"damping": damping(rng, dofs, single)}])
+    if rng.random() < 0.4:
+        fields = {**fields, "curvature": {kind: value(rng, -0.5, 0.5) for kind in dofs}}
+    return fields
+
+
+def beam(rng, few):
+    dofs = [kind for kind in TURNS if rng.random() < 0.5] if few else list(TURNS)
+    dofs = dofs or ["psi"]
+    common = {"section": section(rng), "E": 2.1e9, "nu": 0.31, "rho": value(rng, 1000, 3000), "rfe": rng.choice([1, 2, 2, 3])}
+    if len(dofs) < 3 or rng.random() < 0.3:
+        common["dofs"] = tuple(dofs)
+    single = rng.random() < 0.5
+    common.update(stiffening(rng, dofs, single))
+    if single:
+        return {"length": value(rng, 0.8, 2), **common}
+    segments = []
+    for _ in range(rng.randint(2, 3)):
+        segment = {"length": value(rng, 0.3, 0.8)}
+        if rng.random() < 0.4:
+            segment["section"] = section(rng)
+        if rng.random() < 0.4:
+            segment["rfe"] = rng.choice([1, 2])
+        if rng.random() < 0.2:
+            segment.update(E=1.5e9, nu=0.25, rho=1400)
+        segments.append(segment)
+    return {"segments": segments, **common}
+
+
+def beam_length(data):
+    return sum(part["length"] for part in data.get("segments", [data]))
+
+
+# ---- links ----
+
+def at_random(rng, kinds):
+    """Springs and dampers of some joints."""
+    fields = {}
+    for kind in kinds:
         if rng.random() < 0.5:
-            link.setdefault("spring", {})[kind] = round(rng.uniform(1, 50), 6)
-        if rng.random() < 0.5:
-            link.setdefault("damper", {})[kind] = round(rng.uniform(0.1, 5), 6)
+            fields.setdefault("spring", {})[kind] = value(rng, 1, 50)
+            if rng.random() < 0.5:
+                fields.setdefault("rest", {})[kind] = value(rng, -0.3, 0.3)
+        if rng.random() < 0.4:
+            fields.setdefault("damper", {})[kind] = value(rng, 0.1, 5)
+        if rng.random() < 0.3:
+            fields.setdefault("start", {})[kind] = value(rng, -0.3, 0.3)
+    return fields
 
 
-def random_model(seed):
+def jointed(rng, name, kinds, **fields):
+    return {"name": name, **filled(**fields), "joint": list(kinds), **at_random(rng, kinds)}
+
+
+def placing(rng, size=0.6):
+    return filled(at=some(rng, 0.8, lambda: vector(rng, size)), turn=some(rng, 0.5, lambda: turning(rng)))
+
+
+def add_ball(rng, links, on, name):
+    """Turns at one point, whose neighbours in the elimination are balls or nearly so."""
+    axes = rng.sample(["psi", "theta", "phi"], 3)
+    way = rng.choice(["one link", "one link", "links", "links", "euler", "two", "apart", "turned", "child", "weight", "slide"])
+    if way == "one link":
+        links.append(jointed(rng, name, axes, on=on, **placing(rng), **massive(rng)))
+    elif way == "slide":
+        kinds = [rng.choice("xyz")] + axes
+        links.append(jointed(rng, name, kinds, on=on, **placing(rng), **massive(rng)))
+    elif way == "two":
+        links.append(jointed(rng, name, axes[:2], on=on, **placing(rng), **massive(rng)))
+    else:
+        third = axes[0] if way == "euler" else axes[2]
+        split = rng.randint(1, 2)
+        first = jointed(rng, name + "a", axes[:split], on=on, **placing(rng))
+        second = jointed(rng, name + "b", axes[split:2] if split == 1 else [third], on=name + "a")
+        parts = [first, second]
+        if split == 1:
+            parts.append(jointed(rng, name + "c", [third], on=name + "b"))
+        parts[-1].update(massive(rng))
+        if way == "apart":
+            parts[1]["at"] = vector(rng, 0.2)
+        elif way == "turned":
+            parts[1]["turn"] = [(rng.choice("xyz"), value(rng, -0.6, 0.6))]
+        elif way == "child":
+            parts.append(jointed(rng, name + "d", [rng.choice(KINDS)], on=name + "a", **massive(rng)))
+        elif way == "weight":
+            parts[0].update(solid(rng))
+        links += parts
+        return parts[-1]["name"] if way != "child" else parts[-2]["name"]
+    return name
+
+
+def add_beam(rng, links, on, few):
+    data = beam(rng, few)
+    fields = solid(rng) if rng.random() < 0.3 else {}
+    rod = jointed(rng, "rod", rng.choice([["theta"], ["psi"], [], ["phi", "psi"]]), on=on, **placing(rng, 0.3), **fields)
+    links.append({**rod, "beam": data})
+    links.append(jointed(rng, "load", rng.choice([["x"], [], ["psi", "theta", "phi"]]), on="rod.tip", **placing(rng, 0.2), **massive(rng)))
+    if rng.random() < 0.6:
+        place = filled(on="rod", along=round(rng.uniform(0.05, 0.95) * beam_length(data), 6), **placing(rng, 0.1))
+        links.append(jointed(rng, "rider", rng.choice([["x"], [], ["theta"]]), **place, **massive(rng)))
+
+
+def random_links(rng, few):
+    links, carriers = [], []
+    if rng.random() < 0.2:
+        links.append(jointed(rng, "base", ["free"], **massive(rng)))
+        links[-1] = {name: entry for name, entry in links[-1].items() if name not in ("spring", "rest", "damper", "start")}
+        carriers.append("base")
+    for number in range(rng.randint(1, 2 if few else 3)):
+        on = rng.choice(carriers) if carriers and rng.random() < 0.85 else None
+        if rng.random() < 0.45:
+            carriers.append(add_ball(rng, links, on, f"part{number}"))
+        else:
+            kinds = rng.sample(KINDS, rng.randint(0 if number else 1, 2))
+            links.append(jointed(rng, f"part{number}", kinds, on=on, **placing(rng), **massive(rng)))
+            carriers.append(f"part{number}")
+    if rng.random() < 0.6:
+        add_beam(rng, links, rng.choice(carriers), few)
+    return links
+
+
+# ---- what the model says of its state ----
+
+class Scene:
+    """Names and places of a random model's links, to choose from."""
+
+    def __init__(self, rng, links):
+        self.rng, self.links = rng, links
+        self.coordinates = coordinate_names(links)
+        self.beams = {link["name"]: beam_length(link["beam"]) for link in links if "beam" in link}
+        movable = [link["name"] for link in links if path_coordinates(links, link["name"])]
+        self.names = movable + [name + ".tip" for name in self.beams if name in movable]
+
+    def coordinate(self):
+        return self.rng.choice(self.coordinates)
+
+    def place(self, on=None):
+        rng, on = self.rng, on or self.rng.choice(self.names + ["ground"])
+        if rng.random() < 0.2:
+            return on
+        fields = {"on": on}
+        if on in self.beams and rng.random() < 0.6:
+            fields["along"] = round(rng.uniform(0.02, 0.98) * self.beams[on], 6)
+        return {**fields, **filled(at=vector(rng, 0.5), turn=some(rng, 0.3, lambda: turning(rng)))}
+
+    def two_names(self):
+        """Two carriers that move against each other."""
+        first = self.rng.choice(self.names)
+        paths = {name: path_coordinates(self.links, name) for name in self.names + ["ground"]}
+        return first, self.rng.choice([name for name in paths if paths[name] != paths[first]])
+
+    def two_places(self):
+        first, second = self.two_names()
+        return [self.place(first), self.place(second)]
+
+    def axis(self, on):
+        rng = self.rng
+        direction = rng.choice(["x", "y", "z", vector(rng, 1)])
+        return {"on": on, **filled(at=some(rng, 0.7, lambda: vector(rng, 0.4)), turn=some(rng, 0.3, lambda: turning(rng))),
+                "direction": direction}
+
+    def two_axes(self):
+        return [self.axis(name) for name in self.two_names()]
+
+
+def path_coordinates(links, name):
+    """Coordinates between a place and the ground, beams as a whole."""
+    by_name = {link["name"]: link for link in links}
+    link = by_name.get(name.split(".")[0])
+    if not link:
+        return ()
+    own = coordinate_names([{**link, "beam": {"length": 1, "rfe": 1}} if "beam" in link and ".tip" not in name else link])
+    on = link.get("on", "ground")
+    return path_coordinates(links, on + (".tip" if "along" in link else "")) + tuple(own)
+
+
+def force_list(rng, scene, few):
+    a, b, c = (scene.coordinate() for _ in range(3))
+    makers = [
+        lambda: Tagged("spring", *scene.two_places(), stiffness=value(rng, 5, 80), **filled(rest=some(rng, 0.6, lambda: value(rng, 0.1, 0.6)))),
+        lambda: Tagged("damper", *scene.two_places(), damping=value(rng, 0.5, 3)),
+        lambda: Tagged("actuator", *scene.two_places(), Formula(f"rd.sin(2*s.t)*(3 + s.q.{a}) - s.qd.{b}")),
+        lambda: Tagged("force", scene.place(rng.choice(scene.names)), load(rng, scene), **axes(rng, scene)),
+        lambda: Tagged("torque", scene.place(rng.choice(scene.names)), load(rng, scene), **axes(rng, scene),
+                       **filled(against=some(rng, 0.4, lambda: rng.choice(scene.names)))),
+        lambda: Tagged("energy", Formula(f"2.5*rd.cos(s.q.{a} - 0.3)*(s.points.E.z - s.q.{b})^2 + s.points.F.x*s.q.{c}")),
+    ]
+    return [rng.choice(makers)() for _ in range(rng.randint(0, 2 if few else 4))]
+
+
+def load(rng, scene):
+    a, b = scene.coordinate(), scene.coordinate()
+    choices = ["0", f"3.5*rd.sin({value(rng, 0.5, 2)}*s.t)", f"rd.sin(s.t)*s.q.{a}*2 - s.qd.{b}", "s.points.E.zd*s.points.F.x - 0.5*s.points.E.xd",
+               f"rd.friction(2, s.qd.{a}, 0.5)", "rd.sin(s.t)*(s.points.E.x - s.points.F.y^2)"]
+    return tuple(Formula(rng.choice(choices)) for _ in range(3))
+
+
+def axes(rng, scene):
+    return filled(axes=some(rng, 0.5, lambda: rng.choice(scene.names + ["E"])))
+
+
+def coordinate_forces(rng, scene):
+    a, b, c = (scene.coordinate() for _ in range(3))
+    texts = [f"rd.sin(2*s.t)*s.q.{b} - 0.25*s.qd.{a}*s.q.{b}^2", f"rd.where(rd.less(s.q.{b}, 0.1), rd.sin(s.t), 2)*rd.tanh(s.qd.{a})",
+             "rd.ramp(s.t, 0, 1.5)*1.75 + rd.smoothstep(s.t, 0.5, 4)", f"rd.max(s.qd.{a}, s.qd.{b})*rd.exp(-rd.abs(s.q.{c}))",
+             f"s.inputs.u*rd.sin(s.t)*rd.sqrt(2 + s.q.{b})", f"rd.atan2(s.qd.{a}, 2 + s.points.E.x^2)", "rd.sin(s.t)*course(s.t)"]
+    return {name: Formula(rng.choice(texts)) for name in sorted({a, b})[:rng.randint(0, 2)]}
+
+
+def written_row(rng, scene, level):
+    a, b = scene.coordinate(), scene.coordinate()
+    texts = {
+        "position": [f"(E.x - 0.3)^2/4 + E.y*E.z - 0.7*rd.sin(1.5*s.t) + rd.cos(s.q.{a})/5 + F.z", "F.x*E.y - course(s.t) + E.z",
+                     f"E.axes.x.x*F.axes.z.y + E.x - 0.25*s.t + s.q.{b}", f"rd.sqrt((E.x - F.x)^2 + 1) + rd.exp(s.q.{a}*E.z) - 2"],
+        "velocity": [f"E.xd*E.y - 0.4*E.z*s.t + 0.3*s.qd.{b}^2 + E.zd", f"rd.sqrt(1 + E.xd^2 + F.zd^2) - course(s.t) + s.qd.{a}*s.qd.{b}",
+                     f"E.axes.y.xd + E.zd*s.qd.{a} + F.xd", f"rd.sin(s.qd.{a})*E.x + s.qd.{b}*F.yd - rd.cos(s.t)"],
+        "acceleration": [f"E.ydd*(1 + E.x^2) + s.qdd.{a}*s.t - E.xd*E.zd", f"s.qdd.{a}*rd.cos(s.q.{b}) + E.axes.z.xdd + F.zdd + s.qd.{b}^3",
+                         f"2*s.qdd.{b} + 0.5*E.zdd - s.qd.{a}*F.xd + rd.sin(s.t)"],
+    }[level]
+    text = rng.choice(texts)
+    for name in ("E", "F"):
+        text = text.replace(f"{name}.", f"s.points.{name}.")
+    gains = {"position": ["alpha", "beta"], "velocity": ["alpha"], "acceleration": []}[level]
+    return Tagged(level, Formula(text), **{gain: value(rng, 0.5, 4) for gain in gains if rng.random() < 0.8})
+
+
+def closing(rng):
+    return rng.choice([["weld"], ["ball"], ["x"], ["psi"], ["theta", "phi"], ["phi", "theta", "psi"], ["x", "z"], ["y", "theta"],
+                       ["x", "y", "psi"], ["z", "phi", "psi"]])
+
+
+def one_row(rng, scene, free):
+    """One entry of constraints; `free`: coordinates that none drives yet."""
+    gains = {gain: value(rng, 0.5, 4) for gain in ("alpha", "beta") if rng.random() < 0.7}
+    ways = ["position", "velocity", "acceleration"] * 2 + ["loop", "parallel", "perpendicular", "on_line", "on_plane", "distance", "close"]
+    way = rng.choice(ways + ["drive", "lock"] if free else ways)
+    if way in ("position", "velocity", "acceleration"):
+        return written_row(rng, scene, way)
+    if way == "loop":
+        return Tagged(way, *scene.two_places(), **filled(keep=some(rng, 0.6, lambda: sorted(rng.sample("xyz", rng.randint(1, 2))))), **gains)
+    if way in ("parallel", "perpendicular"):
+        return Tagged(way, *scene.two_axes(), **gains)
+    if way in ("on_line", "on_plane"):
+        a, b = scene.two_names()
+        return Tagged(way, scene.place(a), scene.axis(b), **gains)
+    if way == "distance":
+        return Tagged(way, *scene.two_places(), rng.choice([0.75, Formula("0.5 + 0.25*rd.sin(s.t)")]), **gains)
+    if way == "close":
+        return Tagged(way, *scene.two_places(), joint=closing(rng), **gains)
+    name = free.pop(rng.randrange(len(free)))
+    if way == "drive":
+        return Tagged(way, name, Formula(rng.choice(["0.3*rd.sin(2*s.t)", "course(s.t) - 0.1*s.t^2", "rd.smoothstep(s.t, 0.5, 4)"])), **gains)
+    return Tagged(way, name, *([value(rng, -0.5, 0.5)] if rng.random() < 0.5 else []), **gains)
+
+
+def row_count(entry):
+    from brute_force import row_levels
+    return len(row_levels(entry))
+
+
+def random_rows(rng, scene):
+    wanted, count, result = rng.randint(0, min(4, len(scene.coordinates) - 1)), 0, []
+    free = list(scene.coordinates)
+    for _ in range(20):
+        entry = one_row(rng, scene, free)
+        if count + row_count(entry) <= wanted:
+            result.append(entry)
+            count += row_count(entry)
+    return result
+
+
+def random_model(seed, few=True):
+    """few: about ten coordinates at the most."""
     rng = random.Random(seed)
-    links = []
-    for number in range(rng.randint(2, 4)):
-        link = {"name": f"part{number}", "at": vector(rng, 0.8), **solid(rng),
-                "turn": [(rng.choice("xyz"), round(rng.uniform(-2, 2), 6)) for _ in range(rng.randint(0, 2))]}
-        if number and rng.random() < 0.85:
-            link["on"] = rng.choice(links)["name"]
-        joint(rng, link, number > 0)
-        links.append(link)
-    if seed % 2:
-        beam = {"length": round(rng.uniform(0.8, 2), 6), "diameter": round(rng.uniform(0.01, 0.03), 6), "E": 2.1e9,
-                "nu": 0.31, "rho": 2710.5, "eta": 1.7e-3, "rfe": rng.randint(1, 3)}
-        if rng.random() < 0.5:
-            beam["dofs"] = tuple(rng.sample(("psi", "theta", "phi"), rng.randint(1, 2)))
-            beam["dofs"] = tuple(kind for kind in ("psi", "theta", "phi") if kind in beam["dofs"])
-        links.append({"name": "rod", "on": links[-1]["name"], "at": vector(rng, 0.3), "joint": ["theta"], "beam": beam})
-        links.append({"name": "load", "on": "rod.tip", "turn": [("y", 0.4)], "joint": ["x"], **solid(rng)})
-    model = {"name": f"random_{seed}", "gravity": vector(rng, 9.81), "links": links,
-             "points": {"E": {"on": links[-1]["name"], "at": vector(rng, 0.5)}}}
-    names = coordinate_names(links)
-    a, b = rng.choice(names), rng.choice(names)
-    model["forces"] = [(a, lambda t, q, qd: mpmath.sin(2 * t) * q[b] - 0.25 * qd[a] * abs(q[b]) ** 2,
-                        f"rd.sin(2*s.t)*s.q.{b} - 0.25*s.qd.{a}*s.q.{b}^2")]
-    model["rows"] = [
-        {"level": "position", "alpha": 3.5, "beta": 2.25,
-         "residual": lambda s: (s.x - 0.3) ** 2 / 4 + s.y * s.z - 0.7 * mpmath.sin(1.5 * s.t) + mpmath.cos(s.q[a]) / 5,
-         "lua": f"(E.x - 0.3)^2/4 + E.y*E.z - 0.7*rd.sin(1.5*s.t) + rd.cos(s.q.{a})/5"},
-        {"level": "velocity", "alpha": 1.75,
-         "residual": lambda s: s.xd * s.y - 0.4 * s.z * s.t + 0.3 * s.qd[b] ** 2 + s.zd,
-         "lua": f"E.xd*E.y - 0.4*E.z*s.t + 0.3*s.qd.{b}^2 + E.zd"},
-        {"level": "acceleration",
-         "residual": lambda s: s.ydd * (1 + s.x ** 2) + s.qdd[a] * s.t - s.xd * s.zd,
-         "lua": f"E.ydd*(1 + E.x^2) + s.qdd.{a}*s.t - E.xd*E.zd"},
-    ][:min(3, len(names) - 1)]
+    links = random_links(rng, few)
+    while not (3 <= len(coordinate_names(links)) <= (11 if few else 30)):
+        links = random_links(rng, few)
+    scene = Scene(rng, links)
+    model = {"name": f"random_{seed}", "gravity": vector(rng, 9.81), "links": links}
+    model["points"] = {"E": {"on": rng.choice(scene.names[-2:]), "at": vector(rng, 0.5)}, "F": scene.place(rng.choice(scene.names))}
+    if rng.random() < 0.3:
+        model["points"]["G"] = {"on": "ground", "at": vector(rng, 0.5)}
+    model["inputs"] = {"u": 1.25}
+    model["curves"] = {"course": [(0.0, 0.2), (0.7, -0.4), (1.1, 0.3), (2.5, 0.1), (2.75, 0.5)]}
+    if rng.random() < 0.2:
+        model["form"] = "printed"
+    model["forces"] = {"by_coordinate": coordinate_forces(rng, scene), "list": force_list(rng, scene, few)}
+    model["rows"] = random_rows(rng, scene)
     return model
 
 
 def coordinate_names(links):
     names = []
     for link in links:
-        names += [f"{link['name']}_{kind}" for kind in link["joint"]]
+        joints = link.get("joint", [])
+        names += [f"{link['name']}_{kind}" for kind in (["x", "y", "z", "psi", "theta", "phi"] if joints == ["free"] else joints)]
         if "beam" in link:
-            names += [f"{link['name']}_{kind}_{element}" for element in range(1, link["beam"]["rfe"])
-                      for kind in link["beam"].get("dofs", ("psi", "theta", "phi"))]
+            data = link["beam"]
+            count = sum(part.get("rfe", data.get("rfe")) - 1 for part in data.get("segments", [data]))
+            names += [f"{link['name']}_{kind}_{element}" for element in range(1, count + 1)
+                      for kind in TURNS if kind in data.get("dofs", TURNS)]
     return names
 
 
@@ -85,47 +430,51 @@ def random_state(rng, n, size=0.6):
             "qd": [round(rng.uniform(-2, 2), 6) for _ in range(n)]}
 
 
-def listed(values):
-    return "{ " + ", ".join(repr(value) if not isinstance(value, str) else f'"{value}"' for value in values) + " }"
+# ---- as Lua ----
 
+class Writer:
+    """Data as Lua; parameters get names in the order in which they occur."""
 
-def named(values):
-    return "{ " + ", ".join(f"{name} = {value!r}" for name, value in values.items()) + " }"
+    def __init__(self):
+        self.parameters = []
 
+    def text(self, data):
+        if isinstance(data, Formula):
+            return str(data)
+        if isinstance(data, str):
+            return f'"{data}"'
+        if isinstance(data, Parameter):
+            self.parameters.append(data)
+            return f"p.p{len(self.parameters)}"
+        if isinstance(data, dict):
+            return "{ " + ", ".join(f"{name} = {self.text(entry)}" for name, entry in data.items()) + " }"
+        if isinstance(data, (list, tuple)):
+            return "{ " + ", ".join(map(self.text, data)) + " }"
+        if isinstance(data, Tagged):
+            items = [self.text(item) for item in data.items]
+            if data.tag in ("round", "tube", "rectangle") and items:
+                return f"rd.{data.tag}({', '.join(items)})"
+            return f"rd.{data.tag} {{ " + ", ".join(items + [f"{name} = {self.text(entry)}" for name, entry in data.fields.items()]) + " }"
+        return repr(data)
 
-def link_text(link):
-    parts = [f'"{link["name"]}"']
-    if "on" in link:
-        parts.append(f'on = "{link["on"]}"')
-    if "at" in link:
-        parts.append("at = " + listed(link["at"]))
-    if link.get("turn"):
-        parts.append("turn = { " + ", ".join(listed(turn) for turn in link["turn"]) + " }")
-    if link["joint"]:
-        parts.append("joint = " + listed(link["joint"]))
-    if "mass" in link:
-        parts.append(f"mass = {link['mass']!r}, center = {listed(link['center'])}")
-        parts.append("inertia = " + named(dict(zip(("xx", "yy", "zz", "xy", "xz", "yz"), link["inertia"]))))
-    parts += [f"{field} = {named(link[field])}" for field in ("spring", "damper") if field in link]
-    if "beam" in link:
-        beam = link["beam"]
-        fields = {key: beam[key] for key in ("length", "E", "nu", "rho", "eta", "rfe")}
-        dofs = f", dofs = {listed(beam['dofs'])}" if "dofs" in beam else ""
-        parts.append("beam = " + named(fields)[:-2] + f", section = rd.round({beam['diameter']!r}){dofs} }}")
-    return "    { " + ", ".join(parts) + " },\n"
+    def lines(self, entries):
+        return "".join(f"    {self.text(entry)},\n" for entry in entries)
 
 
 def as_lua(model):
     """The model as a file of the model language."""
-    points = ", ".join(f'{name} = {{ on = "{point["on"]}", at = {listed(point["at"])} }}'
-                       for name, point in model["points"].items())
-    gains = lambda row: "".join(f", {gain} = {row[gain]!r}" for gain in ("alpha", "beta") if gain in row)
-    text = f'-- A random tree for the tests.\nlocal rd = require "refdyn"\n\nreturn rd.model {{\n  name = "{model["name"]}",\n'
-    text += f'  gravity = {listed(model["gravity"])},\n  links = {{\n' + "".join(map(link_text, model["links"])) + "  },\n"
-    text += f"  points = {{ {points} }},\n"
-    text += "  forces = function(s)\n    return { " + ", ".join(f"{name} = {lua}" for name, _, lua in model["forces"]) + " }\n  end,\n"
-    if model["rows"]:
-        text += "  constraints = function(s)\n    local E = s.points.E\n    return {\n"
-        text += "".join(f"      rd.{row['level']} {{ {row['lua']}{gains(row)} }},\n" for row in model["rows"])
-        text += "    }\n  end,\n"
-    return text + "}\n"
+    writer = Writer()
+    form = f'form = "{model["form"]}", ' if "form" in model else ""
+    body = f'return rd.model {{\n  name = "{model["name"]}", {form}gravity = {writer.text(model["gravity"])},\n'
+    body += "  links = {\n" + writer.lines(model["links"]) + "  },\n"
+    body += f"  points = {writer.text(model['points'])},\n"
+    given = model["forces"]
+    body += "  forces = function(s) return {\n" + "".join(f"    {name} = {text},\n" for name, text in given["by_coordinate"].items())
+    body += writer.lines(given["list"]) + "  } end,\n"
+    body += "  constraints = function(s) return {\n" + writer.lines(model["rows"]) + "  } end,\n}\n"
+    head = '-- A random model for the tests.\nlocal rd = require "refdyn"\n'
+    listed = ", ".join(f'{{ "p{i + 1}", {float(number)!r} }}' for i, number in enumerate(writer.parameters))
+    head += f"local p = rd.parameters {{ {listed} }}\n" if listed else ""
+    head += "".join(f'rd.input("{name}", {number!r})\n' for name, number in model["inputs"].items())
+    head += "".join(f"local {name} = rd.spline {writer.text(samples)}\n" for name, samples in model["curves"].items())
+    return head + "\n" + body
