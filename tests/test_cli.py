@@ -327,3 +327,11 @@ def test_report(tmp_path):
     refdyn("report", REFERENCE, "--set", "n_rfe=1", "--until", "0.2", "--steps", "2e-3,1e-3", "-o", tmp_path)
     names = {path.suffix for path in tmp_path.iterdir()}
     assert names >= {".csv", ".svg"}
+
+
+def test_report_shows_every_stabilisation(tmp_path):
+    """Where rounding is reached with steps that Baumgarte's gains do not allow, smaller ones are added for it."""
+    refdyn("report", REFERENCE, "--vary", "n_rfe=1", "--from", "statics", "--until", "0.2", "-o", tmp_path)
+    [path] = tmp_path.glob("*.csv")
+    done = [line.split(",") for line in path.read_text().splitlines() if line.endswith(",done")]
+    assert {line[2] for line in done} == {"none", "baumgarte", "project"}
