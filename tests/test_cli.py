@@ -284,6 +284,17 @@ def test_results_go_to_stdout_or_file(tmp_path):
     assert [path.name for path in tmp_path.iterdir()] == ["e.json"]
 
 
+def test_what_is_no_plain_file_is_written_itself(tmp_path):
+    """-o /dev/null or a link is written through and stays what it is: no file of that name takes its place."""
+    link = tmp_path / "link"
+    link.symlink_to("/dev/null")
+    refdyn("sim", PENDULUM, "--until", "0.1", "--step", "1e-2", "-o", link, "--summary", link)
+    refdyn("eval", PENDULUM, "-o", link)
+    assert link.is_symlink() and stat.S_ISCHR(os.stat("/dev/null").st_mode)
+    pipe = subprocess.run([REFDYN, "eval", PENDULUM, "-o", "/dev/stdout"], capture_output=True, text=True, check=True)
+    assert json.loads(pipe.stdout) and [path.name for path in tmp_path.iterdir()] == ["link"]
+
+
 def test_gen_tells_what_it_did(tmp_path):
     said = refdyn("gen", REFERENCE, "-o", tmp_path / "deep" / "folder").stdout
     assert "13 coordinates" in said and re.search(r"\bM\b", said) and re.search(r"\d+", said)
