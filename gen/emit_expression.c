@@ -70,16 +70,20 @@ static void emit_symbol(struct emission *x, struct text *text, const struct symb
     }
 }
 
+static void emit_comparison(struct emission *x, struct text *text, const struct node *less) {
+    emit_operand(x, text, less->operand[0], BINDS_SUM);
+    text_add(text, " < ");
+    emit_operand(x, text, less->operand[1], BINDS_SUM);
+}
+
 static void emit_condition(struct emission *x, struct text *text, expression e) {
     const struct node *node = &x->g->nodes[e];
-    if (node->operation != OP_LESS || is_named(x, e)) {
-        emit_operand(x, text, e, BINDS_SUM);
-        text_add(text, " != 0.0");
+    if (node->operation == OP_LESS && !is_named(x, e)) {
+        emit_comparison(x, text, node);
         return;
     }
-    emit_operand(x, text, node->operand[0], BINDS_SUM);
-    text_add(text, " < ");
-    emit_operand(x, text, node->operand[1], BINDS_SUM);
+    emit_operand(x, text, e, BINDS_SUM);
+    text_add(text, " != 0.0");
 }
 
 static void emit_choice(struct emission *x, struct text *text, expression condition, expression then,
@@ -131,7 +135,9 @@ void emit_definition(struct emission *x, struct text *text, expression e) {
         emit_operand(x, text, node.operand[0], BINDS_PRODUCT);
         return;
     case OP_LESS:
-        emit_choice(x, text, e, one(x->g), zero(x->g));
+        text_add(text, "(");
+        emit_comparison(x, text, &node);
+        text_add(text, " ? 1.0 : 0.0)");
         return;
     case OP_WHERE:
         emit_choice(x, text, node.operand[0], node.operand[1], node.operand[2]);
