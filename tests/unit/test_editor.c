@@ -33,14 +33,14 @@ static const char *const types[] = {"string",
 
 static char text[ROOM];
 
-static void add(const char *piece) {
+static void put(const char *piece) {
     strncat(text, piece, ROOM - strlen(text) - 1);
 }
 
-static void add_lower(const char *piece) {
+static void put_lower(const char *piece) {
     for (char letter[2] = {0, 0}; *piece; piece++) {
         letter[0] = (char)tolower((unsigned char)*piece);
-        add(letter);
+        put(letter);
     }
 }
 
@@ -50,50 +50,50 @@ static const char *const owner_names[] = {
 #undef OWNER
 };
 
-static void add_field(const struct field_rule *rule) {
-    add("---@field ");
+static void put_field(const struct field_rule *rule) {
+    put("---@field ");
     if (rule->item > 0) {
         char item[16];
         snprintf(item, sizeof item, "[%d]? ", rule->item);
-        add(item);
-        add(types[rule->type]);
-        add("\n---@field ");
+        put(item);
+        put(types[rule->type]);
+        put("\n---@field ");
     }
-    add(rule->name);
-    add(rule->need != NEED_NEEDED || rule->item > 0 ? "? " : " ");
-    add(types[rule->type]);
-    add(" ");
-    add(rule->text);
+    put(rule->name);
+    put(rule->need != NEED_NEEDED || rule->item > 0 ? "? " : " ");
+    put(types[rule->type]);
+    put(" ");
+    put(rule->text);
     if (*rule->unit) {
-        add(" [");
-        add(rule->unit);
-        add("]");
+        put(" [");
+        put(rule->unit);
+        put("]");
     }
-    add("\n");
+    put("\n");
 }
 
-static void add_classes(void) {
+static void put_classes(void) {
     for (int i = 0; i < FIELD_COUNT; i++) {
         if (i == 0 || field_rules[i].owner != field_rules[i - 1].owner) {
-            add("\n---@class refdyn.");
-            add_lower(owner_names[field_rules[i].owner]);
-            add("\n");
+            put("\n---@class refdyn.");
+            put_lower(owner_names[field_rules[i].owner]);
+            put("\n");
         }
-        add_field(&field_rules[i]);
+        put_field(&field_rules[i]);
     }
 }
 
-static void add_function(const char *name, const char *parameter_type, const char *parameters) {
+static void put_function(const char *name, const char *parameter_type, const char *parameters) {
     if (parameter_type) {
-        add("---@param fields refdyn.");
-        add_lower(parameter_type);
-        add("\n");
+        put("---@param fields refdyn.");
+        put_lower(parameter_type);
+        put("\n");
     }
-    add("function rd.");
-    add(name);
-    add("(");
-    add(parameters);
-    add(") end\n");
+    put("function rd.");
+    put(name);
+    put("(");
+    put(parameters);
+    put(") end\n");
 }
 
 static void stop(void *context) {
@@ -101,29 +101,29 @@ static void stop(void *context) {
     exit(1);
 }
 
-static void add_functions(void) {
+static void put_functions(void) {
     static const char *const rows[] = {"position", "velocity", "acceleration"};
     struct memory memory = {.allowance = -1, .fail = stop};
-    add("\n---@class refdyn\n---@field pi number\nlocal rd = {}\n\n");
+    put("\n---@class refdyn\n---@field pi number\nlocal rd = {}\n\n");
     for (int owner = 0; owner < OWNER_COUNT; owner++)
         if (owner_tag((enum owner)owner))
-            add_function(owner_tag((enum owner)owner), owner_names[owner], "fields");
+            put_function(owner_tag((enum owner)owner), owner_names[owner], "fields");
     for (int i = 0; i < 3; i++)
-        add_function(rows[i], "row", "fields");
+        put_function(rows[i], "row", "fields");
     for (int i = 0; i < module_function_count(); i++)
-        add_function(module_function_name(&memory, i), NULL, "...");
+        put_function(module_function_name(&memory, i), NULL, "...");
     memory_release(&memory);
-    add("\nreturn rd\n");
+    put("\nreturn rd\n");
 }
 
 int main(int argc, char **argv) {
     static char found[ROOM];
     (void)argv;
-    add("---@meta refdyn\n-- Definitions for editors, made from the tables of fields and operators: do not "
+    put("---@meta refdyn\n-- Definitions for editors, made from the tables of fields and operators: do not "
         "edit.\n");
-    add("\n---@class refdyn.expression\n");
-    add_classes();
-    add_functions();
+    put("\n---@class refdyn.expression\n");
+    put_classes();
+    put_functions();
     if (argc > 1) {
         fputs(text, stdout);
         return 0;
