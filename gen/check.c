@@ -5,6 +5,7 @@
  * have been found by the reader, field by field.
  */
 #include "memory.h"
+#include "plausible.h"
 #include "read.h"
 
 #include <ctype.h>
@@ -75,6 +76,25 @@ static void check_names(const struct check *check, const char *kind, const struc
                      "%s %s: the name is taken by line %d, each %s needs its own", kind, list[i].name,
                      list[first].place.line, kind);
     }
+}
+
+/* The model's name is that of its files and the lead of its functions: neither may be someone else's. */
+static void check_model_name(const struct check *check) {
+    static const char *const headers[] = {
+        "assert",    "complex", "ctype",   "fenv",   "float",  "inttypes", "iso646",
+        "limits",    "locale",  "math",    "setjmp", "signal", "stdalign", "stdarg",
+        "stdatomic", "stdbool", "stddef",  "stdint", "stdio",  "stdlib",   "stdnoreturn",
+        "string",    "tgmath",  "threads", "time",   "uchar",  "wchar",    "wctype"};
+    const struct named name = {check->model->name, check->model->place};
+    check_name(check, "model", &name);
+    if (strncmp(name.name, "refdyn", strlen("refdyn")) == 0)
+        complain(check->messages, name.place,
+                 "model %s: names that begin with refdyn are the runtime's, another name is needed",
+                 name.name);
+    for (size_t i = 0; i < sizeof headers / sizeof *headers; i++)
+        if (strcmp(name.name, headers[i]) == 0)
+            complain(check->messages, name.place, "model %s: %s.h is a header of C, another name is needed",
+                     name.name, name.name);
 }
 
 static struct named *new_list(const struct check *check, int count) {
@@ -264,7 +284,7 @@ static struct moving moving_of(const struct check *check, expression e) {
     return moving;
 }
 
-/* A number in e that is not finite, or 0. */
+/* A number in e that is not finite, a division by 0 too; 0 where there is none. */
 static double find_not_finite(const struct check *check, expression e) {
     const struct graph *graph = check->model->graph;
     bool *reached = memory_get(check->messages->memory, (size_t)e + 1);
@@ -275,6 +295,8 @@ static double find_not_finite(const struct check *check, expression e) {
             continue;
         if (is_number(graph, i, &value) && !isfinite(value))
             return value;
+        if (graph->nodes[i].operation == OP_DIV && graph->nodes[i].operand[1] == zero(graph))
+            return INFINITY;
         int arity = operation_arity((enum operation)graph->nodes[i].operation);
         for (int operand = 0; operand < arity; operand++)
             reached[graph->nodes[i].operand[operand]] = true;
@@ -381,8 +403,7 @@ static void check_row_names(const struct check *check) {
 
 void check_scene(const struct model *model, struct messages *messages) {
     const struct check check = {.model = model, .messages = messages};
-    const struct named name = {model->name, model->place};
-    check_name(&check, "model", &name);
+    check_model_name(&check);
     check_options(&check);
     check_parameters(&check);
     check_inputs(&check);
@@ -413,4 +434,5 @@ void check_programme(const struct model *model, const struct tree *tree, struct 
         check_row(&check, &model->rows[i]);
     check_row_names(&check);
     check_dependent(&check);
+    warn_of_values(model, tree, messages);
 }

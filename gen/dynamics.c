@@ -167,23 +167,27 @@ expression *derive_gravity_forces(const struct kinematics *k, const struct inert
     return forces;
 }
 
-/* For i on the way from j to the ground, i a turn: g_i,j = -(grav x e_i) . (change of the moment beyond by
- * q_j). */
+/*
+ * For i on the way from j to the ground, i a turn: g_i,j = -(grav x e_i) . (change of the moment beyond by
+ * q_j), all in the ground frame, where nothing has to be carried from joint to joint.
+ */
 expression *derive_gravity_tangent(const struct kinematics *k, const struct inertia *composites) {
     struct graph *g = k->g;
     const int n = k->tree->count;
+    const struct vector gravity = vector_of(k->model->gravity);
     expression *tangent = new_values(k, (size_t)n * (size_t)n);
+    struct vector *levers = memory_get(k->memory, ((size_t)n + 1) * sizeof *levers);
     for (int j = 0; j < n; j++) {
         remark(g,
                memory_format(k->memory, "%s: column of the gravity tangent g_i,j", k->tree->frames[j].name));
-        struct vector change = unit_wrench(k, j, &composites[j]).force;
-        for (int i = j; i >= 0; i = k->tree->frames[i].parent) {
-            const struct joint *joint = &k->tree->frames[i].joint;
-            const struct vector lever = vector_cross(g, k->frames[i].gravity, unit_vector(g, joint->axis));
-            if (joint->is_turn)
-                tangent[i * n + j] = tangent[j * n + i] = neg(g, vector_dot(g, lever, change));
-            change = to_parent(k, i, change);
-        }
+        const struct vector own = unit_wrench(k, j, &composites[j]).force;
+        const struct vector change = matrix_times(g, k->frames[j].rotation.at, own);
+        levers[j] = vector_cross(g, gravity, joint_axis(k, j));
+        name_vector(k, j, "gravity_lever", levers[j]);
+        name_vector(k, j, "moment_change", change);
+        for (int i = j; i >= 0; i = k->tree->frames[i].parent)
+            if (k->tree->frames[i].joint.is_turn)
+                tangent[i * n + j] = tangent[j * n + i] = neg(g, vector_dot(g, levers[i], change));
     }
     return tangent;
 }

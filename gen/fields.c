@@ -27,6 +27,17 @@ const char *owner_tag(enum owner owner) {
     return owners[owner].tag;
 }
 
+int list_tags(const char **tags) {
+    static const char *const rows[] = {"position", "velocity", "acceleration"};
+    int count = 0;
+    for (int i = 0; i < OWNER_COUNT; i++)
+        if (owners[i].tag)
+            tags[count++] = owners[i].tag;
+    for (int i = 0; i < 3; i++)
+        tags[count++] = rows[i];
+    return count;
+}
+
 bool has_tag(const struct value *value, const char *tag) {
     return value->kind == VALUE_TABLE && value->tag && tag && strcmp(value->tag, tag) == 0;
 }
@@ -152,6 +163,17 @@ static void check_direction(const struct checker *checker, const struct value *v
         complain(checker->messages, value->place, "%s: of length 0, a direction is needed", path);
 }
 
+/* More than a whole turn is hardly meant. */
+static void warn_of_degrees(const struct checker *checker, const struct value *value, const char *path) {
+    expression e;
+    if (!value_expression(checker->graph, value, &e) || !is_of_parameters(checker, e))
+        return;
+    const double x = value_at_parameters(checker->graph, checker->declarations->parameters, e);
+    if (fabs(x) > 6.3)
+        warn(checker->messages, value->place,
+             "%s: an angle of %.6g rad: in degrees? rd.pi / 180 makes radians of them", path, x);
+}
+
 static void check_turns(const struct checker *checker, const struct value *value, const char *path) {
     for (int i = 0; i < value->item_count; i++) {
         const struct value *turn = &value->items[i];
@@ -165,6 +187,7 @@ static void check_turns(const struct checker *checker, const struct value *value
         if (strlen(axis) != 1 || !strchr("xyz", *axis))
             complain(checker->messages, turn->place, "%s: \"%s\" is no axis, x y z are", turn_path, axis);
         check_value(checker, &turn->items[1], RANGE_ANY, turn_path);
+        warn_of_degrees(checker, &turn->items[1], turn_path);
     }
 }
 

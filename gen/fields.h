@@ -12,38 +12,38 @@
 
 /* Tables with fields: OWNER(name, text in messages, name of the function of the module that makes one, or
  * NULL) */
-#define OWNERS                                               \
-    OWNER(MODEL, "the model", "model")                       \
-    OWNER(LINK, "a link", NULL)                              \
-    OWNER(INERTIA, "an inertia", NULL)                       \
-    OWNER(BODY, "a body", NULL)                              \
-    OWNER(BOX, "a box", "box")                               \
-    OWNER(CYLINDER, "a cylinder", "cylinder")                \
-    OWNER(TUBE, "a tube", "tube")                            \
-    OWNER(SPHERE, "a sphere", "sphere")                      \
-    OWNER(BEAM, "a beam", NULL)                              \
-    OWNER(SEGMENT, "a segment", NULL)                        \
-    OWNER(SECTION, "a section", NULL)                        \
-    OWNER(DAMPING, "a damping", NULL)                        \
-    OWNER(CURVATURE, "a curvature", NULL)                    \
-    OWNER(POINT, "a point", NULL)                            \
-    OWNER(AXIS, "an axis", NULL)                             \
-    OWNER(SPRING, "a spring", "spring")                      \
-    OWNER(DAMPER, "a damper", "damper")                      \
-    OWNER(ACTUATOR, "an actuator", "actuator")               \
-    OWNER(FORCE, "a force", "force")                         \
-    OWNER(TORQUE, "a torque", "torque")                      \
-    OWNER(ENERGY, "an energy", "energy")                     \
-    OWNER(ROW, "a row", NULL)                                \
-    OWNER(LOOP, "a loop", "loop")                            \
-    OWNER(PARALLEL, "a parallel", "parallel")                \
-    OWNER(PERPENDICULAR, "a perpendicular", "perpendicular") \
-    OWNER(ON_LINE, "an on_line", "on_line")                  \
-    OWNER(ON_PLANE, "an on_plane", "on_plane")               \
-    OWNER(DISTANCE, "a distance", "distance")                \
-    OWNER(CLOSE, "a close", "close")                         \
-    OWNER(DRIVE, "a drive", "drive")                         \
-    OWNER(LOCK, "a lock", "lock")
+#define OWNERS                                                \
+    OWNER(MODEL, "the model", "model")                        \
+    OWNER(LINK, "a link", NULL)                               \
+    OWNER(INERTIA, "an inertia", NULL)                        \
+    OWNER(BODY, "a body", NULL)                               \
+    OWNER(BOX, "a box", "box")                                \
+    OWNER(CYLINDER, "a cylinder", "cylinder")                 \
+    OWNER(TUBE, "a tube", "tube")                             \
+    OWNER(SPHERE, "a sphere", "sphere")                       \
+    OWNER(BEAM, "a beam", NULL)                               \
+    OWNER(SEGMENT, "a segment", NULL)                         \
+    OWNER(SECTION, "a section", NULL)                         \
+    OWNER(DAMPING, "a damping", NULL)                         \
+    OWNER(CURVATURE, "a curvature", NULL)                     \
+    OWNER(POINT, "a point", NULL)                             \
+    OWNER(AXIS, "an axis", NULL)                              \
+    OWNER(SPRING, "a spring", "spring")                       \
+    OWNER(DAMPER, "a damper", "damper")                       \
+    OWNER(ACTUATOR, "an actuator", "actuator")                \
+    OWNER(FORCE, "a force", "force")                          \
+    OWNER(TORQUE, "a torque", "torque")                       \
+    OWNER(ENERGY, "an energy", "energy")                      \
+    OWNER(ROW, "a row", NULL)                                 \
+    OWNER(LOOP, "rd.loop", "loop")                            \
+    OWNER(PARALLEL, "rd.parallel", "parallel")                \
+    OWNER(PERPENDICULAR, "rd.perpendicular", "perpendicular") \
+    OWNER(ON_LINE, "rd.on_line", "on_line")                   \
+    OWNER(ON_PLANE, "rd.on_plane", "on_plane")                \
+    OWNER(DISTANCE, "rd.distance", "distance")                \
+    OWNER(CLOSE, "rd.close", "close")                         \
+    OWNER(DRIVE, "rd.drive", "drive")                         \
+    OWNER(LOCK, "rd.lock", "lock")
 
 enum owner {
 #define OWNER(name, text, tag) OWNER_##name,
@@ -104,6 +104,8 @@ struct checker {
 const char *owner_text(enum owner owner); /* "a link" */
 /* The function of the module that makes such a table, or NULL; rd.position and its like make rows. */
 const char *owner_tag(enum owner owner);
+/* All such functions; there is room for OWNER_COUNT + 3. */
+int list_tags(const char **tags);
 bool has_tag(const struct value *value, const char *tag);
 const char *range_text(enum field_range range); /* "positive", or "" */
 

@@ -54,8 +54,7 @@ enum gen_status gen_plan(struct generation *gen, const char *emit) {
         return GEN_NO_MEMORY;
     struct plan *plan = gen->plan = memory_get(&gen->memory, sizeof *plan);
     *plan = (struct plan){.memory = &gen->memory, .g = &gen->graph, .model = &gen->model, .tree = &gen->tree};
-    if (!list_functions(plan, emit, &gen->messages))
-        return GEN_MODEL_ERROR;
+    list_functions(plan, emit);
     plan_functions(plan);
     emit_files(plan);
     return GEN_OK;

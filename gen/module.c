@@ -1,5 +1,6 @@
 /* Functions of the module `refdyn`: see module.h. */
 #include "module.h"
+#include "fields.h"
 #include "path.h"
 #include "vocabulary.h"
 
@@ -265,6 +266,20 @@ const char *module_function_name(struct memory *memory, int function) {
     for (char *c = name; *c; c++)
         *c = (char)tolower((unsigned char)*c);
     return name;
+}
+
+const char *module_unknown(struct memory *memory, const char *name) {
+    const int functions_count = module_function_count();
+    const char **known = memory_get(memory, (OWNER_COUNT + 4 + (size_t)functions_count) * sizeof *known);
+    int count = list_tags(known);
+    for (int i = 0; i < functions_count; i++)
+        known[count++] = module_function_name(memory, i);
+    known[count++] = "pi";
+    const char *nearest = nearest_name(name, known, count);
+    if (nearest)
+        return memory_format(memory, "rd.%s: unknown function, the nearest known one is \"%s\"", name,
+                             nearest);
+    return memory_format(memory, "rd.%s: unknown function, models/README.md lists what rd has", name);
 }
 
 void module_run(struct module_call *call) {

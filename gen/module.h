@@ -20,6 +20,8 @@ struct module_call {
 
 int module_function_count(void);
 const char *module_function_name(struct memory *memory, int function);
+/* What to say of a name that the module does not have. */
+const char *module_unknown(struct memory *memory, const char *name);
 void module_run(struct module_call *call);
 
 #endif

@@ -53,8 +53,8 @@ struct plan {
     int file_count;
 };
 
-/* quantities.c: outputs of every function asked for (`emit` as in gen_plan); false when a name is unknown. */
-bool list_functions(struct plan *plan, const char *emit, struct messages *messages);
+/* quantities.c: outputs of every function asked for (`emit` as in gen_plan). */
+void list_functions(struct plan *plan, const char *emit);
 /* plan.c: statements, derived values, pieces, counts. */
 void plan_functions(struct plan *plan);
 /* Marks is_statement for one function: before printing it. */

@@ -14,6 +14,9 @@
 #include <stdio.h>
 #include <string.h>
 
+/* A pivot below this part of its diagonal term is rounding. */
+static const double redundant = 1e-12;
+
 struct derivation {
     struct plan *plan;
     struct memory *memory;
@@ -128,21 +131,39 @@ static expression dot(struct derivation *d, const expression *a, const expressio
     return sum;
 }
 
+/*
+ * 1 / pivot, or 0 for a row that says what earlier rows say: S is positive semidefinite, so what is left of
+ * such a row's diagonal term is rounding. Its multiplier is then 0.
+ */
+static expression pivot_inverse(struct derivation *d, expression pivot, expression diagonal) {
+    struct graph *g = d->g;
+    const expression least = mul(g, number(g, redundant), diagonal);
+    if (!pivot)
+        return zero(g);
+    return choose(g, apply2(g, OP_LESS, least, pivot), quotient(g, one(g), pivot), zero(g));
+}
+
 /* S lambda = rest for the symmetric S = u M^-1 u^T (m x m), by elimination in order of the rows. */
 static void solve_rows(struct derivation *d, expression *S, expression *rest) {
     struct graph *g = d->g;
     const int m = d->m;
-    for (int p = 0; p < m; p++)
+    expression *diagonal = new_values(d, m), *inverse = new_values(d, m);
+    for (int i = 0; i < m; i++)
+        diagonal[i] = S[i * m + i];
+    for (int p = 0; p < m; p++) {
+        inverse[p] = pivot_inverse(d, S[p * m + p], diagonal[p]);
+        name_value(g, inverse[p], memory_format(d->memory, "row_%d_pivot_inverse", p + 1));
         for (int i = p + 1; i < m; i++) {
-            const expression factor = quotient(g, S[i * m + p], S[p * m + p]);
+            const expression factor = mul(g, S[i * m + p], inverse[p]);
             for (int j = p + 1; j < m; j++)
                 S[i * m + j] = sub(g, S[i * m + j], mul(g, factor, S[p * m + j]));
             rest[i] = sub(g, rest[i], mul(g, factor, rest[p]));
         }
+    }
     for (int i = m - 1; i >= 0; i--) {
         for (int j = i + 1; j < m; j++)
             rest[i] = sub(g, rest[i], mul(g, S[i * m + j], rest[j]));
-        rest[i] = quotient(g, rest[i], S[i * m + i]);
+        rest[i] = mul(g, rest[i], inverse[i]);
         name_value(g, rest[i], memory_format(d->memory, "row_%d_lambda", i + 1));
     }
 }
@@ -294,8 +315,12 @@ static void build_Q_q(struct derivation *d, struct function *f) {
     expression *out = add_field(d, f, "Q_q", "(n x n) dQ_i/dq_j at qd = 0", n * n, n);
     const expression *gravity = derive_gravity_tangent(&d->kinematics, composites(d));
     const expression *forces = derive_applied_tangent(&d->kinematics);
+    bool symmetric = true; /* all forces have a potential */
     for (int i = 0; i < n * n; i++)
         out[i] = sub(d->g, forces[i], gravity[i]);
+    for (int i = 0; i < n * n; i++)
+        symmetric = symmetric && out[i] == out[i % n * n + i / n];
+    f->fields[f->field_count - 1].symmetric = symmetric ? n : 0;
 }
 
 static void build_qdd_free(struct derivation *d, struct function *f) {
@@ -452,23 +477,29 @@ static bool is_in_list(const char *list, const char *name) {
     return false;
 }
 
-static bool check_emit_list(const struct plan *plan, const char *emit, struct messages *messages) {
-    const char *names[QUANTITY_COUNT];
-    int errors = messages->errors;
-    for (int i = 0; i < QUANTITY_COUNT; i++)
+/* The first word of `emit` that names no quantity, with what is allowed; NULL when there is none. */
+static const char *wrong_word(struct memory *memory, const char *word) {
+    const char *names[QUANTITY_COUNT], *all = "";
+    for (int i = 0; i < QUANTITY_COUNT; i++) {
         names[i] = quantities[i].name;
-    char *copy = memory_text(plan->memory, emit);
-    for (char *word = strtok(copy, ","); word; word = strtok(NULL, ",")) {
-        int i = 0;
-        while (i < QUANTITY_COUNT && strcmp(names[i], word))
-            i++;
-        const char *near = i < QUANTITY_COUNT ? NULL : nearest_name(word, names, QUANTITY_COUNT);
-        if (i == QUANTITY_COUNT)
-            complain(messages, (struct place){plan->model->file, 0},
-                     "--emit: no quantity is called \"%s\"%s%s%s", word, near ? ", did you mean \"" : "",
-                     near ? near : "", near ? "\"?" : "");
+        all = memory_format(memory, "%s %s", all, names[i]);
+        if (!strcmp(names[i], word))
+            return NULL;
     }
-    return messages->errors == errors;
+    const char *near = nearest_name(word, names, QUANTITY_COUNT);
+    if (near)
+        return memory_format(memory, "no quantity is called '%s', the nearest is %s", word, near);
+    return memory_format(memory, "no quantity is called '%s', known:%s", word, all);
+}
+
+const char *gen_wrong_emit(struct generation *generation, const char *emit) {
+    if (setjmp(generation->out_of_memory))
+        return "out of memory";
+    char *copy = memory_text(&generation->memory, emit);
+    const char *word = strtok(copy, ","), *wrong = word ? NULL : "no quantity is named";
+    for (; word && !wrong; word = strtok(NULL, ","))
+        wrong = wrong_word(&generation->memory, word);
+    return wrong;
 }
 
 /* "no constraints: u v k qdd force; no points: r rd C d" */
@@ -498,11 +529,9 @@ static void list_anchored(struct derivation *d) {
             plan->anchored[plan->anchored_count++] = i;
 }
 
-bool list_functions(struct plan *plan, const char *emit, struct messages *messages) {
+void list_functions(struct plan *plan, const char *emit) {
     struct derivation d = {.plan = plan, .memory = plan->memory, .g = plan->g, .model = plan->model};
     const char *last_reason = NULL;
-    if (emit && !check_emit_list(plan, emit, messages))
-        return false;
     d.n = plan->tree->count;
     d.m = plan->model->row_count;
     d.points = plan->model->point_count;
@@ -526,5 +555,4 @@ bool list_functions(struct plan *plan, const char *emit, struct messages *messag
         *function = (struct function){.quantity = quantity->name, .about = quantity->about};
         quantity->build(&d, function);
     }
-    return true;
 }

@@ -16,6 +16,7 @@ struct source {
     const struct value *own, *beam;
     const char *own_path, *beam_path;
     int segment_count;
+    bool *checked; /* by field of the beam: tables that several segments take from it are checked once */
 };
 
 /* The same quantity in both tables. */
@@ -65,6 +66,15 @@ static const struct value *shared_table(const struct source *source, struct shar
     return get_field(table, found);
 }
 
+/* Has the table of this field not been checked for an earlier segment? */
+static bool is_unchecked(const struct source *source, struct shared_field field) {
+    if (has_field(source->own, field.own))
+        return true;
+    const bool checked = source->checked[field.beam];
+    source->checked[field.beam] = true;
+    return !checked;
+}
+
 static void read_section(const struct source *source, struct segment *segment) {
     const struct checker *check = &source->reader->check;
     const char *path;
@@ -72,7 +82,8 @@ static void read_section(const struct source *source, struct segment *segment) {
     segment->area = segment->Iy = segment->Iz = segment->It = one(check->graph);
     if (!section)
         return;
-    check_fields(check, section, OWNER_SECTION, path);
+    if (is_unchecked(source, section_field))
+        check_fields(check, section, OWNER_SECTION, path);
     segment->area = get_value(check, section, FIELD_SECTION_area);
     segment->Iy = get_value(check, section, FIELD_SECTION_Iy);
     segment->Iz = get_value(check, section, FIELD_SECTION_Iz);
@@ -154,8 +165,10 @@ static void read_damping(const struct source *source, struct segment *segment, c
     segment->eta = shared_value(source, eta_field);
     if (!damping)
         return;
-    check_fields(check, damping, OWNER_DAMPING, path);
-    check_damping(source, damping, path);
+    if (is_unchecked(source, damping_field)) {
+        check_fields(check, damping, OWNER_DAMPING, path);
+        check_damping(source, damping, path);
+    }
     for (int i = 0; i < 3; i++)
         segment->damping[i] = get_value(check, damping, turns[i]);
     if (!has_field(damping, FIELD_DAMPING_ratio))
@@ -174,7 +187,8 @@ static void read_curvature(const struct source *source, struct segment *segment)
     const struct value *curvature = shared_table(source, curvature_field, &path);
     if (!curvature)
         return;
-    check_fields(check, curvature, OWNER_CURVATURE, path);
+    if (is_unchecked(source, curvature_field))
+        check_fields(check, curvature, OWNER_CURVATURE, path);
     for (int i = 0; i < 3; i++)
         segment->curvature[i] = get_value(check, curvature, turns[i]);
 }
@@ -222,7 +236,8 @@ static void read_segments(const struct reader *reader, const struct value *table
                           const struct value *segments, const char *path, struct beam *beam) {
     const struct checker *check = &reader->check;
     const char *list = path_name(check, path, "segments");
-    struct source source = {.reader = reader, .beam = table, .beam_path = path};
+    bool checked[FIELD_COUNT] = {false};
+    struct source source = {.reader = reader, .beam = table, .beam_path = path, .checked = checked};
     source.segment_count = segments ? segments->item_count : 1;
     beam->segments = memory_get(check->memory, ((size_t)source.segment_count + 1) * sizeof *beam->segments);
     for (int i = 0; i < source.segment_count; i++) {

@@ -25,7 +25,6 @@
 
 #define EXPRESSION "expression"
 #define VIEW "view"
-#define CHUNK "model"
 
 /* What one model may take while it is read: far beyond any sensible model, soon enough for an endless loop.
  */
@@ -48,8 +47,7 @@ struct script {
     struct declarations declarations;
     struct view_names names;
     struct source_lines lines;
-    struct source_file sources[SOURCES_BOUND]; /* the model, and files beside it */
-    int source_count;
+    struct sources sources;
     int marks, tags; /* references of tables that give a table's number in `lines` and its tag */
     int value_count, checks;
     bool is_short_of_memory, is_told; /* is_told: the reason of an error is in messages */
@@ -60,30 +58,11 @@ static struct script *script_of(lua_State *L) {
     return *(struct script **)lua_getextraspace(L);
 }
 
-/*
- * Place of "model3:LINE": chunks are called by the number of their source. `rest` becomes what follows it;
- * without such a lead the place is the model as a whole.
- */
-static struct place chunk_place(const struct script *script, const char *text, const char **rest) {
-    struct place place = {.file = script->file};
-    const size_t lead = strlen(CHUNK);
-    char *end;
-    if (strncmp(text, CHUNK, lead) != 0)
-        return place;
-    const long source = strtol(text + lead, &end, 10);
-    if (*end != ':' || source < 0 || source >= script->source_count)
-        return place;
-    place.file = script->sources[source].path;
-    place.line = (int)strtol(end + 1, &end, 10);
-    *rest = strncmp(end, ": ", 2) == 0 ? end + 2 : end;
-    return place;
-}
-
 /* Where the Lua function that called us stands. */
 static struct place current_place(lua_State *L) {
     luaL_where(L, 1);
     const char *rest, *text = lua_tostring(L, -1);
-    struct place place = chunk_place(script_of(L), text, &rest);
+    struct place place = source_place(&script_of(L)->sources, text, &rest);
     lua_pop(L, 1);
     return place;
 }
@@ -397,36 +376,20 @@ static int tag_table(lua_State *L) {
     return 1;
 }
 
-/* An unknown field of the module, whose table is argument 1. */
 static int refuse_field(lua_State *L) {
-    struct memory *memory = script_of(L)->memory;
-    const char **known = NULL, *name = lua_type(L, 2) == LUA_TSTRING ? lua_tostring(L, 2) : "?";
-    int count = 0, capacity = 0;
-    lua_pushnil(L);
-    while (lua_next(L, 1)) {
-        known = memory_room(memory, known, count, &capacity, sizeof *known);
-        if (lua_type(L, -2) == LUA_TSTRING)
-            known[count++] = memory_text(memory, lua_tostring(L, -2));
-        lua_pop(L, 1);
-    }
-    const char *nearest = nearest_name(name, known, count);
-    if (nearest)
-        return luaL_error(L, "rd.%s: unknown function, the nearest known one is \"%s\"", name, nearest);
-    return luaL_error(L, "rd.%s: unknown function, models/README.md lists what rd has", name);
+    const char *name = lua_type(L, 2) == LUA_TSTRING ? lua_tostring(L, 2) : "?";
+    return luaL_error(L, "%s", module_unknown(script_of(L)->memory, name));
 }
 
 /* Builds the module. (-0, +1) */
 static void push_module(lua_State *L) {
-    static const char *const rows[] = {"position", "velocity", "acceleration"};
+    const char *tags[OWNER_COUNT + 3];
     struct memory *memory = script_of(L)->memory;
     lua_newtable(L);
-    for (int i = 0; i < OWNER_COUNT + 3; i++) {
-        const char *tag = i < OWNER_COUNT ? owner_tag((enum owner)i) : rows[i - OWNER_COUNT];
-        if (!tag)
-            continue;
-        lua_pushstring(L, tag);
+    for (int i = list_tags(tags) - 1; i >= 0; i--) {
+        lua_pushstring(L, tags[i]);
         lua_pushcclosure(L, tag_table, 1);
-        lua_setfield(L, -2, tag);
+        lua_setfield(L, -2, tags[i]);
     }
     for (int i = 0; i < module_function_count(); i++) {
         const char *name = module_function_name(memory, i);
@@ -530,7 +493,7 @@ static void fail_in_lua(void *context) {
 
 /* Splits "model0:LINE: text" into place and text. */
 static void report(struct script *script, const char *text) {
-    const struct place place = chunk_place(script, text, &text);
+    const struct place place = source_place(&script->sources, text, &text);
     complain(script->messages, place, "%s", text);
 }
 
@@ -578,9 +541,9 @@ static struct job *job_of(lua_State *L) {
 /* Pushes the compiled source; the source as written goes first, so that syntax errors show it. (-0, +1) */
 static void load_source(lua_State *L, int number) {
     struct script *script = script_of(L);
-    const struct source_file *source = &script->sources[number];
+    const struct source_file *source = &script->sources.list[number];
     char chunk[32];
-    snprintf(chunk, sizeof chunk, "=" CHUNK "%d", number);
+    snprintf(chunk, sizeof chunk, "=" SOURCE_CHUNK "%d", number);
     if (luaL_loadbufferx(L, source->text, source->length, chunk, "t") != LUA_OK)
         lua_error(L);
     lua_pop(L, 1);
@@ -594,15 +557,13 @@ static void load_source(lua_State *L, int number) {
 static int compile_beside(lua_State *L) {
     struct script *script = script_of(L);
     const char *path = source_path(script->memory, script->file, luaL_checkstring(L, 1));
-    if (script->source_count == SOURCES_BOUND)
-        return luaL_error(L, "require: more than %d files", SOURCES_BOUND - 1);
-    if (!read_source_file(script->memory, path, &script->sources[script->source_count])) {
+    if (!add_source(script->memory, &script->sources, path)) {
         luaL_where(L, 2);
         lua_pushfstring(L, "%srequire: no file %s.lua beside the model", lua_tostring(L, -1),
                         lua_tostring(L, 1));
         return lua_error(L);
     }
-    load_source(L, script->source_count++);
+    load_source(L, script->sources.count - 1);
     return 1;
 }
 
@@ -634,8 +595,7 @@ static int run_function(lua_State *L) {
 /* ---- what the rest of the reader calls ---- */
 
 static bool read_main(struct script *script) {
-    struct source_file *source = &script->sources[script->source_count++];
-    if (read_source_file(script->memory, script->file, source))
+    if (add_source(script->memory, &script->sources, script->file))
         return true;
     complain(script->messages, (struct place){.file = script->file}, "cannot be read: %s", strerror(errno));
     return false;

@@ -3,6 +3,7 @@
 
 #include <errno.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* False when memory is short: the file has to be closed first. */
@@ -27,9 +28,8 @@ static bool read_text(struct memory *memory, FILE *file, struct source_file *sou
     return true;
 }
 
-bool read_source_file(struct memory *memory, const char *path, struct source_file *source) {
-    FILE *file = fopen(path, "rb");
-    *source = (struct source_file){.path = path};
+static bool read_file(struct memory *memory, struct source_file *source) {
+    FILE *file = fopen(source->path, "rb");
     if (!file)
         return false;
     bool is_taken = read_text(memory, file, source);
@@ -42,8 +42,33 @@ bool read_source_file(struct memory *memory, const char *path, struct source_fil
     return is_read;
 }
 
+bool add_source(struct memory *memory, struct sources *sources, const char *path) {
+    struct source_file source = {.path = path};
+    if (!read_file(memory, &source))
+        return false;
+    sources->list =
+        memory_room(memory, sources->list, sources->count, &sources->capacity, sizeof *sources->list);
+    sources->list[sources->count++] = source;
+    return true;
+}
+
 const char *source_path(struct memory *memory, const char *beside, const char *name) {
     const char *slash = strrchr(beside, '/');
     int folder = slash ? (int)(slash - beside) + 1 : 0;
     return memory_format(memory, "%.*s%s.lua", folder, beside, name);
+}
+
+struct place source_place(const struct sources *sources, const char *text, const char **rest) {
+    struct place place = {.file = sources->list[0].path};
+    const size_t lead = strlen(SOURCE_CHUNK);
+    char *end;
+    if (strncmp(text, SOURCE_CHUNK, lead) != 0)
+        return place;
+    const long source = strtol(text + lead, &end, 10);
+    if (*end != ':' || source < 0 || source >= sources->count)
+        return place;
+    place.file = sources->list[source].path;
+    place.line = (int)strtol(end + 1, &end, 10);
+    *rest = strncmp(end, ": ", 2) == 0 ? end + 2 : end;
+    return place;
 }

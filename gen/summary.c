@@ -57,9 +57,12 @@ static void print_links(const struct generation *gen, FILE *out) {
     fprintf(out, "links:\n");
     for (int i = 0; i < gen->model.link_count; i++) {
         const struct link *link = &gen->model.links[i];
-        fprintf(out, "  %s on %s%s, %g kg", link->name,
+        fprintf(out, "  %s on %s%s", link->name,
                 link->on.link < 0 ? "the ground" : gen->model.links[link->on.link].name,
-                link->on.where == AT_TIP ? ".tip" : "", solid_mass(gen, link));
+                link->on.where == AT_TIP ? ".tip" : "");
+        if (link->on.where == AT_ALONG)
+            fprintf(out, " at %g m along it", value_of(gen, link->on.along));
+        fprintf(out, ", %g kg", solid_mass(gen, link));
         for (int s = 0; s < link->beam.segment_count; s++)
             fprintf(out, ", %s of %g m in %d rigid finite elements", s ? "then" : "beam",
                     value_of(gen, link->beam.segments[s].length), link->beam.segments[s].rfe);

@@ -2851,338 +2851,252 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     (void)qd;
     for (int i = 0; i < 169; i++)
         Q_q[i] = 0.0;
+    /* column_psi: motion from base_z outward */
+    const double column_psi_sin = sin(q[1]);
+    const double column_psi_cos = cos(q[1]);
     /* arm_psi: motion from column_psi outward */
     const double arm_psi_sin = sin(q[2]);
     const double arm_psi_cos = cos(q[2]);
-    const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
-    const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
+    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
+    const double t1 = column_psi_cos * arm_psi_sin;
+    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
+    const double t2 = column_psi_sin * arm_psi_sin;
     /* arm_psi_1: motion from arm_psi outward */
     const double arm_psi_1_sin = sin(q[3]);
     const double arm_psi_1_cos = cos(q[3]);
-    const double t1 = arm_psi_bias_a_falling_y * arm_psi_1_sin + arm_psi_bias_a_falling_x * arm_psi_1_cos;
-    const double arm_psi_1_gravity_y = arm_psi_bias_a_falling_x * arm_psi_1_sin - arm_psi_bias_a_falling_y *
-        arm_psi_1_cos;
+    const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t1 * arm_psi_1_sin;
+    const double t3 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
+    const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
+    const double t4 = arm_psi_ground_y_x * arm_psi_1_sin + t2 * arm_psi_1_cos;
     /* arm_theta_1: motion from arm_psi_1 outward */
     const double arm_theta_1_sin = sin(q[4]);
     const double arm_theta_1_cos = cos(q[4]);
-    const double t2 = t1 * arm_theta_1_sin;
-    const double t3 = t1 * arm_theta_1_cos;
+    const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
+    const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
+    const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
+    const double arm_theta_1_ground_y_x = column_psi_cos * arm_theta_1_sin + arm_psi_1_ground_y_x * arm_theta_1_cos;
     /* arm_phi_1: motion from arm_theta_1 outward */
     const double arm_phi_1_sin = sin(q[5]);
     const double arm_phi_1_cos = cos(q[5]);
-    const double t4 = t2 * arm_phi_1_sin;
-    const double t5 = arm_psi_1_gravity_y * arm_phi_1_cos;
-    const double arm_phi_1_gravity_y = t5 - t4;
-    const double t6 = arm_psi_1_gravity_y * arm_phi_1_sin + t2 * arm_phi_1_cos;
+    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t3 * arm_phi_1_cos;
+    const double arm_phi_1_ground_x_z = t3 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
+    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
+    const double arm_phi_1_ground_y_z = t4 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
     /* arm_psi_2: motion from arm_phi_1 outward */
     const double arm_psi_2_sin = sin(q[6]);
     const double arm_psi_2_cos = cos(q[6]);
-    const double t7 = arm_phi_1_gravity_y * arm_psi_2_sin;
-    const double t8 = t3 * arm_psi_2_cos;
-    const double arm_psi_2_gravity_x = t7 - t8;
-    const double arm_psi_2_gravity_y = t3 * arm_psi_2_sin + arm_phi_1_gravity_y * arm_psi_2_cos;
+    const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
+    const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
+    const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
+    const double arm_psi_2_ground_y_y = arm_phi_1_ground_y_y * arm_psi_2_cos - arm_theta_1_ground_y_x * arm_psi_2_sin;
     /* arm_theta_2: motion from arm_psi_2 outward */
     const double arm_theta_2_sin = sin(q[7]);
     const double arm_theta_2_cos = cos(q[7]);
-    const double t9 = arm_psi_2_gravity_x * arm_theta_2_sin;
-    const double t10 = t6 * arm_theta_2_cos;
-    const double arm_theta_2_gravity_z = t9 - t10;
-    const double arm_theta_2_gravity_x = t6 * arm_theta_2_sin + arm_psi_2_gravity_x * arm_theta_2_cos;
+    const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
+        arm_theta_2_cos;
+    const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
+        arm_theta_2_sin;
+    const double arm_theta_2_ground_y_z = arm_psi_2_ground_y_x * arm_theta_2_sin + arm_phi_1_ground_y_z *
+        arm_theta_2_cos;
+    const double arm_theta_2_ground_y_x = arm_psi_2_ground_y_x * arm_theta_2_cos - arm_phi_1_ground_y_z *
+        arm_theta_2_sin;
     /* arm_phi_2: motion from arm_theta_2 outward */
     const double arm_phi_2_sin = sin(q[8]);
     const double arm_phi_2_cos = cos(q[8]);
-    const double arm_phi_2_gravity_y = arm_theta_2_gravity_z * arm_phi_2_sin + arm_psi_2_gravity_y * arm_phi_2_cos;
-    const double arm_phi_2_gravity_z = arm_theta_2_gravity_z * arm_phi_2_cos - arm_psi_2_gravity_y * arm_phi_2_sin;
+    const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
+    const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
+    const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
+    const double arm_phi_2_ground_y_z = arm_theta_2_ground_y_z * arm_phi_2_cos - arm_psi_2_ground_y_y * arm_phi_2_sin;
     /* arm_psi_3: motion from arm_phi_2 outward */
     const double arm_psi_3_sin = sin(q[9]);
     const double arm_psi_3_cos = cos(q[9]);
-    const double arm_psi_3_gravity_x = arm_phi_2_gravity_y * arm_psi_3_sin + arm_theta_2_gravity_x * arm_psi_3_cos;
-    const double arm_psi_3_gravity_y = arm_phi_2_gravity_y * arm_psi_3_cos - arm_theta_2_gravity_x * arm_psi_3_sin;
+    const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
+    const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
+    const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
+    const double arm_psi_3_ground_y_y = arm_phi_2_ground_y_y * arm_psi_3_cos - arm_theta_2_ground_y_x * arm_psi_3_sin;
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sin(q[10]);
     const double arm_theta_3_cos = cos(q[10]);
-    const double arm_theta_3_gravity_z = arm_psi_3_gravity_x * arm_theta_3_sin + arm_phi_2_gravity_z * arm_theta_3_cos;
-    const double arm_theta_3_gravity_x = arm_psi_3_gravity_x * arm_theta_3_cos - arm_phi_2_gravity_z * arm_theta_3_sin;
+    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
+        arm_theta_3_cos;
+    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
+        arm_theta_3_sin;
+    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + arm_phi_2_ground_y_z *
+        arm_theta_3_cos;
+    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
+        arm_theta_3_sin;
     /* effector_z: motion from arm_phi_3 outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
     const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
     /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
-    const double t11 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
+    const double t5 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
     const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
     /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
-    const double t12 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
     const double arm_phi_2_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
     /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + (t12 + p->derived.constant_2);
-    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t11 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
-    const double t13 = arm_phi_2_sin * arm_phi_2_moment_beyond_y;
-    const double t14 = arm_phi_2_cos * t11;
-    const double arm_theta_2_moment_beyond_z = t13 - t14;
+    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + (arm_psi_3_cos * arm_psi_3_moment_beyond_x +
+        p->derived.constant_2);
+    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t5 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
+    const double arm_theta_2_moment_beyond_z = arm_phi_2_sin * arm_phi_2_moment_beyond_y - arm_phi_2_cos *
+        t5;
     /* arm_theta_2: composite pseudo-inertia of all beyond, inward */
-    const double t15 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
-    const double t16 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
-    const double arm_psi_2_moment_beyond_z = t16 - t15;
+    const double t6 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
+    const double t7 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
+    const double arm_psi_2_moment_beyond_z = t7 - t6;
     const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_theta_2_cos *
         arm_phi_2_moment_beyond_x;
     /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
-    const double t17 = arm_psi_2_cos * arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y;
     const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
     /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + (t17 + p->derived.constant_4);
-    const double t18 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
-    const double t19 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
-    const double arm_theta_1_moment_beyond_y = t19 - t18;
-    const double t20 = arm_phi_1_sin * arm_phi_1_moment_beyond_y;
-    const double arm_theta_1_moment_beyond_z = t20 + arm_phi_1_cos * arm_psi_2_moment_beyond_z;
+    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + (arm_psi_2_cos * arm_psi_2_moment_beyond_x -
+        arm_psi_2_sin * arm_theta_2_moment_beyond_y + p->derived.constant_4);
+    const double t8 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
+    const double t9 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
+    const double arm_theta_1_moment_beyond_y = t9 - t8;
+    const double arm_theta_1_moment_beyond_z = arm_phi_1_sin * arm_phi_1_moment_beyond_y + arm_phi_1_cos *
+        arm_psi_2_moment_beyond_z;
     /* arm_theta_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_1_moment_beyond_z = arm_theta_1_cos * arm_theta_1_moment_beyond_z - arm_theta_1_sin *
-        arm_phi_1_moment_beyond_x;
     const double arm_psi_1_moment_beyond_x = arm_theta_1_sin * arm_theta_1_moment_beyond_z + arm_theta_1_cos *
         arm_phi_1_moment_beyond_x;
     /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
-    const double t21 = arm_psi_1_cos * arm_psi_1_moment_beyond_x;
-    const double t22 = arm_psi_1_sin * arm_psi_1_moment_beyond_x;
-    const double arm_psi_moment_beyond_y = t22 + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
+    const double arm_psi_moment_beyond_y = arm_psi_1_sin * arm_psi_1_moment_beyond_x + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (t21 - arm_psi_1_sin * arm_theta_1_moment_beyond_y +
-        p->derived.constant_6);
+    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (arm_psi_1_cos * arm_psi_1_moment_beyond_x -
+        arm_psi_1_sin * arm_theta_1_moment_beyond_y + p->derived.constant_6);
     /* arm_psi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t23 = t18 - t19;
+    const double t10 = t8 - t9;
     /* arm_phi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t24 = t15 - t16;
-    const double t25 = arm_phi_1_cos * t24 - t20;
-    const double t26 = t19 + arm_phi_1_sin * t24;
-    const double t27 = arm_theta_1_sin * t26;
-    /* arm_psi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t28 = arm_phi_1_cos * t17;
-    const double t29 = arm_phi_1_sin * t17;
-    const double t30 = arm_theta_1_sin * t29 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
-    /* arm_theta_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t31 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
-    const double t32 = arm_psi_2_sin * arm_psi_2_moment_beyond_z;
-    const double t33 = arm_phi_1_sin * arm_psi_2_moment_beyond_x + arm_phi_1_cos * t32;
-    const double t34 = arm_phi_1_sin * t32 - arm_phi_1_cos * arm_psi_2_moment_beyond_x;
-    const double t35 = arm_theta_1_sin * t34 + arm_theta_1_cos * t31;
-    /* arm_phi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t36 = t14 - t13;
-    const double t37 = arm_theta_2_cos * arm_theta_2_moment_beyond_y;
-    const double t38 = arm_theta_2_sin * arm_theta_2_moment_beyond_y;
-    const double t39 = arm_psi_2_cos * t38 - arm_psi_2_sin * t36;
-    const double t40 = arm_psi_2_sin * t38 + arm_psi_2_cos * t36;
-    const double t41 = arm_phi_1_cos * t40 - arm_phi_1_sin * t37;
-    const double t42 = arm_phi_1_sin * t40 + arm_phi_1_cos * t37;
-    const double t43 = arm_theta_1_sin * t42 + arm_theta_1_cos * t39;
-    /* arm_psi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t44 = arm_phi_2_cos * t12;
-    const double t45 = arm_phi_2_sin * t12;
-    const double t46 = arm_theta_2_sin * arm_phi_2_moment_beyond_y + arm_theta_2_cos * t45;
-    const double t47 = arm_theta_2_sin * t45 - arm_theta_2_cos * arm_phi_2_moment_beyond_y;
-    const double t48 = arm_psi_2_cos * t47 - arm_psi_2_sin * t44;
-    const double t49 = arm_psi_2_sin * t47 + arm_psi_2_cos * t44;
-    const double t50 = arm_phi_1_cos * t49 - arm_phi_1_sin * t46;
-    const double t51 = arm_phi_1_sin * t49 + arm_phi_1_cos * t46;
-    const double t52 = arm_theta_1_sin * t51 + arm_theta_1_cos * t48;
-    /* arm_theta_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t53 = arm_psi_3_cos * t11;
-    const double t54 = arm_psi_3_sin * t11;
-    const double t55 = arm_phi_2_sin * arm_psi_3_moment_beyond_x - arm_phi_2_cos * t54;
-    const double t56 = arm_phi_2_sin * t54 + arm_phi_2_cos * arm_psi_3_moment_beyond_x;
-    const double t57 = arm_theta_2_sin * t53 - arm_theta_2_cos * t56;
-    const double t58 = arm_theta_2_sin * t56 + arm_theta_2_cos * t53;
-    const double t59 = arm_psi_2_sin * t55 + arm_psi_2_cos * t58;
-    const double t60 = arm_psi_2_cos * t55 - arm_psi_2_sin * t58;
-    const double t61 = arm_phi_1_cos * t60 - arm_phi_1_sin * t57;
-    const double t62 = arm_phi_1_sin * t60 + arm_phi_1_cos * t57;
-    const double t63 = arm_theta_1_sin * t62 - arm_theta_1_cos * t59;
-    /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t64 = p->m_E * arm_theta_3_sin;
-    const double t65 = p->m_E * arm_theta_3_cos;
-    const double t66 = arm_psi_3_cos * t65;
-    const double t67 = arm_psi_3_sin * t65;
-    const double t68 = arm_phi_2_sin * t64 + arm_phi_2_cos * t67;
-    const double t69 = arm_phi_2_sin * t67 - arm_phi_2_cos * t64;
-    const double t70 = arm_theta_2_cos * t69 - arm_theta_2_sin * t66;
-    const double t71 = arm_theta_2_sin * t69 + arm_theta_2_cos * t66;
-    const double t72 = arm_psi_2_cos * t71 - arm_psi_2_sin * t68;
-    const double t73 = arm_psi_2_sin * t71 + arm_psi_2_cos * t68;
-    const double t74 = arm_phi_1_cos * t73 - arm_phi_1_sin * t70;
-    const double t75 = arm_phi_1_sin * t73 + arm_phi_1_cos * t70;
-    const double t76 = arm_theta_1_sin * t75 + arm_theta_1_cos * t72;
-    /* arm_psi: gravity g = -grav^T X sum(T H e4) */
-    const double t77 = arm_psi_1_gravity_y * arm_psi_1_moment_beyond_z;
-    /* arm_phi_1: gravity g = -grav^T X sum(T H e4) */
-    const double t78 = arm_psi_2_gravity_y * arm_psi_2_moment_beyond_z;
-    /* arm_psi_2: gravity g = -grav^T X sum(T H e4) */
-    const double t79 = arm_theta_2_gravity_x * arm_theta_2_moment_beyond_y;
-    /* arm_phi_2: gravity g = -grav^T X sum(T H e4) */
-    const double t80 = arm_psi_3_gravity_y * t11;
+    const double t11 = t6 - t7;
+    /* arm_psi: column of the gravity tangent g_i,j */
+    const double t12 = p->g * column_psi_cos;
+    const double t13 = p->g * column_psi_sin;
     /* arm_psi_1: column of the gravity tangent g_i,j */
-    const double t81 = arm_psi_bias_a_falling_x * (t21 + arm_psi_1_sin * t23) - arm_psi_bias_a_falling_y *
-        (arm_psi_1_cos * t23 - t22);
+    const double arm_psi_1_moment_change_x = arm_psi_1_ground_x_x * t10 - t3 * arm_psi_1_moment_beyond_x;
+    const double arm_psi_1_moment_change_y = arm_psi_1_ground_y_x * t10 - t4 * arm_psi_1_moment_beyond_x;
+    const double t14 = t12 * arm_psi_1_moment_change_x + t13 * arm_psi_1_moment_change_y;
     /* arm_theta_1: column of the gravity tangent g_i,j */
-    const double t82 = arm_psi_bias_a_falling_x * (arm_psi_1_sin * arm_psi_1_moment_beyond_z) - arm_psi_bias_a_falling_y *
-        (arm_psi_1_cos * arm_psi_1_moment_beyond_z);
+    const double arm_theta_1_moment_change_x = arm_theta_1_ground_x_x * arm_theta_1_moment_beyond_z - arm_theta_1_ground_x_z *
+        arm_phi_1_moment_beyond_x;
+    const double arm_theta_1_moment_change_y = arm_theta_1_ground_y_x * arm_theta_1_moment_beyond_z - arm_theta_1_ground_y_z *
+        arm_phi_1_moment_beyond_x;
+    const double t15 = p->g * t4;
+    const double arm_theta_1_gravity_lever_y = p->g * t3;
+    const double t16 = t12 * arm_theta_1_moment_change_x + t13 * arm_theta_1_moment_change_y;
     /* arm_phi_1: column of the gravity tangent g_i,j */
-    const double t83 = t4 - t5;
-    const double t84 = t3 * t26;
-    const double t85 = arm_psi_1_gravity_y * t27 + t1 * t25;
-    const double t86 = arm_psi_bias_a_falling_x * (arm_psi_1_sin * t27 + arm_psi_1_cos * t25) - arm_psi_bias_a_falling_y *
-        (arm_psi_1_cos * t27 - arm_psi_1_sin * t25);
+    const double arm_phi_1_moment_change_x = arm_phi_1_ground_x_y * t11 + arm_phi_1_ground_x_z * arm_phi_1_moment_beyond_y;
+    const double arm_phi_1_moment_change_y = arm_phi_1_ground_y_y * t11 + arm_phi_1_ground_y_z * arm_phi_1_moment_beyond_y;
+    const double arm_phi_1_gravity_lever_x = p->g * arm_theta_1_ground_y_x;
+    const double t17 = p->g * arm_theta_1_ground_x_x;
+    const double t18 = t12 * arm_phi_1_moment_change_x + t13 * arm_phi_1_moment_change_y;
     /* arm_psi_2: column of the gravity tangent g_i,j */
-    const double t87 = t8 - t7;
-    const double t88 = t6 * t17;
-    const double t89 = t2 * arm_phi_1_moment_beyond_y + t3 * t29;
-    const double t90 = arm_psi_1_gravity_y * t30 + t1 * t28;
-    const double t91 = arm_psi_bias_a_falling_x * (arm_psi_1_sin * t30 + arm_psi_1_cos * t28) - arm_psi_bias_a_falling_y *
-        (arm_psi_1_cos * t30 - arm_psi_1_sin * t28);
+    const double arm_psi_2_moment_change_x = arm_psi_2_ground_x_y * arm_psi_2_moment_beyond_x - arm_psi_2_ground_x_x *
+        arm_theta_2_moment_beyond_y;
+    const double arm_psi_2_moment_change_y = arm_psi_2_ground_y_y * arm_psi_2_moment_beyond_x - arm_psi_2_ground_y_x *
+        arm_theta_2_moment_beyond_y;
+    const double arm_psi_2_gravity_lever_x = p->g * arm_phi_1_ground_y_z;
+    const double t19 = p->g * arm_phi_1_ground_x_z;
+    const double t20 = t12 * arm_psi_2_moment_change_x + t13 * arm_psi_2_moment_change_y;
     /* arm_theta_2: column of the gravity tangent g_i,j */
-    const double t92 = t10 - t9;
-    const double t93 = t6 * t32 + arm_psi_2_moment_beyond_x * t83;
-    const double t94 = t2 * t31 - t3 * t34;
-    const double t95 = arm_psi_1_gravity_y * t35 + t1 * t33;
-    const double t96 = arm_psi_bias_a_falling_x * (arm_psi_1_sin * t35 + arm_psi_1_cos * t33) - arm_psi_bias_a_falling_y *
-        (arm_psi_1_cos * t35 - arm_psi_1_sin * t33);
+    const double arm_theta_2_moment_change_x = arm_theta_2_ground_x_x * arm_theta_2_moment_beyond_z - arm_theta_2_ground_x_z *
+        arm_phi_2_moment_beyond_x;
+    const double arm_theta_2_moment_change_y = arm_theta_2_ground_y_x * arm_theta_2_moment_beyond_z - arm_theta_2_ground_y_z *
+        arm_phi_2_moment_beyond_x;
+    const double arm_theta_2_gravity_lever_x = p->g * arm_psi_2_ground_y_y;
+    const double t21 = p->g * arm_psi_2_ground_x_y;
+    const double t22 = t12 * arm_theta_2_moment_change_x + t13 * arm_theta_2_moment_change_y;
     /* arm_phi_2: column of the gravity tangent g_i,j */
-    const double t97 = arm_psi_2_gravity_y * t38 + t36 * t87;
-    const double t98 = t37 * t83 - t6 * t40;
-    const double t99 = t2 * t39 - t3 * t42;
-    const double t100 = arm_psi_1_gravity_y * t43 + t1 * t41;
-    const double t101 = arm_psi_bias_a_falling_x * (arm_psi_1_sin * t43 + arm_psi_1_cos * t41) - arm_psi_bias_a_falling_y *
-        (arm_psi_1_cos * t43 - arm_psi_1_sin * t41);
+    const double arm_phi_2_moment_change_x = arm_phi_2_ground_x_y * t5 + arm_phi_2_ground_x_z * arm_phi_2_moment_beyond_y;
+    const double arm_phi_2_moment_change_y = arm_phi_2_ground_y_y * t5 + arm_phi_2_ground_y_z * arm_phi_2_moment_beyond_y;
+    const double arm_phi_2_gravity_lever_x = p->g * arm_theta_2_ground_y_x;
+    const double t23 = p->g * arm_theta_2_ground_x_x;
+    const double t24 = t12 * arm_phi_2_moment_change_x + t13 * arm_phi_2_moment_change_y;
     /* arm_psi_3: column of the gravity tangent g_i,j */
-    const double t102 = arm_phi_2_gravity_z * t12;
-    const double t103 = arm_theta_2_gravity_x * t45 - arm_phi_2_moment_beyond_y * t92;
-    const double t104 = arm_psi_2_gravity_y * t47 + t44 * t87;
-    const double t105 = t46 * t83 - t6 * t49;
-    const double t106 = t2 * t48 - t3 * t51;
-    const double t107 = arm_psi_1_gravity_y * t52 + t1 * t50;
-    const double t108 = arm_psi_bias_a_falling_x * (arm_psi_1_sin * t52 + arm_psi_1_cos * t50) - arm_psi_bias_a_falling_y *
-        (arm_psi_1_cos * t52 - arm_psi_1_sin * t50);
+    const double arm_psi_3_moment_change_x = arm_psi_3_ground_x_y * arm_psi_3_moment_beyond_x;
+    const double arm_psi_3_moment_change_y = arm_psi_3_ground_y_y * arm_psi_3_moment_beyond_x;
+    const double arm_psi_3_gravity_lever_x = p->g * arm_phi_2_ground_y_z;
+    const double t25 = p->g * arm_phi_2_ground_x_z;
+    const double t26 = t12 * arm_psi_3_moment_change_x + t13 * arm_psi_3_moment_change_y;
     /* arm_theta_3: column of the gravity tangent g_i,j */
-    const double t109 = arm_phi_2_gravity_y * arm_psi_3_moment_beyond_x - arm_phi_2_gravity_z * t54;
-    const double t110 = t53 * t92 + arm_theta_2_gravity_x * t56;
-    const double t111 = t55 * t87 - arm_psi_2_gravity_y * t58;
-    const double t112 = t57 * t83 - t6 * t60;
-    const double t113 = t2 * t59 + t3 * t62;
-    const double t114 = arm_psi_1_gravity_y * t63 + t1 * t61;
-    const double t115 = arm_psi_bias_a_falling_x * (arm_psi_1_sin * t63 + arm_psi_1_cos * t61) - arm_psi_bias_a_falling_y *
-        (arm_psi_1_cos * t63 - arm_psi_1_sin * t61);
+    const double t27 = arm_theta_3_ground_x_z * arm_phi_3_moment_beyond_x;
+    const double t28 = arm_theta_3_ground_y_z * arm_phi_3_moment_beyond_x;
+    const double arm_theta_3_gravity_lever_x = p->g * arm_psi_3_ground_y_y;
+    const double t29 = p->g * arm_psi_3_ground_x_y;
+    const double t30 = t12 * t27 + t13 * t28;
+    /* arm_phi_3: column of the gravity tangent g_i,j */
+    const double arm_phi_3_gravity_lever_x = p->g * arm_theta_3_ground_y_x;
     /* effector_z: column of the gravity tangent g_i,j */
-    const double t116 = p->m_E * arm_theta_3_gravity_z;
-    const double t117 = arm_psi_3_gravity_y * t65;
-    const double t118 = arm_phi_2_gravity_z * t67 + arm_phi_2_gravity_y * t64;
-    const double t119 = t66 * t92 + arm_theta_2_gravity_x * t69;
-    const double t120 = arm_psi_2_gravity_y * t71 + t68 * t87;
-    const double t121 = t70 * t83 - t6 * t73;
-    const double t122 = t2 * t72 - t3 * t75;
-    const double t123 = arm_psi_1_gravity_y * t76 + t1 * t74;
-    const double t124 = arm_psi_bias_a_falling_x * (arm_psi_1_sin * t76 + arm_psi_1_cos * t74) - arm_psi_bias_a_falling_y *
-        (arm_psi_1_cos * t76 - arm_psi_1_sin * t74);
+    const double effector_z_moment_change_x = p->m_E * arm_theta_3_ground_x_x;
+    const double effector_z_moment_change_y = p->m_E * arm_theta_3_ground_y_x;
+    const double t31 = t12 * effector_z_moment_change_x + t13 * effector_z_moment_change_y;
     Q_q[0 * 13 + 0] = -p->s_sup;
-    Q_q[2 * 13 + 2] = arm_psi_bias_a_falling_y * arm_psi_moment_beyond_y + arm_psi_bias_a_falling_x * arm_psi_moment_beyond_x;
-    Q_q[2 * 13 + 3] = t81;
-    Q_q[2 * 13 + 4] = t82;
-    Q_q[2 * 13 + 5] = t86;
-    Q_q[2 * 13 + 6] = t91;
-    Q_q[2 * 13 + 7] = t96;
-    Q_q[2 * 13 + 8] = t101;
-    Q_q[2 * 13 + 9] = t108;
-    Q_q[2 * 13 + 10] = t115;
-    Q_q[2 * 13 + 12] = t124;
-    Q_q[3 * 13 + 2] = t81;
-    Q_q[3 * 13 + 3] = arm_psi_1_gravity_y * t23 + t1 * arm_psi_1_moment_beyond_x - p->derived.arm_stiffness_psi;
-    Q_q[3 * 13 + 4] = t77;
-    Q_q[3 * 13 + 5] = t85;
-    Q_q[3 * 13 + 6] = t90;
-    Q_q[3 * 13 + 7] = t95;
-    Q_q[3 * 13 + 8] = t100;
-    Q_q[3 * 13 + 9] = t107;
-    Q_q[3 * 13 + 10] = t114;
-    Q_q[3 * 13 + 12] = t123;
-    Q_q[4 * 13 + 2] = t82;
-    Q_q[4 * 13 + 3] = t77;
-    Q_q[4 * 13 + 4] = t2 * arm_theta_1_moment_beyond_z + t3 * arm_phi_1_moment_beyond_x - p->derived.arm_stiffness_psi;
-    Q_q[4 * 13 + 5] = -t84;
-    Q_q[4 * 13 + 6] = -t89;
-    Q_q[4 * 13 + 7] = t94;
-    Q_q[4 * 13 + 8] = t99;
-    Q_q[4 * 13 + 9] = t106;
-    Q_q[4 * 13 + 10] = -t113;
-    Q_q[4 * 13 + 12] = t122;
-    Q_q[5 * 13 + 2] = t86;
-    Q_q[5 * 13 + 3] = t85;
-    Q_q[5 * 13 + 4] = -t84;
-    Q_q[5 * 13 + 5] = -(p->derived.arm_stiffness_phi + (t6 * t24 - arm_phi_1_moment_beyond_y * t83));
-    Q_q[5 * 13 + 6] = -t88;
-    Q_q[5 * 13 + 7] = -t93;
-    Q_q[5 * 13 + 8] = t98;
-    Q_q[5 * 13 + 9] = t105;
-    Q_q[5 * 13 + 10] = t112;
-    Q_q[5 * 13 + 12] = t121;
-    Q_q[6 * 13 + 2] = t91;
-    Q_q[6 * 13 + 3] = t90;
-    Q_q[6 * 13 + 4] = -t89;
-    Q_q[6 * 13 + 5] = -t88;
-    Q_q[6 * 13 + 6] = -(p->derived.arm_stiffness_psi + (arm_psi_2_gravity_y * arm_theta_2_moment_beyond_y -
-        arm_psi_2_moment_beyond_x * t87));
-    Q_q[6 * 13 + 7] = t78;
-    Q_q[6 * 13 + 8] = t97;
-    Q_q[6 * 13 + 9] = t104;
-    Q_q[6 * 13 + 10] = t111;
-    Q_q[6 * 13 + 12] = t120;
-    Q_q[7 * 13 + 2] = t96;
-    Q_q[7 * 13 + 3] = t95;
-    Q_q[7 * 13 + 4] = t94;
-    Q_q[7 * 13 + 5] = -t93;
-    Q_q[7 * 13 + 6] = t78;
-    Q_q[7 * 13 + 7] = -(p->derived.arm_stiffness_psi + (arm_theta_2_gravity_x * arm_phi_2_moment_beyond_x -
-        arm_theta_2_moment_beyond_z * t92));
-    Q_q[7 * 13 + 8] = t79;
-    Q_q[7 * 13 + 9] = t103;
-    Q_q[7 * 13 + 10] = -t110;
-    Q_q[7 * 13 + 12] = t119;
-    Q_q[8 * 13 + 2] = t101;
-    Q_q[8 * 13 + 3] = t100;
-    Q_q[8 * 13 + 4] = t99;
-    Q_q[8 * 13 + 5] = t98;
-    Q_q[8 * 13 + 6] = t97;
-    Q_q[8 * 13 + 7] = t79;
-    Q_q[8 * 13 + 8] = -(p->derived.arm_stiffness_phi + (arm_phi_2_gravity_y * arm_phi_2_moment_beyond_y -
-        arm_phi_2_gravity_z * t11));
-    Q_q[8 * 13 + 9] = t102;
-    Q_q[8 * 13 + 10] = t109;
-    Q_q[8 * 13 + 12] = t118;
-    Q_q[9 * 13 + 2] = t108;
-    Q_q[9 * 13 + 3] = t107;
-    Q_q[9 * 13 + 4] = t106;
-    Q_q[9 * 13 + 5] = t105;
-    Q_q[9 * 13 + 6] = t104;
-    Q_q[9 * 13 + 7] = t103;
-    Q_q[9 * 13 + 8] = t102;
-    Q_q[9 * 13 + 9] = -(p->derived.arm_stiffness_psi + arm_psi_3_gravity_x * arm_psi_3_moment_beyond_x);
-    Q_q[9 * 13 + 10] = -t80;
-    Q_q[9 * 13 + 12] = t117;
-    Q_q[10 * 13 + 2] = t115;
-    Q_q[10 * 13 + 3] = t114;
-    Q_q[10 * 13 + 4] = -t113;
-    Q_q[10 * 13 + 5] = t112;
-    Q_q[10 * 13 + 6] = t111;
-    Q_q[10 * 13 + 7] = -t110;
-    Q_q[10 * 13 + 8] = t109;
-    Q_q[10 * 13 + 9] = -t80;
-    Q_q[10 * 13 + 10] = -(p->derived.arm_stiffness_psi + arm_theta_3_gravity_x * arm_phi_3_moment_beyond_x);
-    Q_q[10 * 13 + 12] = -t116;
+    Q_q[2 * 13 + 2] = (arm_psi_ground_x_x * arm_psi_moment_beyond_y + t1 * arm_psi_moment_beyond_x) * t12 +
+        (arm_psi_ground_y_x * arm_psi_moment_beyond_y + t2 * arm_psi_moment_beyond_x) * t13;
+    Q_q[3 * 13 + 2] = -t14;
+    Q_q[3 * 13 + 3] = -(p->derived.arm_stiffness_psi + t14);
+    Q_q[4 * 13 + 2] = -t16;
+    Q_q[4 * 13 + 3] = -t16;
+    Q_q[4 * 13 + 4] = -(p->derived.arm_stiffness_psi + (arm_theta_1_moment_change_x * t15 - arm_theta_1_moment_change_y *
+        arm_theta_1_gravity_lever_y));
+    Q_q[5 * 13 + 2] = -t18;
+    Q_q[5 * 13 + 3] = -t18;
+    Q_q[5 * 13 + 4] = arm_theta_1_gravity_lever_y * arm_phi_1_moment_change_y - t15 * arm_phi_1_moment_change_x;
+    Q_q[5 * 13 + 5] = -(p->derived.arm_stiffness_phi + (arm_phi_1_moment_change_y * t17 - arm_phi_1_moment_change_x *
+        arm_phi_1_gravity_lever_x));
+    Q_q[6 * 13 + 2] = -t20;
+    Q_q[6 * 13 + 3] = -t20;
+    Q_q[6 * 13 + 4] = arm_theta_1_gravity_lever_y * arm_psi_2_moment_change_y - t15 * arm_psi_2_moment_change_x;
+    Q_q[6 * 13 + 5] = arm_phi_1_gravity_lever_x * arm_psi_2_moment_change_x - t17 * arm_psi_2_moment_change_y;
+    Q_q[6 * 13 + 6] = -(p->derived.arm_stiffness_psi + (arm_psi_2_moment_change_y * t19 - arm_psi_2_moment_change_x *
+        arm_psi_2_gravity_lever_x));
+    Q_q[7 * 13 + 2] = -t22;
+    Q_q[7 * 13 + 3] = -t22;
+    Q_q[7 * 13 + 4] = arm_theta_1_gravity_lever_y * arm_theta_2_moment_change_y - t15 * arm_theta_2_moment_change_x;
+    Q_q[7 * 13 + 5] = arm_phi_1_gravity_lever_x * arm_theta_2_moment_change_x - t17 * arm_theta_2_moment_change_y;
+    Q_q[7 * 13 + 6] = arm_psi_2_gravity_lever_x * arm_theta_2_moment_change_x - t19 * arm_theta_2_moment_change_y;
+    Q_q[7 * 13 + 7] = -(p->derived.arm_stiffness_psi + (arm_theta_2_moment_change_y * t21 - arm_theta_2_moment_change_x *
+        arm_theta_2_gravity_lever_x));
+    Q_q[8 * 13 + 2] = -t24;
+    Q_q[8 * 13 + 3] = -t24;
+    Q_q[8 * 13 + 4] = arm_theta_1_gravity_lever_y * arm_phi_2_moment_change_y - t15 * arm_phi_2_moment_change_x;
+    Q_q[8 * 13 + 5] = arm_phi_1_gravity_lever_x * arm_phi_2_moment_change_x - t17 * arm_phi_2_moment_change_y;
+    Q_q[8 * 13 + 6] = arm_psi_2_gravity_lever_x * arm_phi_2_moment_change_x - t19 * arm_phi_2_moment_change_y;
+    Q_q[8 * 13 + 7] = arm_theta_2_gravity_lever_x * arm_phi_2_moment_change_x - t21 * arm_phi_2_moment_change_y;
+    Q_q[8 * 13 + 8] = -(p->derived.arm_stiffness_phi + (arm_phi_2_moment_change_y * t23 - arm_phi_2_moment_change_x *
+        arm_phi_2_gravity_lever_x));
+    Q_q[9 * 13 + 2] = -t26;
+    Q_q[9 * 13 + 3] = -t26;
+    Q_q[9 * 13 + 4] = arm_theta_1_gravity_lever_y * arm_psi_3_moment_change_y - t15 * arm_psi_3_moment_change_x;
+    Q_q[9 * 13 + 5] = arm_phi_1_gravity_lever_x * arm_psi_3_moment_change_x - t17 * arm_psi_3_moment_change_y;
+    Q_q[9 * 13 + 6] = arm_psi_2_gravity_lever_x * arm_psi_3_moment_change_x - t19 * arm_psi_3_moment_change_y;
+    Q_q[9 * 13 + 7] = arm_theta_2_gravity_lever_x * arm_psi_3_moment_change_x - t21 * arm_psi_3_moment_change_y;
+    Q_q[9 * 13 + 8] = arm_phi_2_gravity_lever_x * arm_psi_3_moment_change_x - t23 * arm_psi_3_moment_change_y;
+    Q_q[9 * 13 + 9] = -(p->derived.arm_stiffness_psi + (arm_psi_3_moment_change_y * t25 - arm_psi_3_moment_change_x *
+        arm_psi_3_gravity_lever_x));
+    Q_q[10 * 13 + 2] = t30;
+    Q_q[10 * 13 + 3] = t30;
+    Q_q[10 * 13 + 4] = t15 * t27 - arm_theta_1_gravity_lever_y * t28;
+    Q_q[10 * 13 + 5] = t17 * t28 - arm_phi_1_gravity_lever_x * t27;
+    Q_q[10 * 13 + 6] = t19 * t28 - arm_psi_2_gravity_lever_x * t27;
+    Q_q[10 * 13 + 7] = t21 * t28 - arm_theta_2_gravity_lever_x * t27;
+    Q_q[10 * 13 + 8] = t23 * t28 - arm_phi_2_gravity_lever_x * t27;
+    Q_q[10 * 13 + 9] = t25 * t28 - arm_psi_3_gravity_lever_x * t27;
+    Q_q[10 * 13 + 10] = -(p->derived.arm_stiffness_psi + (t27 * arm_theta_3_gravity_lever_x - t28 * t29));
     Q_q[11 * 13 + 11] = -p->derived.arm_stiffness_phi;
-    Q_q[12 * 13 + 2] = t124;
-    Q_q[12 * 13 + 3] = t123;
-    Q_q[12 * 13 + 4] = t122;
-    Q_q[12 * 13 + 5] = t121;
-    Q_q[12 * 13 + 6] = t120;
-    Q_q[12 * 13 + 7] = t119;
-    Q_q[12 * 13 + 8] = t118;
-    Q_q[12 * 13 + 9] = t117;
-    Q_q[12 * 13 + 10] = -t116;
+    Q_q[12 * 13 + 2] = -t31;
+    Q_q[12 * 13 + 3] = -t31;
+    Q_q[12 * 13 + 4] = arm_theta_1_gravity_lever_y * effector_z_moment_change_y - t15 * effector_z_moment_change_x;
+    Q_q[12 * 13 + 5] = arm_phi_1_gravity_lever_x * effector_z_moment_change_x - t17 * effector_z_moment_change_y;
+    Q_q[12 * 13 + 6] = arm_psi_2_gravity_lever_x * effector_z_moment_change_x - t19 * effector_z_moment_change_y;
+    Q_q[12 * 13 + 7] = arm_theta_2_gravity_lever_x * effector_z_moment_change_x - t21 * effector_z_moment_change_y;
+    Q_q[12 * 13 + 8] = arm_phi_2_gravity_lever_x * effector_z_moment_change_x - t23 * effector_z_moment_change_y;
+    Q_q[12 * 13 + 9] = arm_psi_3_gravity_lever_x * effector_z_moment_change_x - t25 * effector_z_moment_change_y;
+    Q_q[12 * 13 + 10] = arm_theta_3_gravity_lever_x * effector_z_moment_change_x - t29 * effector_z_moment_change_y;
+    Q_q[12 * 13 + 11] = arm_phi_3_gravity_lever_x * effector_z_moment_change_x - p->g * arm_theta_3_ground_x_x *
+        effector_z_moment_change_y;
+    for (int i = 0; i < 13; i++)
+        for (int j = 0; j < i; j++)
+            Q_q[j * 13 + i] = Q_q[i * 13 + j];
 }
 
 void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -4811,24 +4725,27 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
         t434 + row_2_u_arm_phi_3 * t436 + arm_theta_3_ground_z_x * t437;
     const double t549 = t494 + row_2_u_arm_psi * t500 + row_2_u_arm_psi_1 * t513 + row_2_u_arm_theta_1 * t512 +
         row_2_u_arm_phi_1 * t514 + row_2_u_arm_psi_2 * t527 + row_2_u_arm_theta_2 * t526;
-    const double t550 = t548 / t544;
-    const double t551 = t549 + row_2_u_arm_phi_2 * t528 + row_2_u_arm_psi_3 * t538 + row_2_u_arm_theta_3 *
-        t537 + row_2_u_arm_phi_3 * t539 + arm_theta_3_ground_z_x * t540 - t548 * t550;
-    const double row_2_lambda = (t542 * t550 - t546) / t551;
-    const double t552 = (t542 + t548 * row_2_lambda) / t544;
-    qdd[0] = t391 * t552 - t287 + t494 * row_2_lambda;
-    qdd[1] = t288 - t392 * t552 - t495 * row_2_lambda;
-    qdd[2] = t293 - t397 * t552 + t500 * row_2_lambda;
-    qdd[3] = t306 - t410 * t552 + t513 * row_2_lambda;
-    qdd[4] = t305 - t409 * t552 + t512 * row_2_lambda;
-    qdd[5] = t307 - t411 * t552 + t514 * row_2_lambda;
-    qdd[6] = t320 - t424 * t552 + t527 * row_2_lambda;
-    qdd[7] = t319 - t423 * t552 + t526 * row_2_lambda;
-    qdd[8] = t321 - t425 * t552 + t528 * row_2_lambda;
-    qdd[9] = t331 - t435 * t552 + t538 * row_2_lambda;
-    qdd[10] = t330 - t434 * t552 + t537 * row_2_lambda;
-    qdd[11] = t332 - t436 * t552 + t539 * row_2_lambda;
-    qdd[12] = t540 * row_2_lambda - (t333 + t437 * t552);
+    const double t550 = t549 + row_2_u_arm_phi_2 * t528 + row_2_u_arm_psi_3 * t538 + row_2_u_arm_theta_3 *
+        t537 + row_2_u_arm_phi_3 * t539 + arm_theta_3_ground_z_x * t540;
+    const double row_1_pivot_inverse = (t544 * 1e-12 < t544 ? 1.0 / t544 : 0.0);
+    const double t551 = t548 * row_1_pivot_inverse;
+    const double t552 = t550 - t548 * t551;
+    const double row_2_pivot_inverse = (t550 * 1e-12 < t552 ? 1.0 / t552 : 0.0);
+    const double row_2_lambda = (t542 * t551 - t546) * row_2_pivot_inverse;
+    const double t553 = row_1_pivot_inverse * (t542 + t548 * row_2_lambda);
+    qdd[0] = t391 * t553 - t287 + t494 * row_2_lambda;
+    qdd[1] = t288 - t392 * t553 - t495 * row_2_lambda;
+    qdd[2] = t293 - t397 * t553 + t500 * row_2_lambda;
+    qdd[3] = t306 - t410 * t553 + t513 * row_2_lambda;
+    qdd[4] = t305 - t409 * t553 + t512 * row_2_lambda;
+    qdd[5] = t307 - t411 * t553 + t514 * row_2_lambda;
+    qdd[6] = t320 - t424 * t553 + t527 * row_2_lambda;
+    qdd[7] = t319 - t423 * t553 + t526 * row_2_lambda;
+    qdd[8] = t321 - t425 * t553 + t528 * row_2_lambda;
+    qdd[9] = t331 - t435 * t553 + t538 * row_2_lambda;
+    qdd[10] = t330 - t434 * t553 + t537 * row_2_lambda;
+    qdd[11] = t332 - t436 * t553 + t539 * row_2_lambda;
+    qdd[12] = t540 * row_2_lambda - (t333 + t437 * t553);
 }
 
 void manipulator_flexible_force(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -5894,22 +5811,25 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double t545 = t544 + row_2_u_arm_phi_3 * (row_2_u_arm_phi_3 * p->derived.constant_18 - (arm_theta_3_cos *
         t532 - arm_theta_3_sin * t522) + arm_theta_3_sin * t533) + arm_theta_3_ground_z_x * (arm_theta_3_ground_z_x *
         p->derived.effector_z_D_inverse - (arm_theta_3_cos * t527 - arm_theta_3_sin * t526));
-    const double t546 = t541 / t537;
-    const double row_2_lambda = (t535 * t546 - t539) / (t545 - t541 * t546);
-    const double t547 = (t535 + t541 * row_2_lambda) / t537;
+    const double row_1_pivot_inverse = (t537 * 1e-12 < t537 ? 1.0 / t537 : 0.0);
+    const double t546 = t541 * row_1_pivot_inverse;
+    const double t547 = t545 - t541 * t546;
+    const double row_2_pivot_inverse = (t545 * 1e-12 < t547 ? 1.0 / t547 : 0.0);
+    const double row_2_lambda = (t535 * t546 - t539) * row_2_pivot_inverse;
+    const double t548 = row_1_pivot_inverse * (t535 + t541 * row_2_lambda);
     force[0] = row_2_lambda;
-    force[1] = -row_1_u_column_psi * t547;
-    force[2] = t101 * t547 + row_2_u_arm_psi * row_2_lambda;
-    force[3] = t102 * t547 + row_2_u_arm_psi_1 * row_2_lambda;
-    force[4] = row_2_u_arm_theta_1 * row_2_lambda - row_1_u_arm_theta_1 * t547;
-    force[5] = row_2_u_arm_phi_1 * row_2_lambda - row_1_u_arm_phi_1 * t547;
-    force[6] = row_2_u_arm_psi_2 * row_2_lambda - row_1_u_arm_psi_2 * t547;
-    force[7] = row_2_u_arm_theta_2 * row_2_lambda - row_1_u_arm_theta_2 * t547;
-    force[8] = row_2_u_arm_phi_2 * row_2_lambda - row_1_u_arm_phi_2 * t547;
-    force[9] = row_2_u_arm_psi_3 * row_2_lambda - row_1_u_arm_psi_3 * t547;
-    force[10] = row_2_u_arm_theta_3 * row_2_lambda - row_1_u_arm_theta_3 * t547;
-    force[11] = row_2_u_arm_phi_3 * row_2_lambda - row_1_u_arm_phi_3 * t547;
-    force[12] = arm_theta_3_ground_z_x * row_2_lambda - row_1_u_effector_z * t547;
+    force[1] = -row_1_u_column_psi * t548;
+    force[2] = t101 * t548 + row_2_u_arm_psi * row_2_lambda;
+    force[3] = t102 * t548 + row_2_u_arm_psi_1 * row_2_lambda;
+    force[4] = row_2_u_arm_theta_1 * row_2_lambda - row_1_u_arm_theta_1 * t548;
+    force[5] = row_2_u_arm_phi_1 * row_2_lambda - row_1_u_arm_phi_1 * t548;
+    force[6] = row_2_u_arm_psi_2 * row_2_lambda - row_1_u_arm_psi_2 * t548;
+    force[7] = row_2_u_arm_theta_2 * row_2_lambda - row_1_u_arm_theta_2 * t548;
+    force[8] = row_2_u_arm_phi_2 * row_2_lambda - row_1_u_arm_phi_2 * t548;
+    force[9] = row_2_u_arm_psi_3 * row_2_lambda - row_1_u_arm_psi_3 * t548;
+    force[10] = row_2_u_arm_theta_3 * row_2_lambda - row_1_u_arm_theta_3 * t548;
+    force[11] = row_2_u_arm_phi_3 * row_2_lambda - row_1_u_arm_phi_3 * t548;
+    force[12] = arm_theta_3_ground_z_x * row_2_lambda - row_1_u_effector_z * t548;
 }
 
 void manipulator_flexible_equations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -7294,7 +7214,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "eb2bb45493d4c7fb",
+    SET(hash) "8f002697bae4935a",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

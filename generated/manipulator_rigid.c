@@ -60,11 +60,13 @@ void manipulator_rigid_M(const struct manipulator_rigid_parameters *p, const str
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_cos * (arm_psi_cos * arm_psi_inertia_beyond_yy) +
         arm_psi_sin * (p->derived.arm_psi_inertia_xx * arm_psi_sin));
+    /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    const double effector_z_moment_change_z = p->m_E * arm_psi_sin;
     M[0 * 4 + 0] = p->derived.base_z_mass_beyond;
     M[1 * 4 + 1] = column_psi_inertia_beyond_zz;
     M[2 * 4 + 0] = column_psi_moment_beyond_x;
     M[2 * 4 + 2] = arm_psi_inertia_beyond_yy;
-    M[3 * 4 + 0] = p->m_E * arm_psi_sin;
+    M[3 * 4 + 0] = effector_z_moment_change_z;
     M[3 * 4 + 3] = p->m_E;
     for (int i = 0; i < 4; i++)
         for (int j = 0; j < i; j++)
@@ -522,21 +524,31 @@ void manipulator_rigid_Q_q(const struct manipulator_rigid_parameters *p, const s
     (void)qd;
     for (int i = 0; i < 16; i++)
         Q_q[i] = 0.0;
+    /* column_psi: motion from base_z outward */
+    const double column_psi_sin = sin(q[1]);
+    const double column_psi_cos = cos(q[1]);
     /* arm_psi: motion from column_psi outward */
     const double arm_psi_sin = sin(q[2]);
     const double arm_psi_cos = cos(q[2]);
-    const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
-    const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
+    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
+    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
-    /* arm_psi: gravity g = -grav^T X sum(T H e4) */
-    const double t1 = p->m_E * arm_psi_bias_a_falling_y;
+    /* arm_psi: column of the gravity tangent g_i,j */
+    const double t1 = p->g * column_psi_cos;
+    const double t2 = p->g * column_psi_sin;
+    /* effector_z: column of the gravity tangent g_i,j */
+    const double effector_z_moment_change_x = p->m_E * arm_psi_ground_x_x;
+    const double effector_z_moment_change_y = p->m_E * arm_psi_ground_y_x;
     Q_q[0 * 4 + 0] = -p->s_sup;
-    Q_q[2 * 4 + 2] = arm_psi_bias_a_falling_x * arm_psi_moment_beyond_x;
-    Q_q[2 * 4 + 3] = -t1;
-    Q_q[3 * 4 + 2] = -t1;
+    Q_q[2 * 4 + 2] = column_psi_cos * arm_psi_sin * arm_psi_moment_beyond_x * t1 + column_psi_sin * arm_psi_sin *
+        arm_psi_moment_beyond_x * t2;
+    Q_q[3 * 4 + 2] = -(t1 * effector_z_moment_change_x + t2 * effector_z_moment_change_y);
+    for (int i = 0; i < 4; i++)
+        for (int j = 0; j < i; j++)
+            Q_q[j * 4 + i] = Q_q[i * 4 + j];
 }
 
 void manipulator_rigid_qdd_free(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -760,14 +772,18 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
         (row_1_u_column_psi * t32 - t28 * t33 + row_1_u_effector_z * t34);
     const double t43 = row_1_u_column_psi * t36 + t28 * t37 + row_1_u_effector_z * t38;
     const double t44 = t35 - row_2_u_arm_psi * t37 + arm_psi_sin * t38;
-    const double t45 = t44 / t43;
-    const double row_2_lambda = (t42 * t45 - (row_2_v + p->derived.constant_5 * row_2_psi + (row_2_u_arm_psi *
-        t33 - t31 + arm_psi_sin * t34))) / (t39 + row_2_u_arm_psi * t40 + arm_psi_sin * t41 - t44 * t45);
-    const double t46 = (t42 + t44 * row_2_lambda) / t43;
-    qdd[0] = t39 * row_2_lambda - (t31 + t35 * t46);
-    qdd[1] = t32 - t36 * t46;
-    qdd[2] = t33 + t37 * t46 + t40 * row_2_lambda;
-    qdd[3] = t34 - t38 * t46 + t41 * row_2_lambda;
+    const double t45 = t39 + row_2_u_arm_psi * t40 + arm_psi_sin * t41;
+    const double row_1_pivot_inverse = (t43 * 1e-12 < t43 ? 1.0 / t43 : 0.0);
+    const double t46 = t44 * row_1_pivot_inverse;
+    const double t47 = t45 - t44 * t46;
+    const double row_2_pivot_inverse = (t45 * 1e-12 < t47 ? 1.0 / t47 : 0.0);
+    const double row_2_lambda = (t42 * t46 - (row_2_v + p->derived.constant_5 * row_2_psi + (row_2_u_arm_psi *
+        t33 - t31 + arm_psi_sin * t34))) * row_2_pivot_inverse;
+    const double t48 = row_1_pivot_inverse * (t42 + t44 * row_2_lambda);
+    qdd[0] = t39 * row_2_lambda - (t31 + t35 * t48);
+    qdd[1] = t32 - t36 * t48;
+    qdd[2] = t33 + t37 * t48 + t40 * row_2_lambda;
+    qdd[3] = t34 - t38 * t48 + t41 * row_2_lambda;
 }
 
 void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -912,17 +928,19 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
     const double t40 = row_1_u_column_psi * (row_1_u_column_psi * column_psi_D_inverse) + t28 * t36 + row_1_u_effector_z *
         t37;
     const double t41 = t35 - row_2_u_arm_psi * t36 + arm_psi_sin * t37;
-    const double t42 = t41 / t40;
-    const double t43 = t38 + row_2_u_arm_psi * (row_2_u_arm_psi * arm_psi_D_inverse - t30 * (arm_psi_cos *
-        t38)) + arm_psi_sin * (arm_psi_sin * p->derived.effector_z_D_inverse - arm_psi_sin * t38) - t41 *
-        t42;
-    const double row_2_lambda = (t39 * t42 - (row_2_v + p->derived.constant_5 * row_2_psi + (row_2_u_arm_psi *
-        t33 - t31 + arm_psi_sin * t34))) / t43;
-    const double t44 = (t39 + t41 * row_2_lambda) / t40;
+    const double t42 = t38 + row_2_u_arm_psi * (row_2_u_arm_psi * arm_psi_D_inverse - t30 * (arm_psi_cos *
+        t38)) + arm_psi_sin * (arm_psi_sin * p->derived.effector_z_D_inverse - arm_psi_sin * t38);
+    const double row_1_pivot_inverse = (t40 * 1e-12 < t40 ? 1.0 / t40 : 0.0);
+    const double t43 = t41 * row_1_pivot_inverse;
+    const double t44 = t42 - t41 * t43;
+    const double row_2_pivot_inverse = (t42 * 1e-12 < t44 ? 1.0 / t44 : 0.0);
+    const double row_2_lambda = (t39 * t43 - (row_2_v + p->derived.constant_5 * row_2_psi + (row_2_u_arm_psi *
+        t33 - t31 + arm_psi_sin * t34))) * row_2_pivot_inverse;
+    const double t45 = row_1_pivot_inverse * (t39 + t41 * row_2_lambda);
     force[0] = row_2_lambda;
-    force[1] = -row_1_u_column_psi * t44;
-    force[2] = t28 * t44 + row_2_u_arm_psi * row_2_lambda;
-    force[3] = arm_psi_sin * row_2_lambda - row_1_u_effector_z * t44;
+    force[1] = -row_1_u_column_psi * t45;
+    force[2] = t28 * t45 + row_2_u_arm_psi * row_2_lambda;
+    force[3] = arm_psi_sin * row_2_lambda - row_1_u_effector_z * t45;
 }
 
 void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -990,6 +1008,8 @@ void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, c
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_cos * (arm_psi_cos * arm_psi_inertia_beyond_yy) +
         arm_psi_sin * (p->derived.arm_psi_inertia_xx * arm_psi_sin));
+    /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    const double effector_z_moment_change_z = p->m_E * arm_psi_sin;
     /* effector_z: bias forces c, inward */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     /* arm_psi: bias forces c, inward */
@@ -1047,7 +1067,7 @@ void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, c
     out->M[1 * 4 + 1] = column_psi_inertia_beyond_zz;
     out->M[2 * 4 + 0] = column_psi_moment_beyond_x;
     out->M[2 * 4 + 2] = arm_psi_inertia_beyond_yy;
-    out->M[3 * 4 + 0] = p->m_E * arm_psi_sin;
+    out->M[3 * 4 + 0] = effector_z_moment_change_z;
     out->M[3 * 4 + 3] = p->m_E;
     out->f[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + base_z_carried_force_z);
     out->f[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1] -
@@ -1347,7 +1367,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "2e86bbe4991e95a5",
+    SET(hash) "be26978f1aedb87c",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,

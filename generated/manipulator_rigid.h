@@ -26,10 +26,10 @@
  *   d              12     24    0    4
  *   energy         20     37    0    2
  *   power           3      7    1    3
- *   Q_q             2      5    0    2
+ *   Q_q             4     15    0    4
  *   qdd_free       41     69    4    5
- *   qdd           109    168   10    9
- *   force         104    166   10    9
+ *   qdd           109    173    9    9
+ *   force         104    171    9    9
  *   equations      75    116    4    9
  *   course          2      7    2    4
  *   breaks          0      0    0    0

@@ -84,3 +84,12 @@ def read_run(path):
     table = numpy.loadtxt(path, delimiter=",", skiprows=1, ndmin=2)
     assert table.shape[1] == len(header), f"{path}: {table.shape[1]} columns under {len(header)} names"
     return {name: table[:, column] for column, name in enumerate(header)}
+
+
+def motion(model, *arguments, timeout=300):
+    """Columns, standard error and summary of one `refdyn sim`."""
+    with tempfile.TemporaryDirectory() as folder:
+        run, summary = os.path.join(folder, "run.csv"), os.path.join(folder, "summary.json")
+        done = refdyn("sim", model, *arguments, "-o", run, "--summary", summary, timeout=timeout)
+        with open(summary) as file:
+            return read_run(run), done.stderr, json.load(file)

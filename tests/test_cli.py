@@ -28,6 +28,7 @@ WRONG_USAGE = [
     ["sim", PENDULUM, "--until", "1", "--method", "rk3", "-o", "x.csv"],
     ["sim", PENDULUM, "--until", "1", "--stabilise", "much", "-o", "x.csv"],
     ["sim", PENDULUM, "--until", "1", "--step", "0", "-o", "x.csv"],
+    ["gen", PENDULUM, "--emit", "qddd", "-o", "x"], ["gen", PENDULUM, "--emit", "M,nothing", "-o", "x"], ["gen", PENDULUM, "--emit", "", "-o", "x"],
     ["check", PENDULUM, PENDULUM], ["check", PENDULUM, "--set", "n_rfe"], ["check", PENDULUM, "--until", "1"], ["plot", "-o", "x.svg"],
 ]
 
@@ -252,6 +253,20 @@ def test_compiler_that_fails(tmp_path):
     evaluate(PENDULUM, None, env={"REFDYN_CACHE": str(tmp_path / "cache")})
 
 
+@pytest.mark.parametrize("home", [{}, {"HOME": "/proc/none"}, {"HOME": ""}], ids=str)
+def test_cache_without_a_home(home, tmp_path):
+    """A user without a home compiles into a folder of his own in TMPDIR; one that others may write is not taken."""
+    env = {name: value for name, value in os.environ.items() if name not in ("HOME", "XDG_CACHE_HOME", "REFDYN_CACHE")}
+    env.update(home, TMPDIR=str(tmp_path))
+    done = subprocess.run([REFDYN, "eval", PENDULUM], env=env, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    [folder] = tmp_path.iterdir()
+    assert stat.S_IMODE(folder.stat().st_mode) == 0o700 and list(folder.glob("*.so"))
+    folder.chmod(0o777)
+    done = subprocess.run([REFDYN, "eval", PENDULUM], env=env, capture_output=True, text=True)
+    assert done.returncode == 1 and "REFDYN_CACHE" in done.stderr
+
+
 def test_spoiled_cache(tmp_path):
     """A file in the cache that is no library is replaced, or told of; it never crashes the program."""
     env = {"REFDYN_CACHE": str(tmp_path)}
@@ -267,6 +282,17 @@ def test_results_go_to_stdout_or_file(tmp_path):
     assert (tmp_path / "e.json").read_text() == done.stdout and json.loads(done.stdout)
     assert done.stderr == ""
     assert [path.name for path in tmp_path.iterdir()] == ["e.json"]
+
+
+def test_what_is_no_plain_file_is_written_itself(tmp_path):
+    """-o /dev/null or a link is written through and stays what it is: no file of that name takes its place."""
+    link = tmp_path / "link"
+    link.symlink_to("/dev/null")
+    refdyn("sim", PENDULUM, "--until", "0.1", "--step", "1e-2", "-o", link, "--summary", link)
+    refdyn("eval", PENDULUM, "-o", link)
+    assert link.is_symlink() and stat.S_ISCHR(os.stat("/dev/null").st_mode)
+    pipe = subprocess.run([REFDYN, "eval", PENDULUM, "-o", "/dev/stdout"], capture_output=True, text=True, check=True)
+    assert json.loads(pipe.stdout) and [path.name for path in tmp_path.iterdir()] == ["link"]
 
 
 def test_gen_tells_what_it_did(tmp_path):
@@ -312,3 +338,11 @@ def test_report(tmp_path):
     refdyn("report", REFERENCE, "--set", "n_rfe=1", "--until", "0.2", "--steps", "2e-3,1e-3", "-o", tmp_path)
     names = {path.suffix for path in tmp_path.iterdir()}
     assert names >= {".csv", ".svg"}
+
+
+def test_report_shows_every_stabilisation(tmp_path):
+    """Where rounding is reached with steps that Baumgarte's gains do not allow, smaller ones are added for it."""
+    refdyn("report", REFERENCE, "--vary", "n_rfe=1", "--from", "statics", "--until", "0.2", "-o", tmp_path)
+    [path] = tmp_path.glob("*.csv")
+    done = [line.split(",") for line in path.read_text().splitlines() if line.endswith(",done")]
+    assert {line[2] for line in done} == {"none", "baumgarte", "project"}

@@ -1,4 +1,5 @@
 """The emitted C: clean in both languages and compilers, equal on every run, and nothing in it that a scene does not use."""
+import json
 import re
 import shutil
 import subprocess
@@ -185,3 +186,37 @@ def test_every_number_of_elements(n_rfe):
 def test_every_number_generates(tmp_path):
     for n_rfe in range(1, 33):
         refdyn("gen", REFERENCE, "--set", f"n_rfe={n_rfe}", "-o", tmp_path / str(n_rfe))
+
+
+# A slide without mass: accelerations exist with its constraint only.
+MASSLESS = """local rd      = require "refdyn"
+local held    = rd.option("held", true)
+local p       = rd.parameters { { "L", 1, "m" } }
+return rd.model {
+  name = "massless",
+  links = {
+    { "rod", joint = { "psi" }, mass = 1, inertia = { zz = 0.1 } },
+    { "slide", on = "rod", joint = { "x" }, start = { x = 1 } },
+  },
+  points      = { E = "slide" },
+  forces      = function(s) return { rod_psi = s.q.rod_psi / p.L } end,
+  constraints = function(s) return held and { rd.position { s.q.slide_x - p.L * rd.cos(s.q.rod_psi) } } or {} end,
+}
+"""
+
+
+@pytest.mark.parametrize("options", [[], ["held=false"]], ids=" ".join)
+def test_what_is_no_finite_number(options, tmp_path):
+    """Where a value cannot exist the C says NAN or INFINITY of math.h: it compiles, and the program names the coordinate."""
+    options = [word for setting in options for word in ("--set", setting)] + ["--fold"]
+    model = tmp_path / "massless.lua"
+    model.write_text(MASSLESS)
+    files = emit(tmp_path / "out", model, *options)
+    assert re.search(r"\b(NAN|INFINITY)\b", files["massless.c"])
+    for compiler in COMPILERS:
+        subprocess.run([*compiler, *WARNINGS, "-O2", "-c", "massless.c", "-o", "massless.o"], cwd=tmp_path / "out", check=True)
+    done = refdyn("eval", model, *options, status=3 if options[1:] else 0)
+    if options[1:]:
+        assert "slide_x" in done.stderr
+    else:
+        assert json.loads(done.stdout)["qdd_free"] is None

@@ -7,16 +7,7 @@ import time
 import numpy
 import pytest
 
-from program import REFERENCE, SCALE, TESTS, check, evaluate, oracle, read_run, refdyn
-
-
-def motion(model, *arguments, timeout=300):
-    """Columns, standard error and summary of one `refdyn sim`."""
-    with tempfile.TemporaryDirectory() as folder:
-        run, summary = os.path.join(folder, "run.csv"), os.path.join(folder, "summary.json")
-        done = refdyn("sim", model, *arguments, "-o", run, "--summary", summary, timeout=timeout)
-        with open(summary) as file:
-            return read_run(run), done.stderr, json.load(file)
+from program import REFERENCE, SCALE, TESTS, check, evaluate, motion, oracle
 
 
 def deviations(run, reference, names, points):

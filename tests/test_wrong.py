@@ -25,3 +25,50 @@ def test_all_kinds_are_there():
     text = "".join(path.read_text() for path in FILES)
     for what in ("unknown field", "nearest known", "positive number", "chain", "twice", "unit", "compar", "rd.where"):
         assert re.search(what, text), what
+
+
+def check_file(tmp_path, text, name="model.lua", **keywords):
+    path = tmp_path / name
+    path.write_text(text)
+    return path, refdyn("check", path, **keywords)
+
+
+def test_a_thousand_errors(tmp_path):
+    """All of them are told, in one go."""
+    links = "".join(f'  {{ "link_{i}", joint = "x", mass = -{i} }},\n' for i in range(1, 1001))
+    path, done = check_file(
+        tmp_path, f'local rd = require "refdyn"\nreturn rd.model {{ name = "wrong", links = {{\n{links}}} }}\n', status=1)
+    assert done.stderr.splitlines() == [
+        f"{path}:{i + 2}: links[{i}].mass: value -{i}, a positive number is needed" for i in range(1, 1001)]
+
+
+def test_no_bytecode(tmp_path):
+    path, done = check_file(tmp_path, "\x1bLua of another kind\n", status=1)
+    assert done.stderr.splitlines() == [f"{path}:0: attempt to load a binary chunk (mode is 't')"]
+
+
+def test_errors_in_a_file_beside_the_model(tmp_path):
+    """The place of a table and of a failure is in the file where it stands."""
+    (tmp_path / "parts.lua").write_text('return {\n  { "a", joint = "x", mass = -1 },\n}\n')
+    _, done = check_file(
+        tmp_path, 'local rd = require "refdyn"\nreturn rd.model { name = "wrong", links = require "parts" }\n', status=1)
+    assert done.stderr.splitlines() == [f"{tmp_path}/parts.lua:2: links[1].mass: value -1, a positive number is needed"]
+    (tmp_path / "parts.lua").write_text("local x = nil\nreturn x.y\n")
+    done = refdyn("check", tmp_path / "model.lua", status=1)
+    assert done.stderr.splitlines() == [f"{tmp_path}/parts.lua:2: attempt to index a nil value (local 'x')"]
+
+
+def test_doubts_do_not_refuse(tmp_path):
+    path, done = check_file(tmp_path, """local rd = require "refdyn"
+return rd.model { name = "doubtful", gravity = { 0, 0, -9.81 }, links = {
+  { "spin", joint = "psi", mass = 1, inertia = { zz = 1 } },
+  { "empty", joint = "x, phi", mass = 1 },
+  { "still", joint = "theta", mass = 1, inertia = { yy = 1 }, start_rate = { theta = 1 } },
+  { "floating", joint = "free", mass = 1, inertia = { xx = 1, yy = 1, zz = 1 } },
+} }
+""")
+    assert done.stderr.splitlines() == [
+        f"{path}:3: warning: coordinate spin_psi: nothing loads it, no gravity, spring, damper, force or row",
+        f"{path}:4: warning: coordinate empty_x: nothing loads it, no gravity, spring, damper, force or row",
+        f"{path}:4: warning: coordinate empty_phi: moves nothing that has inertia about its axis, its acceleration has no "
+        "value unless rows give it one"]

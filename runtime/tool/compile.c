@@ -47,30 +47,61 @@ static void hash_build(const struct toolchain *chain, const struct emitted_file 
     SHA256End(&sha, key);
 }
 
-/* The cache folder's path, or NULL with a complaint. */
-static char *cache_folder(void) {
-    const char *own = getenv("REFDYN_CACHE"), *xdg = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
-    if (own && *own)
-        return text_format("%s", own);
-    if (xdg && *xdg == '/')
-        return text_format("%s/refdyn", xdg);
-    if (home && *home)
-        return text_format("%s/.cache/refdyn", home);
-    fputs("refdyn: no folder for compiled models: set REFDYN_CACHE or HOME\n", stderr);
-    return NULL;
-}
-
 static bool make_folders(char *path) {
     for (char *slash = strchr(path + 1, '/'); slash; slash = strchr(slash + 1, '/')) {
         *slash = '\0';
         mkdir(path, 0777); /* what is there already is fine; the last mkdir tells */
         *slash = '/';
     }
-    if (mkdir(path, 0777) == 0 || errno == EEXIST)
-        return true;
+    return mkdir(path, 0777) == 0 || errno == EEXIST;
+}
+
+/* $REFDYN_CACHE, or NULL with a complaint. */
+static char *own_folder(const char *own) {
+    char *path = text_format("%s", own);
+    if (make_folders(path))
+        return path;
     fprintf(stderr, "refdyn: %s: cannot make the cache folder: %s; REFDYN_CACHE names another one\n", path,
             strerror(errno));
-    return false;
+    free(path);
+    return NULL;
+}
+
+/* In the XDG cache folder, or NULL where this user has none that can be written. */
+static char *xdg_folder(void) {
+    const char *xdg = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
+    char *path = NULL;
+    if (xdg && *xdg == '/')
+        path = text_format("%s/refdyn", xdg);
+    else if (home && *home == '/')
+        path = text_format("%s/.cache/refdyn", home);
+    if (path && make_folders(path) && access(path, W_OK | X_OK) == 0)
+        return path;
+    free(path);
+    return NULL;
+}
+
+/* For users without a home; nobody else may write there, since what lies there is loaded. */
+static char *temporary_folder(void) {
+    const char *parent = getenv("TMPDIR");
+    char *path = text_format("%s/refdyn-%ld", parent && *parent ? parent : "/tmp", (long)getuid());
+    struct stat status;
+    if ((mkdir(path, 0700) == 0 || errno == EEXIST) && lstat(path, &status) == 0 && S_ISDIR(status.st_mode) &&
+        status.st_uid == getuid() && (status.st_mode & (S_IWGRP | S_IWOTH)) == 0)
+        return path;
+    fprintf(stderr,
+            "refdyn: no folder for compiled models, %s is not yours alone: set REFDYN_CACHE or HOME\n", path);
+    free(path);
+    return NULL;
+}
+
+/* The cache folder's path, or NULL with a complaint. */
+static char *cache_folder(void) {
+    const char *own = getenv("REFDYN_CACHE");
+    if (own && *own)
+        return own_folder(own);
+    char *path = xdg_folder();
+    return path ? path : temporary_folder();
 }
 
 static bool load(struct compiled *compiled, const char *name, const char *path) {
@@ -104,7 +135,7 @@ bool compile_load(struct compiled *compiled, const char *name, const struct emit
     struct toolchain chain;
     *compiled = (struct compiled){.library = NULL};
     char *folder = cache_folder();
-    if (!folder || !make_folders(folder) || !toolchain_find(&chain)) {
+    if (!folder || !toolchain_find(&chain)) {
         free(folder);
         return false;
     }

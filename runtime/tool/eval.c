@@ -3,6 +3,7 @@
 #include "output.h"
 #include "scene.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 static void put_coordinates(struct document *document, const char *key, const struct refdyn_model *model) {
@@ -83,6 +84,9 @@ static int free_accelerations(const struct scene *scene, double *qdd) {
     const struct refdyn_workspace *work = &scene->work;
     if (scene->model->qdd_free) {
         scene->model->qdd_free(work->p, work->x, scene->state.t, scene->q, scene->qd, qdd);
+        for (int i = 0; i < scene->model->n; i++)
+            if (!isfinite(qdd[i]))
+                return REFDYN_NOT_FINITE;
         return REFDYN_OK;
     }
     struct refdyn_model bare = *scene->model;

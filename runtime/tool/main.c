@@ -94,20 +94,25 @@ static enum status gen_failed(const struct options *options, const struct genera
     return STATUS_FAULT;
 }
 
+static enum status emit_scene(struct generation *generation, const struct options *options) {
+    int seen = generation->messages.count;
+    enum gen_status result = gen_plan(generation, options->emit);
+    if (result == GEN_OK)
+        result = gen_write(generation, options->output);
+    print_messages(generation, seen);
+    if (result != GEN_OK)
+        return gen_failed(options, generation, result);
+    gen_print_summary(generation, stdout);
+    return STATUS_DONE;
+}
+
 enum status run_gen(const struct options *options) {
     struct scene scene = {.is_read = false};
     enum status status = scene_read(&scene, options);
     if (status == STATUS_DONE) {
         struct generation *generation = &scene.generation;
-        int seen = generation->messages.count;
-        enum gen_status result = gen_plan(generation, options->emit);
-        if (result == GEN_OK)
-            result = gen_write(generation, options->output);
-        print_messages(generation, seen);
-        if (result == GEN_OK)
-            gen_print_summary(generation, stdout);
-        else
-            status = gen_failed(options, generation, result);
+        const char *wrong = options->emit ? gen_wrong_emit(generation, options->emit) : NULL;
+        status = wrong ? usage_error(options->command, "--emit: %s", wrong) : emit_scene(generation, options);
     }
     scene_close(&scene);
     return status;

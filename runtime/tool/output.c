@@ -6,6 +6,7 @@
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
 /* Digits that a double keeps in decimal, and that always bring it back (C11 5.2.4.2.2: DBL_DIG and
  * DBL_DECIMAL_DIG). */
@@ -112,11 +113,17 @@ static bool complain_file(const char *path, const char *what) {
     return false;
 }
 
+/* A device, a pipe or a link such as /dev/stdout, which a file of that name must not replace. */
+static bool is_written_through(const char *path) {
+    struct stat status;
+    return lstat(path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
+}
+
 bool output_open(struct output *output, const char *path) {
     *output = (struct output){.file = stdout, .path = path};
     if (!path)
         return true;
-    output->part = text_format("%s.part", path);
+    output->part = text_format(is_written_through(path) ? "%s" : "%s.part", path);
     output->file = fopen(output->part, "w");
     if (output->file)
         return true;
@@ -138,7 +145,8 @@ bool output_keep_part(struct output *output) {
 
 bool output_close(struct output *output) {
     bool is_good = output_keep_part(output);
-    if (is_good && output->part && rename(output->part, output->path) != 0)
+    if (is_good && output->part && strcmp(output->part, output->path) != 0 &&
+        rename(output->part, output->path) != 0)
         is_good = complain_file(output->path, "cannot be made");
     output_release(output);
     return is_good;

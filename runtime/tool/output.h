@@ -32,7 +32,8 @@ void put_null(struct document *document, const char *key);
 void put_array(struct document *document, const char *key, const double *values, int count);
 void put_matrix(struct document *document, const char *key, const double *values, int rows, int columns);
 
-/* An output file: written as PATH.part and renamed by output_close; path NULL is stdout. */
+/* An output file: written as PATH.part and renamed by output_close, what is no plain file (/dev/null) written
+ * itself; path NULL is stdout. */
 struct output {
     FILE *file;
     const char *path;

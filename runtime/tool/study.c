@@ -9,6 +9,7 @@
 enum {
     HALVINGS_MAX = 20, /* of the time between outputs: down to a millionth of it */
     AUTOMATIC_STEPS = 12,
+    SMALLER_STEPS = 4,  /* beyond those, for a stabilisation that needs them */
     REPORT_OUTPUTS = 50 /* times at which positions are compared */
 };
 
@@ -144,6 +145,30 @@ static int find_steps(struct study *study, struct scene *scene, const struct opt
     return study->count;
 }
 
+static const struct trial *last_stable(const struct study *study, enum refdyn_stabilise stabilise) {
+    const struct trial *found = NULL;
+    for (int i = 0; i < study->count; i++)
+        if (study->trials[i].stabilise == stabilise && study->trials[i].track)
+            found = &study->trials[i];
+    return found;
+}
+
+/* Halves further where none of the steps was small enough for a stabilisation, until one is and the next is
+ * done; a Baumgarte row needs 2 alpha h below 2.78 even where rounding is reached long before. Returns the
+ * smallest step. */
+static double add_smaller_steps(struct study *study, struct scene *scene, const struct options *options,
+                                enum refdyn_stabilise stabilise, double step, double seconds,
+                                struct progress *progress) {
+    const struct trial *projected = last_stable(study, REFDYN_PROJECT);
+    double cost = (projected ? projected->cpu_s : 0) * study_cost;
+    bool is_missing = !last_stable(study, stabilise);
+    for (int i = 0; i < SMALLER_STEPS && is_missing && !motion_interrupted && (cost *= 2) < seconds; i++) {
+        is_missing = !last_stable(study, stabilise);
+        run_trial(add_trial(study, step /= 2, stabilise), study, scene, options, progress);
+    }
+    return step;
+}
+
 static void judge(struct trial *trial, const struct study *study) {
     if (!trial->track)
         return;
@@ -177,7 +202,7 @@ static enum status run_reference(struct study *study, struct scene *scene, const
 
 enum status study_run(struct study *study, struct scene *scene, const struct options *options,
                       const double *steps, int step_count, double seconds) {
-    double found[STEPS_MAX];
+    double found[STEPS_MAX] = {0};
     struct progress progress;
     const struct refdyn_model *model = scene->model;
     study->count = 0;
@@ -189,12 +214,18 @@ enum status study_run(struct study *study, struct scene *scene, const struct opt
         step_count = find_steps(study, scene, options, seconds, found, &progress);
         steps = found;
     }
-    for (int i = 0; i < STABILISE_COUNT; i++)
-        for (int j = 0; j < step_count && !motion_interrupted && model->m + (i == REFDYN_NONE) > 0; j++)
-            if (!is_automatic || i != REFDYN_PROJECT)
-                run_trial(add_trial(study, steps[j], (enum refdyn_stabilise)i), study, scene, options,
-                          &progress);
-    enum status status = run_reference(study, scene, options, smallest(steps, step_count) / 2, &progress);
+    double least = smallest(steps, step_count), least_tried = least;
+    for (int i = 0; i < STABILISE_COUNT; i++) {
+        enum refdyn_stabilise stabilise = (enum refdyn_stabilise)i;
+        bool has_use = model->m > 0 || stabilise == REFDYN_NONE;
+        for (int j = 0; j < step_count && !motion_interrupted && has_use; j++)
+            if (!is_automatic || stabilise != REFDYN_PROJECT)
+                run_trial(add_trial(study, steps[j], stabilise), study, scene, options, &progress);
+        if (is_automatic && has_use)
+            least_tried = fmin(
+                least_tried, add_smaller_steps(study, scene, options, stabilise, least, seconds, &progress));
+    }
+    enum status status = run_reference(study, scene, options, least_tried / 2, &progress);
     for (int i = 0; i < study->count && status == STATUS_DONE; i++)
         judge(&study->trials[i], study);
     progress_end(&progress);

@@ -1,2 +1,2 @@
--- expect: 2: require: only "refdyn" can be required
+-- expect: 2: require: no file socket.lua beside the model
 local socket = require "socket"

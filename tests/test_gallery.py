@@ -1,0 +1,331 @@
+"""The models of the gallery against closed forms and identities."""
+import json
+import re
+
+import mpmath
+import numpy
+import pytest
+from numpy import arctan2, cos, pi, sin, sqrt
+
+from program import MODELS, SCALE, check, close, evaluate, motion, refdyn, settings
+
+FINE = ["--method", "rk54", "--tol", "1e-10", "--stabilise", "project"]
+
+
+def model(name):
+    return MODELS / (name + ".lua")
+
+
+def statics(name, *arguments, **values):
+    return json.loads(refdyn("statics", model(name), *settings(values), *arguments).stdout)
+
+
+def states(run, names):
+    return numpy.array([run[name] for name in names]).T, numpy.array([run[name + "_d"] for name in names]).T
+
+
+def names_of(name, *arguments):
+    return evaluate(model(name), None, *arguments)["coordinates"]
+
+
+def mass_matrix(name, q):
+    return numpy.array(evaluate(model(name), {"q": list(map(float, q))})["M"])
+
+
+def balanced(summary, tolerance):
+    error = summary["energy_error"]
+    return "" if error <= tolerance * SCALE else f"energy: balance error {error:.1e}, allowed {tolerance * SCALE:.0e}"
+
+
+# ---- four-bar linkage ----
+
+A, B, C, D = 0.2, 0.6, 0.45, 0.55
+
+
+def fourbar_angles(crank):
+    """Freudenstein: d/a cos r - d/c cos t + K = cos(t - r), t the crank, r the rocker; then the coupler."""
+    K1, K2, K3 = D / A, D / C, (A**2 - B**2 + C**2 + D**2) / (2 * A * C)
+    first, second, third = cos(crank) - K1 - K2 * cos(crank) + K3, -2 * sin(crank), K1 - (K2 + 1) * cos(crank) + K3
+    rocker = 2 * arctan2(-second - sqrt(second**2 - 4 * first * third), 2 * first)
+    return arctan2(C * sin(rocker) - A * sin(crank), D + C * cos(rocker) - A * cos(crank)), rocker
+
+
+def fourbar_rate(crank, start, torque):
+    """The crank's rate from rest: torque times angle is what kinetic and potential energy gain."""
+    masses = {length: 2700 * length * 0.04 * 0.01 for length in (A, B, C)}
+    own = {length: mass * (length**2 + 0.04**2) / 12 for length, mass in masses.items()}
+
+    def height_of_all(crank):
+        coupler, rocker = fourbar_angles(crank)
+        return (masses[A] * A / 2 * sin(crank) + masses[B] * (A * sin(crank) + B / 2 * sin(coupler))
+                + masses[C] * C / 2 * sin(rocker))
+
+    coupler, rocker = fourbar_angles(crank)
+    by_coupler = A * sin(rocker - crank) / (B * sin(coupler - rocker))
+    by_rocker = A * sin(crank - coupler) / (C * sin(rocker - coupler))
+    across = A**2 + (B / 2 * by_coupler)**2 + A * B * by_coupler * cos(crank - coupler)
+    inertia = (own[A] + masses[A] * A**2 / 4 + own[B] * by_coupler**2 + masses[B] * across
+               + (own[C] + masses[C] * C**2 / 4) * by_rocker**2)
+    work = torque * (crank - start) - 9.81 * (height_of_all(crank) - height_of_all(start))
+    return sqrt(numpy.maximum(2 * work / inertia, 0))
+
+
+def turned(angle):
+    return (angle + pi) % (2 * pi) - pi
+
+
+@pytest.mark.parametrize("joints", ["planar", "spatial"])
+def test_fourbar(joints):
+    """Over more than a turn; with hinges in space the rows across the plane are found redundant, and named."""
+    run, said, summary = motion(model("fourbar"), "--set", f"joints={joints}", "--until", 0.6, *FINE)
+    crank = run["crank_psi"]
+    coupler, rocker = fourbar_angles(crank)
+    assert crank[-1] - crank[0] > 2 * pi
+    redundant = "redundant rows, left out: close 1 z, close 1 turn 1, close 1 turn 2\n"
+    assert (redundant in said) == (joints == "spatial"), said
+    check([close("rocker", turned(run["rocker_psi"] - rocker), 0 * rocker, 1e-13),
+           close("coupler", turned(crank + run["coupler_psi"] - coupler), 0 * coupler, 1e-12),
+           close("rate", run["crank_psi_d"], fourbar_rate(crank, 1.1, 1.5), 1e-10), balanced(summary, 1e-9)])
+
+
+def test_fourbar_is_the_same_with_spatial_joints():
+    planar, spatial = (motion(model("fourbar"), "--set", f"joints={joints}", "--until", 0.6, *FINE)[0]
+                       for joints in ("planar", "spatial"))
+    names = [name for name in planar if not name.startswith(("phi_", "psi_", "force_"))]
+    check([close(name, spatial[name], planar[name], 1e-9) for name in names])
+
+
+# ---- Bricard's linkage ----
+
+def test_bricard():
+    """One of five rows is redundant all the way; it swings far; the angles keep threefold symmetry."""
+    run, said, summary = motion(model("bricard"), "--until", 2, *FINE)
+    assert len(re.findall("redundant rows, left out: close 1 [a-z0-9 ]+\n", said)) == 1, said
+    corners = [numpy.array([run[f"{name}_{axis}"] for axis in "xyz"]) for name in "ABCDE"]
+    corners = [0 * corners[0], *corners, 0 * corners[0]]
+    rods = [end - start for start, end in zip(corners, corners[1:])]
+    cosines = [(first * second).sum(axis=0) for first, second in zip(rods, rods[1:] + rods[:1])]
+    even, odd = cosines[0], cosines[1]
+    assert numpy.ptp(run["rod2_psi"]) > 3
+    check([close(f"angle {i + 1}", cosine, (even, odd)[i % 2], 1e-10) for i, cosine in enumerate(cosines)]
+          + [close("loop", [summary["phi_max"]], [0], 1e-12), balanced(summary, 1e-9),
+             close("symmetry", even + odd + even * odd, 0 * even, 1e-10, 1),
+             close("end", corners[5].T - (0, 0, 1), 0 * corners[5].T, 1e-9)])
+
+
+# ---- gantry ----
+
+def test_gantry():
+    bridge, trolley, ram = 7850 * 0.2 * 3 * 0.1 + 30, 25, 7850 * pi / 4 * (0.08**2 - 0.06**2) * 1.2 + 20
+    carried = numpy.array([bridge + trolley + ram, trolley + ram, ram])
+    M = evaluate(model("gantry"), {"q": [0.3, -0.2, 0.1]})["M"]
+    run, _, summary = motion(model("gantry"), "--until", 3, *FINE)
+    part, T = numpy.minimum(run["t"] / 2, 1), 2
+    place, rate = 3 * part**2 - 2 * part**3, 6 * (part - part**2) / T
+    acceleration = (6 - 12 * part) / T**2 * (run["t"] < 2)
+    drag, weight = {"bridge_x": 80, "trolley_y": 40, "ram_z": 0}, {"ram_z": 9.81 * ram}
+    lines = [close("M", M, numpy.diag(carried).tolist(), 1e-15), balanced(summary, 1e-9)]
+    smooth = abs(run["t"] - 2) > 1e-9
+    for mass, name, reach in zip(carried, ("bridge_x", "trolley_y", "ram_z"), (1.5, -0.8, -0.6)):
+        force = mass * reach * acceleration + drag[name] * numpy.tanh(reach * rate / 0.01) + weight.get(name, 0)
+        lines += [close(name, run[name], reach * place, 1e-12),
+                  close(name + "_d", run[name + "_d"], reach * rate, 1e-12),
+                  close("force of " + name, run["force_" + name][smooth], force[smooth], 1e-11)]
+    check(lines)
+
+
+# ---- beams ----
+
+def torsion_constant(a, b):
+    """Of a rectangle, by Saint-Venant's series (Timoshenko and Goodier, sect. 109)."""
+    odd = numpy.arange(1, 999, 2)
+    return a * b**3 / 3 * (1 - 192 * b / (pi**5 * a) * (numpy.tanh(odd * pi * a / (2 * b)) / odd**5).sum())
+
+
+E_ALU, G_ALU = 7e10, 7e10 / (2 * 1.33)
+SECTIONS = [  # length, Iy, Iz, It
+    (0.6, 0.03 * 0.05**3 / 12, 0.05 * 0.03**3 / 12, torsion_constant(0.05, 0.03)),
+    (0.4, *[pi / 64 * (0.03**4 - 0.02**4)] * 2, pi / 32 * (0.03**4 - 0.02**4)),
+    (0.3, *[pi / 64 * 0.016**4] * 2, pi / 32 * 0.016**4)]
+
+
+def stepped_deflection(x, load, which):
+    """int_0^x (x - s) P (L - s) / (E I(s)) ds"""
+    total, start, L = 0, 0, 1.3
+    for length, *inertias in SECTIONS:
+        end = min(start + length, x)
+        if end > start:
+            antiderivative = lambda s: x * L * s - (x + L) * s**2 / 2 + s**3 / 3
+            total += load * (antiderivative(end) - antiderivative(start)) / (E_ALU * inertias[which])
+        start += length
+    return total
+
+
+def test_stepped_beam():
+    """The sections turn at midpoints of equal parts: the error falls as (2 n - 1)^-2, and extrapolation is exact."""
+    load, across, torque = 1e-3, 3e-4, 2e-3
+    found = [statics("stepped", n=n, P_down=load, P_across=across)["points"] for n in (1, 2)]
+    lines = []
+    for name, x in {"first": 0.6, "second": 1.0, "tip": 1.3}.items():
+        coarse, fine = (numpy.array(points[name]) for points in found)
+        extrapolated = fine + (fine - coarse) / 8
+        lines += [close(name + " z", extrapolated[2:], [-stepped_deflection(x, load, 0)], 1e-12),
+                  close(name + " y", extrapolated[1:2], [stepped_deflection(x, across, 1)], 1e-12)]
+    twisted = statics("stepped", P_down=0.0, P_across=0.0, T_tip=torque)
+    twist = sum(q for name, q in zip(twisted["coordinates"], twisted["q"]) if "_phi_" in name)
+    expected = sum(torque * length / (G_ALU * It) for length, _, _, It in SECTIONS)
+    check(lines + [close("twist", [twist], [expected], 1e-12)])
+
+
+def test_link_in_the_middle_of_a_beam():
+    """Small gravity keeps it linear; the place is at a cell's end for 5 and 10 cells, where extrapolation is exact."""
+    L, a, EI, g = 1.5, 0.9, 2.1e11 * pi / 64 * 0.02**4, 1e-4
+    P, w = 3 * g, 7800 * pi / 4 * 0.02**2 * g
+
+    def deflection(x):
+        near = min(x, a)
+        by_load = P * near**2 * (3 * a - near) / 6 + (x - near) * P * a**2 / 2
+        return (by_load + w * x**2 * (6 * L**2 - 4 * L * x + x**2) / 24) / EI
+
+    slope = P * a**2 / (2 * EI) + w * a * (3 * L**2 - 3 * L * a + a**2) / (6 * EI)
+    coarse, fine = (statics("midspan", n_rfe=n, g=g) for n in (6, 11))
+    lines = []
+    for name, x, below in ("hinge", a, 0), ("tip", L, 0), ("load", a, 0.4):
+        sag = [-found["points"][name][2] - below for found in (coarse, fine)]
+        lines.append(close(name, [sag[1] + (sag[1] - sag[0]) / 3], [deflection(x)], 1e-8))
+    hangs = [found["q"][found["coordinates"].index("rope_theta")] for found in (coarse, fine)]
+    check(lines + [close("rope", [hangs[1] + (hangs[1] - hangs[0]) / 3], [-slope], 1e-12)])
+
+
+# ---- five-bar robot ----
+
+def test_fivebar():
+    run, _, summary = motion(model("fivebar"), "--until", 2, "--every", 0.002, *FINE)
+    course = lambda t: 0.5 * (1 - cos(4 * t)) / 2
+    left, right = 2.3 + course(run["t"]), 0.9 - 0.6 * course(1.7 * run["t"])
+    start, end = (numpy.array([side + 0.35 * cos(angle), 0.35 * sin(angle)])
+                  for side, angle in ((-0.15, left), (0.15, right)))
+    apart = end - start
+    half = sqrt((apart**2).sum(axis=0)) / 2
+    across = numpy.array([-apart[1], apart[0]]) / (2 * half)
+    tool = (start + end) / 2 + across * sqrt(0.5**2 - half**2)
+    power = sum(run["force_" + name] * run[name + "_d"] for name in names_of("fivebar"))
+    rate = numpy.gradient(run["energy"], run["t"], edge_order=2)
+    assert numpy.ptp(tool, axis=1).min() > 0.1
+    check([close("left", run["left_psi"], left, 1e-12), close("right", run["right_psi"], right, 1e-12),
+           close("tool", [run["tool_x"], run["tool_y"]], tool, 1e-12), balanced(summary, 1e-12),
+           close("power", power[2:-2], rate[2:-2], 5e-4)])
+
+
+# ---- crane ----
+
+def test_crane_swings_as_a_pendulum():
+    """With a stiff boom, a held rope and no drive: zero after a quarter of the period, the other side after a half."""
+    period = 4 * sqrt(2.5 / 9.81) * float(mpmath.ellipk(sin(0.9 / 2)**2))
+    run, _, _ = motion(model("crane"), *settings({"n_rfe": 1, "slew": 0, "lift": 0, "swing": 0.9}),
+                       "--until", repr(period), "--every", repr(period / 4), *FINE)
+    check([close("swing", run["rope_theta"], [0.9, 0, -0.9, 0, 0.9], 1e-8)])
+
+
+def test_crane_balances():
+    """Slewing and hoisting: moment of momentum about the column is what the motor gave, and energy is accounted for."""
+    names = names_of("crane")
+    run, _, summary = motion(model("crane"), "--until", 4, "--every", 1, "--method", "rk54", "--tol", "1e-9")
+    q, qd = states(run, names)
+    moment = [mass_matrix("crane", at)[0] @ rate for at, rate in zip(q, qd)]
+    given = 20 * numpy.where(run["t"] < 1, run["t"] - sin(pi * run["t"]) / pi, 2 * run["t"] - 1) / 2
+    assert abs(run["load_z"][-1] + 1.7) < 1e-9
+    check([close("moment of momentum", moment, given, 1e-10), balanced(summary, 1e-9)])
+
+
+# ---- slider-crank ----
+
+def crank_course(t):
+    """Angle, rate and acceleration of the driven crank."""
+    rate, T = 15, 0.3
+    rising = numpy.minimum(t, T)
+    return (0.6 + rate * (rising / 2 - T / (2 * pi) * sin(pi * rising / T) + numpy.maximum(t - T, 0)),
+            rate * (1 - cos(pi * rising / T)) / 2, rate * pi / T * sin(pi * rising / T) / 2)
+
+
+def test_slidercrank_with_a_stiff_rod():
+    run, _, summary = motion(model("slidercrank"), "--set", "n_rfe=1", "--until", 1, *FINE)
+    angle, rate, acceleration = crank_course(run["t"])
+    r, l = 0.15, 0.5
+    root = sqrt(l**2 - (r * sin(angle))**2)
+    slope = -r * sin(angle) - r**2 * sin(angle) * cos(angle) / root
+    bend = -r * cos(angle) - r**2 * (cos(2 * angle) / root + (r * sin(angle) * cos(angle))**2 / root**3)
+    check([close("x", run["slider_x"], r * cos(angle) + root, 1e-12), close("y", run["slider_y"], 0 * angle, 1e-12, 1),
+           close("xd", run["slider_xd"], slope * rate, 1e-11),
+           close("xdd", run["slider_xdd"], slope * acceleration + bend * rate**2, 1e-9), balanced(summary, 1e-9)])
+
+
+def test_slidercrank_nears_the_stiff_rod():
+    """Driven slowly the rod bends in proportion to 1 / E."""
+    slow = ["--set", "rate=3", "--set", "T=1", "--until", 1.5, "--every", 0.05, "--method", "rk54", "--tol", "1e-10"]
+    stiff, _, _ = motion(model("slidercrank"), "--set", "n_rfe=1", *slow)
+    soft, twice = (motion(model("slidercrank"), "--set", f"E={E}", "--set", "eta=1e-3", *slow) for E in (7e9, 1.4e10))
+    bent = [numpy.array([run["middle_" + axis] - stiff["middle_" + axis] for axis in "xy"])
+            for run, _, _ in (soft, twice)]
+    check([close("bending", bent[0], 2 * bent[1], 0.02), balanced(soft[2], 1e-6)])
+
+
+# ---- space arm ----
+
+def momentum(q, qd):
+    """Mass, centre of mass, momentum and its moment about the origin, from the rows of M qd of the free base."""
+    M = mass_matrix("spacearm", q)
+    x, y, z, psi, theta, _ = q[:6]
+    generalized, mass = M @ qd, M[0, 0]
+    center = numpy.array([x + M[1, 3] / mass, y - M[0, 3] / mass, z + M[0, 4] / (mass * cos(psi))])
+    Rz = numpy.array([[cos(psi), -sin(psi), 0], [sin(psi), cos(psi), 0], [0, 0, 1]])
+    Ry = numpy.array([[cos(theta), 0, sin(theta)], [0, 1, 0], [-sin(theta), 0, cos(theta)]])
+    axes = numpy.array([[0, 0, 1], Rz[:, 1], (Rz @ Ry)[:, 0]])
+    about_base = numpy.linalg.solve(axes, generalized[3:6])
+    return mass, center, generalized[:3], about_base + numpy.cross([x, y, z], generalized[:3])
+
+
+def test_spacearm():
+    names = names_of("spacearm")
+    run, _, summary = motion(model("spacearm"), "--until", 4, "--every", 0.5, "--method", "rk54", "--tol", "1e-9")
+    found = zip(*(momentum(q, qd) for q, qd in zip(*states(run, names))))
+    masses, centers, momenta, moments = (numpy.array(column) for column in found)
+    sphere, tube = 300 * pi / 6 * 0.5**3, 2700 * pi / 4 * (0.1**2 - 0.09**2) * 1.5
+    total = 150 + 8 + sphere + tube + 2700 * pi / 4 * (0.04**2 - 0.036**2) * 1.6 + 12
+    assert numpy.ptp(run["shoulder_psi"]) > 0.1 and numpy.ptp(run["satellite_psi"]) > 0.05
+    check([close("mass", masses, total + 0 * masses, 1e-12),
+           close("momentum", momenta, momenta[0] + 0 * momenta, 1e-12),
+           close("moment of momentum", moments, moments[0] + 0 * moments, 1e-12),
+           close("centre", centers, centers[0] + numpy.outer(run["t"], momenta[0] / total), 1e-12),
+           balanced(summary, 1e-7)])
+
+
+# ---- planar arm, branched tree ----
+
+def test_planar_arm():
+    """Stiff, its joints follow by the law of cosines from the tip's course; flexible, the tip keeps that course."""
+    run, _, summary = motion(model("planar"), "--set", "n_rfe=1", "--until", 2, *FINE)
+    l1, l2, t = 0.8, 0.63, run["t"]
+    rising = numpy.minimum(t, 1)
+    along = 0.1 * (rising**3 - rising**4 / 2 + numpy.maximum(t - 1, 0))
+    x, y = l1 * cos(0.4) + l2 * cos(1.5) + along, l1 * sin(0.4) + l2 * sin(1.5) - along
+    lower = numpy.arccos((x**2 + y**2 - l1**2 - l2**2) / (2 * l1 * l2))
+    upper = arctan2(y, x) - arctan2(l2 * sin(lower), l1 + l2 * cos(lower))
+    flexible, _, bent = motion(model("planar"), "--until", 2, "--method", "rk54", "--tol", "1e-8")
+    check([close("upper", run["upper_psi"], upper, 1e-12), close("lower", run["lower_psi"], lower, 1e-12),
+           close("tip", [flexible["tip_x"], flexible["tip_y"]], [x, y], 1e-12),
+           balanced(summary, 1e-9), balanced(bent, 1e-7)])
+
+
+def test_branched_tree():
+    """The nod's row is a linear oscillator; the free body's translation carries all masses."""
+    M = mass_matrix("branched", [0.1 * (i % 3 - 1) for i in range(17)])
+    total = 6.5 + 1.1 + 0.45 + 0.2 + 1200 * 2e-4 * 0.9
+    names = names_of("branched")
+    slides = [names.index("body_" + axis) for axis in "xyz"]
+    run, _, summary = motion(model("branched"), "--until", 2, "--method", "rk54", "--tol", "1e-10",
+                             "--stabilise", "baumgarte")
+    nod = (sin(sqrt(3) * run["t"]) / sqrt(3) - sin(run["t"])) / 4
+    check([close("total mass", M[numpy.ix_(slides, slides)], total * numpy.eye(3), 1e-14),
+           close("nod", run["tail_phi"], nod, 1e-12),
+           close("reach", run["phi_1"], 0 * nod, 1e-9), balanced(summary, 1e-9)])

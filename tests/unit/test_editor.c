@@ -1,0 +1,140 @@
+/*
+ * models/editor/refdyn.lua, the definitions that an editor's Lua language server reads (the form of LuaLS
+ * annotations), says what the tables of fields (gen/fields.def), functions and operators (gen/ops.def) say.
+ * With an argument, prints the file: what to write there when a table has changed.
+ */
+#include "fields.h"
+#include "memory.h"
+#include "module.h"
+
+#include <ctype.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+enum { ROOM = 1 << 17 };
+
+/* By enum field_type. */
+static const char *const types[] = {"string",
+                                    "integer",
+                                    "refdyn.expression|number",
+                                    "refdyn.expression|number",
+                                    "(refdyn.expression|number)[]",
+                                    "table[]",
+                                    "string|string[]",
+                                    "table<string, refdyn.expression|number>",
+                                    "string|table",
+                                    "table",
+                                    "string|number[]",
+                                    "(refdyn.expression|number)[]",
+                                    "table",
+                                    "table[]",
+                                    "fun(s: table): table"};
+
+static char text[ROOM];
+
+static void put(const char *piece) {
+    strncat(text, piece, ROOM - strlen(text) - 1);
+}
+
+static void put_lower(const char *piece) {
+    for (char letter[2] = {0, 0}; *piece; piece++) {
+        letter[0] = (char)tolower((unsigned char)*piece);
+        put(letter);
+    }
+}
+
+static const char *const owner_names[] = {
+#define OWNER(name, text, tag) #name,
+    OWNERS
+#undef OWNER
+};
+
+static void put_field(const struct field_rule *rule) {
+    put("---@field ");
+    if (rule->item > 0) {
+        char item[16];
+        snprintf(item, sizeof item, "[%d]? ", rule->item);
+        put(item);
+        put(types[rule->type]);
+        put("\n---@field ");
+    }
+    put(rule->name);
+    put(rule->need != NEED_NEEDED || rule->item > 0 ? "? " : " ");
+    put(types[rule->type]);
+    put(" ");
+    put(rule->text);
+    if (*rule->unit) {
+        put(" [");
+        put(rule->unit);
+        put("]");
+    }
+    put("\n");
+}
+
+static void put_classes(void) {
+    for (int i = 0; i < FIELD_COUNT; i++) {
+        if (i == 0 || field_rules[i].owner != field_rules[i - 1].owner) {
+            put("\n---@class refdyn.");
+            put_lower(owner_names[field_rules[i].owner]);
+            put("\n");
+        }
+        put_field(&field_rules[i]);
+    }
+}
+
+static void put_function(const char *name, const char *parameter_type, const char *parameters) {
+    if (parameter_type) {
+        put("---@param fields refdyn.");
+        put_lower(parameter_type);
+        put("\n");
+    }
+    put("function rd.");
+    put(name);
+    put("(");
+    put(parameters);
+    put(") end\n");
+}
+
+static void stop(void *context) {
+    (void)context;
+    exit(1);
+}
+
+static void put_functions(void) {
+    static const char *const rows[] = {"position", "velocity", "acceleration"};
+    struct memory memory = {.allowance = -1, .fail = stop};
+    put("\n---@class refdyn\n---@field pi number\nlocal rd = {}\n\n");
+    for (int owner = 0; owner < OWNER_COUNT; owner++)
+        if (owner_tag((enum owner)owner))
+            put_function(owner_tag((enum owner)owner), owner_names[owner], "fields");
+    for (int i = 0; i < 3; i++)
+        put_function(rows[i], "row", "fields");
+    for (int i = 0; i < module_function_count(); i++)
+        put_function(module_function_name(&memory, i), NULL, "...");
+    memory_release(&memory);
+    put("\nreturn rd\n");
+}
+
+int main(int argc, char **argv) {
+    static char found[ROOM];
+    (void)argv;
+    put("---@meta refdyn\n-- Definitions for editors, made from the tables of fields and operators: do not "
+        "edit.\n");
+    put("\n---@class refdyn.expression\n");
+    put_classes();
+    put_functions();
+    if (argc > 1) {
+        fputs(text, stdout);
+        return 0;
+    }
+    FILE *file = fopen(SOURCE_FOLDER "/models/editor/refdyn.lua", "rb");
+    if (file && fread(found, 1, ROOM - 1, file) == 0)
+        puts("models/editor/refdyn.lua is empty");
+    if (file)
+        fclose(file);
+    if (strcmp(found, text) == 0)
+        return 0;
+    puts("models/editor/refdyn.lua differs from the tables: `test_editor print` writes it");
+    return 1;
+}

@@ -1,0 +1,11 @@
+-- expect: 8: links[1].bodies[1].axis: "u" is no axis, x y z are
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = "psi",
+      bodies = {
+        rd.cylinder { diameter = 0.1, length = 1, mass = 1, axis = "u" },
+      } },
+  },
+}

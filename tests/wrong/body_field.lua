@@ -1,0 +1,13 @@
+-- expect: 10: links[1].bodies[1].diameter: missing, a cylinder needs it
+-- expect: 10: links[1].bodies[1].diametre: unknown field, the nearest known one is "diameter"
+-- expect: 10: links[1].bodies[1].radius: unknown field, the nearest known one is "axis"
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = "psi",
+      bodies = {
+        rd.cylinder { radius = 0.1, diametre = 0.2, length = 1, mass = 1 },
+      } },
+  },
+}

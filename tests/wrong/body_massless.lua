@@ -1,0 +1,11 @@
+-- expect: 6: link a: inertia 1 1 3, none may be larger than the sum of the others
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = "psi",
+      bodies = {
+        { mass = 1, inertia = { xx = 1, yy = 1, zz = 3 } },
+      } },
+  },
+}

@@ -1,0 +1,15 @@
+-- expect: 10: links[1].bodies[1]: rd.spring makes no body, rd.box cylinder tube sphere or { mass = ... } do
+-- expect: 11: links[1].bodies[2].mass: missing, a body needs it
+-- expect: 12: links[1].bodies[3]: a number, a table is needed
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = "psi",
+      bodies = {
+        rd.spring { mass = 1 },
+        { center = { 0, 0, 0 } },
+        7,
+      } },
+  },
+}

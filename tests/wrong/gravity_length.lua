@@ -1,0 +1,8 @@
+-- expect: 4: gravity: 2 numbers, 3 are needed
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, -9.81 },
+  links = {
+    { "a", joint = { "x", "psi" }, mass = 1, inertia = { zz = 1 } },
+  },
+}

@@ -1,0 +1,10 @@
+-- expect: 4: input tau: the name is taken by line 3, each input needs its own
+local rd = require "refdyn"
+rd.input("tau", 0)
+rd.input("tau", 1)
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x", "psi" }, mass = 1, inertia = { zz = 1 } },
+  },
+}

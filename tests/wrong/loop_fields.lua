@@ -1,0 +1,20 @@
+-- expect: 14: constraints[1].b: missing, rd.loop needs it
+-- expect: 15: constraints[2].keep: "u" is no axis, x y z are
+-- expect: 16: constraints[3].b: no point or link "nowhere", known: E a
+-- expect: 17: constraints[4].b: a number, the name of a link or point or { on = ..., at = ... } is needed
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x", "psi" }, mass = 1, inertia = { zz = 1 } },
+  },
+  points = { E = "a" },
+  constraints = function(s)
+    return {
+      rd.loop { "E" },
+      rd.loop { "E", "ground", keep = "x, u" },
+      rd.loop { "E", "nowhere" },
+      rd.loop { "E", 3 },
+    }
+  end,
+}

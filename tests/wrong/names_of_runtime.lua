@@ -1,0 +1,8 @@
+-- expect: 3: model refdyn_model: names that begin with refdyn are the runtime's, another name is needed
+local rd = require "refdyn"
+return rd.model {
+  name = "refdyn_model", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x", "psi" }, mass = 1, inertia = { zz = 1 } },
+  },
+}

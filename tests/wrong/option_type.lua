@@ -1,0 +1,3 @@
+-- expect: 3: rd.option: argument 2 is a table, a number, a text, true or false is needed
+local rd = require "refdyn"
+local n = rd.option("n", { 1 })

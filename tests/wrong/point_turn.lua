@@ -1,0 +1,10 @@
+-- expect: 9: points.E.turn[1]: "u" is no axis, x y z are
+-- expect: 9: points.F.at[3]: a text, a number or an expression is needed
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "a", joint = { "x", "psi" }, mass = 1, inertia = { zz = 1 } },
+  },
+  points = { E = { on = "a", turn = { { "u", 1 } } }, F = { on = "a", at = { 0, 0, "high" } } },
+}

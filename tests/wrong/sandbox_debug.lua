@@ -1,0 +1,3 @@
+-- expect: 3: attempt to index a nil value (global 'debug')
+local rd = require "refdyn"
+debug.sethook()
