@@ -125,6 +125,18 @@ def test_is_clean_c_plus_plus(seed, tmp_path):
                    check=True)
 
 
+def test_singular_mass_compiles(tmp_path):
+    """Two turns about one axis without a mass between: the emitted elimination divides by an exact zero, in clean C."""
+    turn = {"joint": ["theta"]}
+    model = {**random_model(0), "links": [{"name": "a", **turn}, {"name": "b", "on": "a", **turn, "mass": 1.0, "center": (0.5, 0, 0)}],
+             "points": {}, "forces": {"by_coordinate": {}, "list": []}, "rows": []}
+    (tmp_path / "model.lua").write_text(as_lua(model))
+    found = Compiled(tmp_path / "model.lua", tmp_path / "emitted")
+    assert numpy.isnan(found("qdd_free", {"t": 0, "q": [0, 0], "qd": [0, 0]})).any()
+    done = refdyn("eval", tmp_path / "model.lua", status=3)
+    assert "mass matrix is not positive definite" in done.stderr
+
+
 def test_interpreter_agrees(tmp_path):
     """Random parameters, inputs and states; there, too, accelerations as the runtime solves them, Q_q and power by differences."""
     files = [tmp_path / f"model_{seed}.lua" for seed in INTERPRETED]
