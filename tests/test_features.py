@@ -297,3 +297,8 @@ def test_damping_ratio(tip, mode):
     omega = float(mpmath.findroot(equation, guess))**2 * sqrt(2e11 / 7800) * 0.02 / 4
     found = evaluate(model("damping_ratio"), {"q": [0], "qd": [1]}, *settings({"tip": tip, "mode": mode}))
     check([close("damping", found["Q"], [-0.01 / omega * 2e11 * pi / 64 * 0.02**4], 1e-9)])
+
+
+def test_file_beside_the_model():
+    found = evaluate(model("beside/model"))
+    check([close("M", found["M"], [[2 * (1 + 0.05**2) / 12 + 0.5]], 1e-15)])
