@@ -192,6 +192,16 @@ class Beam:
 
 # ---- the tree ----
 
+def moved(factors, *constants):
+    """Factors with constant ones behind them, neighbours among those multiplied."""
+    for constant in constants:
+        if factors and not isinstance(factors[-1], int):
+            factors = factors[:-1] + [factors[-1].dot(constant)]
+        else:
+            factors = factors + [constant]
+    return factors
+
+
 class Tree:
     """Bodies as products of constant placements and elementary coordinates."""
 
@@ -199,7 +209,7 @@ class Tree:
         self.model = model
         self.names, self.kinds, self.spring, self.rest, self.damper, self.start = [], [], [], [], [], []
         self.bodies = []  # (factors, H); a factor is a 4 x 4 matrix or the index of a coordinate
-        self.frames, self.elements = {"ground": []}, {}
+        self.frames, self.elements, self.places = {"ground": []}, {}, {}
         for link in model["links"]:
             self.add_link(link)
         self.n = len(self.names)
@@ -213,15 +223,22 @@ class Tree:
         return len(self.names) - 1
 
     def place(self, value):
-        """Factors of a place: "ground", "arm", "arm.tip", a point, or { on, along, at, turn }."""
+        """Factors of a place, each place found once."""
+        key = repr(value)
+        if key not in self.places:
+            self.places[key] = self.find_place(value)
+        return self.places[key]
+
+    def find_place(self, value):
+        """Of "ground", "arm", "arm.tip", a point, or { on, along, at, turn }."""
         if isinstance(value, str):
             return self.points[value] if value in getattr(self, "points", {}) else self.frames[value]
         factors = self.place(value.get("on", "ground"))
         if "along" in value:
             along = number(value["along"])
             start, factors = [element for element in self.elements[value["on"]] if element[0] <= along][-1]
-            factors = factors + [shift((along - start, 0, 0))]
-        return factors + [shift(value.get("at", (0, 0, 0)))] + turns(value)
+            factors = moved(factors, shift((along - start, 0, 0)))
+        return moved(factors, shift(value["at"]), *turns(value)) if "at" in value else moved(factors, *turns(value))
 
     def add_link(self, link):
         factors = self.place(link)
@@ -231,11 +248,16 @@ class Tree:
             factors = factors + [self.add_coordinate(f"{link['name']}_{kind}", kind, *numbers_of_joint)]
         self.frames[link["name"]] = factors
         if "mass" in link:
-            self.bodies.append((factors, given_inertia(link)))
+            self.add_body(factors, given_inertia(link))
         for body in link.get("bodies", []):
-            self.bodies.append((factors, placed_body(body)))
+            self.add_body(factors, placed_body(body))
         if "beam" in link:
             self.add_beam(link["name"], link["beam"], factors)
+
+    def add_body(self, factors, H):
+        if self.bodies and self.bodies[-1][0] is factors:
+            H = self.bodies.pop()[1] + H
+        self.bodies.append((factors, H))
 
     def add_beam(self, name, beam, factors):
         count, along = 0, number(0)
@@ -249,9 +271,9 @@ class Tree:
                         factors = factors + [self.add_coordinate(f"{name}_{kind}_{count}", kind, part.stiffness[kind], part.rest[kind],
                                                                  part.damping[kind], part.rest[kind])]
                 length = part.element_length(r)
-                self.bodies.append((factors, part.prism(length)))
+                self.add_body(factors, part.prism(length))
                 self.elements[name].append((along, factors))
-                factors, along = factors + [shift((length, 0, 0))], along + length
+                factors, along = moved(factors, shift((length, 0, 0))), along + length
         self.frames[name + ".tip"] = factors
 
     def product(self, factors, q, derivatives=()):
@@ -303,8 +325,7 @@ class Vector:
         self.view, self.factors, self.direction = view, factors, numbers(direction)
 
     def at(self, s):
-        view = self.view
-        return view.tree.product(self.factors, view.q + view.qd * s + view.qdd * s ** 2 / 2).dot(self.direction)[:3]
+        return self.view.frame(self.factors, s).dot(self.direction)[:3]
 
     @functools.cached_property
     def now(self):
@@ -361,6 +382,13 @@ class View:
             qdd=Names(lambda name: self.qdd[index(name)]), inputs=types.SimpleNamespace(**{
                 name: number(value) for name, value in tree.model.get("inputs", {}).items()}),
             points=Names(lambda name: Vector(self, tree.points[name])), axes=Names(lambda name: Axes(self, tree.frames[name])))
+
+    def frame(self, factors, s):
+        """T of a place when the motion has gone on for s seconds."""
+        key = id(factors), s
+        if key not in self.known:
+            self.known[key] = self.tree.product(factors, self.q + self.qd * s + self.qdd * s ** 2 / 2)
+        return self.known[key]
 
     def value(self, formula):
         if not isinstance(formula, str):
@@ -532,7 +560,8 @@ def dynamics(tree, t, q, qd):
     for factors, H in tree.bodies:
         moving = tree.moving(factors)
         T = {i: tree.product(factors, q, (i,)) for i in moving}
-        second = {i: sum(tree.product(factors, q, (i, j)) * qd[j] for j in moving) for i in moving}
+        T_of = {(i, j): tree.product(factors, q, (i, j)) for i in moving for j in moving if i <= j}
+        second = {i: sum(T_of[min(i, j), max(i, j)] * qd[j] for j in moving) for i in moving}
         along = sum((T[i] * qd[i] for i in moving), identity() * 0)
         twice = sum((second[i] * qd[i] for i in moving), identity() * 0)
         for i in moving:
@@ -547,7 +576,8 @@ def dynamics(tree, t, q, qd):
         h = c + 2 * s
         Q = Q + [sum(qd * (other_forces(tree, t, q, qd + e) - other_forces(tree, t, q, qd - e))) / (2 * STEP)
                  for e in identity(n) * STEP]
-    return {"M": M, "h": h, "Q": Q, "kinetic": qd.dot(M).dot(qd) / 2, "potential": potential(tree, q), "power": qd.dot(others)}
+    return {"M": M, "h": h, "Q": Q, "kinetic": qd.dot(M).dot(qd) / 2, "potential": potential(tree, q), "power": qd.dot(others),
+            "power_size": float(abs(qd * others).sum())}
 
 
 # ---- rows ----

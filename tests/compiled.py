@@ -1,10 +1,12 @@
-"""Emitted C compiled and called: every quantity of a model, without the runtime."""
+"""Emitted C compiled, without a warning, and called: every quantity of a model, without the runtime."""
 import ctypes
 import subprocess
 
 import numpy
 
 from program import SOURCE, refdyn
+
+WARNINGS = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror".split()
 
 # Calls a quantity by its name; sets parameters as a motion does that starts where the model says.
 SHIM = """
@@ -14,6 +16,12 @@ SHIM = """
 
 #define QUANTITIES(E) E(M) E(h) E(Q) E(u) E(v) E(phi) E(psi) E(k) E(r) E(rd) E(C) E(d) E(energy) E(power) E(Q_q) \\
     E(qdd_free) E(qdd) E(force) E(equations) E(course)
+
+void sizes(int *out);
+const char *name_of(int coordinate);
+const char *name_of_point(int point);
+void set_up(double *p, double *x, double *state);
+int call(const char *name, const double *p, const double *x, double t, const double *q, const double *qd, double *out);
 
 void sizes(int *out) {
     const struct refdyn_model *m = &MODEL_model;
@@ -65,12 +73,12 @@ def pointer(values):
 class Compiled:
     """The emitted C of one model, loaded."""
 
-    def __init__(self, path, folder, *options, flags=("-O0",)):
+    def __init__(self, path, folder, *options):
         folder.mkdir(parents=True, exist_ok=True)
         refdyn("gen", path, *options, "-o", folder)
         name = next(folder.glob("*.h")).stem
         (folder / "shim.c").write_text(SHIM.replace("MODEL", name))
-        subprocess.run(["gcc", "-std=c11", *flags, "-ffp-contract=off", "-w", "-fPIC", "-shared", "-I", SOURCE / "runtime", "-o",
+        subprocess.run(["gcc", "-std=c11", "-O0", "-ffp-contract=off", *WARNINGS, "-fPIC", "-shared", "-I", SOURCE / "runtime", "-o",
                         folder / "model.so", *folder.glob("*.c"), "-lm"], check=True)
         self.library = ctypes.CDLL(str(folder / "model.so"))
         self.library.name_of.restype = self.library.name_of_point.restype = ctypes.c_char_p

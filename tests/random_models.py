@@ -3,6 +3,7 @@
 Formulas are texts that Lua and, with ** for ^, Python read alike. Forces without an energy vanish at t = 0 and rest.
 """
 import random
+import re
 
 KINDS = ["x", "y", "z", "phi", "theta", "psi"]
 TURNS = ("psi", "theta", "phi")
@@ -179,10 +180,12 @@ def placing(rng, size=0.6):
     return filled(at=some(rng, 0.8, lambda: vector(rng, size)), turn=some(rng, 0.5, lambda: turning(rng)))
 
 
-def add_ball(rng, links, on, name):
-    """Turns at one point, whose neighbours in the elimination are balls or nearly so."""
+WAYS = ("one link", "links", "euler", "two", "apart", "turned", "child", "weight", "slide")
+
+
+def add_ball(rng, links, on, name, way):
+    """Turns at one point: three in one link or in several, which are eliminated together, and what is nearly so."""
     axes = rng.sample(["psi", "theta", "phi"], 3)
-    way = rng.choice(["one link", "one link", "links", "links", "euler", "two", "apart", "turned", "child", "weight", "slide"])
     if way == "one link":
         links.append(jointed(rng, name, axes, on=on, **placing(rng), **massive(rng)))
     elif way == "slide":
@@ -224,7 +227,7 @@ def add_beam(rng, links, on, few):
 
 
 def random_links(rng, few):
-    links, carriers = [], []
+    links, carriers, ways = [], [], []
     if rng.random() < 0.2:
         links.append(jointed(rng, "base", ["free"], **massive(rng)))
         links[-1] = {name: entry for name, entry in links[-1].items() if name not in ("spring", "rest", "damper", "start")}
@@ -232,14 +235,15 @@ def random_links(rng, few):
     for number in range(rng.randint(1, 2 if few else 3)):
         on = rng.choice(carriers) if carriers and rng.random() < 0.85 else None
         if rng.random() < 0.45:
-            carriers.append(add_ball(rng, links, on, f"part{number}"))
+            ways.append(rng.choice(WAYS[:2] + WAYS))
+            carriers.append(add_ball(rng, links, on, f"part{number}", ways[-1]))
         else:
             kinds = rng.sample(KINDS, rng.randint(0 if number else 1, 2))
             links.append(jointed(rng, f"part{number}", kinds, on=on, **placing(rng), **massive(rng)))
             carriers.append(f"part{number}")
     if rng.random() < 0.6:
         add_beam(rng, links, rng.choice(carriers), few)
-    return links
+    return links, ways
 
 
 # ---- what the model says of its state ----
@@ -334,6 +338,8 @@ def written_row(rng, scene, level):
     a, b = scene.coordinate(), scene.coordinate()
     texts = {
         "position": [f"(E.x - 0.3)^2/4 + E.y*E.z - 0.7*rd.sin(1.5*s.t) + rd.cos(s.q.{a})/5 + F.z", "F.x*E.y - course(s.t) + E.z",
+                     f"rd.asin(s.q.{a}/5) + rd.acos(E.x/9)*rd.tan(s.q.{b}/3) + rd.sinh(E.y/4)*rd.cosh(s.q.{a}) + rd.log(3 + F.z^2)",
+                     f"rd.pow(2 + E.z^2, 0.75) - rd.atan(F.x)*rd.min(E.x, 9 + E.y) + E.x^3 + 2^s.q.{b} - rd.atan2(E.y, 9)*rd.pi",
                      f"E.axes.x.x*F.axes.z.y + E.x - 0.25*s.t + s.q.{b}", f"rd.sqrt((E.x - F.x)^2 + 1) + rd.exp(s.q.{a}*E.z) - 2"],
         "velocity": [f"E.xd*E.y - 0.4*E.z*s.t + 0.3*s.qd.{b}^2 + E.zd", f"rd.sqrt(1 + E.xd^2 + F.zd^2) - course(s.t) + s.qd.{a}*s.qd.{b}",
                      f"E.axes.y.xd + E.zd*s.qd.{a} + F.xd", f"rd.sin(s.qd.{a})*E.x + s.qd.{b}*F.yd - rd.cos(s.t)"],
@@ -352,11 +358,12 @@ def closing(rng):
                        ["x", "y", "psi"], ["z", "phi", "psi"]])
 
 
-def one_row(rng, scene, free):
+def one_row(rng, scene, free, way=None):
     """One entry of constraints; `free`: coordinates that none drives yet."""
     gains = {gain: value(rng, 0.5, 4) for gain in ("alpha", "beta") if rng.random() < 0.7}
-    ways = ["position", "velocity", "acceleration"] * 2 + ["loop", "parallel", "perpendicular", "on_line", "on_plane", "distance", "close"]
-    way = rng.choice(ways + ["drive", "lock"] if free else ways)
+    ways = ["position", "velocity", "acceleration"] * 3 + ["loop"] * 2
+    ways += ["parallel", "perpendicular", "on_line", "on_plane", "distance"] + ["drive", "lock"] * bool(free)
+    way = way or rng.choice(ways)
     if way in ("position", "velocity", "acceleration"):
         return written_row(rng, scene, way)
     if way == "loop":
@@ -382,10 +389,10 @@ def row_count(entry):
 
 
 def random_rows(rng, scene):
-    wanted, count, result = rng.randint(0, min(4, len(scene.coordinates) - 1)), 0, []
+    wanted, count, result = rng.randint(0, min(6, len(scene.coordinates) - 1)), 0, []
     free = list(scene.coordinates)
-    for _ in range(20):
-        entry = one_row(rng, scene, free)
+    for attempt in range(20):
+        entry = one_row(rng, scene, free, "close" if attempt < 3 and not result and wanted > 2 else None)
         if count + row_count(entry) <= wanted:
             result.append(entry)
             count += row_count(entry)
@@ -395,11 +402,11 @@ def random_rows(rng, scene):
 def random_model(seed, few=True):
     """few: about ten coordinates at the most."""
     rng = random.Random(seed)
-    links = random_links(rng, few)
+    links, ways = random_links(rng, few)
     while not (3 <= len(coordinate_names(links)) <= (11 if few else 30)):
-        links = random_links(rng, few)
+        links, ways = random_links(rng, few)
     scene = Scene(rng, links)
-    model = {"name": f"random_{seed}", "gravity": vector(rng, 9.81), "links": links}
+    model = {"name": f"random_{seed}", "gravity": vector(rng, 9.81), "links": links, "ways": ways}
     model["points"] = {"E": {"on": rng.choice(scene.names[-2:]), "at": vector(rng, 0.5)}, "F": scene.place(rng.choice(scene.names))}
     if rng.random() < 0.3:
         model["points"]["G"] = {"on": "ground", "at": vector(rng, 0.5)}
@@ -428,6 +435,53 @@ def coordinate_names(links):
 def random_state(rng, n, size=0.6):
     return {"t": round(rng.uniform(0, 3), 6), "q": [round(rng.uniform(-size, size), 6) for _ in range(n)],
             "qd": [round(rng.uniform(-2, 2), 6) for _ in range(n)]}
+
+
+def features(model):
+    """What of the language a model uses: fields, tags, ways of turning, levels of rows."""
+    def words(data):
+        if isinstance(data, Tagged):
+            yield " ".join([data.tag] + list(data.get("joint", ())))
+            data = {**data.fields, "items": data.items}
+        if isinstance(data, dict):
+            for name, entry in data.items():
+                yield name
+                yield from words(entry)
+        elif isinstance(data, (list, tuple)):
+            for entry in data:
+                yield from words(entry)
+        elif isinstance(data, Formula):
+            yield from re.findall(r"course|inputs|axes|[a-z0-9]+(?=\()", data)
+        elif isinstance(data, str):
+            yield data
+    names = {link["name"] for link in model["links"]} | set(coordinate_names(model["links"])) | {model["name"]}
+    return {word for word in words(model) if word not in names and not word.endswith(".tip")}
+
+
+def statics_model(seed):
+    """A random model that stands: a spring at every joint, loads that act at rest, no rows; one coordinate held in half of them."""
+    rng = random.Random(seed)
+    model = random_model(seed)
+    model.pop("form", None)
+    model["rows"] = []
+    for link in model["links"]:
+        kinds = ["x", "y", "z", "psi", "theta", "phi"] if link.get("joint") == ["free"] else link.get("joint", [])
+        link["spring"] = {kind: value(rng, 400, 900) for kind in kinds}
+        for part in [link.get("beam", {})] + link.get("beam", {}).get("segments", []):
+            part.update({"E": 2.1e11} if "E" in part else {})
+    for entry in model["forces"]["list"]:
+        entry.items = tuple(at_rest(item) for item in entry.items)
+    model["forces"]["by_coordinate"] = {name: at_rest(text) for name, text in model["forces"]["by_coordinate"].items()}
+    if seed % 2:
+        model["hold"] = (rng.choice(coordinate_names(model["links"])),)
+    return model
+
+
+def at_rest(data):
+    """The same load with cosines of time for sines."""
+    if isinstance(data, Formula):
+        return Formula(data.replace("rd.sin(", "rd.cos("))
+    return tuple(map(at_rest, data)) if isinstance(data, tuple) else data
 
 
 # ---- as Lua ----
@@ -468,6 +522,7 @@ def as_lua(model):
     body = f'return rd.model {{\n  name = "{model["name"]}", {form}gravity = {writer.text(model["gravity"])},\n'
     body += "  links = {\n" + writer.lines(model["links"]) + "  },\n"
     body += f"  points = {writer.text(model['points'])},\n"
+    body += f"  hold = {writer.text(model['hold'])},\n" if "hold" in model else ""
     given = model["forces"]
     body += "  forces = function(s) return {\n" + "".join(f"    {name} = {text},\n" for name, text in given["by_coordinate"].items())
     body += writer.lines(given["list"]) + "  } end,\n"

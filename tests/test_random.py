@@ -1,15 +1,32 @@
 """The emitted C of random models against the brute-force evaluation of the formulation, every quantity at 1e-13."""
+import json
+import os
 import random
+import re
+import subprocess
 
 import numpy
 import pytest
 
-from brute_force import Tree, accelerations, dynamics, force_tangent, number, numbers, rows
-from compiled import Compiled
-from program import check, close
-from random_models import as_lua, random_model, random_state
+from brute_force import Tree, accelerations, dynamics, force_tangent, forces, numbers, rows
+from compiled import WARNINGS, Compiled
+from program import BUILD, SOURCE, check, close, refdyn
+from random_models import KINDS, as_lua, features, random_model, random_state, statics_model
 
-SEEDS = range(int(__import__("os").environ.get("A","0")), int(__import__("os").environ.get("B","20")))
+# Together these models use all of the language that `NEEDED` lists; REFDYN_SEEDS=FROM:TO takes others.
+SEEDS = [20, 33, 38, 48, 60, 77, 117, 118, 127, 131, 173, 279, 301, 376, 379, 462]
+STATICS = [1, 2, 4]
+INTERPRETED = [33, 118, 279]
+if "REFDYN_SEEDS" in os.environ:
+    SEEDS = STATICS = range(*map(int, os.environ["REFDYN_SEEDS"].split(":")))
+NEEDED = """
+    free, one link, links, euler, two, apart, turned, child, weight, slide, box, cylinder, tube, sphere, density, mass, center,
+    inertia, turn, axis, round, rectangle, area, segments, rfe, dofs, curvature, eta, damping, ratio, mode, frequency, tip_mass,
+    along, spring, rest, damper, stiffness, energy, actuator, force, torque, axes, against, friction, position, velocity,
+    acceleration, loop, parallel, perpendicular, on_line, on_plane, distance, drive, lock, keep, alpha, beta, close weld,
+    close ball, close x, close psi, close theta phi, close phi theta psi, close x z, close x y psi, printed, inputs, course,
+    where, less, ramp, smoothstep, max, min, abs, exp, log, sqrt, pow, asin, acos, atan, atan2, tan, sinh, cosh, tanh
+"""
 EXACT = 1e-13
 
 
@@ -22,13 +39,12 @@ def sizes(matrix, vector):
     return [abs(a * b) for row in matrix for a, b in zip(row, vector)]
 
 
-def check_dynamics(found, tree, state, expected):
-    lines = [close(name, found(name, state), expected[name], EXACT) for name in ("M", "h")]
-    lines.append(close("Q", found("Q", state), expected["Q"], EXACT))
+def check_dynamics(found, state, expected):
+    lines = [close(name, found(name, state), expected[name], EXACT, max(1e-6, float(abs(expected[name]).max()))) for name in ("M", "h", "Q")]
     lines.append(close("energy", found("energy", state), [expected["kinetic"], expected["potential"]], EXACT))
     power = found("power", state)
     if power is not None:
-        lines.append(close("power", power, [expected["power"]], EXACT, max(float(abs(expected["power"])), 1e-3)))
+        lines.append(close("power", power, [expected["power"]], EXACT, expected["power_size"]))
     return lines
 
 
@@ -54,7 +70,7 @@ def check_rows(found, state, expected):
     return lines
 
 
-def check_accelerations(found, tree, state, expected, expected_rows):
+def check_accelerations(found, state, expected, expected_rows):
     M, f = expected["M"], numbers(expected["h"]) + numbers(expected["Q"])
     free = numbers(found("qdd_free", state))
     lines = [residual("M qdd_free = h + Q", M.dot(free) - f, sizes(M, free) + list(f), 1e-12)]
@@ -64,7 +80,7 @@ def check_accelerations(found, tree, state, expected, expected_rows):
     qdd, force = numbers(found("qdd", state)), numbers(found("force", state))
     exact_qdd, exact_force = accelerations(M, f, u, k)
     return lines + [residual("M qdd = h + Q + force", M.dot(qdd) - f - force, sizes(M, qdd) + list(f) + list(force), 1e-11),
-                    residual("u qdd = k", u.dot(qdd) - k, sizes(u, qdd) + list(k), 1e-10),
+                    residual("u qdd = k", u.dot(qdd) - k, [abs(u).max() * abs(qdd).max()] + list(k), 1e-10),
                     close("qdd", qdd, exact_qdd, 1e-7), close("force", force, exact_force, 1e-7)]
 
 
@@ -74,21 +90,70 @@ def is_redundant(u):
     return size.min() < 1e-9 or numpy.linalg.svd(u / size[:, None])[1][-1] < 1e-5
 
 
-def comparisons(seed, folder, few=True, tangent=False):
-    model = random_model(seed, few)
+def comparisons(seed, folder):
+    model = random_model(seed)
     path = folder / "model.lua"
     path.write_text(as_lua(model))
     tree, found = Tree(model), Compiled(path, folder / "emitted")
     assert found.names == tree.names
     state = random_state(random.Random(1000 + seed), tree.n)
     expected, expected_rows = dynamics(tree, state["t"], state["q"], state["qd"]), rows(tree, state["t"], state["q"], state["qd"])
-    lines = check_dynamics(found, tree, state, expected) + check_points(found, tree, state) + check_rows(found, state, expected_rows)
-    lines += check_accelerations(found, tree, state, expected, expected_rows)
-    if tangent:
+    lines = check_dynamics(found, state, expected) + check_points(found, tree, state) + check_rows(found, state, expected_rows)
+    lines += check_accelerations(found, state, expected, expected_rows)
+    if tree.n < 7:
         lines.append(close("Q_q", found("Q_q", state), force_tangent(tree, state["t"], state["q"]), EXACT))
     return lines
 
 
 @pytest.mark.parametrize("seed", SEEDS)
 def test_random_model(seed, tmp_path):
-    check(comparisons(seed, tmp_path, tangent=seed % 4 == 0))
+    check(comparisons(seed, tmp_path))
+
+
+@pytest.mark.skipif("REFDYN_SEEDS" in os.environ, reason="chosen seeds")
+def test_all_of_the_language_occurs():
+    found = set().union(*(features(random_model(seed)) for seed in SEEDS))
+    assert set(KINDS) <= set().union(*(Tree(random_model(seed)).kinds for seed in SEEDS))
+    assert not set(re.split(r",\s+", NEEDED.strip())) - found
+
+
+@pytest.mark.parametrize("seed", SEEDS[::5])
+def test_is_clean_c_plus_plus(seed, tmp_path):
+    (tmp_path / "model.lua").write_text(as_lua(random_model(seed)))
+    refdyn("gen", tmp_path / "model.lua", *["--fold"] * (seed % 2), "-o", tmp_path)
+    subprocess.run(["g++", "-std=c++17", "-x", "c++", "-fsyntax-only", *WARNINGS, "-I", SOURCE / "runtime", *tmp_path.glob("*.c")],
+                   check=True)
+
+
+def test_interpreter_agrees(tmp_path):
+    """Random parameters, inputs and states; there, too, accelerations as the runtime solves them, Q_q and power by differences."""
+    files = [tmp_path / f"model_{seed}.lua" for seed in INTERPRETED]
+    for seed, path in zip(INTERPRETED, files):
+        path.write_text(as_lua(random_model(seed)))
+    done = subprocess.run([BUILD / "bin" / "test_interpreter", *files], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+
+
+def refine(tree, found, q, free):
+    """Newton from q with Q in many digits and the emitted tangent."""
+    q = numbers(q)
+    for _ in range(4):
+        tangent = found("Q_q", {"t": 0, "q": q, "qd": [0] * tree.n})[numpy.ix_(free, free)]
+        Q = forces(tree, 0, q, [0] * tree.n)
+        step = numpy.linalg.solve(tangent, Q[free].astype(float))
+        q[free] = q[free] - numbers(step)
+    assert abs(step).max() < 1e-18
+    return q, forces(tree, 0, q, [0] * tree.n)
+
+
+@pytest.mark.parametrize("seed", STATICS)
+def test_equilibrium(seed, tmp_path):
+    model = statics_model(seed)
+    path = tmp_path / "model.lua"
+    path.write_text(as_lua(model))
+    tree, found = Tree(model), Compiled(path, tmp_path / "emitted")
+    given = json.loads(refdyn("statics", path).stdout)
+    held = [tree.names.index(name) for name in model.get("hold", ())]
+    q, Q = refine(tree, found, given["q"], [i for i in range(tree.n) if i not in held])
+    check([close("q", given["q"], q, 1e-11, max(1, float(abs(q).max())))]
+          + [close("hold force", given["hold_force"], -Q[held], 1e-9, max([10] + [float(abs(Q[i])) for i in held]))])

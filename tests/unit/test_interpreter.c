@@ -286,13 +286,12 @@ static int judge(struct generation *generation, unsigned *seed) {
     return failed;
 }
 
-static int check_scene_number(int number, unsigned *seed) {
-    const struct scene *scene = &scenes[number];
+static int judge_scene(const struct scene *scene, unsigned *seed) {
     struct generation generation;
     struct read_request request = {.file = scene->file, .settings = scene->settings, .fold = scene->fold};
     while (request.setting_count < MOST_SETTINGS && scene->settings[request.setting_count].name)
         request.setting_count++;
-    printf("scene %d, %s\n", number, scene->file);
+    printf("%s\n", scene->file);
     enum gen_status status = gen_read(&generation, &request, -1);
     if (status == GEN_OK)
         status = gen_plan(&generation, NULL);
@@ -307,11 +306,14 @@ static int check_scene_number(int number, unsigned *seed) {
     return failed;
 }
 
-int main(void) {
+/* Without arguments the scenes above, else the model files that are named. */
+int main(int count, char **files) {
     unsigned seed = 2385;
     int failed = 0;
-    for (int i = 0; i < (int)(sizeof scenes / sizeof *scenes); i++)
-        failed += check_scene_number(i, &seed);
+    for (int i = 0; count < 2 && i < (int)(sizeof scenes / sizeof *scenes); i++)
+        failed += judge_scene(&scenes[i], &seed);
+    for (int i = 1; i < count; i++)
+        failed += judge_scene(&(struct scene){.file = files[i]}, &seed);
     printf("%s\n", failed ? "failed" : "passed");
     return failed != 0;
 }
