@@ -69,24 +69,17 @@ static void emit_remark(struct writer *w, expression e) {
 static void emit_statement(struct writer *w, expression e) {
     struct emission *x = w->x;
     emit_remark(w, e);
-    if (x->plan->is_derived[e]) {
-        x->uses_p = true;
-        text_add(w->text, "    p->derived.");
-    } else {
-        text_add(w->text, "    const double ");
-    }
+    text_add(w->text, "    %s", x->plan->is_derived[e] ? "p->derived." : "const double ");
+    x->uses_p |= x->plan->is_derived[e];
     emit_name(x, w->text, e);
+    if (x->is_carried[e]) {
+        x->uses_carried = true;
+        text_add(w->text, " = s->");
+        emit_name(x, w->text, e);
+    }
     text_add(w->text, " = ");
     emit_definition(x, w->text, e);
     text_add(w->text, ";\n");
-    if (x->is_carried[e]) {
-        x->uses_carried = true;
-        text_add(w->text, "    s->");
-        emit_name(x, w->text, e);
-        text_add(w->text, " = ");
-        emit_name(x, w->text, e);
-        text_add(w->text, ";\n");
-    }
 }
 
 static int count_zeros(const struct function *function, const struct field *field) {

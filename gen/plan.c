@@ -8,7 +8,9 @@
 
 enum {
     LONGEST_EXPRESSION = 12, /* operations in one emitted line */
-    LONGEST_FUNCTION = 2000, /* statements: compilers are more than linear beyond some thousand */
+    LONGEST_MATRIX = 2000, /* statements of a function that gives a matrix: compilers are more than linear */
+    LONGEST_VECTOR =
+        8000, /* of one that gives vectors: whole, its text grows as the scene; cut, a quarter more */
     LONGEST_PIECE = 400
 };
 
@@ -123,11 +125,16 @@ static int end_of_piece(const struct plan *plan, const struct function *function
     return end < function->statement_count && at_section > begin + LONGEST_PIECE / 2 ? at_section : end;
 }
 
+static bool gives_matrix(const struct plan *plan, const struct function *function) {
+    const int n = plan->tree->count;
+    return function->out_count >= n * n;
+}
+
 static void cut_pieces(struct plan *plan, struct function *function) {
     const int most = function->statement_count / (LONGEST_PIECE / 2) + 2;
     uint32_t section = 0;
     function->piece_ends = memory_get(plan->memory, (size_t)most * sizeof *function->piece_ends);
-    if (function->statement_count <= LONGEST_FUNCTION) {
+    if (function->statement_count <= (gives_matrix(plan, function) ? LONGEST_MATRIX : LONGEST_VECTOR)) {
         function->piece_ends[function->piece_count++] = function->statement_count;
         return;
     }

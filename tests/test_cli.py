@@ -75,6 +75,14 @@ def test_bad_state(which, tmp_path):
     assert done.stdout == ""
 
 
+def test_impossible_parameter_in_state(tmp_path):
+    """What a state gives is checked as what --set gives: the model's line, nothing computed."""
+    (tmp_path / "state.json").write_text('{"parameters": {"m_E": -1}}')
+    done = refdyn("eval", REFERENCE, "--state", tmp_path / "state.json", status=1)
+    assert PLACE.search(done.stderr) and "positive" in done.stderr, done.stderr
+    assert done.stdout == ""
+
+
 def test_numbers_read_back_exactly(tmp_path):
     state = {"t": 0.1, "q": [0.1 + 0.2, -1 / 3], "qd": [1e-17, 123456.789012345678]}
     text = json.dumps(state)

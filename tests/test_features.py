@@ -5,7 +5,7 @@ import re
 import mpmath
 import numpy
 import pytest
-from numpy import arctan2, arcsin, cos, exp, pi, sin, sqrt
+from numpy import cos, exp, pi, sin, sqrt
 
 from program import TESTS, check, close, evaluate, motion, refdyn, settings
 from test_gallery import torsion_constant
@@ -15,10 +15,6 @@ FINE = ["--method", "rk54", "--tol", "1e-10"]
 
 def model(name):
     return TESTS / "models" / (name + ".lua")
-
-
-def cross(a, b):
-    return numpy.cross(a, b)
 
 
 def rotation(axis, angle):
@@ -54,7 +50,7 @@ def test_solid(kind):
     r = numpy.array([0.3, -0.2, 0.5]) + (R @ [0.1, 0, -0.2] if kind == "data" else 0)
     turns = numpy.eye(3)[::-1]
     inertia = R @ own @ R.T + mass * (r @ r * numpy.eye(3) - numpy.outer(r, r))
-    coupling = mass * numpy.array([cross(turn, r) for turn in turns]).T
+    coupling = mass * numpy.array([numpy.cross(turn, r) for turn in turns]).T
     expected = numpy.block([[mass * numpy.eye(3), coupling], [coupling.T, turns @ inertia @ turns.T]])
     check([close("M", evaluate(model("solid"), None, "--set", f"kind={kind}")["M"], expected, 1e-15)])
 
@@ -153,8 +149,25 @@ def test_orientation():
     rate = sqrt(2 * 9.81 * 1.5 * numpy.maximum(sin(arm) - sin(0.2), 0) / inertia)
     off = evaluate(model("orientation"), {"q": [0.3, 0.4], "qd": [1.5, -0.7]})
     check([close("hand", run["hand_theta"], -arm, 1e-12), close("level", run["level"], 0 * arm, 1e-12, 1),
-           close("rate of level", run["rate"], 0 * arm, 1e-12, 1), close("rate", run["arm_theta_d"][1:], rate[1:], 1e-8),
+           close("rate of level", run["rate"], 0 * arm, 1e-12, 1),
+           close("rate", run["arm_theta_d"][1:], rate[1:], 1e-8),
            close("phi", off["phi"], [-sin(0.7)], 1e-15), close("psi", off["psi"], [-0.8 * cos(0.7)], 1e-15)])
+
+
+def test_turned_places():
+    """Axes of a point and their rates, a load along them, an axis of a row, a place beside the tip of a turned beam."""
+    found = evaluate(model("places"), {"q": [0.5, 0.7], "qd": [1.3, 0]})
+    run, _, _ = motion(model("places"), "--until", 0.5, "--every", 0.1, "--start", "project", *FINE)
+    lines = [close("Q", found["Q"], [3 * cos(0.2), 0], 1e-14), close("phi", found["phi"], [sin(1.1)], 1e-15),
+             close("E", found["points"]["E"]["r"],
+                   rotation("z", 0.5) @ ([0.2, 0, 0.1] + rotation("x", pi / 2) @ [0.5, 0.3, 0]), 1e-15)]
+    for sample, (angle, rate) in enumerate(zip(run["arm_psi"], run["arm_psi_d"])):
+        axes = rotation("z", angle + 0.3) @ rotation("y", 0.2)
+        rates = rate * numpy.cross([0, 0, 1], axes.T).T
+        lines += [close(axis, [run[f"{axis}_{part}{d}"][sample] for part in "xyz"], columns[:, i], 1e-14, 1)
+                  for i, axis in enumerate("xyz") for d, columns in (("", axes), ("d", rates))]
+    assert run["arm_psi_d"][-1] > 0.3
+    check(lines)
 
 
 # ---- samples ----
@@ -204,8 +217,8 @@ def ramp(c):
 FUNCTIONS = [
     mpmath.sin, mpmath.cos, mpmath.tan, mpmath.asin, mpmath.acos, mpmath.atan, lambda x: mpmath.atan2(x, 2 - x),
     mpmath.sinh, mpmath.cosh, mpmath.tanh, mpmath.exp, lambda x: mpmath.log(2 + x), lambda x: mpmath.sqrt(2 + x),
-    lambda x: (2 + x)**mpmath.mpf(1.5), lambda x: (2 + x)**x, lambda x: abs(x) * x, lambda x: min(x * x, mpmath.mpf(0.1)),
-    lambda x: max(x**3, x), lambda x: x**2 if x < 0.1 else 3 * x**3, lambda x: ramp((x + 1) / 3),
+    lambda x: (2 + x)**mpmath.mpf(1.5), lambda x: (2 + x)**x, lambda x: abs(x) * x,
+    lambda x: min(x * x, mpmath.mpf(0.1)), lambda x: max(x**3, x), lambda x: x**2 if x < 0.1 else 3 * x**3, lambda x: ramp((x + 1) / 3),
     lambda x: ((x + 1) / 3)**2 * (3 - 2 * (x + 1) / 3), None, lambda x: -2 * mpmath.tanh(x / mpmath.mpf(0.3)),
     lambda x: (1 - x) / (2 + x) + 3 * x,
 ]
@@ -225,8 +238,8 @@ def test_functions(at):
                         [float(mpmath.diff(f, mpmath.mpf(at), order)) for order in range(3)])
             row = found["u"][i]
             given = [found["phi"][i], row[i], found["v"][i] / rate**2]
-            lines += [close(f"function {i + 1}, derivative {order}", [given[order]], [expected[order]], 1e-13, max(1, abs(expected[order])))
-                      for order in range(3)]
+            lines += [close(f"function {i + 1}, derivative {order}", [given[order]], [expected[order]], 1e-13,
+                            max(1, abs(expected[order]))) for order in range(3)]
             lines.append(close(f"function {i + 1}, elsewhere", row[:i] + row[i + 1:], [0] * (n - 1), 0, 1))
     check(lines)
 
@@ -236,9 +249,11 @@ def test_functions(at):
 def test_segments():
     """Stiffness and damping of each element as `check` lists them, and as the forces of rates have the damping."""
     EI = {"square": 7e10 * 0.02**4 / 12, "tube": 7e10 * pi / 64 * (0.02**4 - 0.016**4)}
-    listed = re.findall(r"boom_(\w+) \[rad\].* spring ([0-9.e+-]+).*, damper ([0-9.e+-]+)", refdyn("check", model("beams")).stdout)
+    listed = re.findall(r"boom_(\w+) \[rad\].* spring ([0-9.e+-]+).*, damper ([0-9.e+-]+)",
+                        refdyn("check", model("beams")).stdout)
     square = [EI["square"] / 0.2] * 2 + [torsion_constant(0.02, 0.02) * 2.8e10 / 0.2]
-    flat = [7e10 * 0.01 * 0.03**3 / 12 / 0.2, 7e10 * 0.03 * 0.01**3 / 12 / 0.2, torsion_constant(0.03, 0.01) * 2.8e10 / 0.2]
+    flat = [7e10 * 0.01 * 0.03**3 / 12 / 0.2, 7e10 * 0.03 * 0.01**3 / 12 / 0.2,
+            torsion_constant(0.03, 0.01) * 2.8e10 / 0.2]
     tube = [EI["tube"] / 0.2] * 2 + [EI["tube"] / 1.25 / 0.2]
     stiffness = numpy.array(square + square + flat + tube)
     damping = numpy.array([2 * 0.01 / (2 * pi * 10) * s for s in square + square] + [0.7] * 6)
@@ -263,7 +278,8 @@ def still_weight():
 @pytest.mark.parametrize("turn", ["psi", "theta", "phi"])
 def test_curvature(turn):
     """At rest an arc of three elements with the right angle at its end; a moment E I 1.2 makes it straight."""
-    free, straight = (json.loads(refdyn("statics", model("curved"), *settings({"turn": turn, "M": M})).stdout) for M in (0, -0.6))
+    free, straight = (json.loads(refdyn("statics", model("curved"), *settings({"turn": turn, "M": M})).stdout)
+                      for M in (0, -0.6))
     axis = {"psi": "z", "theta": "y", "phi": "x"}[turn]
     r = sum(rotation(axis, 0.36 * i) @ [length, 0, 0] for i, length in enumerate((0.15, 0.3, 0.3, 0.15)))
     check([close("arc", free["points"]["tip"], r + rotation(axis, 1.08) @ [0, 0.1, 0], 1e-14),
@@ -281,3 +297,8 @@ def test_damping_ratio(tip, mode):
     omega = float(mpmath.findroot(equation, guess))**2 * sqrt(2e11 / 7800) * 0.02 / 4
     found = evaluate(model("damping_ratio"), {"q": [0], "qd": [1]}, *settings({"tip": tip, "mode": mode}))
     check([close("damping", found["Q"], [-0.01 / omega * 2e11 * pi / 64 * 0.02**4], 1e-9)])
+
+
+def test_file_beside_the_model():
+    found = evaluate(model("beside/model"))
+    check([close("M", found["M"], [[2 * (1 + 0.05**2) / 12 + 0.5]], 1e-15)])

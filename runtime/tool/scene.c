@@ -79,8 +79,8 @@ static bool is_given(const struct values *values, const char *name) {
     return false;
 }
 
-/* With --fold the values become settings, so that they are numbers in the C. */
-static enum status read_folded(struct scene *scene, const struct options *options,
+/* All values become settings: the model's checks see them, and with --fold they are numbers in the C. */
+static enum status read_valued(struct scene *scene, const struct options *options,
                                const struct values *values) {
     struct setting *settings = all_settings(options, values->count);
     char(*texts)[NUMBER_LENGTH] = allocate((size_t)values->count, sizeof *texts);
@@ -88,7 +88,7 @@ static enum status read_folded(struct scene *scene, const struct options *option
     for (int i = 0; i < values->count; i++)
         settings[count++] =
             (struct setting){values->list[i].name, exact_text(values->list[i].value, texts[i])};
-    enum status status = read_with(scene, options->operands[0], settings, count, true);
+    enum status status = read_with(scene, options->operands[0], settings, count, options->fold);
     if (status != STATUS_DONE)
         print_messages(&scene->generation, 0);
     free(texts);
@@ -113,10 +113,11 @@ static enum status read_structure(struct scene *scene, const struct options *opt
 /* The model's values checked with everything that is given, then the C's text made ready. */
 static enum status read_for_values(struct scene *scene, const struct options *options,
                                    const struct values *values) {
-    if (options->fold)
-        return scene->state.parameter_count ? read_folded(scene, options, values) : STATUS_DONE;
-    if (values->count == scene->state.parameter_count)
-        return STATUS_DONE; /* no parameter came from --set */
+    enum status status = STATUS_DONE;
+    if (scene->state.parameter_count > 0)
+        status = read_valued(scene, options, values);
+    if (status != STATUS_DONE || options->fold || values->count == 0)
+        return status;
     return read_structure(scene, options, values);
 }
 

@@ -8,8 +8,8 @@ local axes = { psi = { 0, 0, M }, theta = { 0, M, 0 }, phi = { M, 0, 0 } }
 return rd.model {
   name = "curved",
   links = {
-    { "bar", beam = { length = 0.9, section = { area = 1e-4, Iy = 5e-10, Iz = 5e-10, It = 1e-9 }, E = 1e9, nu = 0, rho = 1000,
-                      curvature = { [turn] = 1.2 }, rfe = 4 } },
+    { "bar", beam = { length = 0.9, section = { area = 1e-4, Iy = 5e-10, Iz = 5e-10, It = 1e-9 }, E = 1e9, nu = 0,
+                      rho = 1000, curvature = { [turn] = 1.2 }, rfe = 4 } },
   },
   points = { tip = { on = "bar.tip", at = { 0, 0.1, 0 } } },
   forces = function() return { rd.torque { "bar.tip", axes[turn], axes = "bar.tip" } } end,
