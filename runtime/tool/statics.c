@@ -45,6 +45,22 @@ static enum status choose_held(const struct scene *scene, const struct options *
     return STATUS_DONE;
 }
 
+/* Rows do not act in statics: a loop would fall apart, so a model that closes one is refused. */
+static enum status refuse_loops(struct scene *scene) {
+    struct generation *generation = &scene->generation;
+    const int seen = generation->messages.count;
+    for (int i = 0; i < generation->model.row_count; i++) {
+        const struct row *row = &generation->model.rows[i];
+        if (!row->is_closure)
+            continue;
+        complain(&generation->messages, row->place,
+                 "%s: closes a loop, statics takes trees only (rows do not act in it)", row->name);
+        print_messages(generation, seen);
+        return STATUS_FAULT;
+    }
+    return STATUS_DONE;
+}
+
 static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
     size_t n = (size_t)scene->model->n, size = refdyn_statics_size(scene->model);
     struct refdyn_statics_options options = refdyn_statics_default();
@@ -76,7 +92,9 @@ enum status find_equilibrium(struct scene *scene, const struct options *options,
     size_t n = (size_t)scene->model->n;
     equilibrium->held = allocate(n, sizeof *equilibrium->held);
     equilibrium->hold_force = allocate(n, sizeof *equilibrium->hold_force);
-    enum status status = choose_held(scene, options, equilibrium->held);
+    enum status status = refuse_loops(scene);
+    if (status == STATUS_DONE)
+        status = choose_held(scene, options, equilibrium->held);
     if (status == STATUS_DONE)
         status = solve(scene, equilibrium);
     memset(scene->qd, 0, n * sizeof *scene->qd);
