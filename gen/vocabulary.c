@@ -40,8 +40,8 @@ struct section round_section(struct graph *g, expression diameter) {
     return tube_section(g, diameter, zero(g));
 }
 
-/* The terms from n = 7 on have a tanh of 1 but for 6e-10: their sum is that of 1 / n^5, 31/32 zeta(5), without
- * three. */
+/* The terms from n = 7 on have a tanh of 1 but for 6e-10: their sum is that of 1 / n^5, 31/32 zeta(5),
+ * without three. */
 static expression torsion_sum(struct graph *g, expression slenderness) {
     const double all = 1.0045237627951383, without = all - 1 - 1 / 243.0 - 1 / 3125.0;
     const expression half_turn = mul(g, number(g, pi / 2), slenderness);

@@ -7,12 +7,9 @@
 #include <stdio.h>
 
 static const char *const models[] = {
-    SOURCE_FOLDER "/models/manipulator.lua",
-    SOURCE_FOLDER "/tests/models/pendulum_flexible.lua",
-    SOURCE_FOLDER "/tests/models/programme.lua",
-    SOURCE_FOLDER "/tests/models/beams.lua",
-    SOURCE_FOLDER "/tests/models/loads.lua",
-    SOURCE_FOLDER "/tests/models/follow_path.lua",
+    SOURCE_FOLDER "/models/manipulator.lua",        SOURCE_FOLDER "/tests/models/pendulum_flexible.lua",
+    SOURCE_FOLDER "/tests/models/programme.lua",    SOURCE_FOLDER "/tests/models/beams.lua",
+    SOURCE_FOLDER "/tests/models/loads.lua",        SOURCE_FOLDER "/tests/models/follow_path.lua",
     SOURCE_FOLDER "/tests/models/beside/model.lua",
 };
 
