@@ -414,6 +414,20 @@ void check_scene(const struct model *model, struct messages *messages) {
             check_inertia(&check, &model->links[i], &model->links[i].solids[k]);
 }
 
+/* A motion's columns POINT_x ... and those of the slides LINK_x ... have to differ. */
+static void warn_of_columns(const struct check *check) {
+    static const char *const axes[] = {"x", "y", "z"};
+    for (int i = 0; i < check->model->point_count; i++)
+        for (int axis = 0; axis < 3; axis++) {
+            const struct point *point = &check->model->points[i];
+            const char *column = memory_format(check->messages->memory, "%s_%s", point->name, axes[axis]);
+            if (find_coordinate(check->tree, column) >= 0)
+                warn(check->messages, point->place,
+                     "points.%s: a motion has two columns %s, of the point and of the coordinate",
+                     point->name, column);
+        }
+}
+
 void check_programme(const struct model *model, const struct tree *tree, struct messages *messages) {
     const struct check check = {.model = model, .tree = tree, .messages = messages};
     if (tree->count == 0) {
@@ -432,6 +446,7 @@ void check_programme(const struct model *model, const struct tree *tree, struct 
         check_course(&check, &model->courses[i]);
     for (int i = 0; i < model->row_count; i++)
         check_row(&check, &model->rows[i]);
+    warn_of_columns(&check);
     check_row_names(&check);
     check_dependent(&check);
     warn_of_values(model, tree, messages);

@@ -24,13 +24,13 @@ return rd.model {
       beam = { length = 0.9, section = { area = 2e-4, Iy = 4e-9, Iz = 2e-9, It = 3e-9 }, E = 3e9, nu = 0.35, rho = 1200,
                eta = 2e-3, rfe = 3, dofs = { "psi", "theta" } } },
   },
-  points = { hand = { on = "hand", at = { 0, 0.2, 0 } }, tail = "tail.tip", body = "body" },
+  points = { hand = { on = "hand", at = { 0, 0.2, 0 } }, tail = "tail.tip", centre = "body" },
   forces = function(s)
     return { body_z = s.inputs.thrust * rd.ramp(s.t, 0, 0.5), tail_psi = -0.4 * rd.tanh(5 * s.qd.tail_psi) }
   end,
   constraints = function(s)
-    local hand, body = s.points.hand, s.points.body
-    local reach = rd.parameter("reach", s.start.points.hand.z - s.start.points.body.z, "m")
+    local hand, body = s.points.hand, s.points.centre
+    local reach = rd.parameter("reach", s.start.points.hand.z - s.start.points.centre.z, "m")
     return {
       rd.position { hand.z - body.z - reach, alpha = p.gain, beta = p.gain, name = "reach" },
       rd.velocity { hand.xd - body.xd + 0.2 * s.q.body_psi * body.yd, alpha = p.gain, name = "follow" },

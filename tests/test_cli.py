@@ -75,6 +75,13 @@ def test_bad_state(which, tmp_path):
     assert done.stdout == ""
 
 
+def test_columns_of_one_name_are_warned_of(tmp_path):
+    (tmp_path / "twice.lua").write_text('local rd = require "refdyn"\nreturn rd.model { name = "twice", gravity = { 0, 0, -9.81 },\n'
+                                        '  links = { { "cart", joint = "z", mass = 1 } },\n  points = { cart = "cart" } }\n')
+    done = refdyn("check", tmp_path / "twice.lua")
+    assert re.search(r"twice\.lua:4: warning: points\.cart: .*cart_z", done.stderr), done.stderr
+
+
 def test_statics_of_a_loop_is_refused():
     """Rows do not act in statics: better no answer than a loop that has fallen apart."""
     done = refdyn("statics", MODELS / "fourbar.lua", status=1)
