@@ -427,6 +427,9 @@ static void open_sandbox(lua_State *L) {
     lua_pushcfunction(L, is_expression);
     lua_pushcfunction(L, compile_beside);
     lua_call(L, 3, 0);
+    if (luaL_loadbufferx(L, work_source, sizeof work_source - 1, "=sandbox", "t") != LUA_OK)
+        lua_error(L);
+    lua_call(L, 0, 0);
 }
 
 static void make_metatables(lua_State *L) {
