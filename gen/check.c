@@ -161,14 +161,8 @@ static void check_inputs(const struct check *check) {
 
 /* ---- bodies ---- */
 
-static double parameter_value(void *context, const struct symbol *symbol) {
-    const struct model *model = context;
-    return symbol->kind == SYMBOL_PARAMETER ? model->parameters[symbol->index].value : 0;
-}
-
 static double value_of(const struct model *model, expression e) {
-    struct model copy = *model;
-    return evaluate(model->graph, e, parameter_value, &copy);
+    return value_at_parameters(model->graph, model->parameters, e);
 }
 
 /* No principal minor of the symmetric tensor xx yy zz xy xz yz is negative, but for rounding. */

@@ -40,8 +40,6 @@ expression declare_input(struct declarations *declarations, struct place place, 
                          double standard, const char *unit);
 /* The expression that stands for parameter number `index`: a number when parameters are folded. */
 expression parameter_expression(const struct declarations *declarations, int index);
-/* Value of an expression of parameters. */
-double value_at_parameters(struct graph *graph, const struct parameter *parameters, expression e);
 /* To be called when all is declared. */
 void complain_of_unknown_settings(const struct declarations *declarations);
 

@@ -6,11 +6,6 @@
 
 #include <string.h>
 
-static double default_value(void *context, const struct symbol *s) {
-    const struct model *model = context;
-    return s->kind == SYMBOL_PARAMETER ? model->parameters[s->index].value : 0;
-}
-
 static void emit_name_entry(struct text *text, const char *name, const char *unit, double value) {
     char digits[32];
     text_add(text, "    {\"%s\", \"%s\", %s},\n", name, unit, number_text(value, digits));
@@ -26,7 +21,7 @@ static void emit_names(struct emission *x, struct text *text) {
     open_names(x, text, "coordinate_names");
     for (int i = 0; i < tree->count; i++) {
         const struct joint *joint = &tree->frames[i].joint;
-        const double start = evaluate(x->g, joint->start, default_value, (void *)model);
+        const double start = value_at_parameters(x->g, model->parameters, joint->start);
         emit_name_entry(text, tree->frames[i].name, joint->is_turn ? "rad" : "m", start);
     }
     text_add(text, "};\n\n");

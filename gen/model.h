@@ -191,4 +191,7 @@ struct model {
     struct place hold_place;
 };
 
+/* Value of an expression of parameters. */
+double value_at_parameters(struct graph *graph, const struct parameter *parameters, expression e);
+
 #endif

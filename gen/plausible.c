@@ -14,14 +14,8 @@ struct look {
     struct messages *messages;
 };
 
-static double parameter_value(void *context, const struct symbol *symbol) {
-    const struct model *model = context;
-    return symbol->kind == SYMBOL_PARAMETER ? model->parameters[symbol->index].value : 0;
-}
-
 static double value_of(const struct look *look, expression e) {
-    struct model model = *look->model;
-    return evaluate(model.graph, e, parameter_value, &model);
+    return value_at_parameters(look->model->graph, look->model->parameters, e);
 }
 
 static double largest_of(const struct look *look, const expression *list, int count) {

@@ -3,13 +3,8 @@
  */
 #include "plan.h"
 
-static double parameter_value(void *context, const struct symbol *s) {
-    const struct model *model = context;
-    return s->kind == SYMBOL_PARAMETER ? model->parameters[s->index].value : 0;
-}
-
 static double value_of(const struct generation *gen, expression e) {
-    return evaluate((struct graph *)&gen->graph, e, parameter_value, (void *)&gen->model);
+    return value_at_parameters(gen->model.graph, gen->model.parameters, e);
 }
 
 static void print_unread(const struct generation *gen, FILE *out) {

@@ -161,13 +161,8 @@ static void add_beam(struct expansion *x, const struct link *link, struct carrie
         add_segment(x, link, &link->beam.segments[i], &number_of_sde, carrier);
 }
 
-static double parameter_value(void *context, const struct symbol *s) {
-    const struct model *model = context;
-    return s->kind == SYMBOL_PARAMETER ? model->parameters[s->index].value : 0;
-}
-
 static double value_of(const struct expansion *x, expression e) {
-    return evaluate(x->g, e, parameter_value, (void *)x->model);
+    return value_at_parameters(x->g, x->model->parameters, e);
 }
 
 /* The element that covers a place, with the parameters' values as they are when the C is generated. */
