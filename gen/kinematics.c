@@ -39,21 +39,21 @@ struct vector to_parent(const struct kinematics *k, int i, struct vector a) {
 }
 
 /*
- * Rot(axis) T Rot(axis)^T. Both diagonal terms are sums of their own, not a difference from the trace: a
- * slender link's inertia about its axis is a millionth of the others and would drown.
+ * Rot(axis) T Rot(axis)^T: with w = s (jj - ll) + 2 c jl the block across the axis is jj - s w, ll + s w,
+ * c w - jl. No diagonal term is a difference from the trace: a slender link's inertia about its axis is a
+ * millionth of the others and would drown; here s w carries it, small as the angle is.
  */
 static struct tensor tensor_turn_axis(struct graph *g, int axis, expression c, expression s,
                                       struct tensor t) {
     const int j = (axis + 1) % 3, l = (axis + 2) % 3;
     const int jj = j, ll = l, jl = tensor_index(j, l), ja = tensor_index(j, axis), la = tensor_index(l, axis);
-    const expression a = sub(g, mul(g, c, t.at[jj]), mul(g, s, t.at[jl]));
-    const expression b = sub(g, mul(g, c, t.at[jl]), mul(g, s, t.at[ll]));
-    const expression d = add(g, mul(g, s, t.at[jj]), mul(g, c, t.at[jl]));
-    const expression e = add(g, mul(g, s, t.at[jl]), mul(g, c, t.at[ll]));
+    const expression across = mul(g, c, add(g, t.at[jl], t.at[jl]));
+    const expression w = add(g, mul(g, s, sub(g, t.at[jj], t.at[ll])), across);
+    const expression moved = mul(g, s, w);
     struct tensor turned = t;
-    turned.at[jj] = sub(g, mul(g, c, a), mul(g, s, b));
-    turned.at[jl] = add(g, mul(g, s, a), mul(g, c, b));
-    turned.at[ll] = add(g, mul(g, s, d), mul(g, c, e));
+    turned.at[jj] = sub(g, t.at[jj], moved);
+    turned.at[ll] = add(g, t.at[ll], moved);
+    turned.at[jl] = sub(g, mul(g, c, w), t.at[jl]);
     turned.at[ja] = sub(g, mul(g, c, t.at[ja]), mul(g, s, t.at[la]));
     turned.at[la] = add(g, mul(g, s, t.at[ja]), mul(g, c, t.at[la]));
     return turned;

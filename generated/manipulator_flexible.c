@@ -109,9 +109,6 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sin(q[10]);
     const double arm_theta_3_cos = cos(q[10]);
-    /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sin(q[11]);
-    const double arm_phi_3_cos = cos(q[11]);
     /* effector_z: motion from arm_phi_3 outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
     /* effector_z: composite pseudo-inertia of all beyond, inward */
@@ -120,118 +117,96 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
     const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t1;
     const double arm_phi_3_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (t2 + t2);
-    const double t3 = arm_phi_3_cos * arm_phi_3_inertia_beyond_yy;
-    const double t4 = arm_phi_3_sin * arm_phi_3_inertia_beyond_yy;
-    const double arm_theta_3_inertia_beyond_yy = arm_phi_3_sin * t4 + arm_phi_3_cos * t3;
-    const double arm_theta_3_inertia_beyond_yz = arm_phi_3_sin * t3 - arm_phi_3_cos * t4;
     /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
-    const double t5 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
+    const double t3 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
     const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
-    const double t6 = arm_theta_3_cos * arm_theta_3_inertia_beyond_yy;
-    const double t7 = p->derived.arm_psi_inertia_xx * arm_theta_3_sin;
-    const double t8 = p->derived.arm_psi_inertia_xx * arm_theta_3_cos;
-    const double arm_psi_3_inertia_beyond_zz = arm_theta_3_sin * t7 + arm_theta_3_cos * t6;
-    const double arm_psi_3_inertia_beyond_xz = arm_theta_3_sin * t6 - arm_theta_3_cos * t7;
-    const double arm_psi_3_inertia_beyond_xx = arm_theta_3_cos * t8 + arm_theta_3_sin * (arm_theta_3_sin *
-        arm_theta_3_inertia_beyond_yy);
-    const double arm_psi_3_inertia_beyond_yz = arm_theta_3_cos * arm_theta_3_inertia_beyond_yz;
-    const double arm_psi_3_inertia_beyond_xy = arm_theta_3_sin * arm_theta_3_inertia_beyond_yz;
+    const double t4 = arm_theta_3_sin * (arm_phi_3_inertia_beyond_yy - p->derived.arm_psi_inertia_xx);
+    const double t5 = arm_theta_3_sin * t4;
+    const double arm_psi_3_inertia_beyond_zz = arm_phi_3_inertia_beyond_yy - t5;
+    const double arm_psi_3_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + t5;
+    const double arm_psi_3_inertia_beyond_xz = arm_theta_3_cos * t4;
     /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
-    const double t9 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
+    const double t6 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
     const double arm_phi_2_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
-    const double t10 = arm_psi_3_sin * arm_psi_3_inertia_beyond_xy;
-    const double t11 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xx - t10;
-    const double t12 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xy;
-    const double t13 = t12 - arm_psi_3_sin * arm_theta_3_inertia_beyond_yy;
-    const double t14 = t10 + arm_psi_3_cos * arm_theta_3_inertia_beyond_yy;
-    const double t15 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xz - arm_psi_3_sin * arm_psi_3_inertia_beyond_yz;
-    const double arm_phi_2_inertia_beyond_yz = arm_psi_3_cos * arm_psi_3_inertia_beyond_yz + arm_psi_3_sin *
-        arm_psi_3_inertia_beyond_xz;
-    const double t16 = p->derived.arm_element_length * (t9 + p->derived.constant_3);
-    const double t17 = t16 + t16;
-    const double arm_phi_2_inertia_beyond_xy = arm_psi_3_cos * t13 + arm_psi_3_sin * t11 - p->derived.arm_element_length *
-        arm_phi_2_moment_beyond_y;
-    const double arm_phi_2_inertia_beyond_xz = t15 + p->derived.arm_element_length * t5;
+    const double t7 = arm_psi_3_sin * (arm_psi_3_inertia_beyond_xx - arm_phi_3_inertia_beyond_yy);
+    const double t8 = arm_psi_3_sin * t7;
+    const double t9 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xz;
+    const double arm_phi_2_inertia_beyond_yz = arm_psi_3_sin * arm_psi_3_inertia_beyond_xz;
+    const double t10 = p->derived.arm_element_length * (t6 + p->derived.constant_3);
+    const double t11 = t10 + t10;
+    const double arm_phi_2_inertia_beyond_xy = arm_psi_3_cos * t7 - p->derived.arm_element_length * arm_phi_2_moment_beyond_y;
+    const double arm_phi_2_inertia_beyond_xz = t9 + p->derived.arm_element_length * t3;
     /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + (t9 + p->derived.constant_2);
-    const double arm_phi_2_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_3_cos * t11 - arm_psi_3_sin *
-        t13);
-    const double arm_phi_2_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_cos * t14 + arm_psi_3_sin *
-        (t12 + arm_psi_3_sin * arm_psi_3_inertia_beyond_xx) + t17);
+    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + (t6 + p->derived.constant_2);
+    const double arm_phi_2_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_3_inertia_beyond_xx -
+        t8);
+    const double arm_phi_2_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_phi_3_inertia_beyond_yy +
+        t8 + t11);
     const double arm_phi_2_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_inertia_beyond_zz +
-        t17);
-    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t5 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
-    const double t18 = arm_phi_2_sin * arm_phi_2_moment_beyond_y;
-    const double t19 = arm_phi_2_cos * t5;
-    const double arm_theta_2_moment_beyond_z = t18 - t19;
-    const double t20 = arm_phi_2_sin * arm_phi_2_inertia_beyond_yz;
-    const double t21 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yy - t20;
-    const double t22 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yz;
-    const double t23 = t22 - arm_phi_2_sin * arm_phi_2_inertia_beyond_zz;
-    const double arm_theta_2_inertia_beyond_yy = arm_phi_2_cos * t21 - arm_phi_2_sin * t23;
-    const double arm_theta_2_inertia_beyond_yz = arm_phi_2_cos * t23 + arm_phi_2_sin * t21;
-    const double arm_theta_2_inertia_beyond_zz = arm_phi_2_cos * (t20 + arm_phi_2_cos * arm_phi_2_inertia_beyond_zz) +
-        arm_phi_2_sin * (t22 + arm_phi_2_sin * arm_phi_2_inertia_beyond_yy);
+        t11);
+    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t3 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
+    const double t12 = arm_phi_2_sin * arm_phi_2_moment_beyond_y;
+    const double t13 = arm_phi_2_cos * t3;
+    const double arm_theta_2_moment_beyond_z = t12 - t13;
+    const double t14 = arm_phi_2_cos * (arm_phi_2_inertia_beyond_yz + arm_phi_2_inertia_beyond_yz) + arm_phi_2_sin *
+        (arm_phi_2_inertia_beyond_yy - arm_phi_2_inertia_beyond_zz);
+    const double t15 = arm_phi_2_sin * t14;
+    const double arm_theta_2_inertia_beyond_yy = arm_phi_2_inertia_beyond_yy - t15;
+    const double arm_theta_2_inertia_beyond_zz = arm_phi_2_inertia_beyond_zz + t15;
+    const double arm_theta_2_inertia_beyond_yz = arm_phi_2_cos * t14 - arm_phi_2_inertia_beyond_yz;
     const double arm_theta_2_inertia_beyond_xy = arm_phi_2_cos * arm_phi_2_inertia_beyond_xy - arm_phi_2_sin *
         arm_phi_2_inertia_beyond_xz;
     const double arm_theta_2_inertia_beyond_xz = arm_phi_2_cos * arm_phi_2_inertia_beyond_xz + arm_phi_2_sin *
         arm_phi_2_inertia_beyond_xy;
     /* arm_theta_2: composite pseudo-inertia of all beyond, inward */
-    const double t24 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
-    const double t25 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
-    const double arm_psi_2_moment_beyond_z = t25 - t24;
+    const double t16 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
+    const double t17 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
+    const double arm_psi_2_moment_beyond_z = t17 - t16;
     const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_theta_2_cos *
         arm_phi_2_moment_beyond_x;
-    const double t26 = arm_theta_2_sin * arm_theta_2_inertia_beyond_xz;
-    const double t27 = arm_theta_2_cos * arm_theta_2_inertia_beyond_zz - t26;
-    const double t28 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz;
-    const double t29 = t28 - arm_theta_2_sin * arm_phi_2_inertia_beyond_xx;
-    const double t30 = t26 + arm_theta_2_cos * arm_phi_2_inertia_beyond_xx;
-    const double arm_psi_2_inertia_beyond_zz = arm_theta_2_cos * t27 - arm_theta_2_sin * t29;
-    const double arm_psi_2_inertia_beyond_xz = arm_theta_2_cos * t29 + arm_theta_2_sin * t27;
-    const double arm_psi_2_inertia_beyond_xx = arm_theta_2_cos * t30 + arm_theta_2_sin * (t28 + arm_theta_2_sin *
-        arm_theta_2_inertia_beyond_zz);
+    const double t18 = arm_theta_2_cos * (arm_theta_2_inertia_beyond_xz + arm_theta_2_inertia_beyond_xz) +
+        arm_theta_2_sin * (arm_theta_2_inertia_beyond_zz - arm_phi_2_inertia_beyond_xx);
+    const double t19 = arm_theta_2_sin * t18;
+    const double arm_psi_2_inertia_beyond_zz = arm_theta_2_inertia_beyond_zz - t19;
+    const double arm_psi_2_inertia_beyond_xx = arm_phi_2_inertia_beyond_xx + t19;
+    const double arm_psi_2_inertia_beyond_xz = arm_theta_2_cos * t18 - arm_theta_2_inertia_beyond_xz;
     const double arm_psi_2_inertia_beyond_yz = arm_theta_2_cos * arm_theta_2_inertia_beyond_yz - arm_theta_2_sin *
         arm_theta_2_inertia_beyond_xy;
     const double arm_psi_2_inertia_beyond_xy = arm_theta_2_cos * arm_theta_2_inertia_beyond_xy + arm_theta_2_sin *
         arm_theta_2_inertia_beyond_yz;
     /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
-    const double t31 = arm_psi_2_cos * arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y;
+    const double t20 = arm_psi_2_cos * arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y;
     const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
-    const double t32 = arm_psi_2_sin * arm_psi_2_inertia_beyond_xy;
-    const double t33 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xx - t32;
-    const double t34 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xy;
-    const double t35 = t34 - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
-    const double t36 = t32 + arm_psi_2_cos * arm_theta_2_inertia_beyond_yy;
-    const double t37 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xz - arm_psi_2_sin * arm_psi_2_inertia_beyond_yz;
+    const double t21 = arm_psi_2_cos * (arm_psi_2_inertia_beyond_xy + arm_psi_2_inertia_beyond_xy) + arm_psi_2_sin *
+        (arm_psi_2_inertia_beyond_xx - arm_theta_2_inertia_beyond_yy);
+    const double t22 = arm_psi_2_sin * t21;
+    const double t23 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xz - arm_psi_2_sin * arm_psi_2_inertia_beyond_yz;
     const double arm_phi_1_inertia_beyond_yz = arm_psi_2_cos * arm_psi_2_inertia_beyond_yz + arm_psi_2_sin *
         arm_psi_2_inertia_beyond_xz;
-    const double t38 = p->derived.arm_element_length * (t31 + p->derived.constant_5);
-    const double t39 = t38 + t38;
-    const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t35 + arm_psi_2_sin * t33 - p->derived.arm_element_length *
+    const double t24 = p->derived.arm_element_length * (t20 + p->derived.constant_5);
+    const double t25 = t24 + t24;
+    const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t21 - arm_psi_2_inertia_beyond_xy - p->derived.arm_element_length *
         arm_phi_1_moment_beyond_y;
-    const double arm_phi_1_inertia_beyond_xz = t37 - p->derived.arm_element_length * arm_psi_2_moment_beyond_z;
+    const double arm_phi_1_inertia_beyond_xz = t23 - p->derived.arm_element_length * arm_psi_2_moment_beyond_z;
     /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + (t31 + p->derived.constant_4);
-    const double arm_phi_1_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_2_cos * t33 - arm_psi_2_sin *
-        t35);
-    const double arm_phi_1_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_psi_2_cos * t36 + arm_psi_2_sin *
-        (t34 + arm_psi_2_sin * arm_psi_2_inertia_beyond_xx) + t39);
+    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + (t20 + p->derived.constant_4);
+    const double arm_phi_1_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_2_inertia_beyond_xx -
+        t22);
+    const double arm_phi_1_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_theta_2_inertia_beyond_yy +
+        t22 + t25);
     const double arm_phi_1_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_2_inertia_beyond_zz +
-        t39);
-    const double t40 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
-    const double t41 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
-    const double arm_theta_1_moment_beyond_y = t41 - t40;
-    const double t42 = arm_phi_1_sin * arm_phi_1_moment_beyond_y;
-    const double arm_theta_1_moment_beyond_z = t42 + arm_phi_1_cos * arm_psi_2_moment_beyond_z;
-    const double t43 = arm_phi_1_sin * arm_phi_1_inertia_beyond_yz;
-    const double t44 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yy - t43;
-    const double t45 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yz;
-    const double t46 = t45 - arm_phi_1_sin * arm_phi_1_inertia_beyond_zz;
-    const double arm_theta_1_inertia_beyond_yy = arm_phi_1_cos * t44 - arm_phi_1_sin * t46;
-    const double arm_theta_1_inertia_beyond_yz = arm_phi_1_cos * t46 + arm_phi_1_sin * t44;
-    const double arm_theta_1_inertia_beyond_zz = arm_phi_1_cos * (t43 + arm_phi_1_cos * arm_phi_1_inertia_beyond_zz) +
-        arm_phi_1_sin * (t45 + arm_phi_1_sin * arm_phi_1_inertia_beyond_yy);
+        t25);
+    const double t26 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
+    const double t27 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
+    const double arm_theta_1_moment_beyond_y = t27 - t26;
+    const double t28 = arm_phi_1_sin * arm_phi_1_moment_beyond_y;
+    const double arm_theta_1_moment_beyond_z = t28 + arm_phi_1_cos * arm_psi_2_moment_beyond_z;
+    const double t29 = arm_phi_1_cos * (arm_phi_1_inertia_beyond_yz + arm_phi_1_inertia_beyond_yz) + arm_phi_1_sin *
+        (arm_phi_1_inertia_beyond_yy - arm_phi_1_inertia_beyond_zz);
+    const double t30 = arm_phi_1_sin * t29;
+    const double arm_theta_1_inertia_beyond_yy = arm_phi_1_inertia_beyond_yy - t30;
+    const double arm_theta_1_inertia_beyond_zz = arm_phi_1_inertia_beyond_zz + t30;
+    const double arm_theta_1_inertia_beyond_yz = arm_phi_1_cos * t29 - arm_phi_1_inertia_beyond_yz;
     const double arm_theta_1_inertia_beyond_xy = arm_phi_1_cos * arm_phi_1_inertia_beyond_xy - arm_phi_1_sin *
         arm_phi_1_inertia_beyond_xz;
     const double arm_theta_1_inertia_beyond_xz = arm_phi_1_cos * arm_phi_1_inertia_beyond_xz + arm_phi_1_sin *
@@ -241,297 +216,301 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
         arm_phi_1_moment_beyond_x;
     const double arm_psi_1_moment_beyond_x = arm_theta_1_sin * arm_theta_1_moment_beyond_z + arm_theta_1_cos *
         arm_phi_1_moment_beyond_x;
-    const double t47 = arm_theta_1_sin * arm_theta_1_inertia_beyond_xz;
-    const double t48 = arm_theta_1_cos * arm_theta_1_inertia_beyond_zz - t47;
-    const double t49 = arm_theta_1_cos * arm_theta_1_inertia_beyond_xz;
-    const double t50 = t49 - arm_theta_1_sin * arm_phi_1_inertia_beyond_xx;
-    const double t51 = t47 + arm_theta_1_cos * arm_phi_1_inertia_beyond_xx;
-    const double arm_psi_1_inertia_beyond_zz = arm_theta_1_cos * t48 - arm_theta_1_sin * t50;
-    const double arm_psi_1_inertia_beyond_xz = arm_theta_1_cos * t50 + arm_theta_1_sin * t48;
-    const double arm_psi_1_inertia_beyond_xx = arm_theta_1_cos * t51 + arm_theta_1_sin * (t49 + arm_theta_1_sin *
-        arm_theta_1_inertia_beyond_zz);
+    const double t31 = arm_theta_1_cos * (arm_theta_1_inertia_beyond_xz + arm_theta_1_inertia_beyond_xz) +
+        arm_theta_1_sin * (arm_theta_1_inertia_beyond_zz - arm_phi_1_inertia_beyond_xx);
+    const double t32 = arm_theta_1_sin * t31;
+    const double arm_psi_1_inertia_beyond_zz = arm_theta_1_inertia_beyond_zz - t32;
+    const double arm_psi_1_inertia_beyond_xx = arm_phi_1_inertia_beyond_xx + t32;
+    const double arm_psi_1_inertia_beyond_xz = arm_theta_1_cos * t31 - arm_theta_1_inertia_beyond_xz;
     const double arm_psi_1_inertia_beyond_yz = arm_theta_1_cos * arm_theta_1_inertia_beyond_yz - arm_theta_1_sin *
         arm_theta_1_inertia_beyond_xy;
     const double arm_psi_1_inertia_beyond_xy = arm_theta_1_cos * arm_theta_1_inertia_beyond_xy + arm_theta_1_sin *
         arm_theta_1_inertia_beyond_yz;
     /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
-    const double t52 = arm_psi_1_cos * arm_psi_1_moment_beyond_x;
-    const double t53 = t52 - arm_psi_1_sin * arm_theta_1_moment_beyond_y;
-    const double t54 = arm_psi_1_sin * arm_psi_1_moment_beyond_x;
-    const double arm_psi_moment_beyond_y = t54 + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
-    const double t55 = arm_psi_1_sin * arm_psi_1_inertia_beyond_xy;
-    const double t56 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xx - t55;
-    const double t57 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xy;
-    const double t58 = t57 - arm_psi_1_sin * arm_theta_1_inertia_beyond_yy;
-    const double t59 = t55 + arm_psi_1_cos * arm_theta_1_inertia_beyond_yy;
-    const double t60 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xz - arm_psi_1_sin * arm_psi_1_inertia_beyond_yz;
+    const double t33 = arm_psi_1_cos * arm_psi_1_moment_beyond_x;
+    const double t34 = t33 - arm_psi_1_sin * arm_theta_1_moment_beyond_y;
+    const double t35 = arm_psi_1_sin * arm_psi_1_moment_beyond_x;
+    const double arm_psi_moment_beyond_y = t35 + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
+    const double t36 = arm_psi_1_cos * (arm_psi_1_inertia_beyond_xy + arm_psi_1_inertia_beyond_xy) + arm_psi_1_sin *
+        (arm_psi_1_inertia_beyond_xx - arm_theta_1_inertia_beyond_yy);
+    const double t37 = arm_psi_1_sin * t36;
+    const double t38 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xz - arm_psi_1_sin * arm_psi_1_inertia_beyond_yz;
     const double arm_psi_inertia_beyond_yz = arm_psi_1_cos * arm_psi_1_inertia_beyond_yz + arm_psi_1_sin *
         arm_psi_1_inertia_beyond_xz;
-    const double t61 = p->derived.constant_1 * (t53 + p->derived.constant_7);
-    const double t62 = t61 + t61;
-    const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t58 + arm_psi_1_sin * t56 - p->derived.constant_1 *
+    const double t39 = p->derived.constant_1 * (t34 + p->derived.constant_7);
+    const double t40 = t39 + t39;
+    const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t36 - arm_psi_1_inertia_beyond_xy - p->derived.constant_1 *
         arm_psi_moment_beyond_y;
-    const double arm_psi_inertia_beyond_xz = t60 - p->derived.constant_1 * arm_psi_1_moment_beyond_z;
+    const double arm_psi_inertia_beyond_xz = t38 - p->derived.constant_1 * arm_psi_1_moment_beyond_z;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (t53 + p->derived.constant_6);
-    const double arm_psi_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + (arm_psi_1_cos * t56 - arm_psi_1_sin *
-        t58);
-    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (arm_psi_1_cos * t59 + arm_psi_1_sin *
-        (t57 + arm_psi_1_sin * arm_psi_1_inertia_beyond_xx) + t62);
+    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (t34 + p->derived.constant_6);
+    const double arm_psi_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + (arm_psi_1_inertia_beyond_xx -
+        t37);
+    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (arm_theta_1_inertia_beyond_yy +
+        t37 + t40);
     const double arm_psi_inertia_beyond_zz = p->derived.arm_psi_inertia_yy + (arm_psi_1_inertia_beyond_zz +
-        t62);
+        t40);
     const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x - arm_psi_sin * arm_psi_moment_beyond_y;
-    const double t63 = arm_psi_cos * arm_psi_inertia_beyond_yz;
+    const double t41 = arm_psi_cos * arm_psi_inertia_beyond_yz;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
-    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_cos * (arm_psi_sin * arm_psi_inertia_beyond_xy +
-        arm_psi_cos * arm_psi_inertia_beyond_yy) + arm_psi_sin * (arm_psi_cos * arm_psi_inertia_beyond_xy +
-        arm_psi_sin * arm_psi_inertia_beyond_xx));
+    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_cos *
+        (arm_psi_inertia_beyond_xy + arm_psi_inertia_beyond_xy) + arm_psi_sin * (arm_psi_inertia_beyond_xx -
+        arm_psi_inertia_beyond_yy)));
     /* arm_psi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t64 = t40 - t41;
-    const double t65 = t52 + arm_psi_1_sin * t64;
+    const double t42 = t26 - t27;
+    const double t43 = t33 + arm_psi_1_sin * t42;
     /* arm_theta_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t66 = arm_psi_1_sin * arm_psi_1_moment_beyond_z;
+    const double t44 = arm_psi_1_sin * arm_psi_1_moment_beyond_z;
     /* arm_phi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t67 = t24 - t25;
-    const double t68 = arm_phi_1_cos * t67 - t42;
-    const double t69 = t41 + arm_phi_1_sin * t67;
-    const double t70 = arm_theta_1_sin * t69;
-    const double t71 = arm_psi_1_sin * t70 + arm_psi_1_cos * t68;
-    const double t72 = arm_psi_sin * (arm_psi_1_cos * t51 - arm_psi_1_sin * arm_theta_1_inertia_beyond_xy) +
-        arm_psi_cos * (arm_psi_1_sin * t51 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy - p->derived.constant_1 *
-        (arm_theta_1_cos * t69));
+    const double t45 = t16 - t17;
+    const double t46 = arm_phi_1_cos * t45 - t28;
+    const double t47 = t27 + arm_phi_1_sin * t45;
+    const double t48 = arm_theta_1_sin * t47;
+    const double t49 = arm_theta_1_cos * arm_theta_1_inertia_beyond_xz - arm_theta_1_sin * arm_phi_1_inertia_beyond_xx;
+    const double t50 = arm_theta_1_sin * arm_theta_1_inertia_beyond_xz + arm_theta_1_cos * arm_phi_1_inertia_beyond_xx;
+    const double t51 = arm_psi_1_sin * t48 + arm_psi_1_cos * t46;
+    const double t52 = arm_psi_sin * (arm_psi_1_cos * t50 - arm_psi_1_sin * arm_theta_1_inertia_beyond_xy) +
+        arm_psi_cos * (arm_psi_1_sin * t50 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy - p->derived.constant_1 *
+        (arm_theta_1_cos * t47));
     /* arm_psi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t73 = arm_psi_2_inertia_beyond_zz + p->derived.arm_element_length * t31;
-    const double t74 = arm_phi_1_cos * t31;
-    const double t75 = arm_phi_1_sin * t31;
-    const double t76 = t45 - arm_phi_1_sin * t73;
-    const double t77 = t43 + arm_phi_1_cos * t73;
-    const double t78 = arm_theta_1_sin * t75 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
-    const double t79 = arm_theta_1_cos * t77 - arm_theta_1_sin * t37;
-    const double t80 = arm_theta_1_sin * t77 + arm_theta_1_cos * t37;
-    const double t81 = arm_psi_1_sin * t78 + arm_psi_1_cos * t74;
-    const double t82 = arm_psi_sin * (arm_psi_1_cos * t80 - arm_psi_1_sin * t76) + arm_psi_cos * (arm_psi_1_sin *
-        t80 + arm_psi_1_cos * t76 - p->derived.constant_1 * (arm_theta_1_sin * arm_phi_1_moment_beyond_y +
-        arm_theta_1_cos * t75));
+    const double t53 = arm_psi_2_inertia_beyond_zz + p->derived.arm_element_length * t20;
+    const double t54 = arm_phi_1_cos * t20;
+    const double t55 = arm_phi_1_sin * t20;
+    const double t56 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yz - arm_phi_1_sin * t53;
+    const double t57 = arm_phi_1_sin * arm_phi_1_inertia_beyond_yz + arm_phi_1_cos * t53;
+    const double t58 = arm_theta_1_sin * t55 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
+    const double t59 = arm_theta_1_cos * t57 - arm_theta_1_sin * t23;
+    const double t60 = arm_theta_1_sin * t57 + arm_theta_1_cos * t23;
+    const double t61 = arm_psi_1_sin * t58 + arm_psi_1_cos * t54;
+    const double t62 = arm_psi_sin * (arm_psi_1_cos * t60 - arm_psi_1_sin * t56) + arm_psi_cos * (arm_psi_1_sin *
+        t60 + arm_psi_1_cos * t56 - p->derived.constant_1 * (arm_theta_1_sin * arm_phi_1_moment_beyond_y +
+        arm_theta_1_cos * t55));
     /* arm_theta_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t83 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
-    const double t84 = arm_psi_2_sin * arm_psi_2_moment_beyond_z;
-    const double t85 = t36 + p->derived.arm_element_length * arm_psi_2_moment_beyond_x;
-    const double t86 = arm_psi_2_inertia_beyond_yz + p->derived.arm_element_length * t84;
-    const double t87 = arm_phi_1_sin * arm_psi_2_moment_beyond_x + arm_phi_1_cos * t84;
-    const double t88 = arm_phi_1_sin * t84 - arm_phi_1_cos * arm_psi_2_moment_beyond_x;
+    const double t63 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
+    const double t64 = arm_psi_2_sin * arm_psi_2_moment_beyond_z;
+    const double t65 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xy - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
+    const double t66 = arm_psi_2_sin * arm_psi_2_inertia_beyond_xy + arm_psi_2_cos * arm_theta_2_inertia_beyond_yy +
+        p->derived.arm_element_length * arm_psi_2_moment_beyond_x;
+    const double t67 = arm_psi_2_inertia_beyond_yz + p->derived.arm_element_length * t64;
+    const double t68 = arm_phi_1_sin * arm_psi_2_moment_beyond_x + arm_phi_1_cos * t64;
+    const double t69 = arm_phi_1_sin * t64 - arm_phi_1_cos * arm_psi_2_moment_beyond_x;
+    const double t70 = arm_phi_1_cos * t66 - arm_phi_1_sin * t67;
+    const double t71 = arm_phi_1_sin * t66 + arm_phi_1_cos * t67;
+    const double t72 = arm_theta_1_sin * t69 + arm_theta_1_cos * t63;
+    const double t73 = arm_theta_1_cos * t71 - arm_theta_1_sin * t65;
+    const double t74 = arm_theta_1_sin * t71 + arm_theta_1_cos * t65;
+    const double t75 = arm_psi_1_sin * t72 + arm_psi_1_cos * t68;
+    const double t76 = arm_psi_sin * (arm_psi_1_cos * t74 - arm_psi_1_sin * t70) + arm_psi_cos * (arm_psi_1_sin *
+        t74 + arm_psi_1_cos * t70 - p->derived.constant_1 * (arm_theta_1_cos * t69 - arm_theta_1_sin * t63));
+    /* arm_phi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    const double t77 = t13 - t12;
+    const double t78 = arm_theta_2_cos * arm_theta_2_moment_beyond_y;
+    const double t79 = arm_theta_2_sin * arm_theta_2_moment_beyond_y;
+    const double t80 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz - arm_theta_2_sin * arm_phi_2_inertia_beyond_xx;
+    const double t81 = arm_theta_2_sin * arm_theta_2_inertia_beyond_xz + arm_theta_2_cos * arm_phi_2_inertia_beyond_xx;
+    const double t82 = arm_psi_2_cos * t79 - arm_psi_2_sin * t77;
+    const double t83 = arm_psi_2_sin * t79 + arm_psi_2_cos * t77;
+    const double t84 = arm_psi_2_cos * t81 - arm_psi_2_sin * arm_theta_2_inertia_beyond_xy;
+    const double t85 = arm_psi_2_sin * t81 + arm_psi_2_cos * arm_theta_2_inertia_beyond_xy - p->derived.arm_element_length *
+        t78;
+    const double t86 = t80 + p->derived.arm_element_length * t83;
+    const double t87 = arm_phi_1_cos * t83 - arm_phi_1_sin * t78;
+    const double t88 = arm_phi_1_sin * t83 + arm_phi_1_cos * t78;
     const double t89 = arm_phi_1_cos * t85 - arm_phi_1_sin * t86;
     const double t90 = arm_phi_1_sin * t85 + arm_phi_1_cos * t86;
-    const double t91 = arm_theta_1_sin * t88 + arm_theta_1_cos * t83;
-    const double t92 = arm_theta_1_cos * t90 - arm_theta_1_sin * t35;
-    const double t93 = arm_theta_1_sin * t90 + arm_theta_1_cos * t35;
+    const double t91 = arm_theta_1_sin * t88 + arm_theta_1_cos * t82;
+    const double t92 = arm_theta_1_cos * t90 - arm_theta_1_sin * t84;
+    const double t93 = arm_theta_1_sin * t90 + arm_theta_1_cos * t84;
     const double t94 = arm_psi_1_sin * t91 + arm_psi_1_cos * t87;
     const double t95 = arm_psi_sin * (arm_psi_1_cos * t93 - arm_psi_1_sin * t89) + arm_psi_cos * (arm_psi_1_sin *
-        t93 + arm_psi_1_cos * t89 - p->derived.constant_1 * (arm_theta_1_cos * t88 - arm_theta_1_sin * t83));
-    /* arm_phi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t96 = t19 - t18;
-    const double t97 = arm_theta_2_cos * arm_theta_2_moment_beyond_y;
-    const double t98 = arm_theta_2_sin * arm_theta_2_moment_beyond_y;
-    const double t99 = arm_psi_2_cos * t98 - arm_psi_2_sin * t96;
-    const double t100 = arm_psi_2_sin * t98 + arm_psi_2_cos * t96;
-    const double t101 = arm_psi_2_cos * t30 - arm_psi_2_sin * arm_theta_2_inertia_beyond_xy;
-    const double t102 = arm_psi_2_sin * t30 + arm_psi_2_cos * arm_theta_2_inertia_beyond_xy - p->derived.arm_element_length *
-        t97;
-    const double t103 = t29 + p->derived.arm_element_length * t100;
-    const double t104 = arm_phi_1_cos * t100 - arm_phi_1_sin * t97;
-    const double t105 = arm_phi_1_sin * t100 + arm_phi_1_cos * t97;
-    const double t106 = arm_phi_1_cos * t102 - arm_phi_1_sin * t103;
-    const double t107 = arm_phi_1_sin * t102 + arm_phi_1_cos * t103;
-    const double t108 = arm_theta_1_sin * t105 + arm_theta_1_cos * t99;
-    const double t109 = arm_theta_1_cos * t107 - arm_theta_1_sin * t101;
-    const double t110 = arm_theta_1_sin * t107 + arm_theta_1_cos * t101;
-    const double t111 = arm_psi_1_sin * t108 + arm_psi_1_cos * t104;
-    const double t112 = arm_psi_sin * (arm_psi_1_cos * t110 - arm_psi_1_sin * t106) + arm_psi_cos * (arm_psi_1_sin *
-        t110 + arm_psi_1_cos * t106 - p->derived.constant_1 * (arm_theta_1_cos * t105 - arm_theta_1_sin *
-        t99));
+        t93 + arm_psi_1_cos * t89 - p->derived.constant_1 * (arm_theta_1_cos * t88 - arm_theta_1_sin * t82));
     /* arm_psi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t113 = arm_psi_3_inertia_beyond_zz + p->derived.arm_element_length * t9;
-    const double t114 = arm_phi_2_cos * t9;
-    const double t115 = arm_phi_2_sin * t9;
-    const double t116 = t22 - arm_phi_2_sin * t113;
-    const double t117 = t20 + arm_phi_2_cos * t113;
-    const double t118 = arm_theta_2_sin * arm_phi_2_moment_beyond_y + arm_theta_2_cos * t115;
-    const double t119 = arm_theta_2_sin * t115 - arm_theta_2_cos * arm_phi_2_moment_beyond_y;
-    const double t120 = arm_theta_2_cos * t117 - arm_theta_2_sin * t15;
-    const double t121 = arm_theta_2_sin * t117 + arm_theta_2_cos * t15;
-    const double t122 = arm_psi_2_cos * t119 - arm_psi_2_sin * t114;
-    const double t123 = arm_psi_2_sin * t119 + arm_psi_2_cos * t114;
-    const double t124 = arm_psi_2_cos * t121 - arm_psi_2_sin * t116;
-    const double t125 = arm_psi_2_sin * t121 + arm_psi_2_cos * t116 - p->derived.arm_element_length * t118;
-    const double t126 = t120 + p->derived.arm_element_length * t123;
-    const double t127 = arm_phi_1_cos * t123 - arm_phi_1_sin * t118;
-    const double t128 = arm_phi_1_sin * t123 + arm_phi_1_cos * t118;
-    const double t129 = arm_phi_1_cos * t125 - arm_phi_1_sin * t126;
-    const double t130 = arm_phi_1_sin * t125 + arm_phi_1_cos * t126;
-    const double t131 = arm_theta_1_sin * t128 + arm_theta_1_cos * t122;
-    const double t132 = arm_theta_1_cos * t130 - arm_theta_1_sin * t124;
-    const double t133 = arm_theta_1_sin * t130 + arm_theta_1_cos * t124;
-    const double t134 = arm_psi_1_sin * t131 + arm_psi_1_cos * t127;
-    const double t135 = arm_psi_sin * (arm_psi_1_cos * t133 - arm_psi_1_sin * t129) + arm_psi_cos * (arm_psi_1_sin *
-        t133 + arm_psi_1_cos * t129 - p->derived.constant_1 * (arm_theta_1_cos * t128 - arm_theta_1_sin *
-        t122));
+    const double t96 = arm_psi_3_inertia_beyond_zz + p->derived.arm_element_length * t6;
+    const double t97 = arm_phi_2_cos * t6;
+    const double t98 = arm_phi_2_sin * t6;
+    const double t99 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yz - arm_phi_2_sin * t96;
+    const double t100 = arm_phi_2_sin * arm_phi_2_inertia_beyond_yz + arm_phi_2_cos * t96;
+    const double t101 = arm_theta_2_sin * arm_phi_2_moment_beyond_y + arm_theta_2_cos * t98;
+    const double t102 = arm_theta_2_sin * t98 - arm_theta_2_cos * arm_phi_2_moment_beyond_y;
+    const double t103 = arm_theta_2_cos * t100 - arm_theta_2_sin * t9;
+    const double t104 = arm_theta_2_sin * t100 + arm_theta_2_cos * t9;
+    const double t105 = arm_psi_2_cos * t102 - arm_psi_2_sin * t97;
+    const double t106 = arm_psi_2_sin * t102 + arm_psi_2_cos * t97;
+    const double t107 = arm_psi_2_cos * t104 - arm_psi_2_sin * t99;
+    const double t108 = arm_psi_2_sin * t104 + arm_psi_2_cos * t99 - p->derived.arm_element_length * t101;
+    const double t109 = t103 + p->derived.arm_element_length * t106;
+    const double t110 = arm_phi_1_cos * t106 - arm_phi_1_sin * t101;
+    const double t111 = arm_phi_1_sin * t106 + arm_phi_1_cos * t101;
+    const double t112 = arm_phi_1_cos * t108 - arm_phi_1_sin * t109;
+    const double t113 = arm_phi_1_sin * t108 + arm_phi_1_cos * t109;
+    const double t114 = arm_theta_1_sin * t111 + arm_theta_1_cos * t105;
+    const double t115 = arm_theta_1_cos * t113 - arm_theta_1_sin * t107;
+    const double t116 = arm_theta_1_sin * t113 + arm_theta_1_cos * t107;
+    const double t117 = arm_psi_1_sin * t114 + arm_psi_1_cos * t110;
+    const double t118 = arm_psi_sin * (arm_psi_1_cos * t116 - arm_psi_1_sin * t112) + arm_psi_cos * (arm_psi_1_sin *
+        t116 + arm_psi_1_cos * t112 - p->derived.constant_1 * (arm_theta_1_cos * t111 - arm_theta_1_sin *
+        t105));
     /* arm_theta_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t136 = arm_psi_3_cos * t5;
-    const double t137 = arm_psi_3_sin * t5;
-    const double t138 = t14 + p->derived.arm_element_length * arm_psi_3_moment_beyond_x;
-    const double t139 = arm_psi_3_inertia_beyond_yz - p->derived.arm_element_length * t137;
-    const double t140 = arm_phi_2_sin * arm_psi_3_moment_beyond_x - arm_phi_2_cos * t137;
-    const double t141 = arm_phi_2_sin * t137 + arm_phi_2_cos * arm_psi_3_moment_beyond_x;
-    const double t142 = arm_phi_2_cos * t138 - arm_phi_2_sin * t139;
-    const double t143 = arm_phi_2_sin * t138 + arm_phi_2_cos * t139;
-    const double t144 = arm_theta_2_sin * t136 - arm_theta_2_cos * t141;
-    const double t145 = arm_theta_2_sin * t141 + arm_theta_2_cos * t136;
-    const double t146 = arm_theta_2_cos * t143 - arm_theta_2_sin * t13;
-    const double t147 = arm_theta_2_sin * t143 + arm_theta_2_cos * t13;
-    const double t148 = arm_psi_2_sin * t140 + arm_psi_2_cos * t145;
-    const double t149 = arm_psi_2_cos * t140 - arm_psi_2_sin * t145;
-    const double t150 = arm_psi_2_cos * t147 - arm_psi_2_sin * t142;
-    const double t151 = arm_psi_2_sin * t147 + arm_psi_2_cos * t142 - p->derived.arm_element_length * t144;
-    const double t152 = t146 + p->derived.arm_element_length * t149;
-    const double t153 = arm_phi_1_cos * t149 - arm_phi_1_sin * t144;
-    const double t154 = arm_phi_1_sin * t149 + arm_phi_1_cos * t144;
-    const double t155 = arm_phi_1_cos * t151 - arm_phi_1_sin * t152;
-    const double t156 = arm_phi_1_sin * t151 + arm_phi_1_cos * t152;
-    const double t157 = arm_theta_1_sin * t154 - arm_theta_1_cos * t148;
-    const double t158 = arm_theta_1_cos * t156 - arm_theta_1_sin * t150;
-    const double t159 = arm_theta_1_sin * t156 + arm_theta_1_cos * t150;
-    const double t160 = arm_psi_1_sin * t157 + arm_psi_1_cos * t153;
-    const double t161 = arm_psi_sin * (arm_psi_1_cos * t159 - arm_psi_1_sin * t155) + arm_psi_cos * (arm_psi_1_sin *
-        t159 + arm_psi_1_cos * t155 - p->derived.constant_1 * (arm_theta_1_sin * t148 + arm_theta_1_cos *
-        t154));
+    const double t119 = arm_psi_3_cos * t3;
+    const double t120 = arm_psi_3_sin * t3;
+    const double t121 = arm_psi_3_sin * arm_phi_3_inertia_beyond_yy;
+    const double t122 = p->derived.arm_element_length * t120;
+    const double t123 = arm_psi_3_cos * arm_phi_3_inertia_beyond_yy + p->derived.arm_element_length * arm_psi_3_moment_beyond_x;
+    const double t124 = arm_phi_2_sin * arm_psi_3_moment_beyond_x - arm_phi_2_cos * t120;
+    const double t125 = arm_phi_2_sin * t120 + arm_phi_2_cos * arm_psi_3_moment_beyond_x;
+    const double t126 = arm_phi_2_sin * t122 + arm_phi_2_cos * t123;
+    const double t127 = arm_phi_2_sin * t123 - arm_phi_2_cos * t122;
+    const double t128 = arm_theta_2_sin * t119 - arm_theta_2_cos * t125;
+    const double t129 = arm_theta_2_sin * t125 + arm_theta_2_cos * t119;
+    const double t130 = arm_theta_2_sin * t121 + arm_theta_2_cos * t127;
+    const double t131 = arm_theta_2_sin * t127 - arm_theta_2_cos * t121;
+    const double t132 = arm_psi_2_sin * t124 + arm_psi_2_cos * t129;
+    const double t133 = arm_psi_2_cos * t124 - arm_psi_2_sin * t129;
+    const double t134 = arm_psi_2_cos * t131 - arm_psi_2_sin * t126;
+    const double t135 = arm_psi_2_sin * t131 + arm_psi_2_cos * t126 - p->derived.arm_element_length * t128;
+    const double t136 = t130 + p->derived.arm_element_length * t133;
+    const double t137 = arm_phi_1_cos * t133 - arm_phi_1_sin * t128;
+    const double t138 = arm_phi_1_sin * t133 + arm_phi_1_cos * t128;
+    const double t139 = arm_phi_1_cos * t135 - arm_phi_1_sin * t136;
+    const double t140 = arm_phi_1_sin * t135 + arm_phi_1_cos * t136;
+    const double t141 = arm_theta_1_sin * t138 - arm_theta_1_cos * t132;
+    const double t142 = arm_theta_1_cos * t140 - arm_theta_1_sin * t134;
+    const double t143 = arm_theta_1_sin * t140 + arm_theta_1_cos * t134;
+    const double t144 = arm_psi_1_sin * t141 + arm_psi_1_cos * t137;
+    const double t145 = arm_psi_sin * (arm_psi_1_cos * t143 - arm_psi_1_sin * t139) + arm_psi_cos * (arm_psi_1_sin *
+        t143 + arm_psi_1_cos * t139 - p->derived.constant_1 * (arm_theta_1_sin * t132 + arm_theta_1_cos *
+        t138));
     /* arm_phi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t162 = arm_psi_3_cos * t8;
-    const double t163 = arm_psi_3_sin * t8;
-    const double t164 = arm_phi_2_sin * t7 + arm_phi_2_cos * t163;
-    const double t165 = arm_phi_2_sin * t163 - arm_phi_2_cos * t7;
-    const double t166 = arm_theta_2_cos * t165 - arm_theta_2_sin * t162;
-    const double t167 = arm_theta_2_sin * t165 + arm_theta_2_cos * t162;
-    const double t168 = arm_psi_2_cos * t167 - arm_psi_2_sin * t164;
-    const double t169 = arm_psi_2_sin * t167 + arm_psi_2_cos * t164;
-    const double t170 = arm_phi_1_cos * t169 - arm_phi_1_sin * t166;
-    const double t171 = arm_phi_1_sin * t169 + arm_phi_1_cos * t166;
-    const double t172 = arm_theta_1_cos * t171 - arm_theta_1_sin * t168;
-    const double t173 = arm_theta_1_sin * t171 + arm_theta_1_cos * t168;
+    const double t146 = p->derived.arm_psi_inertia_xx * arm_theta_3_sin;
+    const double t147 = p->derived.arm_psi_inertia_xx * arm_theta_3_cos;
+    const double t148 = arm_psi_3_cos * t147;
+    const double t149 = arm_psi_3_sin * t147;
+    const double t150 = arm_phi_2_sin * t146 + arm_phi_2_cos * t149;
+    const double t151 = arm_phi_2_sin * t149 - arm_phi_2_cos * t146;
+    const double t152 = arm_theta_2_cos * t151 - arm_theta_2_sin * t148;
+    const double t153 = arm_theta_2_sin * t151 + arm_theta_2_cos * t148;
+    const double t154 = arm_psi_2_cos * t153 - arm_psi_2_sin * t150;
+    const double t155 = arm_psi_2_sin * t153 + arm_psi_2_cos * t150;
+    const double t156 = arm_phi_1_cos * t155 - arm_phi_1_sin * t152;
+    const double t157 = arm_phi_1_sin * t155 + arm_phi_1_cos * t152;
+    const double t158 = arm_theta_1_cos * t157 - arm_theta_1_sin * t154;
+    const double t159 = arm_theta_1_sin * t157 + arm_theta_1_cos * t154;
     /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t174 = p->m_E * arm_theta_3_sin;
-    const double t175 = p->m_E * arm_theta_3_cos;
-    const double t176 = arm_psi_3_cos * t175;
-    const double t177 = arm_psi_3_sin * t175;
-    const double t178 = p->derived.arm_element_length * t174;
-    const double t179 = p->derived.arm_element_length * t177;
-    const double t180 = arm_phi_2_sin * t174 + arm_phi_2_cos * t177;
-    const double t181 = arm_phi_2_sin * t177 - arm_phi_2_cos * t174;
-    const double t182 = arm_phi_2_cos * t178 - arm_phi_2_sin * t179;
-    const double t183 = arm_phi_2_sin * t178 + arm_phi_2_cos * t179;
-    const double t184 = arm_theta_2_cos * t181 - arm_theta_2_sin * t176;
-    const double t185 = arm_theta_2_sin * t181 + arm_theta_2_cos * t176;
-    const double t186 = arm_theta_2_cos * t183;
-    const double t187 = arm_theta_2_sin * t183;
-    const double t188 = arm_psi_2_cos * t185 - arm_psi_2_sin * t180;
-    const double t189 = arm_psi_2_sin * t185 + arm_psi_2_cos * t180;
-    const double t190 = arm_psi_2_cos * t187 - arm_psi_2_sin * t182;
-    const double t191 = arm_psi_2_sin * t187 + arm_psi_2_cos * t182 - p->derived.arm_element_length * t184;
-    const double t192 = t186 + p->derived.arm_element_length * t189;
-    const double t193 = arm_phi_1_cos * t189 - arm_phi_1_sin * t184;
-    const double t194 = arm_phi_1_sin * t189 + arm_phi_1_cos * t184;
-    const double t195 = arm_phi_1_cos * t191 - arm_phi_1_sin * t192;
-    const double t196 = arm_phi_1_sin * t191 + arm_phi_1_cos * t192;
-    const double t197 = arm_theta_1_sin * t194 + arm_theta_1_cos * t188;
-    const double t198 = arm_theta_1_cos * t196 - arm_theta_1_sin * t190;
-    const double t199 = arm_theta_1_sin * t196 + arm_theta_1_cos * t190;
-    const double t200 = arm_psi_1_sin * t197 + arm_psi_1_cos * t193;
-    const double t201 = arm_psi_sin * (arm_psi_1_cos * t199 - arm_psi_1_sin * t195) + arm_psi_cos * (arm_psi_1_sin *
-        t199 + arm_psi_1_cos * t195 - p->derived.constant_1 * (arm_theta_1_cos * t194 - arm_theta_1_sin *
-        t188));
+    const double t160 = p->m_E * arm_theta_3_sin;
+    const double t161 = p->m_E * arm_theta_3_cos;
+    const double t162 = arm_psi_3_cos * t161;
+    const double t163 = arm_psi_3_sin * t161;
+    const double t164 = p->derived.arm_element_length * t160;
+    const double t165 = p->derived.arm_element_length * t163;
+    const double t166 = arm_phi_2_sin * t160 + arm_phi_2_cos * t163;
+    const double t167 = arm_phi_2_sin * t163 - arm_phi_2_cos * t160;
+    const double t168 = arm_phi_2_cos * t164 - arm_phi_2_sin * t165;
+    const double t169 = arm_phi_2_sin * t164 + arm_phi_2_cos * t165;
+    const double t170 = arm_theta_2_cos * t167 - arm_theta_2_sin * t162;
+    const double t171 = arm_theta_2_sin * t167 + arm_theta_2_cos * t162;
+    const double t172 = arm_theta_2_cos * t169;
+    const double t173 = arm_theta_2_sin * t169;
+    const double t174 = arm_psi_2_cos * t171 - arm_psi_2_sin * t166;
+    const double t175 = arm_psi_2_sin * t171 + arm_psi_2_cos * t166;
+    const double t176 = arm_psi_2_cos * t173 - arm_psi_2_sin * t168;
+    const double t177 = arm_psi_2_sin * t173 + arm_psi_2_cos * t168 - p->derived.arm_element_length * t170;
+    const double t178 = t172 + p->derived.arm_element_length * t175;
+    const double t179 = arm_phi_1_cos * t175 - arm_phi_1_sin * t170;
+    const double t180 = arm_phi_1_sin * t175 + arm_phi_1_cos * t170;
+    const double t181 = arm_phi_1_cos * t177 - arm_phi_1_sin * t178;
+    const double t182 = arm_phi_1_sin * t177 + arm_phi_1_cos * t178;
+    const double t183 = arm_theta_1_sin * t180 + arm_theta_1_cos * t174;
+    const double t184 = arm_theta_1_cos * t182 - arm_theta_1_sin * t176;
+    const double t185 = arm_theta_1_sin * t182 + arm_theta_1_cos * t176;
+    const double t186 = arm_psi_1_sin * t183 + arm_psi_1_cos * t179;
+    const double t187 = arm_psi_sin * (arm_psi_1_cos * t185 - arm_psi_1_sin * t181) + arm_psi_cos * (arm_psi_1_sin *
+        t185 + arm_psi_1_cos * t181 - p->derived.constant_1 * (arm_theta_1_cos * t180 - arm_theta_1_sin *
+        t174));
     M[0 * 13 + 0] = p->derived.base_z_mass_beyond;
     M[1 * 13 + 1] = column_psi_inertia_beyond_zz;
     M[2 * 13 + 0] = column_psi_moment_beyond_x;
-    M[2 * 13 + 1] = t63 + arm_psi_sin * arm_psi_inertia_beyond_xz;
+    M[2 * 13 + 1] = t41 + arm_psi_sin * arm_psi_inertia_beyond_xz;
     M[2 * 13 + 2] = arm_psi_inertia_beyond_zz;
-    M[3 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t64 - t54) + arm_psi_cos * t65;
-    M[3 * 13 + 1] = t63 + arm_psi_sin * t60;
-    M[3 * 13 + 2] = arm_psi_1_inertia_beyond_zz + p->derived.constant_1 * t65;
+    M[3 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t42 - t35) + arm_psi_cos * t43;
+    M[3 * 13 + 1] = t41 + arm_psi_sin * t38;
+    M[3 * 13 + 2] = arm_psi_1_inertia_beyond_zz + p->derived.constant_1 * t43;
     M[3 * 13 + 3] = arm_psi_1_inertia_beyond_zz;
-    M[4 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z) + arm_psi_cos * t66;
-    M[4 * 13 + 1] = arm_psi_sin * t58 + arm_psi_cos * (t59 + p->derived.constant_1 * arm_psi_1_moment_beyond_x);
-    M[4 * 13 + 2] = arm_psi_1_inertia_beyond_yz + p->derived.constant_1 * t66;
+    M[4 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z) + arm_psi_cos * t44;
+    M[4 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_inertia_beyond_xy - arm_psi_1_sin * arm_theta_1_inertia_beyond_yy) +
+        arm_psi_cos * (arm_psi_1_sin * arm_psi_1_inertia_beyond_xy + arm_psi_1_cos * arm_theta_1_inertia_beyond_yy +
+        p->derived.constant_1 * arm_psi_1_moment_beyond_x);
+    M[4 * 13 + 2] = arm_psi_1_inertia_beyond_yz + p->derived.constant_1 * t44;
     M[4 * 13 + 3] = arm_psi_1_inertia_beyond_yz;
     M[4 * 13 + 4] = arm_theta_1_inertia_beyond_yy;
-    M[5 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t70 - arm_psi_1_sin * t68) + arm_psi_cos * t71;
-    M[5 * 13 + 1] = t72;
-    M[5 * 13 + 2] = t50 + p->derived.constant_1 * t71;
-    M[5 * 13 + 3] = t50;
+    M[5 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t48 - arm_psi_1_sin * t46) + arm_psi_cos * t51;
+    M[5 * 13 + 1] = t52;
+    M[5 * 13 + 2] = t49 + p->derived.constant_1 * t51;
+    M[5 * 13 + 3] = t49;
     M[5 * 13 + 4] = arm_theta_1_inertia_beyond_xy;
     M[5 * 13 + 5] = arm_phi_1_inertia_beyond_xx;
-    M[6 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t78 - arm_psi_1_sin * t74) + arm_psi_cos * t81;
-    M[6 * 13 + 1] = t82;
-    M[6 * 13 + 2] = t79 + p->derived.constant_1 * t81;
-    M[6 * 13 + 3] = t79;
-    M[6 * 13 + 4] = t76;
-    M[6 * 13 + 5] = t37;
+    M[6 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t58 - arm_psi_1_sin * t54) + arm_psi_cos * t61;
+    M[6 * 13 + 1] = t62;
+    M[6 * 13 + 2] = t59 + p->derived.constant_1 * t61;
+    M[6 * 13 + 3] = t59;
+    M[6 * 13 + 4] = t56;
+    M[6 * 13 + 5] = t23;
     M[6 * 13 + 6] = arm_psi_2_inertia_beyond_zz;
-    M[7 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t91 - arm_psi_1_sin * t87) + arm_psi_cos * t94;
-    M[7 * 13 + 1] = t95;
-    M[7 * 13 + 2] = t92 + p->derived.constant_1 * t94;
-    M[7 * 13 + 3] = t92;
-    M[7 * 13 + 4] = t89;
-    M[7 * 13 + 5] = t35;
+    M[7 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t72 - arm_psi_1_sin * t68) + arm_psi_cos * t75;
+    M[7 * 13 + 1] = t76;
+    M[7 * 13 + 2] = t73 + p->derived.constant_1 * t75;
+    M[7 * 13 + 3] = t73;
+    M[7 * 13 + 4] = t70;
+    M[7 * 13 + 5] = t65;
     M[7 * 13 + 6] = arm_psi_2_inertia_beyond_yz;
     M[7 * 13 + 7] = arm_theta_2_inertia_beyond_yy;
-    M[8 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t108 - arm_psi_1_sin * t104) + arm_psi_cos * t111;
-    M[8 * 13 + 1] = t112;
-    M[8 * 13 + 2] = t109 + p->derived.constant_1 * t111;
-    M[8 * 13 + 3] = t109;
-    M[8 * 13 + 4] = t106;
-    M[8 * 13 + 5] = t101;
-    M[8 * 13 + 6] = t29;
+    M[8 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t91 - arm_psi_1_sin * t87) + arm_psi_cos * t94;
+    M[8 * 13 + 1] = t95;
+    M[8 * 13 + 2] = t92 + p->derived.constant_1 * t94;
+    M[8 * 13 + 3] = t92;
+    M[8 * 13 + 4] = t89;
+    M[8 * 13 + 5] = t84;
+    M[8 * 13 + 6] = t80;
     M[8 * 13 + 7] = arm_theta_2_inertia_beyond_xy;
     M[8 * 13 + 8] = arm_phi_2_inertia_beyond_xx;
-    M[9 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t131 - arm_psi_1_sin * t127) + arm_psi_cos * t134;
-    M[9 * 13 + 1] = t135;
-    M[9 * 13 + 2] = t132 + p->derived.constant_1 * t134;
-    M[9 * 13 + 3] = t132;
-    M[9 * 13 + 4] = t129;
-    M[9 * 13 + 5] = t124;
-    M[9 * 13 + 6] = t120;
-    M[9 * 13 + 7] = t116;
-    M[9 * 13 + 8] = t15;
+    M[9 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t114 - arm_psi_1_sin * t110) + arm_psi_cos * t117;
+    M[9 * 13 + 1] = t118;
+    M[9 * 13 + 2] = t115 + p->derived.constant_1 * t117;
+    M[9 * 13 + 3] = t115;
+    M[9 * 13 + 4] = t112;
+    M[9 * 13 + 5] = t107;
+    M[9 * 13 + 6] = t103;
+    M[9 * 13 + 7] = t99;
+    M[9 * 13 + 8] = t9;
     M[9 * 13 + 9] = arm_psi_3_inertia_beyond_zz;
-    M[10 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t157 - arm_psi_1_sin * t153) + arm_psi_cos * t160;
-    M[10 * 13 + 1] = t161;
-    M[10 * 13 + 2] = t158 + p->derived.constant_1 * t160;
-    M[10 * 13 + 3] = t158;
-    M[10 * 13 + 4] = t155;
-    M[10 * 13 + 5] = t150;
-    M[10 * 13 + 6] = t146;
-    M[10 * 13 + 7] = t142;
-    M[10 * 13 + 8] = t13;
-    M[10 * 13 + 9] = arm_psi_3_inertia_beyond_yz;
-    M[10 * 13 + 10] = arm_theta_3_inertia_beyond_yy;
-    M[11 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * t173 - arm_psi_1_sin * t170) + arm_psi_cos * (arm_psi_1_sin *
-        t173 + arm_psi_1_cos * t170);
-    M[11 * 13 + 2] = t172;
-    M[11 * 13 + 3] = t172;
-    M[11 * 13 + 4] = t170;
-    M[11 * 13 + 5] = t168;
-    M[11 * 13 + 6] = t166;
-    M[11 * 13 + 7] = t164;
-    M[11 * 13 + 8] = t162;
-    M[11 * 13 + 9] = -t7;
+    M[10 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t141 - arm_psi_1_sin * t137) + arm_psi_cos * t144;
+    M[10 * 13 + 1] = t145;
+    M[10 * 13 + 2] = t142 + p->derived.constant_1 * t144;
+    M[10 * 13 + 3] = t142;
+    M[10 * 13 + 4] = t139;
+    M[10 * 13 + 5] = t134;
+    M[10 * 13 + 6] = t130;
+    M[10 * 13 + 7] = t126;
+    M[10 * 13 + 8] = -t121;
+    M[10 * 13 + 10] = arm_phi_3_inertia_beyond_yy;
+    M[11 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * t159 - arm_psi_1_sin * t156) + arm_psi_cos * (arm_psi_1_sin *
+        t159 + arm_psi_1_cos * t156);
+    M[11 * 13 + 2] = t158;
+    M[11 * 13 + 3] = t158;
+    M[11 * 13 + 4] = t156;
+    M[11 * 13 + 5] = t154;
+    M[11 * 13 + 6] = t152;
+    M[11 * 13 + 7] = t150;
+    M[11 * 13 + 8] = t148;
+    M[11 * 13 + 9] = -t146;
     M[11 * 13 + 11] = p->derived.arm_psi_inertia_xx;
-    M[12 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t197 - arm_psi_1_sin * t193) + arm_psi_cos * t200;
-    M[12 * 13 + 1] = t201;
-    M[12 * 13 + 2] = t198 + p->derived.constant_1 * t200;
-    M[12 * 13 + 3] = t198;
-    M[12 * 13 + 4] = t195;
-    M[12 * 13 + 5] = t190;
-    M[12 * 13 + 6] = t186;
-    M[12 * 13 + 7] = t182;
+    M[12 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t183 - arm_psi_1_sin * t179) + arm_psi_cos * t186;
+    M[12 * 13 + 1] = t187;
+    M[12 * 13 + 2] = t184 + p->derived.constant_1 * t186;
+    M[12 * 13 + 3] = t184;
+    M[12 * 13 + 4] = t181;
+    M[12 * 13 + 5] = t176;
+    M[12 * 13 + 6] = t172;
+    M[12 * 13 + 7] = t168;
     M[12 * 13 + 12] = p->m_E;
     for (int i = 0; i < 13; i++)
         for (int j = 0; j < i; j++)
@@ -3354,162 +3333,132 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
     const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
     const double t48 = arm_phi_3_moment_beyond_x * t47;
     const double t49 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t48;
-    const double t50 = arm_phi_3_cos * t49;
-    const double t51 = arm_phi_3_sin * t49;
-    const double t52 = arm_phi_3_sin * t51 + arm_phi_3_cos * t50;
-    const double t53 = arm_phi_3_sin * t50 - arm_phi_3_cos * t51;
-    const double t54 = arm_theta_3_cos * t52;
-    const double t55 = p->derived.arm_psi_mass * arm_theta_3_sin;
-    const double t56 = arm_theta_3_sin * t55 + arm_theta_3_cos * t54;
-    const double t57 = arm_theta_3_sin * t54 - arm_theta_3_cos * t55;
-    const double t58 = arm_theta_3_cos * (p->derived.arm_psi_mass * arm_theta_3_cos) + arm_theta_3_sin * (arm_theta_3_sin *
-        t52);
-    const double t59 = arm_theta_3_cos * t53;
-    const double t60 = arm_theta_3_sin * t53;
-    const double t61 = arm_psi_3_sin * t60;
-    const double t62 = arm_psi_3_cos * t58 - t61;
-    const double t63 = arm_psi_3_cos * t60;
-    const double t64 = t63 - arm_psi_3_sin * t52;
-    const double t65 = arm_psi_3_cos * t64 + arm_psi_3_sin * t62;
-    const double t66 = arm_psi_3_cos * (t61 + arm_psi_3_cos * t52) + arm_psi_3_sin * (t63 + arm_psi_3_sin *
-        t58);
-    const double t67 = arm_psi_3_cos * t57 - arm_psi_3_sin * t59;
-    const double t68 = arm_psi_3_cos * t59 + arm_psi_3_sin * t57;
-    const double t69 = p->derived.arm_element_length * t67;
-    const double t70 = p->derived.arm_element_length * t65;
-    const double t71 = p->derived.arm_element_length * t68;
-    const double t72 = p->derived.arm_element_length * t66;
-    const double t73 = p->derived.arm_element_length * t56;
-    const double t74 = p->derived.arm_element_length * t71;
+    const double t50 = arm_theta_3_sin * (t49 - p->derived.arm_psi_mass);
+    const double t51 = arm_theta_3_sin * t50;
+    const double t52 = t49 - t51;
+    const double t53 = p->derived.arm_psi_mass + t51;
+    const double t54 = arm_theta_3_cos * t50;
+    const double t55 = arm_psi_3_sin * (t53 - t49);
+    const double t56 = arm_psi_3_sin * t55;
+    const double t57 = t49 + t56;
+    const double t58 = arm_psi_3_cos * t55;
+    const double t59 = arm_psi_3_cos * t54;
+    const double t60 = arm_psi_3_sin * t54;
+    const double t61 = p->derived.arm_element_length * t59;
+    const double t62 = p->derived.arm_element_length * t58;
+    const double t63 = p->derived.arm_element_length * t60;
+    const double t64 = p->derived.arm_element_length * t57;
+    const double t65 = p->derived.arm_element_length * t52;
+    const double t66 = p->derived.arm_element_length * t63;
     /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t75 = p->derived.arm_phi_1_moment_x + t73;
-    const double t76 = p->derived.arm_phi_1_moment_x + t72;
-    const double t77 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t73);
-    const double t78 = t74 * t77;
-    const double t79 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t72 - t74 *
-        t78);
+    const double t67 = p->derived.arm_phi_1_moment_x + t65;
+    const double t68 = p->derived.arm_phi_1_moment_x + t64;
+    const double t69 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t65);
+    const double t70 = t66 * t69;
+    const double t71 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t64 - t66 *
+        t70);
     const double arm_theta_2_cos_inverse = 1.0 / arm_theta_2_cos;
-    const double t80 = t79 * (t70 - t69 * t78);
-    const double t81 = t78 * t80 - t69 * t77;
-    const double t82 = t79 * (t76 - t71 * t78);
-    const double t83 = t78 * t82 - t71 * t77;
-    const double t84 = t79 * (t71 - t75 * t78);
-    const double t85 = t78 * t84 - t75 * t77;
-    const double t86 = p->derived.arm_phi_1_mass + (arm_psi_3_cos * t62 - arm_psi_3_sin * t64) - (t70 * t80 -
-        t69 * t81);
-    const double t87 = t65 - (t70 * t82 - t69 * t83);
-    const double t88 = t67 - (t70 * t84 - t69 * t85);
-    const double t89 = p->derived.arm_phi_1_mass + t66 - (t76 * t82 - t71 * t83);
-    const double t90 = t68 - (t76 * t84 - t71 * t85);
-    const double t91 = p->derived.arm_phi_1_mass + t56 - (t71 * t84 - t75 * t85);
-    const double t92 = arm_phi_2_sin * t90;
-    const double t93 = arm_phi_2_cos * t89 - t92;
-    const double t94 = arm_phi_2_cos * t90;
-    const double t95 = t94 - arm_phi_2_sin * t91;
-    const double t96 = arm_phi_2_cos * t93 - arm_phi_2_sin * t95;
-    const double t97 = arm_phi_2_cos * t95 + arm_phi_2_sin * t93;
-    const double t98 = arm_phi_2_cos * (t92 + arm_phi_2_cos * t91) + arm_phi_2_sin * (t94 + arm_phi_2_sin *
-        t89);
-    const double t99 = arm_phi_2_cos * t87 - arm_phi_2_sin * t88;
-    const double t100 = arm_phi_2_cos * t88 + arm_phi_2_sin * t87;
-    const double t101 = arm_theta_2_sin * t100;
-    const double t102 = arm_theta_2_cos * t98 - t101;
-    const double t103 = arm_theta_2_cos * t100;
-    const double t104 = t103 - arm_theta_2_sin * t86;
-    const double t105 = arm_theta_2_cos * t102 - arm_theta_2_sin * t104;
-    const double t106 = arm_theta_2_cos * t104 + arm_theta_2_sin * t102;
-    const double t107 = arm_theta_2_cos * (t101 + arm_theta_2_cos * t86) + arm_theta_2_sin * (t103 + arm_theta_2_sin *
-        t98);
-    const double t108 = arm_theta_2_cos * t97 - arm_theta_2_sin * t99;
-    const double t109 = arm_theta_2_cos * t99 + arm_theta_2_sin * t97;
-    const double t110 = arm_psi_2_sin * t109;
-    const double t111 = arm_psi_2_cos * t107 - t110;
-    const double t112 = arm_psi_2_cos * t109;
-    const double t113 = t112 - arm_psi_2_sin * t96;
-    const double t114 = arm_psi_2_cos * t113 + arm_psi_2_sin * t111;
-    const double t115 = arm_psi_2_cos * (t110 + arm_psi_2_cos * t96) + arm_psi_2_sin * (t112 + arm_psi_2_sin *
-        t107);
-    const double t116 = arm_psi_2_cos * t106 - arm_psi_2_sin * t108;
-    const double t117 = arm_psi_2_cos * t108 + arm_psi_2_sin * t106;
-    const double t118 = p->derived.arm_element_length * t116;
-    const double t119 = p->derived.arm_element_length * t114;
-    const double t120 = p->derived.arm_element_length * t117;
-    const double t121 = p->derived.arm_element_length * t115;
-    const double t122 = p->derived.arm_element_length * t105;
-    const double t123 = p->derived.arm_element_length * t120;
+    const double t72 = t71 * (t62 - t61 * t70);
+    const double t73 = t70 * t72 - t61 * t69;
+    const double t74 = t71 * (t68 - t63 * t70);
+    const double t75 = t70 * t74 - t63 * t69;
+    const double t76 = t71 * (t63 - t67 * t70);
+    const double t77 = t70 * t76 - t67 * t69;
+    const double t78 = p->derived.arm_phi_1_mass + (t53 - t56) - (t62 * t72 - t61 * t73);
+    const double t79 = t58 - (t62 * t74 - t61 * t75);
+    const double t80 = t59 - (t62 * t76 - t61 * t77);
+    const double t81 = p->derived.arm_phi_1_mass + t57 - (t68 * t74 - t63 * t75);
+    const double t82 = t60 - (t68 * t76 - t63 * t77);
+    const double t83 = p->derived.arm_phi_1_mass + t52 - (t63 * t76 - t67 * t77);
+    const double t84 = arm_phi_2_cos * (t82 + t82) + arm_phi_2_sin * (t81 - t83);
+    const double t85 = arm_phi_2_sin * t84;
+    const double t86 = t81 - t85;
+    const double t87 = t83 + t85;
+    const double t88 = arm_phi_2_cos * t84 - t82;
+    const double t89 = arm_phi_2_cos * t79 - arm_phi_2_sin * t80;
+    const double t90 = arm_phi_2_cos * t80 + arm_phi_2_sin * t79;
+    const double t91 = arm_theta_2_cos * (t90 + t90) + arm_theta_2_sin * (t87 - t78);
+    const double t92 = arm_theta_2_sin * t91;
+    const double t93 = t87 - t92;
+    const double t94 = t78 + t92;
+    const double t95 = arm_theta_2_cos * t91 - t90;
+    const double t96 = arm_theta_2_cos * t88 - arm_theta_2_sin * t89;
+    const double t97 = arm_theta_2_cos * t89 + arm_theta_2_sin * t88;
+    const double t98 = arm_psi_2_cos * (t97 + t97) + arm_psi_2_sin * (t94 - t86);
+    const double t99 = arm_psi_2_sin * t98;
+    const double t100 = t86 + t99;
+    const double t101 = arm_psi_2_cos * t98 - t97;
+    const double t102 = arm_psi_2_cos * t95 - arm_psi_2_sin * t96;
+    const double t103 = arm_psi_2_cos * t96 + arm_psi_2_sin * t95;
+    const double t104 = p->derived.arm_element_length * t102;
+    const double t105 = p->derived.arm_element_length * t101;
+    const double t106 = p->derived.arm_element_length * t103;
+    const double t107 = p->derived.arm_element_length * t100;
+    const double t108 = p->derived.arm_element_length * t93;
+    const double t109 = p->derived.arm_element_length * t106;
     /* arm_phi_1 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t124 = p->derived.arm_phi_1_moment_x + t122;
-    const double t125 = p->derived.arm_phi_1_moment_x + t121;
-    const double t126 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t122);
-    const double t127 = t123 * t126;
-    const double t128 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t121 - t123 *
-        t127);
+    const double t110 = p->derived.arm_phi_1_moment_x + t108;
+    const double t111 = p->derived.arm_phi_1_moment_x + t107;
+    const double t112 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t108);
+    const double t113 = t109 * t112;
+    const double t114 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t107 - t109 *
+        t113);
     const double arm_theta_1_cos_inverse = 1.0 / arm_theta_1_cos;
-    const double t129 = t128 * (t119 - t118 * t127);
-    const double t130 = t127 * t129 - t118 * t126;
-    const double t131 = t128 * (t125 - t120 * t127);
-    const double t132 = t127 * t131 - t120 * t126;
-    const double t133 = t128 * (t120 - t124 * t127);
-    const double t134 = t127 * t133 - t124 * t126;
-    const double t135 = p->derived.arm_phi_1_mass + (arm_psi_2_cos * t111 - arm_psi_2_sin * t113) - (t119 *
-        t129 - t118 * t130);
-    const double t136 = t114 - (t119 * t131 - t118 * t132);
-    const double t137 = t116 - (t119 * t133 - t118 * t134);
-    const double t138 = p->derived.arm_phi_1_mass + t115 - (t125 * t131 - t120 * t132);
-    const double t139 = t117 - (t125 * t133 - t120 * t134);
-    const double t140 = p->derived.arm_phi_1_mass + t105 - (t120 * t133 - t124 * t134);
-    const double t141 = arm_phi_1_sin * t139;
-    const double t142 = arm_phi_1_cos * t138 - t141;
-    const double t143 = arm_phi_1_cos * t139;
-    const double t144 = t143 - arm_phi_1_sin * t140;
-    const double t145 = arm_phi_1_cos * t142 - arm_phi_1_sin * t144;
-    const double t146 = arm_phi_1_cos * t144 + arm_phi_1_sin * t142;
-    const double t147 = arm_phi_1_cos * (t141 + arm_phi_1_cos * t140) + arm_phi_1_sin * (t143 + arm_phi_1_sin *
-        t138);
-    const double t148 = arm_phi_1_cos * t136 - arm_phi_1_sin * t137;
-    const double t149 = arm_phi_1_cos * t137 + arm_phi_1_sin * t136;
-    const double t150 = arm_theta_1_sin * t149;
-    const double t151 = arm_theta_1_cos * t147 - t150;
-    const double t152 = arm_theta_1_cos * t149;
-    const double t153 = t152 - arm_theta_1_sin * t135;
-    const double t154 = arm_theta_1_cos * t153 + arm_theta_1_sin * t151;
-    const double t155 = arm_theta_1_cos * (t150 + arm_theta_1_cos * t135) + arm_theta_1_sin * (t152 + arm_theta_1_sin *
-        t147);
-    const double t156 = arm_theta_1_cos * t146 - arm_theta_1_sin * t148;
-    const double t157 = arm_theta_1_cos * t148 + arm_theta_1_sin * t146;
-    const double t158 = arm_psi_1_sin * t157;
-    const double t159 = arm_psi_1_cos * t155 - t158;
-    const double t160 = arm_psi_1_cos * t157;
-    const double t161 = t160 - arm_psi_1_sin * t145;
-    const double t162 = arm_psi_1_cos * t161 + arm_psi_1_sin * t159;
-    const double t163 = arm_psi_1_cos * (t158 + arm_psi_1_cos * t145) + arm_psi_1_sin * (t160 + arm_psi_1_sin *
-        t155);
-    const double arm_psi_U_force_x = p->derived.constant_1 * t162;
-    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t156 + arm_psi_1_sin * t154);
-    const double t164 = p->derived.constant_1 * t163;
-    const double t165 = p->derived.constant_1 * arm_psi_U_force_z;
+    const double t115 = t114 * (t105 - t104 * t113);
+    const double t116 = t113 * t115 - t104 * t112;
+    const double t117 = t114 * (t111 - t106 * t113);
+    const double t118 = t113 * t117 - t106 * t112;
+    const double t119 = t114 * (t106 - t110 * t113);
+    const double t120 = t113 * t119 - t110 * t112;
+    const double t121 = p->derived.arm_phi_1_mass + (t94 - t99) - (t105 * t115 - t104 * t116);
+    const double t122 = t101 - (t105 * t117 - t104 * t118);
+    const double t123 = t102 - (t105 * t119 - t104 * t120);
+    const double t124 = p->derived.arm_phi_1_mass + t100 - (t111 * t117 - t106 * t118);
+    const double t125 = t103 - (t111 * t119 - t106 * t120);
+    const double t126 = p->derived.arm_phi_1_mass + t93 - (t106 * t119 - t110 * t120);
+    const double t127 = arm_phi_1_cos * (t125 + t125) + arm_phi_1_sin * (t124 - t126);
+    const double t128 = arm_phi_1_sin * t127;
+    const double t129 = t124 - t128;
+    const double t130 = t126 + t128;
+    const double t131 = arm_phi_1_cos * t127 - t125;
+    const double t132 = arm_phi_1_cos * t122 - arm_phi_1_sin * t123;
+    const double t133 = arm_phi_1_cos * t123 + arm_phi_1_sin * t122;
+    const double t134 = arm_theta_1_cos * (t133 + t133) + arm_theta_1_sin * (t130 - t121);
+    const double t135 = arm_theta_1_sin * t134;
+    const double t136 = t121 + t135;
+    const double t137 = arm_theta_1_cos * t134 - t133;
+    const double t138 = arm_theta_1_cos * t131 - arm_theta_1_sin * t132;
+    const double t139 = arm_theta_1_cos * t132 + arm_theta_1_sin * t131;
+    const double t140 = arm_psi_1_cos * (t139 + t139) + arm_psi_1_sin * (t136 - t129);
+    const double t141 = arm_psi_1_sin * t140;
+    const double t142 = t129 + t141;
+    const double t143 = arm_psi_1_cos * t140 - t139;
+    const double arm_psi_U_force_x = p->derived.constant_1 * t143;
+    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t138 + arm_psi_1_sin * t137);
+    const double t144 = p->derived.constant_1 * t142;
+    const double t145 = p->derived.constant_1 * arm_psi_U_force_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t164;
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t164;
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t144;
+    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t144;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t166 = t165 * arm_psi_D_inverse;
-    const double t167 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t168 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t169 = t162 - arm_psi_U_force_x * t168;
-    const double t170 = arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_inertia_yy + p->derived.constant_1 *
-        (p->derived.constant_1 * (arm_theta_1_cos * t151 - arm_theta_1_sin * t153)) - t165 * t166)) + arm_psi_sin *
-        (p->derived.arm_psi_inertia_xx * arm_psi_sin);
-    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t165 * t167 - p->derived.constant_1 *
-        (arm_psi_1_cos * t154 - arm_psi_1_sin * t156))) + arm_psi_cos * (arm_psi_cos * (t165 * t168 - arm_psi_U_force_z));
-    const double t171 = arm_psi_cos * (arm_psi_sin * t169 + arm_psi_cos * (p->derived.arm_psi_mass + t163 -
-        arm_psi_U_force_y * t168)) + arm_psi_sin * (arm_psi_cos * t169 + arm_psi_sin * (p->derived.arm_psi_mass +
-        (arm_psi_1_cos * t159 - arm_psi_1_sin * t161) - arm_psi_U_force_x * t167));
+    const double t146 = t145 * arm_psi_D_inverse;
+    const double t147 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t148 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t149 = t143 - arm_psi_U_force_x * t148;
+    const double t150 = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * (p->derived.constant_1 * (t130 -
+        t135)) - t145 * t146;
+    const double t151 = p->derived.arm_psi_mass + t142 - arm_psi_U_force_y * t148;
+    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t145 * t147 - p->derived.constant_1 *
+        (arm_psi_1_cos * t137 - arm_psi_1_sin * t138))) + arm_psi_cos * (arm_psi_cos * (t145 * t148 - arm_psi_U_force_z));
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + t170;
+    const double column_psi_U_moment_z = p->Izz_col + (t150 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        t150)));
+    const double t152 = p->m_col + (t151 + arm_psi_sin * (arm_psi_cos * (t149 + t149) + arm_psi_sin * (p->derived.arm_psi_mass +
+        (t136 - t141) - arm_psi_U_force_x * t147 - t151)));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t172 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t153 = column_psi_U_force_z * column_psi_D_inverse;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + t171 - column_psi_U_force_z * t172);
+    const double base_z_U_force_z = p->m_base + (t152 - column_psi_U_force_z * t153);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* effector_z: force left for the joint, inward */
     const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
@@ -3517,145 +3466,145 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
     const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
     const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
     /* arm_phi_3: force left for the joint, inward */
-    const double t173 = arm_theta_3_sin * t46;
-    const double t174 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
-        qd[9] + t173);
-    const double t175 = arm_phi_3_sin * t174 + arm_phi_3_cos * t45;
-    const double t176 = arm_phi_3_sin * t45 - arm_phi_3_cos * t174;
-    const double t177 = t47 * (arm_phi_3_carried_moment_y + t175);
-    const double t178 = t47 * (t176 - arm_phi_3_carried_moment_z);
-    const double t179 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t178;
-    const double t180 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t177;
-    const double t181 = arm_phi_3_cos * t179 - arm_phi_3_sin * t180;
-    const double t182 = arm_phi_3_sin * t179 + arm_phi_3_cos * t180;
-    const double t183 = arm_phi_3_sin * t176 + arm_phi_3_cos * t175;
-    const double t184 = arm_phi_3_cos * t176 - arm_phi_3_sin * t175;
-    const double t185 = arm_theta_3_cos * t182 - arm_theta_3_sin * arm_phi_3_load_force_x;
-    const double t186 = arm_theta_3_sin * t182 + arm_theta_3_cos * arm_phi_3_load_force_x;
-    const double t187 = arm_theta_3_sin * t184 - arm_theta_3_cos * t46;
-    const double t188 = arm_psi_3_sin * t186 + arm_psi_3_cos * t181;
+    const double t154 = arm_theta_3_sin * t46;
+    const double t155 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
+        qd[9] + t154);
+    const double t156 = arm_phi_3_sin * t155 + arm_phi_3_cos * t45;
+    const double t157 = arm_phi_3_sin * t45 - arm_phi_3_cos * t155;
+    const double t158 = t47 * (arm_phi_3_carried_moment_y + t156);
+    const double t159 = t47 * (t157 - arm_phi_3_carried_moment_z);
+    const double t160 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t159;
+    const double t161 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t158;
+    const double t162 = arm_phi_3_cos * t160 - arm_phi_3_sin * t161;
+    const double t163 = arm_phi_3_sin * t160 + arm_phi_3_cos * t161;
+    const double t164 = arm_phi_3_sin * t157 + arm_phi_3_cos * t156;
+    const double t165 = arm_phi_3_cos * t157 - arm_phi_3_sin * t156;
+    const double t166 = arm_theta_3_cos * t163 - arm_theta_3_sin * arm_phi_3_load_force_x;
+    const double t167 = arm_theta_3_sin * t163 + arm_theta_3_cos * arm_phi_3_load_force_x;
+    const double t168 = arm_theta_3_sin * t165 - arm_theta_3_cos * t46;
+    const double t169 = arm_psi_3_sin * t167 + arm_psi_3_cos * t162;
     /* arm_phi_2: force left for the joint, inward */
-    const double t189 = arm_theta_2_sin * t44;
-    const double t190 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
-        qd[6] + t189);
-    const double t191 = arm_phi_2_sin * t190 + arm_phi_2_cos * t43;
-    const double t192 = arm_phi_2_sin * t43 - arm_phi_2_cos * t190;
-    const double t193 = arm_phi_2_load_moment_y + (arm_psi_3_sin * t187 - arm_psi_3_cos * t183 - p->derived.arm_element_length *
-        t185) + t191;
-    const double t194 = p->derived.constant_19 * (t44 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t183 +
-        arm_psi_3_cos * t187)));
-    const double t195 = t79 * (t192 - (arm_phi_2_load_moment_z + (t173 + arm_theta_3_cos * t184 + p->derived.arm_element_length *
-        t188)) - t78 * t193);
-    const double t196 = t78 * t195 - t77 * t193;
-    const double t197 = arm_phi_2_load_force_x + (arm_psi_3_cos * t186 - arm_psi_3_sin * t181) + (t70 * t195 -
-        t69 * t196);
-    const double t198 = arm_phi_2_load_force_y + t188 + (t76 * t195 - t71 * t196);
-    const double t199 = arm_phi_2_load_force_z + t185 + (t71 * t195 - t75 * t196);
-    const double t200 = arm_phi_2_cos * t198 - arm_phi_2_sin * t199;
-    const double t201 = arm_phi_2_sin * t198 + arm_phi_2_cos * t199;
-    const double t202 = arm_phi_2_sin * t192 + arm_phi_2_cos * t191;
-    const double t203 = arm_phi_2_cos * t192 - arm_phi_2_sin * t191;
-    const double t204 = arm_theta_2_cos * t201 - arm_theta_2_sin * t197;
-    const double t205 = arm_theta_2_sin * t201 + arm_theta_2_cos * t197;
-    const double t206 = arm_theta_2_sin * t203 - arm_theta_2_cos * t44;
-    const double t207 = arm_psi_2_sin * t205 + arm_psi_2_cos * t200;
+    const double t170 = arm_theta_2_sin * t44;
+    const double t171 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
+        qd[6] + t170);
+    const double t172 = arm_phi_2_sin * t171 + arm_phi_2_cos * t43;
+    const double t173 = arm_phi_2_sin * t43 - arm_phi_2_cos * t171;
+    const double t174 = arm_phi_2_load_moment_y + (arm_psi_3_sin * t168 - arm_psi_3_cos * t164 - p->derived.arm_element_length *
+        t166) + t172;
+    const double t175 = p->derived.constant_19 * (t44 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t164 +
+        arm_psi_3_cos * t168)));
+    const double t176 = t71 * (t173 - (arm_phi_2_load_moment_z + (t154 + arm_theta_3_cos * t165 + p->derived.arm_element_length *
+        t169)) - t70 * t174);
+    const double t177 = t70 * t176 - t69 * t174;
+    const double t178 = arm_phi_2_load_force_x + (arm_psi_3_cos * t167 - arm_psi_3_sin * t162) + (t62 * t176 -
+        t61 * t177);
+    const double t179 = arm_phi_2_load_force_y + t169 + (t68 * t176 - t63 * t177);
+    const double t180 = arm_phi_2_load_force_z + t166 + (t63 * t176 - t67 * t177);
+    const double t181 = arm_phi_2_cos * t179 - arm_phi_2_sin * t180;
+    const double t182 = arm_phi_2_sin * t179 + arm_phi_2_cos * t180;
+    const double t183 = arm_phi_2_sin * t173 + arm_phi_2_cos * t172;
+    const double t184 = arm_phi_2_cos * t173 - arm_phi_2_sin * t172;
+    const double t185 = arm_theta_2_cos * t182 - arm_theta_2_sin * t178;
+    const double t186 = arm_theta_2_sin * t182 + arm_theta_2_cos * t178;
+    const double t187 = arm_theta_2_sin * t184 - arm_theta_2_cos * t44;
+    const double t188 = arm_psi_2_sin * t186 + arm_psi_2_cos * t181;
     /* arm_phi_1: force left for the joint, inward */
-    const double t208 = arm_theta_1_sin * t42;
-    const double t209 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
-        qd[3] + t208);
-    const double t210 = arm_phi_1_sin * t209 + arm_phi_1_cos * t41;
-    const double t211 = arm_phi_1_sin * t41 - arm_phi_1_cos * t209;
-    const double t212 = arm_phi_1_load_moment_y + (arm_psi_2_sin * t206 - arm_psi_2_cos * t202 - p->derived.arm_element_length *
-        t204) + t210;
-    const double t213 = p->derived.constant_19 * (t42 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t202 +
-        arm_psi_2_cos * t206)));
-    const double t214 = t128 * (t211 - (arm_phi_1_load_moment_z + (t189 + arm_theta_2_cos * t203 + p->derived.arm_element_length *
-        t207)) - t127 * t212);
-    const double t215 = t127 * t214 - t126 * t212;
-    const double t216 = arm_phi_1_load_force_x + (arm_psi_2_cos * t205 - arm_psi_2_sin * t200) + (t119 * t214 -
-        t118 * t215);
-    const double t217 = arm_phi_1_load_force_y + t207 + (t125 * t214 - t120 * t215);
-    const double t218 = arm_phi_1_load_force_z + t204 + (t120 * t214 - t124 * t215);
-    const double t219 = arm_phi_1_cos * t217 - arm_phi_1_sin * t218;
-    const double t220 = arm_phi_1_sin * t217 + arm_phi_1_cos * t218;
-    const double t221 = arm_phi_1_sin * t211 + arm_phi_1_cos * t210;
-    const double t222 = arm_phi_1_cos * t211 - arm_phi_1_sin * t210;
-    const double t223 = arm_theta_1_sin * t220 + arm_theta_1_cos * t216;
-    const double t224 = arm_theta_1_sin * t222 - arm_theta_1_cos * t42;
-    const double t225 = arm_psi_1_sin * t223 + arm_psi_1_cos * t219;
-    const double t226 = arm_psi_load_moment_z + (t208 + arm_theta_1_cos * t222 + p->derived.constant_1 * t225);
+    const double t189 = arm_theta_1_sin * t42;
+    const double t190 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
+        qd[3] + t189);
+    const double t191 = arm_phi_1_sin * t190 + arm_phi_1_cos * t41;
+    const double t192 = arm_phi_1_sin * t41 - arm_phi_1_cos * t190;
+    const double t193 = arm_phi_1_load_moment_y + (arm_psi_2_sin * t187 - arm_psi_2_cos * t183 - p->derived.arm_element_length *
+        t185) + t191;
+    const double t194 = p->derived.constant_19 * (t42 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t183 +
+        arm_psi_2_cos * t187)));
+    const double t195 = t114 * (t192 - (arm_phi_1_load_moment_z + (t170 + arm_theta_2_cos * t184 + p->derived.arm_element_length *
+        t188)) - t113 * t193);
+    const double t196 = t113 * t195 - t112 * t193;
+    const double t197 = arm_phi_1_load_force_x + (arm_psi_2_cos * t186 - arm_psi_2_sin * t181) + (t105 * t195 -
+        t104 * t196);
+    const double t198 = arm_phi_1_load_force_y + t188 + (t111 * t195 - t106 * t196);
+    const double t199 = arm_phi_1_load_force_z + t185 + (t106 * t195 - t110 * t196);
+    const double t200 = arm_phi_1_cos * t198 - arm_phi_1_sin * t199;
+    const double t201 = arm_phi_1_sin * t198 + arm_phi_1_cos * t199;
+    const double t202 = arm_phi_1_sin * t192 + arm_phi_1_cos * t191;
+    const double t203 = arm_phi_1_cos * t192 - arm_phi_1_sin * t191;
+    const double t204 = arm_theta_1_sin * t201 + arm_theta_1_cos * t197;
+    const double t205 = arm_theta_1_sin * t203 - arm_theta_1_cos * t42;
+    const double t206 = arm_psi_1_sin * t204 + arm_psi_1_cos * t200;
+    const double t207 = arm_psi_load_moment_z + (t189 + arm_theta_1_cos * t203 + p->derived.constant_1 * t206);
     /* arm_psi: force left for the joint, inward */
-    const double t227 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t223 - arm_psi_1_sin * t219) -
-        t167 * t226) + arm_psi_cos * (arm_psi_load_force_y + t225 - t168 * t226);
-    const double t228 = arm_psi_cos * (arm_psi_load_moment_y + (arm_psi_1_sin * t224 - arm_psi_1_cos * t221 -
-        p->derived.constant_1 * (arm_theta_1_cos * t220 - arm_theta_1_sin * t216)) + t166 * t226);
+    const double t208 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t204 - arm_psi_1_sin * t200) -
+        t147 * t207) + arm_psi_cos * (arm_psi_load_force_y + t206 - t148 * t207);
+    const double t209 = arm_psi_cos * (arm_psi_load_moment_y + (arm_psi_1_sin * t205 - arm_psi_1_cos * t202 -
+        p->derived.constant_1 * (arm_theta_1_cos * t201 - arm_theta_1_sin * t197)) + t146 * t207);
     /* column_psi: force left for the joint, inward */
-    const double t229 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t221 + arm_psi_1_cos * t224)) + t228);
+    const double t210 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t202 + arm_psi_1_cos * t205)) + t209);
     /* base_z: acceleration, outward */
-    const double t230 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        (p->derived.column_psi_load_force_z + t227 + t172 * t229)));
+    const double t211 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        (p->derived.column_psi_load_force_z + t208 + t153 * t210)));
     /* column_psi: acceleration, outward */
-    const double t231 = t172 * t230 + column_psi_D_inverse * t229;
+    const double t212 = t153 * t211 + column_psi_D_inverse * t210;
     /* arm_psi: acceleration, outward */
-    const double t232 = arm_psi_sin * t230;
-    const double t233 = arm_psi_cos * t230;
-    const double t234 = arm_psi_sin * t231;
-    const double t235 = arm_psi_cos * t231;
-    const double t236 = t167 * t232 + t168 * t233 + t166 * t235 - arm_psi_D_inverse * t226;
+    const double t213 = arm_psi_sin * t211;
+    const double t214 = arm_psi_cos * t211;
+    const double t215 = arm_psi_sin * t212;
+    const double t216 = arm_psi_cos * t212;
+    const double t217 = t147 * t213 + t148 * t214 + t146 * t216 - arm_psi_D_inverse * t207;
     /* arm_phi_1: acceleration, outward */
-    const double t237 = p->derived.constant_1 * t235;
-    const double t238 = p->derived.constant_1 * t236 - t233;
-    const double t239 = arm_psi_1_sin * t238 - arm_psi_1_cos * t232;
-    const double t240 = arm_psi_1_sin * t232 + arm_psi_1_cos * t238;
-    const double t241 = arm_theta_1_sin * t239 - arm_theta_1_cos * t237;
-    const double t242 = arm_theta_1_sin * t237 + arm_theta_1_cos * t239;
-    const double t243 = arm_phi_1_sin * t241 + arm_phi_1_cos * t240;
-    const double t244 = arm_phi_1_cos * t241 - arm_phi_1_sin * t240;
-    const double t245 = t215 - (t130 * t242 + t132 * t243 + t134 * t244);
-    const double t246 = t214 - (t129 * t242 + t131 * t243 + t133 * t244);
-    const double t247 = arm_psi_1_sin * t235 + arm_psi_1_cos * t234;
-    const double t248 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t245 + arm_phi_1_cos * t246 - (arm_theta_1_sin *
-        t247 + arm_theta_1_cos * t236));
+    const double t218 = p->derived.constant_1 * t216;
+    const double t219 = p->derived.constant_1 * t217 - t214;
+    const double t220 = arm_psi_1_sin * t219 - arm_psi_1_cos * t213;
+    const double t221 = arm_psi_1_sin * t213 + arm_psi_1_cos * t219;
+    const double t222 = arm_theta_1_sin * t220 - arm_theta_1_cos * t218;
+    const double t223 = arm_theta_1_sin * t218 + arm_theta_1_cos * t220;
+    const double t224 = arm_phi_1_sin * t222 + arm_phi_1_cos * t221;
+    const double t225 = arm_phi_1_cos * t222 - arm_phi_1_sin * t221;
+    const double t226 = t196 - (t116 * t223 + t118 * t224 + t120 * t225);
+    const double t227 = t195 - (t115 * t223 + t117 * t224 + t119 * t225);
+    const double t228 = arm_psi_1_sin * t216 + arm_psi_1_cos * t215;
+    const double t229 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t226 + arm_phi_1_cos * t227 - (arm_theta_1_sin *
+        t228 + arm_theta_1_cos * t217));
     /* arm_phi_2: acceleration, outward */
-    const double t249 = t243 + p->derived.arm_element_length * t246;
-    const double t250 = t244 - p->derived.arm_element_length * t245;
-    const double t251 = arm_psi_2_sin * t249 + arm_psi_2_cos * t242;
-    const double t252 = arm_psi_2_cos * t249 - arm_psi_2_sin * t242;
-    const double t253 = arm_theta_2_sin * t251 + arm_theta_2_cos * t250;
-    const double t254 = arm_theta_2_cos * t251 - arm_theta_2_sin * t250;
-    const double t255 = arm_phi_2_sin * t253 + arm_phi_2_cos * t252;
-    const double t256 = arm_phi_2_cos * t253 - arm_phi_2_sin * t252;
-    const double t257 = t196 - (t81 * t254 + t83 * t255 + t85 * t256);
-    const double t258 = t195 - (t80 * t254 + t82 * t255 + t84 * t256);
-    const double t259 = arm_psi_2_sin * t245 - arm_psi_2_cos * t213;
-    const double t260 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t257 + arm_phi_2_cos * t258 - (arm_theta_2_sin *
-        t259 + arm_theta_2_cos * t246));
+    const double t230 = t224 + p->derived.arm_element_length * t227;
+    const double t231 = t225 - p->derived.arm_element_length * t226;
+    const double t232 = arm_psi_2_sin * t230 + arm_psi_2_cos * t223;
+    const double t233 = arm_psi_2_cos * t230 - arm_psi_2_sin * t223;
+    const double t234 = arm_theta_2_sin * t232 + arm_theta_2_cos * t231;
+    const double t235 = arm_theta_2_cos * t232 - arm_theta_2_sin * t231;
+    const double t236 = arm_phi_2_sin * t234 + arm_phi_2_cos * t233;
+    const double t237 = arm_phi_2_cos * t234 - arm_phi_2_sin * t233;
+    const double t238 = t177 - (t73 * t235 + t75 * t236 + t77 * t237);
+    const double t239 = t176 - (t72 * t235 + t74 * t236 + t76 * t237);
+    const double t240 = arm_psi_2_sin * t226 - arm_psi_2_cos * t194;
+    const double t241 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t238 + arm_phi_2_cos * t239 - (arm_theta_2_sin *
+        t240 + arm_theta_2_cos * t227));
     /* arm_phi_3: acceleration, outward */
-    const double t261 = t255 + p->derived.arm_element_length * t258;
-    const double t262 = t256 - p->derived.arm_element_length * t257;
-    const double t263 = arm_psi_3_sin * t261 + arm_psi_3_cos * t254;
-    const double t264 = arm_psi_3_cos * t261 - arm_psi_3_sin * t254;
-    const double t265 = arm_theta_3_sin * t263 + arm_theta_3_cos * t262;
-    const double t266 = t48 * (arm_phi_3_cos * t265 - arm_phi_3_sin * t264) - t177;
-    const double t267 = t178 - t48 * (arm_phi_3_sin * t265 + arm_phi_3_cos * t264);
-    const double t268 = arm_psi_3_sin * t257 - arm_psi_3_cos * t194;
-    const double t269 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t266 + arm_phi_3_cos * t267 - (arm_theta_3_sin *
-        t268 + arm_theta_3_cos * t258));
-    qdd[0] = -t230;
-    qdd[1] = t231;
-    qdd[2] = t236;
-    qdd[3] = t248;
-    qdd[4] = arm_phi_1_cos * t245 - arm_phi_1_sin * t246 - (arm_psi_1_cos * t235 - arm_psi_1_sin * t234);
-    qdd[5] = arm_theta_1_sin * t248 - (t213 + (arm_theta_1_cos * t247 - arm_theta_1_sin * t236));
-    qdd[6] = t260;
-    qdd[7] = arm_phi_2_cos * t257 - arm_phi_2_sin * t258 - (arm_psi_2_sin * t213 + arm_psi_2_cos * t245);
-    qdd[8] = arm_theta_2_sin * t260 - (t194 + (arm_theta_2_cos * t259 - arm_theta_2_sin * t246));
-    qdd[9] = t269;
-    qdd[10] = arm_phi_3_cos * t266 - arm_phi_3_sin * t267 - (arm_psi_3_sin * t194 + arm_psi_3_cos * t257);
-    qdd[11] = arm_theta_3_sin * t269 - (p->derived.constant_18 * (arm_phi_3_bias_moment_x + t46) + (arm_theta_3_cos *
-        t268 - arm_theta_3_sin * t258));
-    qdd[12] = -(arm_theta_3_cos * t263 - arm_theta_3_sin * t262 + effector_z_load_force_z * p->derived.effector_z_D_inverse);
+    const double t242 = t236 + p->derived.arm_element_length * t239;
+    const double t243 = t237 - p->derived.arm_element_length * t238;
+    const double t244 = arm_psi_3_sin * t242 + arm_psi_3_cos * t235;
+    const double t245 = arm_psi_3_cos * t242 - arm_psi_3_sin * t235;
+    const double t246 = arm_theta_3_sin * t244 + arm_theta_3_cos * t243;
+    const double t247 = t48 * (arm_phi_3_cos * t246 - arm_phi_3_sin * t245) - t158;
+    const double t248 = t159 - t48 * (arm_phi_3_sin * t246 + arm_phi_3_cos * t245);
+    const double t249 = arm_psi_3_sin * t238 - arm_psi_3_cos * t175;
+    const double t250 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t247 + arm_phi_3_cos * t248 - (arm_theta_3_sin *
+        t249 + arm_theta_3_cos * t239));
+    qdd[0] = -t211;
+    qdd[1] = t212;
+    qdd[2] = t217;
+    qdd[3] = t229;
+    qdd[4] = arm_phi_1_cos * t226 - arm_phi_1_sin * t227 - (arm_psi_1_cos * t216 - arm_psi_1_sin * t215);
+    qdd[5] = arm_theta_1_sin * t229 - (t194 + (arm_theta_1_cos * t228 - arm_theta_1_sin * t217));
+    qdd[6] = t241;
+    qdd[7] = arm_phi_2_cos * t238 - arm_phi_2_sin * t239 - (arm_psi_2_sin * t194 + arm_psi_2_cos * t226);
+    qdd[8] = arm_theta_2_sin * t241 - (t175 + (arm_theta_2_cos * t240 - arm_theta_2_sin * t227));
+    qdd[9] = t250;
+    qdd[10] = arm_phi_3_cos * t247 - arm_phi_3_sin * t248 - (arm_psi_3_sin * t175 + arm_psi_3_cos * t238);
+    qdd[11] = arm_theta_3_sin * t250 - (p->derived.constant_18 * (arm_phi_3_bias_moment_x + t46) + (arm_theta_3_cos *
+        t249 - arm_theta_3_sin * t239));
+    qdd[12] = -(arm_theta_3_cos * t244 - arm_theta_3_sin * t243 + effector_z_load_force_z * p->derived.effector_z_D_inverse);
 }
 
 void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -4139,162 +4088,132 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
     const double t105 = arm_phi_3_moment_beyond_x * t104;
     const double t106 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t105;
-    const double t107 = arm_phi_3_cos * t106;
-    const double t108 = arm_phi_3_sin * t106;
-    const double t109 = arm_phi_3_sin * t108 + arm_phi_3_cos * t107;
-    const double t110 = arm_phi_3_sin * t107 - arm_phi_3_cos * t108;
-    const double t111 = arm_theta_3_cos * t109;
-    const double t112 = p->derived.arm_psi_mass * arm_theta_3_sin;
-    const double t113 = arm_theta_3_sin * t112 + arm_theta_3_cos * t111;
-    const double t114 = arm_theta_3_sin * t111 - arm_theta_3_cos * t112;
-    const double t115 = arm_theta_3_cos * (p->derived.arm_psi_mass * arm_theta_3_cos) + arm_theta_3_sin *
-        (arm_theta_3_sin * t109);
-    const double t116 = arm_theta_3_cos * t110;
-    const double t117 = arm_theta_3_sin * t110;
-    const double t118 = arm_psi_3_sin * t117;
-    const double t119 = arm_psi_3_cos * t115 - t118;
-    const double t120 = arm_psi_3_cos * t117;
-    const double t121 = t120 - arm_psi_3_sin * t109;
-    const double t122 = arm_psi_3_cos * t121 + arm_psi_3_sin * t119;
-    const double t123 = arm_psi_3_cos * (t118 + arm_psi_3_cos * t109) + arm_psi_3_sin * (t120 + arm_psi_3_sin *
-        t115);
-    const double t124 = arm_psi_3_cos * t114 - arm_psi_3_sin * t116;
-    const double t125 = arm_psi_3_cos * t116 + arm_psi_3_sin * t114;
-    const double t126 = p->derived.arm_element_length * t124;
-    const double t127 = p->derived.arm_element_length * t122;
-    const double t128 = p->derived.arm_element_length * t125;
-    const double t129 = p->derived.arm_element_length * t123;
-    const double t130 = p->derived.arm_element_length * t113;
-    const double t131 = p->derived.arm_element_length * t128;
+    const double t107 = arm_theta_3_sin * (t106 - p->derived.arm_psi_mass);
+    const double t108 = arm_theta_3_sin * t107;
+    const double t109 = t106 - t108;
+    const double t110 = p->derived.arm_psi_mass + t108;
+    const double t111 = arm_theta_3_cos * t107;
+    const double t112 = arm_psi_3_sin * (t110 - t106);
+    const double t113 = arm_psi_3_sin * t112;
+    const double t114 = t106 + t113;
+    const double t115 = arm_psi_3_cos * t112;
+    const double t116 = arm_psi_3_cos * t111;
+    const double t117 = arm_psi_3_sin * t111;
+    const double t118 = p->derived.arm_element_length * t116;
+    const double t119 = p->derived.arm_element_length * t115;
+    const double t120 = p->derived.arm_element_length * t117;
+    const double t121 = p->derived.arm_element_length * t114;
+    const double t122 = p->derived.arm_element_length * t109;
+    const double t123 = p->derived.arm_element_length * t120;
     /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t132 = p->derived.arm_phi_1_moment_x + t130;
-    const double t133 = p->derived.arm_phi_1_moment_x + t129;
-    const double t134 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t130);
-    const double t135 = t131 * t134;
-    const double t136 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t129 - t131 *
-        t135);
+    const double t124 = p->derived.arm_phi_1_moment_x + t122;
+    const double t125 = p->derived.arm_phi_1_moment_x + t121;
+    const double t126 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t122);
+    const double t127 = t123 * t126;
+    const double t128 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t121 - t123 *
+        t127);
     const double arm_theta_2_cos_inverse = 1.0 / arm_theta_2_cos;
-    const double t137 = t136 * (t127 - t126 * t135);
-    const double t138 = t135 * t137 - t126 * t134;
-    const double t139 = t136 * (t133 - t128 * t135);
-    const double t140 = t135 * t139 - t128 * t134;
-    const double t141 = t136 * (t128 - t132 * t135);
-    const double t142 = t135 * t141 - t132 * t134;
-    const double t143 = p->derived.arm_phi_1_mass + (arm_psi_3_cos * t119 - arm_psi_3_sin * t121) - (t127 *
-        t137 - t126 * t138);
-    const double t144 = t122 - (t127 * t139 - t126 * t140);
-    const double t145 = t124 - (t127 * t141 - t126 * t142);
-    const double t146 = p->derived.arm_phi_1_mass + t123 - (t133 * t139 - t128 * t140);
-    const double t147 = t125 - (t133 * t141 - t128 * t142);
-    const double t148 = p->derived.arm_phi_1_mass + t113 - (t128 * t141 - t132 * t142);
-    const double t149 = arm_phi_2_sin * t147;
-    const double t150 = arm_phi_2_cos * t146 - t149;
-    const double t151 = arm_phi_2_cos * t147;
-    const double t152 = t151 - arm_phi_2_sin * t148;
-    const double t153 = arm_phi_2_cos * t150 - arm_phi_2_sin * t152;
-    const double t154 = arm_phi_2_cos * t152 + arm_phi_2_sin * t150;
-    const double t155 = arm_phi_2_cos * (t149 + arm_phi_2_cos * t148) + arm_phi_2_sin * (t151 + arm_phi_2_sin *
-        t146);
-    const double t156 = arm_phi_2_cos * t144 - arm_phi_2_sin * t145;
-    const double t157 = arm_phi_2_cos * t145 + arm_phi_2_sin * t144;
-    const double t158 = arm_theta_2_sin * t157;
-    const double t159 = arm_theta_2_cos * t155 - t158;
-    const double t160 = arm_theta_2_cos * t157;
-    const double t161 = t160 - arm_theta_2_sin * t143;
-    const double t162 = arm_theta_2_cos * t159 - arm_theta_2_sin * t161;
-    const double t163 = arm_theta_2_cos * t161 + arm_theta_2_sin * t159;
-    const double t164 = arm_theta_2_cos * (t158 + arm_theta_2_cos * t143) + arm_theta_2_sin * (t160 + arm_theta_2_sin *
-        t155);
-    const double t165 = arm_theta_2_cos * t154 - arm_theta_2_sin * t156;
-    const double t166 = arm_theta_2_cos * t156 + arm_theta_2_sin * t154;
-    const double t167 = arm_psi_2_sin * t166;
-    const double t168 = arm_psi_2_cos * t164 - t167;
-    const double t169 = arm_psi_2_cos * t166;
-    const double t170 = t169 - arm_psi_2_sin * t153;
-    const double t171 = arm_psi_2_cos * t170 + arm_psi_2_sin * t168;
-    const double t172 = arm_psi_2_cos * (t167 + arm_psi_2_cos * t153) + arm_psi_2_sin * (t169 + arm_psi_2_sin *
-        t164);
-    const double t173 = arm_psi_2_cos * t163 - arm_psi_2_sin * t165;
-    const double t174 = arm_psi_2_cos * t165 + arm_psi_2_sin * t163;
-    const double t175 = p->derived.arm_element_length * t173;
-    const double t176 = p->derived.arm_element_length * t171;
-    const double t177 = p->derived.arm_element_length * t174;
-    const double t178 = p->derived.arm_element_length * t172;
-    const double t179 = p->derived.arm_element_length * t162;
-    const double t180 = p->derived.arm_element_length * t177;
+    const double t129 = t128 * (t119 - t118 * t127);
+    const double t130 = t127 * t129 - t118 * t126;
+    const double t131 = t128 * (t125 - t120 * t127);
+    const double t132 = t127 * t131 - t120 * t126;
+    const double t133 = t128 * (t120 - t124 * t127);
+    const double t134 = t127 * t133 - t124 * t126;
+    const double t135 = p->derived.arm_phi_1_mass + (t110 - t113) - (t119 * t129 - t118 * t130);
+    const double t136 = t115 - (t119 * t131 - t118 * t132);
+    const double t137 = t116 - (t119 * t133 - t118 * t134);
+    const double t138 = p->derived.arm_phi_1_mass + t114 - (t125 * t131 - t120 * t132);
+    const double t139 = t117 - (t125 * t133 - t120 * t134);
+    const double t140 = p->derived.arm_phi_1_mass + t109 - (t120 * t133 - t124 * t134);
+    const double t141 = arm_phi_2_cos * (t139 + t139) + arm_phi_2_sin * (t138 - t140);
+    const double t142 = arm_phi_2_sin * t141;
+    const double t143 = t138 - t142;
+    const double t144 = t140 + t142;
+    const double t145 = arm_phi_2_cos * t141 - t139;
+    const double t146 = arm_phi_2_cos * t136 - arm_phi_2_sin * t137;
+    const double t147 = arm_phi_2_cos * t137 + arm_phi_2_sin * t136;
+    const double t148 = arm_theta_2_cos * (t147 + t147) + arm_theta_2_sin * (t144 - t135);
+    const double t149 = arm_theta_2_sin * t148;
+    const double t150 = t144 - t149;
+    const double t151 = t135 + t149;
+    const double t152 = arm_theta_2_cos * t148 - t147;
+    const double t153 = arm_theta_2_cos * t145 - arm_theta_2_sin * t146;
+    const double t154 = arm_theta_2_cos * t146 + arm_theta_2_sin * t145;
+    const double t155 = arm_psi_2_cos * (t154 + t154) + arm_psi_2_sin * (t151 - t143);
+    const double t156 = arm_psi_2_sin * t155;
+    const double t157 = t143 + t156;
+    const double t158 = arm_psi_2_cos * t155 - t154;
+    const double t159 = arm_psi_2_cos * t152 - arm_psi_2_sin * t153;
+    const double t160 = arm_psi_2_cos * t153 + arm_psi_2_sin * t152;
+    const double t161 = p->derived.arm_element_length * t159;
+    const double t162 = p->derived.arm_element_length * t158;
+    const double t163 = p->derived.arm_element_length * t160;
+    const double t164 = p->derived.arm_element_length * t157;
+    const double t165 = p->derived.arm_element_length * t150;
+    const double t166 = p->derived.arm_element_length * t163;
     /* arm_phi_1 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t181 = p->derived.arm_phi_1_moment_x + t179;
-    const double t182 = p->derived.arm_phi_1_moment_x + t178;
-    const double t183 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t179);
-    const double t184 = t180 * t183;
-    const double t185 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t178 - t180 *
-        t184);
+    const double t167 = p->derived.arm_phi_1_moment_x + t165;
+    const double t168 = p->derived.arm_phi_1_moment_x + t164;
+    const double t169 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t165);
+    const double t170 = t166 * t169;
+    const double t171 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t164 - t166 *
+        t170);
     const double arm_theta_1_cos_inverse = 1.0 / arm_theta_1_cos;
-    const double t186 = t185 * (t176 - t175 * t184);
-    const double t187 = t184 * t186 - t175 * t183;
-    const double t188 = t185 * (t182 - t177 * t184);
-    const double t189 = t184 * t188 - t177 * t183;
-    const double t190 = t185 * (t177 - t181 * t184);
-    const double t191 = t184 * t190 - t181 * t183;
-    const double t192 = p->derived.arm_phi_1_mass + (arm_psi_2_cos * t168 - arm_psi_2_sin * t170) - (t176 *
-        t186 - t175 * t187);
-    const double t193 = t171 - (t176 * t188 - t175 * t189);
-    const double t194 = t173 - (t176 * t190 - t175 * t191);
-    const double t195 = p->derived.arm_phi_1_mass + t172 - (t182 * t188 - t177 * t189);
-    const double t196 = t174 - (t182 * t190 - t177 * t191);
-    const double t197 = p->derived.arm_phi_1_mass + t162 - (t177 * t190 - t181 * t191);
-    const double t198 = arm_phi_1_sin * t196;
-    const double t199 = arm_phi_1_cos * t195 - t198;
-    const double t200 = arm_phi_1_cos * t196;
-    const double t201 = t200 - arm_phi_1_sin * t197;
-    const double t202 = arm_phi_1_cos * t199 - arm_phi_1_sin * t201;
-    const double t203 = arm_phi_1_cos * t201 + arm_phi_1_sin * t199;
-    const double t204 = arm_phi_1_cos * (t198 + arm_phi_1_cos * t197) + arm_phi_1_sin * (t200 + arm_phi_1_sin *
-        t195);
-    const double t205 = arm_phi_1_cos * t193 - arm_phi_1_sin * t194;
-    const double t206 = arm_phi_1_cos * t194 + arm_phi_1_sin * t193;
-    const double t207 = arm_theta_1_sin * t206;
-    const double t208 = arm_theta_1_cos * t204 - t207;
-    const double t209 = arm_theta_1_cos * t206;
-    const double t210 = t209 - arm_theta_1_sin * t192;
-    const double t211 = arm_theta_1_cos * t210 + arm_theta_1_sin * t208;
-    const double t212 = arm_theta_1_cos * (t207 + arm_theta_1_cos * t192) + arm_theta_1_sin * (t209 + arm_theta_1_sin *
-        t204);
-    const double t213 = arm_theta_1_cos * t203 - arm_theta_1_sin * t205;
-    const double t214 = arm_theta_1_cos * t205 + arm_theta_1_sin * t203;
-    const double t215 = arm_psi_1_sin * t214;
-    const double t216 = arm_psi_1_cos * t212 - t215;
-    const double t217 = arm_psi_1_cos * t214;
-    const double t218 = t217 - arm_psi_1_sin * t202;
-    const double t219 = arm_psi_1_cos * t218 + arm_psi_1_sin * t216;
-    const double t220 = arm_psi_1_cos * (t215 + arm_psi_1_cos * t202) + arm_psi_1_sin * (t217 + arm_psi_1_sin *
-        t212);
-    const double arm_psi_U_force_x = p->derived.constant_1 * t219;
-    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t213 + arm_psi_1_sin * t211);
-    const double t221 = p->derived.constant_1 * t220;
-    const double t222 = p->derived.constant_1 * arm_psi_U_force_z;
+    const double t172 = t171 * (t162 - t161 * t170);
+    const double t173 = t170 * t172 - t161 * t169;
+    const double t174 = t171 * (t168 - t163 * t170);
+    const double t175 = t170 * t174 - t163 * t169;
+    const double t176 = t171 * (t163 - t167 * t170);
+    const double t177 = t170 * t176 - t167 * t169;
+    const double t178 = p->derived.arm_phi_1_mass + (t151 - t156) - (t162 * t172 - t161 * t173);
+    const double t179 = t158 - (t162 * t174 - t161 * t175);
+    const double t180 = t159 - (t162 * t176 - t161 * t177);
+    const double t181 = p->derived.arm_phi_1_mass + t157 - (t168 * t174 - t163 * t175);
+    const double t182 = t160 - (t168 * t176 - t163 * t177);
+    const double t183 = p->derived.arm_phi_1_mass + t150 - (t163 * t176 - t167 * t177);
+    const double t184 = arm_phi_1_cos * (t182 + t182) + arm_phi_1_sin * (t181 - t183);
+    const double t185 = arm_phi_1_sin * t184;
+    const double t186 = t181 - t185;
+    const double t187 = t183 + t185;
+    const double t188 = arm_phi_1_cos * t184 - t182;
+    const double t189 = arm_phi_1_cos * t179 - arm_phi_1_sin * t180;
+    const double t190 = arm_phi_1_cos * t180 + arm_phi_1_sin * t179;
+    const double t191 = arm_theta_1_cos * (t190 + t190) + arm_theta_1_sin * (t187 - t178);
+    const double t192 = arm_theta_1_sin * t191;
+    const double t193 = t178 + t192;
+    const double t194 = arm_theta_1_cos * t191 - t190;
+    const double t195 = arm_theta_1_cos * t188 - arm_theta_1_sin * t189;
+    const double t196 = arm_theta_1_cos * t189 + arm_theta_1_sin * t188;
+    const double t197 = arm_psi_1_cos * (t196 + t196) + arm_psi_1_sin * (t193 - t186);
+    const double t198 = arm_psi_1_sin * t197;
+    const double t199 = t186 + t198;
+    const double t200 = arm_psi_1_cos * t197 - t196;
+    const double arm_psi_U_force_x = p->derived.constant_1 * t200;
+    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t195 + arm_psi_1_sin * t194);
+    const double t201 = p->derived.constant_1 * t199;
+    const double t202 = p->derived.constant_1 * arm_psi_U_force_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t221;
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t221;
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t201;
+    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t201;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t223 = t222 * arm_psi_D_inverse;
-    const double t224 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t225 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t226 = t219 - arm_psi_U_force_x * t225;
-    const double t227 = arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_inertia_yy + p->derived.constant_1 *
-        (p->derived.constant_1 * (arm_theta_1_cos * t208 - arm_theta_1_sin * t210)) - t222 * t223)) + arm_psi_sin *
-        (p->derived.arm_psi_inertia_xx * arm_psi_sin);
-    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t222 * t224 - p->derived.constant_1 *
-        (arm_psi_1_cos * t211 - arm_psi_1_sin * t213))) + arm_psi_cos * (arm_psi_cos * (t222 * t225 - arm_psi_U_force_z));
-    const double t228 = arm_psi_cos * (arm_psi_sin * t226 + arm_psi_cos * (p->derived.arm_psi_mass + t220 -
-        arm_psi_U_force_y * t225)) + arm_psi_sin * (arm_psi_cos * t226 + arm_psi_sin * (p->derived.arm_psi_mass +
-        (arm_psi_1_cos * t216 - arm_psi_1_sin * t218) - arm_psi_U_force_x * t224));
+    const double t203 = t202 * arm_psi_D_inverse;
+    const double t204 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t205 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t206 = t200 - arm_psi_U_force_x * t205;
+    const double t207 = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * (p->derived.constant_1 * (t187 -
+        t192)) - t202 * t203;
+    const double t208 = p->derived.arm_psi_mass + t199 - arm_psi_U_force_y * t205;
+    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t202 * t204 - p->derived.constant_1 *
+        (arm_psi_1_cos * t194 - arm_psi_1_sin * t195))) + arm_psi_cos * (arm_psi_cos * (t202 * t205 - arm_psi_U_force_z));
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + t227;
+    const double column_psi_U_moment_z = p->Izz_col + (t207 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        t207)));
+    const double t209 = p->m_col + (t208 + arm_psi_sin * (arm_psi_cos * (t206 + t206) + arm_psi_sin * (p->derived.arm_psi_mass +
+        (t193 - t198) - arm_psi_U_force_x * t204 - t208)));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t229 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t210 = column_psi_U_force_z * column_psi_D_inverse;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + t228 - column_psi_U_force_z * t229);
+    const double base_z_U_force_z = p->m_base + (t209 - column_psi_U_force_z * t210);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* effector_z: force left for the joint, inward */
     const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
@@ -4302,450 +4221,450 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
     const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
     /* arm_phi_3: force left for the joint, inward */
-    const double t230 = arm_theta_3_sin * t90;
-    const double t231 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
-        qd[9] + t230);
-    const double t232 = arm_phi_3_sin * t231 + arm_phi_3_cos * t89;
-    const double t233 = arm_phi_3_sin * t89 - arm_phi_3_cos * t231;
-    const double t234 = t104 * (arm_phi_3_carried_moment_y + t232);
-    const double t235 = t104 * (t233 - arm_phi_3_carried_moment_z);
-    const double t236 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t235;
-    const double t237 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t234;
-    const double t238 = arm_phi_3_cos * t236 - arm_phi_3_sin * t237;
-    const double t239 = arm_phi_3_sin * t236 + arm_phi_3_cos * t237;
-    const double t240 = arm_phi_3_sin * t233 + arm_phi_3_cos * t232;
-    const double t241 = arm_phi_3_cos * t233 - arm_phi_3_sin * t232;
-    const double t242 = arm_theta_3_cos * t239 - arm_theta_3_sin * arm_phi_3_load_force_x;
-    const double t243 = arm_theta_3_sin * t239 + arm_theta_3_cos * arm_phi_3_load_force_x;
-    const double t244 = arm_theta_3_sin * t241 - arm_theta_3_cos * t90;
-    const double t245 = arm_psi_3_sin * t243 + arm_psi_3_cos * t238;
+    const double t211 = arm_theta_3_sin * t90;
+    const double t212 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
+        qd[9] + t211);
+    const double t213 = arm_phi_3_sin * t212 + arm_phi_3_cos * t89;
+    const double t214 = arm_phi_3_sin * t89 - arm_phi_3_cos * t212;
+    const double t215 = t104 * (arm_phi_3_carried_moment_y + t213);
+    const double t216 = t104 * (t214 - arm_phi_3_carried_moment_z);
+    const double t217 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t216;
+    const double t218 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t215;
+    const double t219 = arm_phi_3_cos * t217 - arm_phi_3_sin * t218;
+    const double t220 = arm_phi_3_sin * t217 + arm_phi_3_cos * t218;
+    const double t221 = arm_phi_3_sin * t214 + arm_phi_3_cos * t213;
+    const double t222 = arm_phi_3_cos * t214 - arm_phi_3_sin * t213;
+    const double t223 = arm_theta_3_cos * t220 - arm_theta_3_sin * arm_phi_3_load_force_x;
+    const double t224 = arm_theta_3_sin * t220 + arm_theta_3_cos * arm_phi_3_load_force_x;
+    const double t225 = arm_theta_3_sin * t222 - arm_theta_3_cos * t90;
+    const double t226 = arm_psi_3_sin * t224 + arm_psi_3_cos * t219;
     /* arm_phi_2: force left for the joint, inward */
-    const double t246 = arm_theta_2_sin * t88;
-    const double t247 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
-        qd[6] + t246);
-    const double t248 = arm_phi_2_sin * t247 + arm_phi_2_cos * t87;
-    const double t249 = arm_phi_2_sin * t87 - arm_phi_2_cos * t247;
-    const double t250 = arm_phi_2_load_moment_y + (arm_psi_3_sin * t244 - arm_psi_3_cos * t240 - p->derived.arm_element_length *
+    const double t227 = arm_theta_2_sin * t88;
+    const double t228 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
+        qd[6] + t227);
+    const double t229 = arm_phi_2_sin * t228 + arm_phi_2_cos * t87;
+    const double t230 = arm_phi_2_sin * t87 - arm_phi_2_cos * t228;
+    const double t231 = arm_phi_2_load_moment_y + (arm_psi_3_sin * t225 - arm_psi_3_cos * t221 - p->derived.arm_element_length *
+        t223) + t229;
+    const double t232 = p->derived.constant_19 * (t88 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t221 +
+        arm_psi_3_cos * t225)));
+    const double t233 = t128 * (t230 - (arm_phi_2_load_moment_z + (t211 + arm_theta_3_cos * t222 + p->derived.arm_element_length *
+        t226)) - t127 * t231);
+    const double t234 = t127 * t233 - t126 * t231;
+    const double t235 = arm_phi_2_load_force_x + (arm_psi_3_cos * t224 - arm_psi_3_sin * t219) + (t119 * t233 -
+        t118 * t234);
+    const double t236 = arm_phi_2_load_force_y + t226 + (t125 * t233 - t120 * t234);
+    const double t237 = arm_phi_2_load_force_z + t223 + (t120 * t233 - t124 * t234);
+    const double t238 = arm_phi_2_cos * t236 - arm_phi_2_sin * t237;
+    const double t239 = arm_phi_2_sin * t236 + arm_phi_2_cos * t237;
+    const double t240 = arm_phi_2_sin * t230 + arm_phi_2_cos * t229;
+    const double t241 = arm_phi_2_cos * t230 - arm_phi_2_sin * t229;
+    const double t242 = arm_theta_2_cos * t239 - arm_theta_2_sin * t235;
+    const double t243 = arm_theta_2_sin * t239 + arm_theta_2_cos * t235;
+    const double t244 = arm_theta_2_sin * t241 - arm_theta_2_cos * t88;
+    const double t245 = arm_psi_2_sin * t243 + arm_psi_2_cos * t238;
+    /* arm_phi_1: force left for the joint, inward */
+    const double t246 = arm_theta_1_sin * t86;
+    const double t247 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
+        qd[3] + t246);
+    const double t248 = arm_phi_1_sin * t247 + arm_phi_1_cos * t85;
+    const double t249 = arm_phi_1_sin * t85 - arm_phi_1_cos * t247;
+    const double t250 = arm_phi_1_load_moment_y + (arm_psi_2_sin * t244 - arm_psi_2_cos * t240 - p->derived.arm_element_length *
         t242) + t248;
-    const double t251 = p->derived.constant_19 * (t88 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t240 +
-        arm_psi_3_cos * t244)));
-    const double t252 = t136 * (t249 - (arm_phi_2_load_moment_z + (t230 + arm_theta_3_cos * t241 + p->derived.arm_element_length *
-        t245)) - t135 * t250);
-    const double t253 = t135 * t252 - t134 * t250;
-    const double t254 = arm_phi_2_load_force_x + (arm_psi_3_cos * t243 - arm_psi_3_sin * t238) + (t127 * t252 -
-        t126 * t253);
-    const double t255 = arm_phi_2_load_force_y + t245 + (t133 * t252 - t128 * t253);
-    const double t256 = arm_phi_2_load_force_z + t242 + (t128 * t252 - t132 * t253);
-    const double t257 = arm_phi_2_cos * t255 - arm_phi_2_sin * t256;
-    const double t258 = arm_phi_2_sin * t255 + arm_phi_2_cos * t256;
-    const double t259 = arm_phi_2_sin * t249 + arm_phi_2_cos * t248;
-    const double t260 = arm_phi_2_cos * t249 - arm_phi_2_sin * t248;
-    const double t261 = arm_theta_2_cos * t258 - arm_theta_2_sin * t254;
-    const double t262 = arm_theta_2_sin * t258 + arm_theta_2_cos * t254;
-    const double t263 = arm_theta_2_sin * t260 - arm_theta_2_cos * t88;
-    const double t264 = arm_psi_2_sin * t262 + arm_psi_2_cos * t257;
-    /* arm_phi_1: force left for the joint, inward */
-    const double t265 = arm_theta_1_sin * t86;
-    const double t266 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
-        qd[3] + t265);
-    const double t267 = arm_phi_1_sin * t266 + arm_phi_1_cos * t85;
-    const double t268 = arm_phi_1_sin * t85 - arm_phi_1_cos * t266;
-    const double t269 = arm_phi_1_load_moment_y + (arm_psi_2_sin * t263 - arm_psi_2_cos * t259 - p->derived.arm_element_length *
-        t261) + t267;
-    const double t270 = p->derived.constant_19 * (t86 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t259 +
-        arm_psi_2_cos * t263)));
-    const double t271 = t185 * (t268 - (arm_phi_1_load_moment_z + (t246 + arm_theta_2_cos * t260 + p->derived.arm_element_length *
-        t264)) - t184 * t269);
-    const double t272 = t184 * t271 - t183 * t269;
-    const double t273 = arm_phi_1_load_force_x + (arm_psi_2_cos * t262 - arm_psi_2_sin * t257) + (t176 * t271 -
-        t175 * t272);
-    const double t274 = arm_phi_1_load_force_y + t264 + (t182 * t271 - t177 * t272);
-    const double t275 = arm_phi_1_load_force_z + t261 + (t177 * t271 - t181 * t272);
-    const double t276 = arm_phi_1_cos * t274 - arm_phi_1_sin * t275;
-    const double t277 = arm_phi_1_sin * t274 + arm_phi_1_cos * t275;
-    const double t278 = arm_phi_1_sin * t268 + arm_phi_1_cos * t267;
-    const double t279 = arm_phi_1_cos * t268 - arm_phi_1_sin * t267;
-    const double t280 = arm_theta_1_sin * t277 + arm_theta_1_cos * t273;
-    const double t281 = arm_theta_1_sin * t279 - arm_theta_1_cos * t86;
-    const double t282 = arm_psi_1_sin * t280 + arm_psi_1_cos * t276;
-    const double t283 = arm_psi_load_moment_z + (t265 + arm_theta_1_cos * t279 + p->derived.constant_1 * t282);
+    const double t251 = p->derived.constant_19 * (t86 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t240 +
+        arm_psi_2_cos * t244)));
+    const double t252 = t171 * (t249 - (arm_phi_1_load_moment_z + (t227 + arm_theta_2_cos * t241 + p->derived.arm_element_length *
+        t245)) - t170 * t250);
+    const double t253 = t170 * t252 - t169 * t250;
+    const double t254 = arm_phi_1_load_force_x + (arm_psi_2_cos * t243 - arm_psi_2_sin * t238) + (t162 * t252 -
+        t161 * t253);
+    const double t255 = arm_phi_1_load_force_y + t245 + (t168 * t252 - t163 * t253);
+    const double t256 = arm_phi_1_load_force_z + t242 + (t163 * t252 - t167 * t253);
+    const double t257 = arm_phi_1_cos * t255 - arm_phi_1_sin * t256;
+    const double t258 = arm_phi_1_sin * t255 + arm_phi_1_cos * t256;
+    const double t259 = arm_phi_1_sin * t249 + arm_phi_1_cos * t248;
+    const double t260 = arm_phi_1_cos * t249 - arm_phi_1_sin * t248;
+    const double t261 = arm_theta_1_sin * t258 + arm_theta_1_cos * t254;
+    const double t262 = arm_theta_1_sin * t260 - arm_theta_1_cos * t86;
+    const double t263 = arm_psi_1_sin * t261 + arm_psi_1_cos * t257;
+    const double t264 = arm_psi_load_moment_z + (t246 + arm_theta_1_cos * t260 + p->derived.constant_1 * t263);
     /* arm_psi: force left for the joint, inward */
-    const double t284 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t280 - arm_psi_1_sin * t276) -
-        t224 * t283) + arm_psi_cos * (arm_psi_load_force_y + t282 - t225 * t283);
-    const double t285 = arm_psi_cos * (arm_psi_load_moment_y + (arm_psi_1_sin * t281 - arm_psi_1_cos * t278 -
-        p->derived.constant_1 * (arm_theta_1_cos * t277 - arm_theta_1_sin * t273)) + t223 * t283);
+    const double t265 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t261 - arm_psi_1_sin * t257) -
+        t204 * t264) + arm_psi_cos * (arm_psi_load_force_y + t263 - t205 * t264);
+    const double t266 = arm_psi_cos * (arm_psi_load_moment_y + (arm_psi_1_sin * t262 - arm_psi_1_cos * t259 -
+        p->derived.constant_1 * (arm_theta_1_cos * t258 - arm_theta_1_sin * t254)) + t203 * t264);
     /* column_psi: force left for the joint, inward */
-    const double t286 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t278 + arm_psi_1_cos * t281)) + t285);
+    const double t267 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t259 + arm_psi_1_cos * t262)) + t266);
     /* base_z: acceleration, outward */
-    const double t287 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        (p->derived.column_psi_load_force_z + t284 + t229 * t286)));
+    const double t268 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        (p->derived.column_psi_load_force_z + t265 + t210 * t267)));
     /* column_psi: acceleration, outward */
-    const double t288 = t229 * t287 + column_psi_D_inverse * t286;
+    const double t269 = t210 * t268 + column_psi_D_inverse * t267;
     /* arm_psi: acceleration, outward */
-    const double t289 = arm_psi_sin * t287;
-    const double t290 = arm_psi_cos * t287;
-    const double t291 = arm_psi_sin * t288;
-    const double t292 = arm_psi_cos * t288;
-    const double t293 = t224 * t289 + t225 * t290 + t223 * t292 - arm_psi_D_inverse * t283;
+    const double t270 = arm_psi_sin * t268;
+    const double t271 = arm_psi_cos * t268;
+    const double t272 = arm_psi_sin * t269;
+    const double t273 = arm_psi_cos * t269;
+    const double t274 = t204 * t270 + t205 * t271 + t203 * t273 - arm_psi_D_inverse * t264;
     /* arm_phi_1: acceleration, outward */
-    const double t294 = p->derived.constant_1 * t292;
-    const double t295 = p->derived.constant_1 * t293 - t290;
-    const double t296 = arm_psi_1_sin * t295 - arm_psi_1_cos * t289;
-    const double t297 = arm_psi_1_sin * t289 + arm_psi_1_cos * t295;
-    const double t298 = arm_theta_1_sin * t296 - arm_theta_1_cos * t294;
-    const double t299 = arm_theta_1_sin * t294 + arm_theta_1_cos * t296;
-    const double t300 = arm_phi_1_sin * t298 + arm_phi_1_cos * t297;
-    const double t301 = arm_phi_1_cos * t298 - arm_phi_1_sin * t297;
-    const double t302 = t272 - (t187 * t299 + t189 * t300 + t191 * t301);
-    const double t303 = t271 - (t186 * t299 + t188 * t300 + t190 * t301);
-    const double t304 = arm_psi_1_sin * t292 + arm_psi_1_cos * t291;
-    const double t305 = arm_phi_1_cos * t302 - arm_phi_1_sin * t303 - (arm_psi_1_cos * t292 - arm_psi_1_sin *
-        t291);
-    const double t306 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t302 + arm_phi_1_cos * t303 - (arm_theta_1_sin *
-        t304 + arm_theta_1_cos * t293));
-    const double t307 = arm_theta_1_sin * t306 - (t270 + (arm_theta_1_cos * t304 - arm_theta_1_sin * t293));
+    const double t275 = p->derived.constant_1 * t273;
+    const double t276 = p->derived.constant_1 * t274 - t271;
+    const double t277 = arm_psi_1_sin * t276 - arm_psi_1_cos * t270;
+    const double t278 = arm_psi_1_sin * t270 + arm_psi_1_cos * t276;
+    const double t279 = arm_theta_1_sin * t277 - arm_theta_1_cos * t275;
+    const double t280 = arm_theta_1_sin * t275 + arm_theta_1_cos * t277;
+    const double t281 = arm_phi_1_sin * t279 + arm_phi_1_cos * t278;
+    const double t282 = arm_phi_1_cos * t279 - arm_phi_1_sin * t278;
+    const double t283 = t253 - (t173 * t280 + t175 * t281 + t177 * t282);
+    const double t284 = t252 - (t172 * t280 + t174 * t281 + t176 * t282);
+    const double t285 = arm_psi_1_sin * t273 + arm_psi_1_cos * t272;
+    const double t286 = arm_phi_1_cos * t283 - arm_phi_1_sin * t284 - (arm_psi_1_cos * t273 - arm_psi_1_sin *
+        t272);
+    const double t287 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t283 + arm_phi_1_cos * t284 - (arm_theta_1_sin *
+        t285 + arm_theta_1_cos * t274));
+    const double t288 = arm_theta_1_sin * t287 - (t251 + (arm_theta_1_cos * t285 - arm_theta_1_sin * t274));
     /* arm_phi_2: acceleration, outward */
-    const double t308 = t300 + p->derived.arm_element_length * t303;
-    const double t309 = t301 - p->derived.arm_element_length * t302;
-    const double t310 = arm_psi_2_sin * t308 + arm_psi_2_cos * t299;
-    const double t311 = arm_psi_2_cos * t308 - arm_psi_2_sin * t299;
-    const double t312 = arm_theta_2_sin * t310 + arm_theta_2_cos * t309;
-    const double t313 = arm_theta_2_cos * t310 - arm_theta_2_sin * t309;
-    const double t314 = arm_phi_2_sin * t312 + arm_phi_2_cos * t311;
-    const double t315 = arm_phi_2_cos * t312 - arm_phi_2_sin * t311;
-    const double t316 = t253 - (t138 * t313 + t140 * t314 + t142 * t315);
-    const double t317 = t252 - (t137 * t313 + t139 * t314 + t141 * t315);
-    const double t318 = arm_psi_2_sin * t302 - arm_psi_2_cos * t270;
-    const double t319 = arm_phi_2_cos * t316 - arm_phi_2_sin * t317 - (arm_psi_2_sin * t270 + arm_psi_2_cos *
-        t302);
-    const double t320 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t316 + arm_phi_2_cos * t317 - (arm_theta_2_sin *
-        t318 + arm_theta_2_cos * t303));
-    const double t321 = arm_theta_2_sin * t320 - (t251 + (arm_theta_2_cos * t318 - arm_theta_2_sin * t303));
+    const double t289 = t281 + p->derived.arm_element_length * t284;
+    const double t290 = t282 - p->derived.arm_element_length * t283;
+    const double t291 = arm_psi_2_sin * t289 + arm_psi_2_cos * t280;
+    const double t292 = arm_psi_2_cos * t289 - arm_psi_2_sin * t280;
+    const double t293 = arm_theta_2_sin * t291 + arm_theta_2_cos * t290;
+    const double t294 = arm_theta_2_cos * t291 - arm_theta_2_sin * t290;
+    const double t295 = arm_phi_2_sin * t293 + arm_phi_2_cos * t292;
+    const double t296 = arm_phi_2_cos * t293 - arm_phi_2_sin * t292;
+    const double t297 = t234 - (t130 * t294 + t132 * t295 + t134 * t296);
+    const double t298 = t233 - (t129 * t294 + t131 * t295 + t133 * t296);
+    const double t299 = arm_psi_2_sin * t283 - arm_psi_2_cos * t251;
+    const double t300 = arm_phi_2_cos * t297 - arm_phi_2_sin * t298 - (arm_psi_2_sin * t251 + arm_psi_2_cos *
+        t283);
+    const double t301 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t297 + arm_phi_2_cos * t298 - (arm_theta_2_sin *
+        t299 + arm_theta_2_cos * t284));
+    const double t302 = arm_theta_2_sin * t301 - (t232 + (arm_theta_2_cos * t299 - arm_theta_2_sin * t284));
     /* arm_phi_3: acceleration, outward */
-    const double t322 = t314 + p->derived.arm_element_length * t317;
-    const double t323 = t315 - p->derived.arm_element_length * t316;
-    const double t324 = arm_psi_3_sin * t322 + arm_psi_3_cos * t313;
-    const double t325 = arm_psi_3_cos * t322 - arm_psi_3_sin * t313;
-    const double t326 = arm_theta_3_sin * t324 + arm_theta_3_cos * t323;
-    const double t327 = t105 * (arm_phi_3_cos * t326 - arm_phi_3_sin * t325) - t234;
-    const double t328 = t235 - t105 * (arm_phi_3_sin * t326 + arm_phi_3_cos * t325);
-    const double t329 = arm_psi_3_sin * t316 - arm_psi_3_cos * t251;
-    const double t330 = arm_phi_3_cos * t327 - arm_phi_3_sin * t328 - (arm_psi_3_sin * t251 + arm_psi_3_cos *
-        t316);
-    const double t331 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t327 + arm_phi_3_cos * t328 - (arm_theta_3_sin *
-        t329 + arm_theta_3_cos * t317));
-    const double t332 = arm_theta_3_sin * t331 - (p->derived.constant_18 * (arm_phi_3_bias_moment_x + t90) +
-        (arm_theta_3_cos * t329 - arm_theta_3_sin * t317));
+    const double t303 = t295 + p->derived.arm_element_length * t298;
+    const double t304 = t296 - p->derived.arm_element_length * t297;
+    const double t305 = arm_psi_3_sin * t303 + arm_psi_3_cos * t294;
+    const double t306 = arm_psi_3_cos * t303 - arm_psi_3_sin * t294;
+    const double t307 = arm_theta_3_sin * t305 + arm_theta_3_cos * t304;
+    const double t308 = t105 * (arm_phi_3_cos * t307 - arm_phi_3_sin * t306) - t215;
+    const double t309 = t216 - t105 * (arm_phi_3_sin * t307 + arm_phi_3_cos * t306);
+    const double t310 = arm_psi_3_sin * t297 - arm_psi_3_cos * t232;
+    const double t311 = arm_phi_3_cos * t308 - arm_phi_3_sin * t309 - (arm_psi_3_sin * t232 + arm_psi_3_cos *
+        t297);
+    const double t312 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t308 + arm_phi_3_cos * t309 - (arm_theta_3_sin *
+        t310 + arm_theta_3_cos * t298));
+    const double t313 = arm_theta_3_sin * t312 - (p->derived.constant_18 * (arm_phi_3_bias_moment_x + t90) +
+        (arm_theta_3_cos * t310 - arm_theta_3_sin * t298));
     /* effector_z: acceleration, outward */
-    const double t333 = arm_theta_3_cos * t324 - arm_theta_3_sin * t323 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t314 = arm_theta_3_cos * t305 - arm_theta_3_sin * t304 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
     /* arm_phi_3: force left for the joint, inward */
-    const double t334 = arm_theta_3_sin * row_1_u_arm_phi_3;
-    const double t335 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t334);
-    const double t336 = arm_phi_3_sin * t335 + arm_phi_3_cos * row_1_u_arm_theta_3;
-    const double t337 = arm_phi_3_cos * t335 - arm_phi_3_sin * row_1_u_arm_theta_3;
-    const double t338 = t104 * t336;
-    const double t339 = t104 * t337;
-    const double t340 = arm_phi_3_moment_beyond_x * t339;
-    const double t341 = arm_phi_3_moment_beyond_x * t338;
-    const double t342 = arm_phi_3_sin * t341 + arm_phi_3_cos * t340;
-    const double t343 = arm_phi_3_sin * t340 - arm_phi_3_cos * t341;
-    const double t344 = arm_phi_3_cos * t336 - arm_phi_3_sin * t337;
-    const double t345 = arm_phi_3_sin * t336 + arm_phi_3_cos * t337;
-    const double t346 = arm_theta_3_cos * t343 - arm_theta_3_sin * row_1_u_effector_z;
-    const double t347 = arm_theta_3_sin * t343 + arm_theta_3_cos * row_1_u_effector_z;
-    const double t348 = arm_theta_3_sin * t345 + arm_theta_3_cos * row_1_u_arm_phi_3;
-    const double t349 = arm_psi_3_sin * t347 + arm_psi_3_cos * t342;
+    const double t315 = arm_theta_3_sin * row_1_u_arm_phi_3;
+    const double t316 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t315);
+    const double t317 = arm_phi_3_sin * t316 + arm_phi_3_cos * row_1_u_arm_theta_3;
+    const double t318 = arm_phi_3_cos * t316 - arm_phi_3_sin * row_1_u_arm_theta_3;
+    const double t319 = t104 * t317;
+    const double t320 = t104 * t318;
+    const double t321 = arm_phi_3_moment_beyond_x * t320;
+    const double t322 = arm_phi_3_moment_beyond_x * t319;
+    const double t323 = arm_phi_3_sin * t322 + arm_phi_3_cos * t321;
+    const double t324 = arm_phi_3_sin * t321 - arm_phi_3_cos * t322;
+    const double t325 = arm_phi_3_cos * t317 - arm_phi_3_sin * t318;
+    const double t326 = arm_phi_3_sin * t317 + arm_phi_3_cos * t318;
+    const double t327 = arm_theta_3_cos * t324 - arm_theta_3_sin * row_1_u_effector_z;
+    const double t328 = arm_theta_3_sin * t324 + arm_theta_3_cos * row_1_u_effector_z;
+    const double t329 = arm_theta_3_sin * t326 + arm_theta_3_cos * row_1_u_arm_phi_3;
+    const double t330 = arm_psi_3_sin * t328 + arm_psi_3_cos * t323;
     /* arm_phi_2: force left for the joint, inward */
-    const double t350 = arm_theta_2_sin * row_1_u_arm_phi_2;
-    const double t351 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t350);
-    const double t352 = arm_phi_2_sin * t351 + arm_phi_2_cos * row_1_u_arm_theta_2;
-    const double t353 = arm_phi_2_cos * t351 - arm_phi_2_sin * row_1_u_arm_theta_2;
-    const double t354 = t352 - (arm_psi_3_sin * t348 + arm_psi_3_cos * t344 - p->derived.arm_element_length *
+    const double t331 = arm_theta_2_sin * row_1_u_arm_phi_2;
+    const double t332 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t331);
+    const double t333 = arm_phi_2_sin * t332 + arm_phi_2_cos * row_1_u_arm_theta_2;
+    const double t334 = arm_phi_2_cos * t332 - arm_phi_2_sin * row_1_u_arm_theta_2;
+    const double t335 = t333 - (arm_psi_3_sin * t329 + arm_psi_3_cos * t325 - p->derived.arm_element_length *
+        t327);
+    const double t336 = p->derived.constant_19 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t329 - arm_psi_3_sin *
+        t325));
+    const double t337 = t128 * (t334 - (arm_theta_3_cos * t326 - t315 + p->derived.arm_element_length * t330) +
+        t127 * t335);
+    const double t338 = t126 * t335 + t127 * t337;
+    const double t339 = arm_psi_3_cos * t328 - arm_psi_3_sin * t323 + (t119 * t337 - t118 * t338);
+    const double t340 = t330 + (t125 * t337 - t120 * t338);
+    const double t341 = t327 + (t120 * t337 - t124 * t338);
+    const double t342 = arm_phi_2_cos * t340 - arm_phi_2_sin * t341;
+    const double t343 = arm_phi_2_sin * t340 + arm_phi_2_cos * t341;
+    const double t344 = arm_phi_2_cos * t333 - arm_phi_2_sin * t334;
+    const double t345 = arm_phi_2_sin * t333 + arm_phi_2_cos * t334;
+    const double t346 = arm_theta_2_cos * t343 - arm_theta_2_sin * t339;
+    const double t347 = arm_theta_2_sin * t343 + arm_theta_2_cos * t339;
+    const double t348 = arm_theta_2_sin * t345 + arm_theta_2_cos * row_1_u_arm_phi_2;
+    const double t349 = arm_psi_2_sin * t347 + arm_psi_2_cos * t342;
+    /* arm_phi_1: force left for the joint, inward */
+    const double t350 = arm_theta_1_sin * row_1_u_arm_phi_1;
+    const double t351 = arm_theta_1_cos_inverse * (t350 - t102);
+    const double t352 = arm_phi_1_sin * t351 + arm_phi_1_cos * row_1_u_arm_theta_1;
+    const double t353 = arm_phi_1_cos * t351 - arm_phi_1_sin * row_1_u_arm_theta_1;
+    const double t354 = t352 - (arm_psi_2_sin * t348 + arm_psi_2_cos * t344 - p->derived.arm_element_length *
         t346);
-    const double t355 = p->derived.constant_19 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t348 - arm_psi_3_sin *
+    const double t355 = p->derived.constant_19 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t348 - arm_psi_2_sin *
         t344));
-    const double t356 = t136 * (t353 - (arm_theta_3_cos * t345 - t334 + p->derived.arm_element_length * t349) +
-        t135 * t354);
-    const double t357 = t134 * t354 + t135 * t356;
-    const double t358 = arm_psi_3_cos * t347 - arm_psi_3_sin * t342 + (t127 * t356 - t126 * t357);
-    const double t359 = t349 + (t133 * t356 - t128 * t357);
-    const double t360 = t346 + (t128 * t356 - t132 * t357);
-    const double t361 = arm_phi_2_cos * t359 - arm_phi_2_sin * t360;
-    const double t362 = arm_phi_2_sin * t359 + arm_phi_2_cos * t360;
-    const double t363 = arm_phi_2_cos * t352 - arm_phi_2_sin * t353;
-    const double t364 = arm_phi_2_sin * t352 + arm_phi_2_cos * t353;
-    const double t365 = arm_theta_2_cos * t362 - arm_theta_2_sin * t358;
-    const double t366 = arm_theta_2_sin * t362 + arm_theta_2_cos * t358;
-    const double t367 = arm_theta_2_sin * t364 + arm_theta_2_cos * row_1_u_arm_phi_2;
-    const double t368 = arm_psi_2_sin * t366 + arm_psi_2_cos * t361;
-    /* arm_phi_1: force left for the joint, inward */
-    const double t369 = arm_theta_1_sin * row_1_u_arm_phi_1;
-    const double t370 = arm_theta_1_cos_inverse * (t369 - t102);
-    const double t371 = arm_phi_1_sin * t370 + arm_phi_1_cos * row_1_u_arm_theta_1;
-    const double t372 = arm_phi_1_cos * t370 - arm_phi_1_sin * row_1_u_arm_theta_1;
-    const double t373 = t371 - (arm_psi_2_sin * t367 + arm_psi_2_cos * t363 - p->derived.arm_element_length *
-        t365);
-    const double t374 = p->derived.constant_19 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t367 - arm_psi_2_sin *
-        t363));
-    const double t375 = t185 * (t372 - (arm_theta_2_cos * t364 - t350 + p->derived.arm_element_length * t368) +
-        t184 * t373);
-    const double t376 = t183 * t373 + t184 * t375;
-    const double t377 = arm_psi_2_cos * t366 - arm_psi_2_sin * t361 + (t176 * t375 - t175 * t376);
-    const double t378 = t368 + (t182 * t375 - t177 * t376);
-    const double t379 = t365 + (t177 * t375 - t181 * t376);
-    const double t380 = arm_phi_1_cos * t378 - arm_phi_1_sin * t379;
-    const double t381 = arm_phi_1_sin * t378 + arm_phi_1_cos * t379;
-    const double t382 = arm_phi_1_cos * t371 - arm_phi_1_sin * t372;
-    const double t383 = arm_phi_1_sin * t371 + arm_phi_1_cos * t372;
-    const double t384 = arm_theta_1_sin * t381 + arm_theta_1_cos * t377;
-    const double t385 = arm_theta_1_sin * t383 + arm_theta_1_cos * row_1_u_arm_phi_1;
-    const double t386 = arm_psi_1_sin * t384 + arm_psi_1_cos * t380;
+    const double t356 = t171 * (t353 - (arm_theta_2_cos * t345 - t331 + p->derived.arm_element_length * t349) +
+        t170 * t354);
+    const double t357 = t169 * t354 + t170 * t356;
+    const double t358 = arm_psi_2_cos * t347 - arm_psi_2_sin * t342 + (t162 * t356 - t161 * t357);
+    const double t359 = t349 + (t168 * t356 - t163 * t357);
+    const double t360 = t346 + (t163 * t356 - t167 * t357);
+    const double t361 = arm_phi_1_cos * t359 - arm_phi_1_sin * t360;
+    const double t362 = arm_phi_1_sin * t359 + arm_phi_1_cos * t360;
+    const double t363 = arm_phi_1_cos * t352 - arm_phi_1_sin * t353;
+    const double t364 = arm_phi_1_sin * t352 + arm_phi_1_cos * t353;
+    const double t365 = arm_theta_1_sin * t362 + arm_theta_1_cos * t358;
+    const double t366 = arm_theta_1_sin * t364 + arm_theta_1_cos * row_1_u_arm_phi_1;
+    const double t367 = arm_psi_1_sin * t365 + arm_psi_1_cos * t361;
     /* arm_psi: force left for the joint, inward */
-    const double t387 = t101 + (arm_theta_1_cos * t383 - t369 + p->derived.constant_1 * t386);
-    const double t388 = arm_psi_sin * (arm_psi_1_cos * t385 - arm_psi_1_sin * t382) + arm_psi_cos * (arm_psi_1_sin *
-        t385 + arm_psi_1_cos * t382 - p->derived.constant_1 * (arm_theta_1_cos * t381 - arm_theta_1_sin *
-        t377) + t223 * t387);
+    const double t368 = t101 + (arm_theta_1_cos * t364 - t350 + p->derived.constant_1 * t367);
+    const double t369 = arm_psi_sin * (arm_psi_1_cos * t366 - arm_psi_1_sin * t363) + arm_psi_cos * (arm_psi_1_sin *
+        t366 + arm_psi_1_cos * t363 - p->derived.constant_1 * (arm_theta_1_cos * t362 - arm_theta_1_sin *
+        t358) + t203 * t368);
     /* column_psi: force left for the joint, inward */
-    const double t389 = row_1_u_column_psi - t388;
-    const double t390 = arm_psi_sin * (arm_psi_1_cos * t384 - arm_psi_1_sin * t380 - t224 * t387) + arm_psi_cos *
-        (t386 - t225 * t387) + t229 * t389;
+    const double t370 = row_1_u_column_psi - t369;
+    const double t371 = arm_psi_sin * (arm_psi_1_cos * t365 - arm_psi_1_sin * t361 - t204 * t368) + arm_psi_cos *
+        (t367 - t205 * t368) + t210 * t370;
     /* base_z: acceleration, outward */
-    const double t391 = base_z_D_inverse * t390;
+    const double t372 = base_z_D_inverse * t371;
     /* column_psi: acceleration, outward */
-    const double t392 = t229 * t391 + column_psi_D_inverse * t389;
+    const double t373 = t210 * t372 + column_psi_D_inverse * t370;
     /* arm_psi: acceleration, outward */
-    const double t393 = arm_psi_sin * t391;
-    const double t394 = arm_psi_cos * t391;
-    const double t395 = arm_psi_sin * t392;
-    const double t396 = arm_psi_cos * t392;
-    const double t397 = t224 * t393 + t225 * t394 + t223 * t396 - arm_psi_D_inverse * t387;
+    const double t374 = arm_psi_sin * t372;
+    const double t375 = arm_psi_cos * t372;
+    const double t376 = arm_psi_sin * t373;
+    const double t377 = arm_psi_cos * t373;
+    const double t378 = t204 * t374 + t205 * t375 + t203 * t377 - arm_psi_D_inverse * t368;
     /* arm_phi_1: acceleration, outward */
-    const double t398 = p->derived.constant_1 * t396;
-    const double t399 = p->derived.constant_1 * t397 - t394;
-    const double t400 = arm_psi_1_sin * t399 - arm_psi_1_cos * t393;
-    const double t401 = arm_psi_1_sin * t393 + arm_psi_1_cos * t399;
-    const double t402 = arm_theta_1_sin * t400 - arm_theta_1_cos * t398;
-    const double t403 = arm_theta_1_sin * t398 + arm_theta_1_cos * t400;
-    const double t404 = arm_phi_1_sin * t402 + arm_phi_1_cos * t401;
-    const double t405 = arm_phi_1_cos * t402 - arm_phi_1_sin * t401;
-    const double t406 = t376 - (t187 * t403 + t189 * t404 + t191 * t405);
-    const double t407 = t375 - (t186 * t403 + t188 * t404 + t190 * t405);
-    const double t408 = arm_psi_1_sin * t396 + arm_psi_1_cos * t395;
-    const double t409 = arm_phi_1_cos * t406 - arm_phi_1_sin * t407 - (arm_psi_1_cos * t396 - arm_psi_1_sin *
-        t395);
-    const double t410 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t406 + arm_phi_1_cos * t407 - (arm_theta_1_sin *
-        t408 + arm_theta_1_cos * t397));
-    const double t411 = t374 - (arm_theta_1_cos * t408 - arm_theta_1_sin * t397) + arm_theta_1_sin * t410;
+    const double t379 = p->derived.constant_1 * t377;
+    const double t380 = p->derived.constant_1 * t378 - t375;
+    const double t381 = arm_psi_1_sin * t380 - arm_psi_1_cos * t374;
+    const double t382 = arm_psi_1_sin * t374 + arm_psi_1_cos * t380;
+    const double t383 = arm_theta_1_sin * t381 - arm_theta_1_cos * t379;
+    const double t384 = arm_theta_1_sin * t379 + arm_theta_1_cos * t381;
+    const double t385 = arm_phi_1_sin * t383 + arm_phi_1_cos * t382;
+    const double t386 = arm_phi_1_cos * t383 - arm_phi_1_sin * t382;
+    const double t387 = t357 - (t173 * t384 + t175 * t385 + t177 * t386);
+    const double t388 = t356 - (t172 * t384 + t174 * t385 + t176 * t386);
+    const double t389 = arm_psi_1_sin * t377 + arm_psi_1_cos * t376;
+    const double t390 = arm_phi_1_cos * t387 - arm_phi_1_sin * t388 - (arm_psi_1_cos * t377 - arm_psi_1_sin *
+        t376);
+    const double t391 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t387 + arm_phi_1_cos * t388 - (arm_theta_1_sin *
+        t389 + arm_theta_1_cos * t378));
+    const double t392 = t355 - (arm_theta_1_cos * t389 - arm_theta_1_sin * t378) + arm_theta_1_sin * t391;
     /* arm_phi_2: acceleration, outward */
-    const double t412 = t404 + p->derived.arm_element_length * t407;
-    const double t413 = t405 - p->derived.arm_element_length * t406;
-    const double t414 = arm_psi_2_sin * t412 + arm_psi_2_cos * t403;
-    const double t415 = arm_psi_2_cos * t412 - arm_psi_2_sin * t403;
-    const double t416 = arm_theta_2_sin * t414 + arm_theta_2_cos * t413;
-    const double t417 = arm_theta_2_cos * t414 - arm_theta_2_sin * t413;
-    const double t418 = arm_phi_2_sin * t416 + arm_phi_2_cos * t415;
-    const double t419 = arm_phi_2_cos * t416 - arm_phi_2_sin * t415;
-    const double t420 = t357 - (t138 * t417 + t140 * t418 + t142 * t419);
-    const double t421 = t356 - (t137 * t417 + t139 * t418 + t141 * t419);
-    const double t422 = arm_psi_2_sin * t406 + arm_psi_2_cos * t374;
-    const double t423 = arm_phi_2_cos * t420 - arm_phi_2_sin * t421 - (arm_psi_2_cos * t406 - arm_psi_2_sin *
-        t374);
-    const double t424 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t420 + arm_phi_2_cos * t421 - (arm_theta_2_sin *
-        t422 + arm_theta_2_cos * t407));
-    const double t425 = t355 - (arm_theta_2_cos * t422 - arm_theta_2_sin * t407) + arm_theta_2_sin * t424;
-    /* arm_phi_3: acceleration, outward */
-    const double t426 = t418 + p->derived.arm_element_length * t421;
-    const double t427 = t419 - p->derived.arm_element_length * t420;
-    const double t428 = arm_psi_3_sin * t426 + arm_psi_3_cos * t417;
-    const double t429 = arm_psi_3_cos * t426 - arm_psi_3_sin * t417;
-    const double t430 = arm_theta_3_sin * t428 + arm_theta_3_cos * t427;
-    const double t431 = t338 + t105 * (arm_phi_3_cos * t430 - arm_phi_3_sin * t429);
-    const double t432 = t339 - t105 * (arm_phi_3_sin * t430 + arm_phi_3_cos * t429);
-    const double t433 = arm_psi_3_sin * t420 + arm_psi_3_cos * t355;
-    const double t434 = arm_phi_3_cos * t431 - arm_phi_3_sin * t432 - (arm_psi_3_cos * t420 - arm_psi_3_sin *
+    const double t393 = t385 + p->derived.arm_element_length * t388;
+    const double t394 = t386 - p->derived.arm_element_length * t387;
+    const double t395 = arm_psi_2_sin * t393 + arm_psi_2_cos * t384;
+    const double t396 = arm_psi_2_cos * t393 - arm_psi_2_sin * t384;
+    const double t397 = arm_theta_2_sin * t395 + arm_theta_2_cos * t394;
+    const double t398 = arm_theta_2_cos * t395 - arm_theta_2_sin * t394;
+    const double t399 = arm_phi_2_sin * t397 + arm_phi_2_cos * t396;
+    const double t400 = arm_phi_2_cos * t397 - arm_phi_2_sin * t396;
+    const double t401 = t338 - (t130 * t398 + t132 * t399 + t134 * t400);
+    const double t402 = t337 - (t129 * t398 + t131 * t399 + t133 * t400);
+    const double t403 = arm_psi_2_sin * t387 + arm_psi_2_cos * t355;
+    const double t404 = arm_phi_2_cos * t401 - arm_phi_2_sin * t402 - (arm_psi_2_cos * t387 - arm_psi_2_sin *
         t355);
-    const double t435 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t431 + arm_phi_3_cos * t432 - (arm_theta_3_sin *
-        t433 + arm_theta_3_cos * t421));
-    const double t436 = row_1_u_arm_phi_3 * p->derived.constant_18 - (arm_theta_3_cos * t433 - arm_theta_3_sin *
-        t421) + arm_theta_3_sin * t435;
-    /* effector_z: acceleration, outward */
-    const double t437 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t428 - arm_theta_3_sin *
-        t427);
-    /* arm_phi_3: force left for the joint, inward */
-    const double t438 = arm_theta_3_sin * row_2_u_arm_phi_3;
-    const double t439 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t438);
-    const double t440 = arm_phi_3_sin * t439 + arm_phi_3_cos * row_2_u_arm_theta_3;
-    const double t441 = arm_phi_3_cos * t439 - arm_phi_3_sin * row_2_u_arm_theta_3;
-    const double t442 = t104 * t440;
-    const double t443 = t104 * t441;
-    const double t444 = arm_phi_3_moment_beyond_x * t443;
-    const double t445 = arm_phi_3_moment_beyond_x * t442;
-    const double t446 = arm_phi_3_sin * t445 + arm_phi_3_cos * t444;
-    const double t447 = arm_phi_3_sin * t444 - arm_phi_3_cos * t445;
-    const double t448 = arm_phi_3_cos * t440 - arm_phi_3_sin * t441;
-    const double t449 = arm_phi_3_sin * t440 + arm_phi_3_cos * t441;
-    const double t450 = arm_theta_3_cos * t447 - arm_theta_3_sin * arm_theta_3_ground_z_x;
-    const double t451 = arm_theta_3_sin * t447 + arm_theta_3_cos * arm_theta_3_ground_z_x;
-    const double t452 = arm_theta_3_sin * t449 + arm_theta_3_cos * row_2_u_arm_phi_3;
-    const double t453 = arm_psi_3_sin * t451 + arm_psi_3_cos * t446;
-    /* arm_phi_2: force left for the joint, inward */
-    const double t454 = arm_theta_2_sin * row_2_u_arm_phi_2;
-    const double t455 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t454);
-    const double t456 = arm_phi_2_sin * t455 + arm_phi_2_cos * row_2_u_arm_theta_2;
-    const double t457 = arm_phi_2_cos * t455 - arm_phi_2_sin * row_2_u_arm_theta_2;
-    const double t458 = t456 - (arm_psi_3_sin * t452 + arm_psi_3_cos * t448 - p->derived.arm_element_length *
-        t450);
-    const double t459 = p->derived.constant_19 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t452 - arm_psi_3_sin *
-        t448));
-    const double t460 = t136 * (t457 - (arm_theta_3_cos * t449 - t438 + p->derived.arm_element_length * t453) +
-        t135 * t458);
-    const double t461 = t134 * t458 + t135 * t460;
-    const double t462 = arm_psi_3_cos * t451 - arm_psi_3_sin * t446 + (t127 * t460 - t126 * t461);
-    const double t463 = t453 + (t133 * t460 - t128 * t461);
-    const double t464 = t450 + (t128 * t460 - t132 * t461);
-    const double t465 = arm_phi_2_cos * t463 - arm_phi_2_sin * t464;
-    const double t466 = arm_phi_2_sin * t463 + arm_phi_2_cos * t464;
-    const double t467 = arm_phi_2_cos * t456 - arm_phi_2_sin * t457;
-    const double t468 = arm_phi_2_sin * t456 + arm_phi_2_cos * t457;
-    const double t469 = arm_theta_2_cos * t466 - arm_theta_2_sin * t462;
-    const double t470 = arm_theta_2_sin * t466 + arm_theta_2_cos * t462;
-    const double t471 = arm_theta_2_sin * t468 + arm_theta_2_cos * row_2_u_arm_phi_2;
-    const double t472 = arm_psi_2_sin * t470 + arm_psi_2_cos * t465;
-    /* arm_phi_1: force left for the joint, inward */
-    const double t473 = arm_theta_1_sin * row_2_u_arm_phi_1;
-    const double t474 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t473);
-    const double t475 = arm_phi_1_sin * t474 + arm_phi_1_cos * row_2_u_arm_theta_1;
-    const double t476 = arm_phi_1_cos * t474 - arm_phi_1_sin * row_2_u_arm_theta_1;
-    const double t477 = t475 - (arm_psi_2_sin * t471 + arm_psi_2_cos * t467 - p->derived.arm_element_length *
-        t469);
-    const double t478 = p->derived.constant_19 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t471 - arm_psi_2_sin *
-        t467));
-    const double t479 = t185 * (t476 - (arm_theta_2_cos * t468 - t454 + p->derived.arm_element_length * t472) +
-        t184 * t477);
-    const double t480 = t183 * t477 + t184 * t479;
-    const double t481 = arm_psi_2_cos * t470 - arm_psi_2_sin * t465 + (t176 * t479 - t175 * t480);
-    const double t482 = t472 + (t182 * t479 - t177 * t480);
-    const double t483 = t469 + (t177 * t479 - t181 * t480);
-    const double t484 = arm_phi_1_cos * t482 - arm_phi_1_sin * t483;
-    const double t485 = arm_phi_1_sin * t482 + arm_phi_1_cos * t483;
-    const double t486 = arm_phi_1_cos * t475 - arm_phi_1_sin * t476;
-    const double t487 = arm_phi_1_sin * t475 + arm_phi_1_cos * t476;
-    const double t488 = arm_theta_1_sin * t485 + arm_theta_1_cos * t481;
-    const double t489 = arm_theta_1_sin * t487 + arm_theta_1_cos * row_2_u_arm_phi_1;
-    const double t490 = arm_psi_1_sin * t488 + arm_psi_1_cos * t484;
-    /* arm_psi: force left for the joint, inward */
-    const double t491 = row_2_u_arm_psi - (arm_theta_1_cos * t487 - t473 + p->derived.constant_1 * t490);
-    const double t492 = arm_psi_sin * (arm_psi_1_cos * t489 - arm_psi_1_sin * t486) + arm_psi_cos * (arm_psi_1_sin *
-        t489 + arm_psi_1_cos * t486 - p->derived.constant_1 * (arm_theta_1_cos * t485 - arm_theta_1_sin *
-        t481) - t223 * t491);
-    /* column_psi: force left for the joint, inward */
-    const double t493 = arm_psi_sin * (arm_psi_1_cos * t488 - arm_psi_1_sin * t484 + t224 * t491) + arm_psi_cos *
-        (t490 + t225 * t491) - t229 * t492;
-    /* base_z: acceleration, outward */
-    const double t494 = base_z_D_inverse * (1.0 - t493);
-    /* column_psi: acceleration, outward */
-    const double t495 = t229 * t494 + column_psi_D_inverse * t492;
-    /* arm_psi: acceleration, outward */
-    const double t496 = arm_psi_sin * t494;
-    const double t497 = arm_psi_cos * t494;
-    const double t498 = arm_psi_sin * t495;
-    const double t499 = arm_psi_cos * t495;
-    const double t500 = arm_psi_D_inverse * t491 - (t224 * t496 + t225 * t497 + t223 * t499);
-    /* arm_phi_1: acceleration, outward */
-    const double t501 = p->derived.constant_1 * t499;
-    const double t502 = t497 + p->derived.constant_1 * t500;
-    const double t503 = arm_psi_1_sin * t502 + arm_psi_1_cos * t496;
-    const double t504 = arm_psi_1_cos * t502 - arm_psi_1_sin * t496;
-    const double t505 = arm_theta_1_sin * t503 + arm_theta_1_cos * t501;
-    const double t506 = arm_theta_1_cos * t503 - arm_theta_1_sin * t501;
-    const double t507 = arm_phi_1_sin * t505 + arm_phi_1_cos * t504;
-    const double t508 = arm_phi_1_cos * t505 - arm_phi_1_sin * t504;
-    const double t509 = t480 - (t187 * t506 + t189 * t507 + t191 * t508);
-    const double t510 = t479 - (t186 * t506 + t188 * t507 + t190 * t508);
-    const double t511 = arm_psi_1_sin * t499 + arm_psi_1_cos * t498;
-    const double t512 = arm_phi_1_cos * t509 - arm_phi_1_sin * t510 - (arm_psi_1_sin * t498 - arm_psi_1_cos *
-        t499);
-    const double t513 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t509 + arm_phi_1_cos * t510 - (arm_theta_1_cos *
-        t500 - arm_theta_1_sin * t511));
-    const double t514 = t478 + (arm_theta_1_sin * t500 + arm_theta_1_cos * t511) + arm_theta_1_sin * t513;
-    /* arm_phi_2: acceleration, outward */
-    const double t515 = t507 + p->derived.arm_element_length * t510;
-    const double t516 = t508 - p->derived.arm_element_length * t509;
-    const double t517 = arm_psi_2_sin * t515 + arm_psi_2_cos * t506;
-    const double t518 = arm_psi_2_cos * t515 - arm_psi_2_sin * t506;
-    const double t519 = arm_theta_2_sin * t517 + arm_theta_2_cos * t516;
-    const double t520 = arm_theta_2_cos * t517 - arm_theta_2_sin * t516;
-    const double t521 = arm_phi_2_sin * t519 + arm_phi_2_cos * t518;
-    const double t522 = arm_phi_2_cos * t519 - arm_phi_2_sin * t518;
-    const double t523 = t461 - (t138 * t520 + t140 * t521 + t142 * t522);
-    const double t524 = t460 - (t137 * t520 + t139 * t521 + t141 * t522);
-    const double t525 = arm_psi_2_sin * t509 + arm_psi_2_cos * t478;
-    const double t526 = arm_phi_2_cos * t523 - arm_phi_2_sin * t524 - (arm_psi_2_cos * t509 - arm_psi_2_sin *
-        t478);
-    const double t527 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t523 + arm_phi_2_cos * t524 - (arm_theta_2_sin *
-        t525 + arm_theta_2_cos * t510));
-    const double t528 = t459 - (arm_theta_2_cos * t525 - arm_theta_2_sin * t510) + arm_theta_2_sin * t527;
+    const double t405 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t401 + arm_phi_2_cos * t402 - (arm_theta_2_sin *
+        t403 + arm_theta_2_cos * t388));
+    const double t406 = t336 - (arm_theta_2_cos * t403 - arm_theta_2_sin * t388) + arm_theta_2_sin * t405;
     /* arm_phi_3: acceleration, outward */
-    const double t529 = t521 + p->derived.arm_element_length * t524;
-    const double t530 = t522 - p->derived.arm_element_length * t523;
-    const double t531 = arm_psi_3_sin * t529 + arm_psi_3_cos * t520;
-    const double t532 = arm_psi_3_cos * t529 - arm_psi_3_sin * t520;
-    const double t533 = arm_theta_3_sin * t531 + arm_theta_3_cos * t530;
-    const double t534 = t442 + t105 * (arm_phi_3_cos * t533 - arm_phi_3_sin * t532);
-    const double t535 = t443 - t105 * (arm_phi_3_sin * t533 + arm_phi_3_cos * t532);
-    const double t536 = arm_psi_3_sin * t523 + arm_psi_3_cos * t459;
-    const double t537 = arm_phi_3_cos * t534 - arm_phi_3_sin * t535 - (arm_psi_3_cos * t523 - arm_psi_3_sin *
-        t459);
-    const double t538 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t534 + arm_phi_3_cos * t535 - (arm_theta_3_sin *
-        t536 + arm_theta_3_cos * t524));
-    const double t539 = row_2_u_arm_phi_3 * p->derived.constant_18 - (arm_theta_3_cos * t536 - arm_theta_3_sin *
-        t524) + arm_theta_3_sin * t538;
+    const double t407 = t399 + p->derived.arm_element_length * t402;
+    const double t408 = t400 - p->derived.arm_element_length * t401;
+    const double t409 = arm_psi_3_sin * t407 + arm_psi_3_cos * t398;
+    const double t410 = arm_psi_3_cos * t407 - arm_psi_3_sin * t398;
+    const double t411 = arm_theta_3_sin * t409 + arm_theta_3_cos * t408;
+    const double t412 = t319 + t105 * (arm_phi_3_cos * t411 - arm_phi_3_sin * t410);
+    const double t413 = t320 - t105 * (arm_phi_3_sin * t411 + arm_phi_3_cos * t410);
+    const double t414 = arm_psi_3_sin * t401 + arm_psi_3_cos * t336;
+    const double t415 = arm_phi_3_cos * t412 - arm_phi_3_sin * t413 - (arm_psi_3_cos * t401 - arm_psi_3_sin *
+        t336);
+    const double t416 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t412 + arm_phi_3_cos * t413 - (arm_theta_3_sin *
+        t414 + arm_theta_3_cos * t402));
+    const double t417 = row_1_u_arm_phi_3 * p->derived.constant_18 - (arm_theta_3_cos * t414 - arm_theta_3_sin *
+        t402) + arm_theta_3_sin * t416;
     /* effector_z: acceleration, outward */
-    const double t540 = arm_theta_3_ground_z_x * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t531 -
-        arm_theta_3_sin * t530);
+    const double t418 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t409 - arm_theta_3_sin *
+        t408);
+    /* arm_phi_3: force left for the joint, inward */
+    const double t419 = arm_theta_3_sin * row_2_u_arm_phi_3;
+    const double t420 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t419);
+    const double t421 = arm_phi_3_sin * t420 + arm_phi_3_cos * row_2_u_arm_theta_3;
+    const double t422 = arm_phi_3_cos * t420 - arm_phi_3_sin * row_2_u_arm_theta_3;
+    const double t423 = t104 * t421;
+    const double t424 = t104 * t422;
+    const double t425 = arm_phi_3_moment_beyond_x * t424;
+    const double t426 = arm_phi_3_moment_beyond_x * t423;
+    const double t427 = arm_phi_3_sin * t426 + arm_phi_3_cos * t425;
+    const double t428 = arm_phi_3_sin * t425 - arm_phi_3_cos * t426;
+    const double t429 = arm_phi_3_cos * t421 - arm_phi_3_sin * t422;
+    const double t430 = arm_phi_3_sin * t421 + arm_phi_3_cos * t422;
+    const double t431 = arm_theta_3_cos * t428 - arm_theta_3_sin * arm_theta_3_ground_z_x;
+    const double t432 = arm_theta_3_sin * t428 + arm_theta_3_cos * arm_theta_3_ground_z_x;
+    const double t433 = arm_theta_3_sin * t430 + arm_theta_3_cos * row_2_u_arm_phi_3;
+    const double t434 = arm_psi_3_sin * t432 + arm_psi_3_cos * t427;
+    /* arm_phi_2: force left for the joint, inward */
+    const double t435 = arm_theta_2_sin * row_2_u_arm_phi_2;
+    const double t436 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t435);
+    const double t437 = arm_phi_2_sin * t436 + arm_phi_2_cos * row_2_u_arm_theta_2;
+    const double t438 = arm_phi_2_cos * t436 - arm_phi_2_sin * row_2_u_arm_theta_2;
+    const double t439 = t437 - (arm_psi_3_sin * t433 + arm_psi_3_cos * t429 - p->derived.arm_element_length *
+        t431);
+    const double t440 = p->derived.constant_19 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t433 - arm_psi_3_sin *
+        t429));
+    const double t441 = t128 * (t438 - (arm_theta_3_cos * t430 - t419 + p->derived.arm_element_length * t434) +
+        t127 * t439);
+    const double t442 = t126 * t439 + t127 * t441;
+    const double t443 = arm_psi_3_cos * t432 - arm_psi_3_sin * t427 + (t119 * t441 - t118 * t442);
+    const double t444 = t434 + (t125 * t441 - t120 * t442);
+    const double t445 = t431 + (t120 * t441 - t124 * t442);
+    const double t446 = arm_phi_2_cos * t444 - arm_phi_2_sin * t445;
+    const double t447 = arm_phi_2_sin * t444 + arm_phi_2_cos * t445;
+    const double t448 = arm_phi_2_cos * t437 - arm_phi_2_sin * t438;
+    const double t449 = arm_phi_2_sin * t437 + arm_phi_2_cos * t438;
+    const double t450 = arm_theta_2_cos * t447 - arm_theta_2_sin * t443;
+    const double t451 = arm_theta_2_sin * t447 + arm_theta_2_cos * t443;
+    const double t452 = arm_theta_2_sin * t449 + arm_theta_2_cos * row_2_u_arm_phi_2;
+    const double t453 = arm_psi_2_sin * t451 + arm_psi_2_cos * t446;
+    /* arm_phi_1: force left for the joint, inward */
+    const double t454 = arm_theta_1_sin * row_2_u_arm_phi_1;
+    const double t455 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t454);
+    const double t456 = arm_phi_1_sin * t455 + arm_phi_1_cos * row_2_u_arm_theta_1;
+    const double t457 = arm_phi_1_cos * t455 - arm_phi_1_sin * row_2_u_arm_theta_1;
+    const double t458 = t456 - (arm_psi_2_sin * t452 + arm_psi_2_cos * t448 - p->derived.arm_element_length *
+        t450);
+    const double t459 = p->derived.constant_19 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t452 - arm_psi_2_sin *
+        t448));
+    const double t460 = t171 * (t457 - (arm_theta_2_cos * t449 - t435 + p->derived.arm_element_length * t453) +
+        t170 * t458);
+    const double t461 = t169 * t458 + t170 * t460;
+    const double t462 = arm_psi_2_cos * t451 - arm_psi_2_sin * t446 + (t162 * t460 - t161 * t461);
+    const double t463 = t453 + (t168 * t460 - t163 * t461);
+    const double t464 = t450 + (t163 * t460 - t167 * t461);
+    const double t465 = arm_phi_1_cos * t463 - arm_phi_1_sin * t464;
+    const double t466 = arm_phi_1_sin * t463 + arm_phi_1_cos * t464;
+    const double t467 = arm_phi_1_cos * t456 - arm_phi_1_sin * t457;
+    const double t468 = arm_phi_1_sin * t456 + arm_phi_1_cos * t457;
+    const double t469 = arm_theta_1_sin * t466 + arm_theta_1_cos * t462;
+    const double t470 = arm_theta_1_sin * t468 + arm_theta_1_cos * row_2_u_arm_phi_1;
+    const double t471 = arm_psi_1_sin * t469 + arm_psi_1_cos * t465;
+    /* arm_psi: force left for the joint, inward */
+    const double t472 = row_2_u_arm_psi - (arm_theta_1_cos * t468 - t454 + p->derived.constant_1 * t471);
+    const double t473 = arm_psi_sin * (arm_psi_1_cos * t470 - arm_psi_1_sin * t467) + arm_psi_cos * (arm_psi_1_sin *
+        t470 + arm_psi_1_cos * t467 - p->derived.constant_1 * (arm_theta_1_cos * t466 - arm_theta_1_sin *
+        t462) - t203 * t472);
+    /* column_psi: force left for the joint, inward */
+    const double t474 = arm_psi_sin * (arm_psi_1_cos * t469 - arm_psi_1_sin * t465 + t204 * t472) + arm_psi_cos *
+        (t471 + t205 * t472) - t210 * t473;
+    /* base_z: acceleration, outward */
+    const double t475 = base_z_D_inverse * (1.0 - t474);
+    /* column_psi: acceleration, outward */
+    const double t476 = t210 * t475 + column_psi_D_inverse * t473;
+    /* arm_psi: acceleration, outward */
+    const double t477 = arm_psi_sin * t475;
+    const double t478 = arm_psi_cos * t475;
+    const double t479 = arm_psi_sin * t476;
+    const double t480 = arm_psi_cos * t476;
+    const double t481 = arm_psi_D_inverse * t472 - (t204 * t477 + t205 * t478 + t203 * t480);
+    /* arm_phi_1: acceleration, outward */
+    const double t482 = p->derived.constant_1 * t480;
+    const double t483 = t478 + p->derived.constant_1 * t481;
+    const double t484 = arm_psi_1_sin * t483 + arm_psi_1_cos * t477;
+    const double t485 = arm_psi_1_cos * t483 - arm_psi_1_sin * t477;
+    const double t486 = arm_theta_1_sin * t484 + arm_theta_1_cos * t482;
+    const double t487 = arm_theta_1_cos * t484 - arm_theta_1_sin * t482;
+    const double t488 = arm_phi_1_sin * t486 + arm_phi_1_cos * t485;
+    const double t489 = arm_phi_1_cos * t486 - arm_phi_1_sin * t485;
+    const double t490 = t461 - (t173 * t487 + t175 * t488 + t177 * t489);
+    const double t491 = t460 - (t172 * t487 + t174 * t488 + t176 * t489);
+    const double t492 = arm_psi_1_sin * t480 + arm_psi_1_cos * t479;
+    const double t493 = arm_phi_1_cos * t490 - arm_phi_1_sin * t491 - (arm_psi_1_sin * t479 - arm_psi_1_cos *
+        t480);
+    const double t494 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t490 + arm_phi_1_cos * t491 - (arm_theta_1_cos *
+        t481 - arm_theta_1_sin * t492));
+    const double t495 = t459 + (arm_theta_1_sin * t481 + arm_theta_1_cos * t492) + arm_theta_1_sin * t494;
+    /* arm_phi_2: acceleration, outward */
+    const double t496 = t488 + p->derived.arm_element_length * t491;
+    const double t497 = t489 - p->derived.arm_element_length * t490;
+    const double t498 = arm_psi_2_sin * t496 + arm_psi_2_cos * t487;
+    const double t499 = arm_psi_2_cos * t496 - arm_psi_2_sin * t487;
+    const double t500 = arm_theta_2_sin * t498 + arm_theta_2_cos * t497;
+    const double t501 = arm_theta_2_cos * t498 - arm_theta_2_sin * t497;
+    const double t502 = arm_phi_2_sin * t500 + arm_phi_2_cos * t499;
+    const double t503 = arm_phi_2_cos * t500 - arm_phi_2_sin * t499;
+    const double t504 = t442 - (t130 * t501 + t132 * t502 + t134 * t503);
+    const double t505 = t441 - (t129 * t501 + t131 * t502 + t133 * t503);
+    const double t506 = arm_psi_2_sin * t490 + arm_psi_2_cos * t459;
+    const double t507 = arm_phi_2_cos * t504 - arm_phi_2_sin * t505 - (arm_psi_2_cos * t490 - arm_psi_2_sin *
+        t459);
+    const double t508 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t504 + arm_phi_2_cos * t505 - (arm_theta_2_sin *
+        t506 + arm_theta_2_cos * t491));
+    const double t509 = t440 - (arm_theta_2_cos * t506 - arm_theta_2_sin * t491) + arm_theta_2_sin * t508;
+    /* arm_phi_3: acceleration, outward */
+    const double t510 = t502 + p->derived.arm_element_length * t505;
+    const double t511 = t503 - p->derived.arm_element_length * t504;
+    const double t512 = arm_psi_3_sin * t510 + arm_psi_3_cos * t501;
+    const double t513 = arm_psi_3_cos * t510 - arm_psi_3_sin * t501;
+    const double t514 = arm_theta_3_sin * t512 + arm_theta_3_cos * t511;
+    const double t515 = t423 + t105 * (arm_phi_3_cos * t514 - arm_phi_3_sin * t513);
+    const double t516 = t424 - t105 * (arm_phi_3_sin * t514 + arm_phi_3_cos * t513);
+    const double t517 = arm_psi_3_sin * t504 + arm_psi_3_cos * t440;
+    const double t518 = arm_phi_3_cos * t515 - arm_phi_3_sin * t516 - (arm_psi_3_cos * t504 - arm_psi_3_sin *
+        t440);
+    const double t519 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t515 + arm_phi_3_cos * t516 - (arm_theta_3_sin *
+        t517 + arm_theta_3_cos * t505));
+    const double t520 = row_2_u_arm_phi_3 * p->derived.constant_18 - (arm_theta_3_cos * t517 - arm_theta_3_sin *
+        t505) + arm_theta_3_sin * t519;
+    /* effector_z: acceleration, outward */
+    const double t521 = arm_theta_3_ground_z_x * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t512 -
+        arm_theta_3_sin * t511);
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t541 = row_1_u_column_psi * t288 - t101 * t293 - t102 * t306 + row_1_u_arm_theta_1 * t305 +
-        row_1_u_arm_phi_1 * t307 + row_1_u_arm_psi_2 * t320 + row_1_u_arm_theta_2 * t319;
-    const double t542 = row_1_phi * p->derived.constant_13 + (row_1_v + row_1_psi * p->derived.constant_12) +
-        (t541 + row_1_u_arm_phi_2 * t321 + row_1_u_arm_psi_3 * t331 + row_1_u_arm_theta_3 * t330 + row_1_u_arm_phi_3 *
-        t332 - row_1_u_effector_z * t333);
-    const double t543 = row_1_u_column_psi * t392 - t101 * t397 - t102 * t410 + row_1_u_arm_theta_1 * t409 +
-        row_1_u_arm_phi_1 * t411 + row_1_u_arm_psi_2 * t424 + row_1_u_arm_theta_2 * t423;
-    const double t544 = t543 + row_1_u_arm_phi_2 * t425 + row_1_u_arm_psi_3 * t435 + row_1_u_arm_theta_3 *
-        t434 + row_1_u_arm_phi_3 * t436 + row_1_u_effector_z * t437;
-    const double t545 = row_2_u_arm_psi * t293 - t287 + row_2_u_arm_psi_1 * t306 + row_2_u_arm_theta_1 * t305 +
-        row_2_u_arm_phi_1 * t307 + row_2_u_arm_psi_2 * t320 + row_2_u_arm_theta_2 * t319;
-    const double t546 = row_2_v + p->derived.constant_12 * row_2_psi + (t545 + row_2_u_arm_phi_2 * t321 +
-        row_2_u_arm_psi_3 * t331 + row_2_u_arm_theta_3 * t330 + row_2_u_arm_phi_3 * t332 - arm_theta_3_ground_z_x *
-        t333);
-    const double t547 = row_2_u_arm_psi * t397 - t391 + row_2_u_arm_psi_1 * t410 + row_2_u_arm_theta_1 * t409 +
-        row_2_u_arm_phi_1 * t411 + row_2_u_arm_psi_2 * t424 + row_2_u_arm_theta_2 * t423;
-    const double t548 = t547 + row_2_u_arm_phi_2 * t425 + row_2_u_arm_psi_3 * t435 + row_2_u_arm_theta_3 *
-        t434 + row_2_u_arm_phi_3 * t436 + arm_theta_3_ground_z_x * t437;
-    const double t549 = t494 + row_2_u_arm_psi * t500 + row_2_u_arm_psi_1 * t513 + row_2_u_arm_theta_1 * t512 +
-        row_2_u_arm_phi_1 * t514 + row_2_u_arm_psi_2 * t527 + row_2_u_arm_theta_2 * t526;
-    const double t550 = t549 + row_2_u_arm_phi_2 * t528 + row_2_u_arm_psi_3 * t538 + row_2_u_arm_theta_3 *
-        t537 + row_2_u_arm_phi_3 * t539 + arm_theta_3_ground_z_x * t540;
-    const double row_1_pivot_inverse = (t544 * 1e-12 < t544 ? 1.0 / t544 : 0.0);
-    const double t551 = t548 * row_1_pivot_inverse;
-    const double t552 = t550 - t548 * t551;
-    const double row_2_pivot_inverse = (t550 * 1e-12 < t552 ? 1.0 / t552 : 0.0);
-    const double row_2_lambda = (t542 * t551 - t546) * row_2_pivot_inverse;
-    const double t553 = row_1_pivot_inverse * (t542 + t548 * row_2_lambda);
-    qdd[0] = t391 * t553 - t287 + t494 * row_2_lambda;
-    qdd[1] = t288 - t392 * t553 - t495 * row_2_lambda;
-    qdd[2] = t293 - t397 * t553 + t500 * row_2_lambda;
-    qdd[3] = t306 - t410 * t553 + t513 * row_2_lambda;
-    qdd[4] = t305 - t409 * t553 + t512 * row_2_lambda;
-    qdd[5] = t307 - t411 * t553 + t514 * row_2_lambda;
-    qdd[6] = t320 - t424 * t553 + t527 * row_2_lambda;
-    qdd[7] = t319 - t423 * t553 + t526 * row_2_lambda;
-    qdd[8] = t321 - t425 * t553 + t528 * row_2_lambda;
-    qdd[9] = t331 - t435 * t553 + t538 * row_2_lambda;
-    qdd[10] = t330 - t434 * t553 + t537 * row_2_lambda;
-    qdd[11] = t332 - t436 * t553 + t539 * row_2_lambda;
-    qdd[12] = t540 * row_2_lambda - (t333 + t437 * t553);
+    const double t522 = row_1_u_column_psi * t269 - t101 * t274 - t102 * t287 + row_1_u_arm_theta_1 * t286 +
+        row_1_u_arm_phi_1 * t288 + row_1_u_arm_psi_2 * t301 + row_1_u_arm_theta_2 * t300;
+    const double t523 = row_1_phi * p->derived.constant_13 + (row_1_v + row_1_psi * p->derived.constant_12) +
+        (t522 + row_1_u_arm_phi_2 * t302 + row_1_u_arm_psi_3 * t312 + row_1_u_arm_theta_3 * t311 + row_1_u_arm_phi_3 *
+        t313 - row_1_u_effector_z * t314);
+    const double t524 = row_1_u_column_psi * t373 - t101 * t378 - t102 * t391 + row_1_u_arm_theta_1 * t390 +
+        row_1_u_arm_phi_1 * t392 + row_1_u_arm_psi_2 * t405 + row_1_u_arm_theta_2 * t404;
+    const double t525 = t524 + row_1_u_arm_phi_2 * t406 + row_1_u_arm_psi_3 * t416 + row_1_u_arm_theta_3 *
+        t415 + row_1_u_arm_phi_3 * t417 + row_1_u_effector_z * t418;
+    const double t526 = row_2_u_arm_psi * t274 - t268 + row_2_u_arm_psi_1 * t287 + row_2_u_arm_theta_1 * t286 +
+        row_2_u_arm_phi_1 * t288 + row_2_u_arm_psi_2 * t301 + row_2_u_arm_theta_2 * t300;
+    const double t527 = row_2_v + p->derived.constant_12 * row_2_psi + (t526 + row_2_u_arm_phi_2 * t302 +
+        row_2_u_arm_psi_3 * t312 + row_2_u_arm_theta_3 * t311 + row_2_u_arm_phi_3 * t313 - arm_theta_3_ground_z_x *
+        t314);
+    const double t528 = row_2_u_arm_psi * t378 - t372 + row_2_u_arm_psi_1 * t391 + row_2_u_arm_theta_1 * t390 +
+        row_2_u_arm_phi_1 * t392 + row_2_u_arm_psi_2 * t405 + row_2_u_arm_theta_2 * t404;
+    const double t529 = t528 + row_2_u_arm_phi_2 * t406 + row_2_u_arm_psi_3 * t416 + row_2_u_arm_theta_3 *
+        t415 + row_2_u_arm_phi_3 * t417 + arm_theta_3_ground_z_x * t418;
+    const double t530 = t475 + row_2_u_arm_psi * t481 + row_2_u_arm_psi_1 * t494 + row_2_u_arm_theta_1 * t493 +
+        row_2_u_arm_phi_1 * t495 + row_2_u_arm_psi_2 * t508 + row_2_u_arm_theta_2 * t507;
+    const double t531 = t530 + row_2_u_arm_phi_2 * t509 + row_2_u_arm_psi_3 * t519 + row_2_u_arm_theta_3 *
+        t518 + row_2_u_arm_phi_3 * t520 + arm_theta_3_ground_z_x * t521;
+    const double row_1_pivot_inverse = (t525 * 1e-12 < t525 ? 1.0 / t525 : 0.0);
+    const double t532 = t529 * row_1_pivot_inverse;
+    const double t533 = t531 - t529 * t532;
+    const double row_2_pivot_inverse = (t531 * 1e-12 < t533 ? 1.0 / t533 : 0.0);
+    const double row_2_lambda = (t523 * t532 - t527) * row_2_pivot_inverse;
+    const double t534 = row_1_pivot_inverse * (t523 + t529 * row_2_lambda);
+    qdd[0] = t372 * t534 - t268 + t475 * row_2_lambda;
+    qdd[1] = t269 - t373 * t534 - t476 * row_2_lambda;
+    qdd[2] = t274 - t378 * t534 + t481 * row_2_lambda;
+    qdd[3] = t287 - t391 * t534 + t494 * row_2_lambda;
+    qdd[4] = t286 - t390 * t534 + t493 * row_2_lambda;
+    qdd[5] = t288 - t392 * t534 + t495 * row_2_lambda;
+    qdd[6] = t301 - t405 * t534 + t508 * row_2_lambda;
+    qdd[7] = t300 - t404 * t534 + t507 * row_2_lambda;
+    qdd[8] = t302 - t406 * t534 + t509 * row_2_lambda;
+    qdd[9] = t312 - t416 * t534 + t519 * row_2_lambda;
+    qdd[10] = t311 - t415 * t534 + t518 * row_2_lambda;
+    qdd[11] = t313 - t417 * t534 + t520 * row_2_lambda;
+    qdd[12] = t521 * row_2_lambda - (t314 + t418 * t534);
 }
 
 void manipulator_flexible_force(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -5229,162 +5148,132 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
     const double t105 = arm_phi_3_moment_beyond_x * t104;
     const double t106 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t105;
-    const double t107 = arm_phi_3_cos * t106;
-    const double t108 = arm_phi_3_sin * t106;
-    const double t109 = arm_phi_3_sin * t108 + arm_phi_3_cos * t107;
-    const double t110 = arm_phi_3_sin * t107 - arm_phi_3_cos * t108;
-    const double t111 = arm_theta_3_cos * t109;
-    const double t112 = p->derived.arm_psi_mass * arm_theta_3_sin;
-    const double t113 = arm_theta_3_sin * t112 + arm_theta_3_cos * t111;
-    const double t114 = arm_theta_3_sin * t111 - arm_theta_3_cos * t112;
-    const double t115 = arm_theta_3_cos * (p->derived.arm_psi_mass * arm_theta_3_cos) + arm_theta_3_sin *
-        (arm_theta_3_sin * t109);
-    const double t116 = arm_theta_3_cos * t110;
-    const double t117 = arm_theta_3_sin * t110;
-    const double t118 = arm_psi_3_sin * t117;
-    const double t119 = arm_psi_3_cos * t115 - t118;
-    const double t120 = arm_psi_3_cos * t117;
-    const double t121 = t120 - arm_psi_3_sin * t109;
-    const double t122 = arm_psi_3_cos * t121 + arm_psi_3_sin * t119;
-    const double t123 = arm_psi_3_cos * (t118 + arm_psi_3_cos * t109) + arm_psi_3_sin * (t120 + arm_psi_3_sin *
-        t115);
-    const double t124 = arm_psi_3_cos * t114 - arm_psi_3_sin * t116;
-    const double t125 = arm_psi_3_cos * t116 + arm_psi_3_sin * t114;
-    const double t126 = p->derived.arm_element_length * t124;
-    const double t127 = p->derived.arm_element_length * t122;
-    const double t128 = p->derived.arm_element_length * t125;
-    const double t129 = p->derived.arm_element_length * t123;
-    const double t130 = p->derived.arm_element_length * t113;
-    const double t131 = p->derived.arm_element_length * t128;
+    const double t107 = arm_theta_3_sin * (t106 - p->derived.arm_psi_mass);
+    const double t108 = arm_theta_3_sin * t107;
+    const double t109 = t106 - t108;
+    const double t110 = p->derived.arm_psi_mass + t108;
+    const double t111 = arm_theta_3_cos * t107;
+    const double t112 = arm_psi_3_sin * (t110 - t106);
+    const double t113 = arm_psi_3_sin * t112;
+    const double t114 = t106 + t113;
+    const double t115 = arm_psi_3_cos * t112;
+    const double t116 = arm_psi_3_cos * t111;
+    const double t117 = arm_psi_3_sin * t111;
+    const double t118 = p->derived.arm_element_length * t116;
+    const double t119 = p->derived.arm_element_length * t115;
+    const double t120 = p->derived.arm_element_length * t117;
+    const double t121 = p->derived.arm_element_length * t114;
+    const double t122 = p->derived.arm_element_length * t109;
+    const double t123 = p->derived.arm_element_length * t120;
     /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t132 = p->derived.arm_phi_1_moment_x + t130;
-    const double t133 = p->derived.arm_phi_1_moment_x + t129;
-    const double t134 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t130);
-    const double t135 = t131 * t134;
-    const double t136 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t129 - t131 *
-        t135);
+    const double t124 = p->derived.arm_phi_1_moment_x + t122;
+    const double t125 = p->derived.arm_phi_1_moment_x + t121;
+    const double t126 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t122);
+    const double t127 = t123 * t126;
+    const double t128 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t121 - t123 *
+        t127);
     const double arm_theta_2_cos_inverse = 1.0 / arm_theta_2_cos;
-    const double t137 = t136 * (t127 - t126 * t135);
-    const double t138 = t135 * t137 - t126 * t134;
-    const double t139 = t136 * (t133 - t128 * t135);
-    const double t140 = t135 * t139 - t128 * t134;
-    const double t141 = t136 * (t128 - t132 * t135);
-    const double t142 = t135 * t141 - t132 * t134;
-    const double t143 = p->derived.arm_phi_1_mass + (arm_psi_3_cos * t119 - arm_psi_3_sin * t121) - (t127 *
-        t137 - t126 * t138);
-    const double t144 = t122 - (t127 * t139 - t126 * t140);
-    const double t145 = t124 - (t127 * t141 - t126 * t142);
-    const double t146 = p->derived.arm_phi_1_mass + t123 - (t133 * t139 - t128 * t140);
-    const double t147 = t125 - (t133 * t141 - t128 * t142);
-    const double t148 = p->derived.arm_phi_1_mass + t113 - (t128 * t141 - t132 * t142);
-    const double t149 = arm_phi_2_sin * t147;
-    const double t150 = arm_phi_2_cos * t146 - t149;
-    const double t151 = arm_phi_2_cos * t147;
-    const double t152 = t151 - arm_phi_2_sin * t148;
-    const double t153 = arm_phi_2_cos * t150 - arm_phi_2_sin * t152;
-    const double t154 = arm_phi_2_cos * t152 + arm_phi_2_sin * t150;
-    const double t155 = arm_phi_2_cos * (t149 + arm_phi_2_cos * t148) + arm_phi_2_sin * (t151 + arm_phi_2_sin *
-        t146);
-    const double t156 = arm_phi_2_cos * t144 - arm_phi_2_sin * t145;
-    const double t157 = arm_phi_2_cos * t145 + arm_phi_2_sin * t144;
-    const double t158 = arm_theta_2_sin * t157;
-    const double t159 = arm_theta_2_cos * t155 - t158;
-    const double t160 = arm_theta_2_cos * t157;
-    const double t161 = t160 - arm_theta_2_sin * t143;
-    const double t162 = arm_theta_2_cos * t159 - arm_theta_2_sin * t161;
-    const double t163 = arm_theta_2_cos * t161 + arm_theta_2_sin * t159;
-    const double t164 = arm_theta_2_cos * (t158 + arm_theta_2_cos * t143) + arm_theta_2_sin * (t160 + arm_theta_2_sin *
-        t155);
-    const double t165 = arm_theta_2_cos * t154 - arm_theta_2_sin * t156;
-    const double t166 = arm_theta_2_cos * t156 + arm_theta_2_sin * t154;
-    const double t167 = arm_psi_2_sin * t166;
-    const double t168 = arm_psi_2_cos * t164 - t167;
-    const double t169 = arm_psi_2_cos * t166;
-    const double t170 = t169 - arm_psi_2_sin * t153;
-    const double t171 = arm_psi_2_cos * t170 + arm_psi_2_sin * t168;
-    const double t172 = arm_psi_2_cos * (t167 + arm_psi_2_cos * t153) + arm_psi_2_sin * (t169 + arm_psi_2_sin *
-        t164);
-    const double t173 = arm_psi_2_cos * t163 - arm_psi_2_sin * t165;
-    const double t174 = arm_psi_2_cos * t165 + arm_psi_2_sin * t163;
-    const double t175 = p->derived.arm_element_length * t173;
-    const double t176 = p->derived.arm_element_length * t171;
-    const double t177 = p->derived.arm_element_length * t174;
-    const double t178 = p->derived.arm_element_length * t172;
-    const double t179 = p->derived.arm_element_length * t162;
-    const double t180 = p->derived.arm_element_length * t177;
+    const double t129 = t128 * (t119 - t118 * t127);
+    const double t130 = t127 * t129 - t118 * t126;
+    const double t131 = t128 * (t125 - t120 * t127);
+    const double t132 = t127 * t131 - t120 * t126;
+    const double t133 = t128 * (t120 - t124 * t127);
+    const double t134 = t127 * t133 - t124 * t126;
+    const double t135 = p->derived.arm_phi_1_mass + (t110 - t113) - (t119 * t129 - t118 * t130);
+    const double t136 = t115 - (t119 * t131 - t118 * t132);
+    const double t137 = t116 - (t119 * t133 - t118 * t134);
+    const double t138 = p->derived.arm_phi_1_mass + t114 - (t125 * t131 - t120 * t132);
+    const double t139 = t117 - (t125 * t133 - t120 * t134);
+    const double t140 = p->derived.arm_phi_1_mass + t109 - (t120 * t133 - t124 * t134);
+    const double t141 = arm_phi_2_cos * (t139 + t139) + arm_phi_2_sin * (t138 - t140);
+    const double t142 = arm_phi_2_sin * t141;
+    const double t143 = t138 - t142;
+    const double t144 = t140 + t142;
+    const double t145 = arm_phi_2_cos * t141 - t139;
+    const double t146 = arm_phi_2_cos * t136 - arm_phi_2_sin * t137;
+    const double t147 = arm_phi_2_cos * t137 + arm_phi_2_sin * t136;
+    const double t148 = arm_theta_2_cos * (t147 + t147) + arm_theta_2_sin * (t144 - t135);
+    const double t149 = arm_theta_2_sin * t148;
+    const double t150 = t144 - t149;
+    const double t151 = t135 + t149;
+    const double t152 = arm_theta_2_cos * t148 - t147;
+    const double t153 = arm_theta_2_cos * t145 - arm_theta_2_sin * t146;
+    const double t154 = arm_theta_2_cos * t146 + arm_theta_2_sin * t145;
+    const double t155 = arm_psi_2_cos * (t154 + t154) + arm_psi_2_sin * (t151 - t143);
+    const double t156 = arm_psi_2_sin * t155;
+    const double t157 = t143 + t156;
+    const double t158 = arm_psi_2_cos * t155 - t154;
+    const double t159 = arm_psi_2_cos * t152 - arm_psi_2_sin * t153;
+    const double t160 = arm_psi_2_cos * t153 + arm_psi_2_sin * t152;
+    const double t161 = p->derived.arm_element_length * t159;
+    const double t162 = p->derived.arm_element_length * t158;
+    const double t163 = p->derived.arm_element_length * t160;
+    const double t164 = p->derived.arm_element_length * t157;
+    const double t165 = p->derived.arm_element_length * t150;
+    const double t166 = p->derived.arm_element_length * t163;
     /* arm_phi_1 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t181 = p->derived.arm_phi_1_moment_x + t179;
-    const double t182 = p->derived.arm_phi_1_moment_x + t178;
-    const double t183 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t179);
-    const double t184 = t180 * t183;
-    const double t185 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t178 - t180 *
-        t184);
+    const double t167 = p->derived.arm_phi_1_moment_x + t165;
+    const double t168 = p->derived.arm_phi_1_moment_x + t164;
+    const double t169 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t165);
+    const double t170 = t166 * t169;
+    const double t171 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t164 - t166 *
+        t170);
     const double arm_theta_1_cos_inverse = 1.0 / arm_theta_1_cos;
-    const double t186 = t185 * (t176 - t175 * t184);
-    const double t187 = t184 * t186 - t175 * t183;
-    const double t188 = t185 * (t182 - t177 * t184);
-    const double t189 = t184 * t188 - t177 * t183;
-    const double t190 = t185 * (t177 - t181 * t184);
-    const double t191 = t184 * t190 - t181 * t183;
-    const double t192 = p->derived.arm_phi_1_mass + (arm_psi_2_cos * t168 - arm_psi_2_sin * t170) - (t176 *
-        t186 - t175 * t187);
-    const double t193 = t171 - (t176 * t188 - t175 * t189);
-    const double t194 = t173 - (t176 * t190 - t175 * t191);
-    const double t195 = p->derived.arm_phi_1_mass + t172 - (t182 * t188 - t177 * t189);
-    const double t196 = t174 - (t182 * t190 - t177 * t191);
-    const double t197 = p->derived.arm_phi_1_mass + t162 - (t177 * t190 - t181 * t191);
-    const double t198 = arm_phi_1_sin * t196;
-    const double t199 = arm_phi_1_cos * t195 - t198;
-    const double t200 = arm_phi_1_cos * t196;
-    const double t201 = t200 - arm_phi_1_sin * t197;
-    const double t202 = arm_phi_1_cos * t199 - arm_phi_1_sin * t201;
-    const double t203 = arm_phi_1_cos * t201 + arm_phi_1_sin * t199;
-    const double t204 = arm_phi_1_cos * (t198 + arm_phi_1_cos * t197) + arm_phi_1_sin * (t200 + arm_phi_1_sin *
-        t195);
-    const double t205 = arm_phi_1_cos * t193 - arm_phi_1_sin * t194;
-    const double t206 = arm_phi_1_cos * t194 + arm_phi_1_sin * t193;
-    const double t207 = arm_theta_1_sin * t206;
-    const double t208 = arm_theta_1_cos * t204 - t207;
-    const double t209 = arm_theta_1_cos * t206;
-    const double t210 = t209 - arm_theta_1_sin * t192;
-    const double t211 = arm_theta_1_cos * t210 + arm_theta_1_sin * t208;
-    const double t212 = arm_theta_1_cos * (t207 + arm_theta_1_cos * t192) + arm_theta_1_sin * (t209 + arm_theta_1_sin *
-        t204);
-    const double t213 = arm_theta_1_cos * t203 - arm_theta_1_sin * t205;
-    const double t214 = arm_theta_1_cos * t205 + arm_theta_1_sin * t203;
-    const double t215 = arm_psi_1_sin * t214;
-    const double t216 = arm_psi_1_cos * t212 - t215;
-    const double t217 = arm_psi_1_cos * t214;
-    const double t218 = t217 - arm_psi_1_sin * t202;
-    const double t219 = arm_psi_1_cos * t218 + arm_psi_1_sin * t216;
-    const double t220 = arm_psi_1_cos * (t215 + arm_psi_1_cos * t202) + arm_psi_1_sin * (t217 + arm_psi_1_sin *
-        t212);
-    const double arm_psi_U_force_x = p->derived.constant_1 * t219;
-    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t213 + arm_psi_1_sin * t211);
-    const double t221 = p->derived.constant_1 * t220;
-    const double t222 = p->derived.constant_1 * arm_psi_U_force_z;
+    const double t172 = t171 * (t162 - t161 * t170);
+    const double t173 = t170 * t172 - t161 * t169;
+    const double t174 = t171 * (t168 - t163 * t170);
+    const double t175 = t170 * t174 - t163 * t169;
+    const double t176 = t171 * (t163 - t167 * t170);
+    const double t177 = t170 * t176 - t167 * t169;
+    const double t178 = p->derived.arm_phi_1_mass + (t151 - t156) - (t162 * t172 - t161 * t173);
+    const double t179 = t158 - (t162 * t174 - t161 * t175);
+    const double t180 = t159 - (t162 * t176 - t161 * t177);
+    const double t181 = p->derived.arm_phi_1_mass + t157 - (t168 * t174 - t163 * t175);
+    const double t182 = t160 - (t168 * t176 - t163 * t177);
+    const double t183 = p->derived.arm_phi_1_mass + t150 - (t163 * t176 - t167 * t177);
+    const double t184 = arm_phi_1_cos * (t182 + t182) + arm_phi_1_sin * (t181 - t183);
+    const double t185 = arm_phi_1_sin * t184;
+    const double t186 = t181 - t185;
+    const double t187 = t183 + t185;
+    const double t188 = arm_phi_1_cos * t184 - t182;
+    const double t189 = arm_phi_1_cos * t179 - arm_phi_1_sin * t180;
+    const double t190 = arm_phi_1_cos * t180 + arm_phi_1_sin * t179;
+    const double t191 = arm_theta_1_cos * (t190 + t190) + arm_theta_1_sin * (t187 - t178);
+    const double t192 = arm_theta_1_sin * t191;
+    const double t193 = t178 + t192;
+    const double t194 = arm_theta_1_cos * t191 - t190;
+    const double t195 = arm_theta_1_cos * t188 - arm_theta_1_sin * t189;
+    const double t196 = arm_theta_1_cos * t189 + arm_theta_1_sin * t188;
+    const double t197 = arm_psi_1_cos * (t196 + t196) + arm_psi_1_sin * (t193 - t186);
+    const double t198 = arm_psi_1_sin * t197;
+    const double t199 = t186 + t198;
+    const double t200 = arm_psi_1_cos * t197 - t196;
+    const double arm_psi_U_force_x = p->derived.constant_1 * t200;
+    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t195 + arm_psi_1_sin * t194);
+    const double t201 = p->derived.constant_1 * t199;
+    const double t202 = p->derived.constant_1 * arm_psi_U_force_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t221;
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t221;
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t201;
+    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t201;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t223 = t222 * arm_psi_D_inverse;
-    const double t224 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t225 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t226 = t219 - arm_psi_U_force_x * t225;
-    const double t227 = arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_inertia_yy + p->derived.constant_1 *
-        (p->derived.constant_1 * (arm_theta_1_cos * t208 - arm_theta_1_sin * t210)) - t222 * t223)) + arm_psi_sin *
-        (p->derived.arm_psi_inertia_xx * arm_psi_sin);
-    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t222 * t224 - p->derived.constant_1 *
-        (arm_psi_1_cos * t211 - arm_psi_1_sin * t213))) + arm_psi_cos * (arm_psi_cos * (t222 * t225 - arm_psi_U_force_z));
-    const double t228 = arm_psi_cos * (arm_psi_sin * t226 + arm_psi_cos * (p->derived.arm_psi_mass + t220 -
-        arm_psi_U_force_y * t225)) + arm_psi_sin * (arm_psi_cos * t226 + arm_psi_sin * (p->derived.arm_psi_mass +
-        (arm_psi_1_cos * t216 - arm_psi_1_sin * t218) - arm_psi_U_force_x * t224));
+    const double t203 = t202 * arm_psi_D_inverse;
+    const double t204 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t205 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t206 = t200 - arm_psi_U_force_x * t205;
+    const double t207 = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * (p->derived.constant_1 * (t187 -
+        t192)) - t202 * t203;
+    const double t208 = p->derived.arm_psi_mass + t199 - arm_psi_U_force_y * t205;
+    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t202 * t204 - p->derived.constant_1 *
+        (arm_psi_1_cos * t194 - arm_psi_1_sin * t195))) + arm_psi_cos * (arm_psi_cos * (t202 * t205 - arm_psi_U_force_z));
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + t227;
+    const double column_psi_U_moment_z = p->Izz_col + (t207 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        t207)));
+    const double t209 = p->m_col + (t208 + arm_psi_sin * (arm_psi_cos * (t206 + t206) + arm_psi_sin * (p->derived.arm_psi_mass +
+        (t193 - t198) - arm_psi_U_force_x * t204 - t208)));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t229 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t210 = column_psi_U_force_z * column_psi_D_inverse;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + t228 - column_psi_U_force_z * t229);
+    const double base_z_U_force_z = p->m_base + (t209 - column_psi_U_force_z * t210);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* effector_z: force left for the joint, inward */
     const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
@@ -5392,444 +5281,444 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
     const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
     /* arm_phi_3: force left for the joint, inward */
-    const double t230 = arm_theta_3_sin * t90;
-    const double t231 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
-        qd[9] + t230);
-    const double t232 = arm_phi_3_sin * t231 + arm_phi_3_cos * t89;
-    const double t233 = arm_phi_3_sin * t89 - arm_phi_3_cos * t231;
-    const double t234 = t104 * (arm_phi_3_carried_moment_y + t232);
-    const double t235 = t104 * (t233 - arm_phi_3_carried_moment_z);
-    const double t236 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t235;
-    const double t237 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t234;
-    const double t238 = arm_phi_3_cos * t236 - arm_phi_3_sin * t237;
-    const double t239 = arm_phi_3_sin * t236 + arm_phi_3_cos * t237;
-    const double t240 = arm_phi_3_sin * t233 + arm_phi_3_cos * t232;
-    const double t241 = arm_phi_3_cos * t233 - arm_phi_3_sin * t232;
-    const double t242 = arm_theta_3_cos * t239 - arm_theta_3_sin * arm_phi_3_load_force_x;
-    const double t243 = arm_theta_3_sin * t239 + arm_theta_3_cos * arm_phi_3_load_force_x;
-    const double t244 = arm_theta_3_sin * t241 - arm_theta_3_cos * t90;
-    const double t245 = arm_psi_3_sin * t243 + arm_psi_3_cos * t238;
+    const double t211 = arm_theta_3_sin * t90;
+    const double t212 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
+        qd[9] + t211);
+    const double t213 = arm_phi_3_sin * t212 + arm_phi_3_cos * t89;
+    const double t214 = arm_phi_3_sin * t89 - arm_phi_3_cos * t212;
+    const double t215 = t104 * (arm_phi_3_carried_moment_y + t213);
+    const double t216 = t104 * (t214 - arm_phi_3_carried_moment_z);
+    const double t217 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t216;
+    const double t218 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t215;
+    const double t219 = arm_phi_3_cos * t217 - arm_phi_3_sin * t218;
+    const double t220 = arm_phi_3_sin * t217 + arm_phi_3_cos * t218;
+    const double t221 = arm_phi_3_sin * t214 + arm_phi_3_cos * t213;
+    const double t222 = arm_phi_3_cos * t214 - arm_phi_3_sin * t213;
+    const double t223 = arm_theta_3_cos * t220 - arm_theta_3_sin * arm_phi_3_load_force_x;
+    const double t224 = arm_theta_3_sin * t220 + arm_theta_3_cos * arm_phi_3_load_force_x;
+    const double t225 = arm_theta_3_sin * t222 - arm_theta_3_cos * t90;
+    const double t226 = arm_psi_3_sin * t224 + arm_psi_3_cos * t219;
     /* arm_phi_2: force left for the joint, inward */
-    const double t246 = arm_theta_2_sin * t88;
-    const double t247 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
-        qd[6] + t246);
-    const double t248 = arm_phi_2_sin * t247 + arm_phi_2_cos * t87;
-    const double t249 = arm_phi_2_sin * t87 - arm_phi_2_cos * t247;
-    const double t250 = arm_phi_2_load_moment_y + (arm_psi_3_sin * t244 - arm_psi_3_cos * t240 - p->derived.arm_element_length *
+    const double t227 = arm_theta_2_sin * t88;
+    const double t228 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
+        qd[6] + t227);
+    const double t229 = arm_phi_2_sin * t228 + arm_phi_2_cos * t87;
+    const double t230 = arm_phi_2_sin * t87 - arm_phi_2_cos * t228;
+    const double t231 = arm_phi_2_load_moment_y + (arm_psi_3_sin * t225 - arm_psi_3_cos * t221 - p->derived.arm_element_length *
+        t223) + t229;
+    const double t232 = p->derived.constant_19 * (t88 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t221 +
+        arm_psi_3_cos * t225)));
+    const double t233 = t128 * (t230 - (arm_phi_2_load_moment_z + (t211 + arm_theta_3_cos * t222 + p->derived.arm_element_length *
+        t226)) - t127 * t231);
+    const double t234 = t127 * t233 - t126 * t231;
+    const double t235 = arm_phi_2_load_force_x + (arm_psi_3_cos * t224 - arm_psi_3_sin * t219) + (t119 * t233 -
+        t118 * t234);
+    const double t236 = arm_phi_2_load_force_y + t226 + (t125 * t233 - t120 * t234);
+    const double t237 = arm_phi_2_load_force_z + t223 + (t120 * t233 - t124 * t234);
+    const double t238 = arm_phi_2_cos * t236 - arm_phi_2_sin * t237;
+    const double t239 = arm_phi_2_sin * t236 + arm_phi_2_cos * t237;
+    const double t240 = arm_phi_2_sin * t230 + arm_phi_2_cos * t229;
+    const double t241 = arm_phi_2_cos * t230 - arm_phi_2_sin * t229;
+    const double t242 = arm_theta_2_cos * t239 - arm_theta_2_sin * t235;
+    const double t243 = arm_theta_2_sin * t239 + arm_theta_2_cos * t235;
+    const double t244 = arm_theta_2_sin * t241 - arm_theta_2_cos * t88;
+    const double t245 = arm_psi_2_sin * t243 + arm_psi_2_cos * t238;
+    /* arm_phi_1: force left for the joint, inward */
+    const double t246 = arm_theta_1_sin * t86;
+    const double t247 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
+        qd[3] + t246);
+    const double t248 = arm_phi_1_sin * t247 + arm_phi_1_cos * t85;
+    const double t249 = arm_phi_1_sin * t85 - arm_phi_1_cos * t247;
+    const double t250 = arm_phi_1_load_moment_y + (arm_psi_2_sin * t244 - arm_psi_2_cos * t240 - p->derived.arm_element_length *
         t242) + t248;
-    const double t251 = p->derived.constant_19 * (t88 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t240 +
-        arm_psi_3_cos * t244)));
-    const double t252 = t136 * (t249 - (arm_phi_2_load_moment_z + (t230 + arm_theta_3_cos * t241 + p->derived.arm_element_length *
-        t245)) - t135 * t250);
-    const double t253 = t135 * t252 - t134 * t250;
-    const double t254 = arm_phi_2_load_force_x + (arm_psi_3_cos * t243 - arm_psi_3_sin * t238) + (t127 * t252 -
-        t126 * t253);
-    const double t255 = arm_phi_2_load_force_y + t245 + (t133 * t252 - t128 * t253);
-    const double t256 = arm_phi_2_load_force_z + t242 + (t128 * t252 - t132 * t253);
-    const double t257 = arm_phi_2_cos * t255 - arm_phi_2_sin * t256;
-    const double t258 = arm_phi_2_sin * t255 + arm_phi_2_cos * t256;
-    const double t259 = arm_phi_2_sin * t249 + arm_phi_2_cos * t248;
-    const double t260 = arm_phi_2_cos * t249 - arm_phi_2_sin * t248;
-    const double t261 = arm_theta_2_cos * t258 - arm_theta_2_sin * t254;
-    const double t262 = arm_theta_2_sin * t258 + arm_theta_2_cos * t254;
-    const double t263 = arm_theta_2_sin * t260 - arm_theta_2_cos * t88;
-    const double t264 = arm_psi_2_sin * t262 + arm_psi_2_cos * t257;
-    /* arm_phi_1: force left for the joint, inward */
-    const double t265 = arm_theta_1_sin * t86;
-    const double t266 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
-        qd[3] + t265);
-    const double t267 = arm_phi_1_sin * t266 + arm_phi_1_cos * t85;
-    const double t268 = arm_phi_1_sin * t85 - arm_phi_1_cos * t266;
-    const double t269 = arm_phi_1_load_moment_y + (arm_psi_2_sin * t263 - arm_psi_2_cos * t259 - p->derived.arm_element_length *
-        t261) + t267;
-    const double t270 = p->derived.constant_19 * (t86 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t259 +
-        arm_psi_2_cos * t263)));
-    const double t271 = t185 * (t268 - (arm_phi_1_load_moment_z + (t246 + arm_theta_2_cos * t260 + p->derived.arm_element_length *
-        t264)) - t184 * t269);
-    const double t272 = t184 * t271 - t183 * t269;
-    const double t273 = arm_phi_1_load_force_x + (arm_psi_2_cos * t262 - arm_psi_2_sin * t257) + (t176 * t271 -
-        t175 * t272);
-    const double t274 = arm_phi_1_load_force_y + t264 + (t182 * t271 - t177 * t272);
-    const double t275 = arm_phi_1_load_force_z + t261 + (t177 * t271 - t181 * t272);
-    const double t276 = arm_phi_1_cos * t274 - arm_phi_1_sin * t275;
-    const double t277 = arm_phi_1_sin * t274 + arm_phi_1_cos * t275;
-    const double t278 = arm_phi_1_sin * t268 + arm_phi_1_cos * t267;
-    const double t279 = arm_phi_1_cos * t268 - arm_phi_1_sin * t267;
-    const double t280 = arm_theta_1_sin * t277 + arm_theta_1_cos * t273;
-    const double t281 = arm_theta_1_sin * t279 - arm_theta_1_cos * t86;
-    const double t282 = arm_psi_1_sin * t280 + arm_psi_1_cos * t276;
-    const double t283 = arm_psi_load_moment_z + (t265 + arm_theta_1_cos * t279 + p->derived.constant_1 * t282);
+    const double t251 = p->derived.constant_19 * (t86 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t240 +
+        arm_psi_2_cos * t244)));
+    const double t252 = t171 * (t249 - (arm_phi_1_load_moment_z + (t227 + arm_theta_2_cos * t241 + p->derived.arm_element_length *
+        t245)) - t170 * t250);
+    const double t253 = t170 * t252 - t169 * t250;
+    const double t254 = arm_phi_1_load_force_x + (arm_psi_2_cos * t243 - arm_psi_2_sin * t238) + (t162 * t252 -
+        t161 * t253);
+    const double t255 = arm_phi_1_load_force_y + t245 + (t168 * t252 - t163 * t253);
+    const double t256 = arm_phi_1_load_force_z + t242 + (t163 * t252 - t167 * t253);
+    const double t257 = arm_phi_1_cos * t255 - arm_phi_1_sin * t256;
+    const double t258 = arm_phi_1_sin * t255 + arm_phi_1_cos * t256;
+    const double t259 = arm_phi_1_sin * t249 + arm_phi_1_cos * t248;
+    const double t260 = arm_phi_1_cos * t249 - arm_phi_1_sin * t248;
+    const double t261 = arm_theta_1_sin * t258 + arm_theta_1_cos * t254;
+    const double t262 = arm_theta_1_sin * t260 - arm_theta_1_cos * t86;
+    const double t263 = arm_psi_1_sin * t261 + arm_psi_1_cos * t257;
+    const double t264 = arm_psi_load_moment_z + (t246 + arm_theta_1_cos * t260 + p->derived.constant_1 * t263);
     /* arm_psi: force left for the joint, inward */
-    const double t284 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t280 - arm_psi_1_sin * t276) -
-        t224 * t283) + arm_psi_cos * (arm_psi_load_force_y + t282 - t225 * t283);
-    const double t285 = arm_psi_cos * (arm_psi_load_moment_y + (arm_psi_1_sin * t281 - arm_psi_1_cos * t278 -
-        p->derived.constant_1 * (arm_theta_1_cos * t277 - arm_theta_1_sin * t273)) + t223 * t283);
+    const double t265 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t261 - arm_psi_1_sin * t257) -
+        t204 * t264) + arm_psi_cos * (arm_psi_load_force_y + t263 - t205 * t264);
+    const double t266 = arm_psi_cos * (arm_psi_load_moment_y + (arm_psi_1_sin * t262 - arm_psi_1_cos * t259 -
+        p->derived.constant_1 * (arm_theta_1_cos * t258 - arm_theta_1_sin * t254)) + t203 * t264);
     /* column_psi: force left for the joint, inward */
-    const double t286 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t278 + arm_psi_1_cos * t281)) + t285);
+    const double t267 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t259 + arm_psi_1_cos * t262)) + t266);
     /* base_z: acceleration, outward */
-    const double t287 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        (p->derived.column_psi_load_force_z + t284 + t229 * t286)));
+    const double t268 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        (p->derived.column_psi_load_force_z + t265 + t210 * t267)));
     /* column_psi: acceleration, outward */
-    const double t288 = t229 * t287 + column_psi_D_inverse * t286;
+    const double t269 = t210 * t268 + column_psi_D_inverse * t267;
     /* arm_psi: acceleration, outward */
-    const double t289 = arm_psi_sin * t287;
-    const double t290 = arm_psi_cos * t287;
-    const double t291 = arm_psi_sin * t288;
-    const double t292 = arm_psi_cos * t288;
-    const double t293 = t224 * t289 + t225 * t290 + t223 * t292 - arm_psi_D_inverse * t283;
+    const double t270 = arm_psi_sin * t268;
+    const double t271 = arm_psi_cos * t268;
+    const double t272 = arm_psi_sin * t269;
+    const double t273 = arm_psi_cos * t269;
+    const double t274 = t204 * t270 + t205 * t271 + t203 * t273 - arm_psi_D_inverse * t264;
     /* arm_phi_1: acceleration, outward */
-    const double t294 = p->derived.constant_1 * t292;
-    const double t295 = p->derived.constant_1 * t293 - t290;
-    const double t296 = arm_psi_1_sin * t295 - arm_psi_1_cos * t289;
-    const double t297 = arm_psi_1_sin * t289 + arm_psi_1_cos * t295;
-    const double t298 = arm_theta_1_sin * t296 - arm_theta_1_cos * t294;
-    const double t299 = arm_theta_1_sin * t294 + arm_theta_1_cos * t296;
-    const double t300 = arm_phi_1_sin * t298 + arm_phi_1_cos * t297;
-    const double t301 = arm_phi_1_cos * t298 - arm_phi_1_sin * t297;
-    const double t302 = t272 - (t187 * t299 + t189 * t300 + t191 * t301);
-    const double t303 = t271 - (t186 * t299 + t188 * t300 + t190 * t301);
-    const double t304 = arm_psi_1_sin * t292 + arm_psi_1_cos * t291;
-    const double t305 = arm_phi_1_cos * t302 - arm_phi_1_sin * t303 - (arm_psi_1_cos * t292 - arm_psi_1_sin *
-        t291);
-    const double t306 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t302 + arm_phi_1_cos * t303 - (arm_theta_1_sin *
-        t304 + arm_theta_1_cos * t293));
-    const double t307 = arm_theta_1_sin * t306 - (t270 + (arm_theta_1_cos * t304 - arm_theta_1_sin * t293));
+    const double t275 = p->derived.constant_1 * t273;
+    const double t276 = p->derived.constant_1 * t274 - t271;
+    const double t277 = arm_psi_1_sin * t276 - arm_psi_1_cos * t270;
+    const double t278 = arm_psi_1_sin * t270 + arm_psi_1_cos * t276;
+    const double t279 = arm_theta_1_sin * t277 - arm_theta_1_cos * t275;
+    const double t280 = arm_theta_1_sin * t275 + arm_theta_1_cos * t277;
+    const double t281 = arm_phi_1_sin * t279 + arm_phi_1_cos * t278;
+    const double t282 = arm_phi_1_cos * t279 - arm_phi_1_sin * t278;
+    const double t283 = t253 - (t173 * t280 + t175 * t281 + t177 * t282);
+    const double t284 = t252 - (t172 * t280 + t174 * t281 + t176 * t282);
+    const double t285 = arm_psi_1_sin * t273 + arm_psi_1_cos * t272;
+    const double t286 = arm_phi_1_cos * t283 - arm_phi_1_sin * t284 - (arm_psi_1_cos * t273 - arm_psi_1_sin *
+        t272);
+    const double t287 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t283 + arm_phi_1_cos * t284 - (arm_theta_1_sin *
+        t285 + arm_theta_1_cos * t274));
+    const double t288 = arm_theta_1_sin * t287 - (t251 + (arm_theta_1_cos * t285 - arm_theta_1_sin * t274));
     /* arm_phi_2: acceleration, outward */
-    const double t308 = t300 + p->derived.arm_element_length * t303;
-    const double t309 = t301 - p->derived.arm_element_length * t302;
-    const double t310 = arm_psi_2_sin * t308 + arm_psi_2_cos * t299;
-    const double t311 = arm_psi_2_cos * t308 - arm_psi_2_sin * t299;
-    const double t312 = arm_theta_2_sin * t310 + arm_theta_2_cos * t309;
-    const double t313 = arm_theta_2_cos * t310 - arm_theta_2_sin * t309;
-    const double t314 = arm_phi_2_sin * t312 + arm_phi_2_cos * t311;
-    const double t315 = arm_phi_2_cos * t312 - arm_phi_2_sin * t311;
-    const double t316 = t253 - (t138 * t313 + t140 * t314 + t142 * t315);
-    const double t317 = t252 - (t137 * t313 + t139 * t314 + t141 * t315);
-    const double t318 = arm_psi_2_sin * t302 - arm_psi_2_cos * t270;
-    const double t319 = arm_phi_2_cos * t316 - arm_phi_2_sin * t317 - (arm_psi_2_sin * t270 + arm_psi_2_cos *
-        t302);
-    const double t320 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t316 + arm_phi_2_cos * t317 - (arm_theta_2_sin *
-        t318 + arm_theta_2_cos * t303));
-    const double t321 = arm_theta_2_sin * t320 - (t251 + (arm_theta_2_cos * t318 - arm_theta_2_sin * t303));
+    const double t289 = t281 + p->derived.arm_element_length * t284;
+    const double t290 = t282 - p->derived.arm_element_length * t283;
+    const double t291 = arm_psi_2_sin * t289 + arm_psi_2_cos * t280;
+    const double t292 = arm_psi_2_cos * t289 - arm_psi_2_sin * t280;
+    const double t293 = arm_theta_2_sin * t291 + arm_theta_2_cos * t290;
+    const double t294 = arm_theta_2_cos * t291 - arm_theta_2_sin * t290;
+    const double t295 = arm_phi_2_sin * t293 + arm_phi_2_cos * t292;
+    const double t296 = arm_phi_2_cos * t293 - arm_phi_2_sin * t292;
+    const double t297 = t234 - (t130 * t294 + t132 * t295 + t134 * t296);
+    const double t298 = t233 - (t129 * t294 + t131 * t295 + t133 * t296);
+    const double t299 = arm_psi_2_sin * t283 - arm_psi_2_cos * t251;
+    const double t300 = arm_phi_2_cos * t297 - arm_phi_2_sin * t298 - (arm_psi_2_sin * t251 + arm_psi_2_cos *
+        t283);
+    const double t301 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t297 + arm_phi_2_cos * t298 - (arm_theta_2_sin *
+        t299 + arm_theta_2_cos * t284));
+    const double t302 = arm_theta_2_sin * t301 - (t232 + (arm_theta_2_cos * t299 - arm_theta_2_sin * t284));
     /* arm_phi_3: acceleration, outward */
-    const double t322 = t314 + p->derived.arm_element_length * t317;
-    const double t323 = t315 - p->derived.arm_element_length * t316;
-    const double t324 = arm_psi_3_sin * t322 + arm_psi_3_cos * t313;
-    const double t325 = arm_psi_3_cos * t322 - arm_psi_3_sin * t313;
-    const double t326 = arm_theta_3_sin * t324 + arm_theta_3_cos * t323;
-    const double t327 = t105 * (arm_phi_3_cos * t326 - arm_phi_3_sin * t325) - t234;
-    const double t328 = t235 - t105 * (arm_phi_3_sin * t326 + arm_phi_3_cos * t325);
-    const double t329 = arm_psi_3_sin * t316 - arm_psi_3_cos * t251;
-    const double t330 = arm_phi_3_cos * t327 - arm_phi_3_sin * t328 - (arm_psi_3_sin * t251 + arm_psi_3_cos *
-        t316);
-    const double t331 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t327 + arm_phi_3_cos * t328 - (arm_theta_3_sin *
-        t329 + arm_theta_3_cos * t317));
-    const double t332 = arm_theta_3_sin * t331 - (p->derived.constant_18 * (arm_phi_3_bias_moment_x + t90) +
-        (arm_theta_3_cos * t329 - arm_theta_3_sin * t317));
+    const double t303 = t295 + p->derived.arm_element_length * t298;
+    const double t304 = t296 - p->derived.arm_element_length * t297;
+    const double t305 = arm_psi_3_sin * t303 + arm_psi_3_cos * t294;
+    const double t306 = arm_psi_3_cos * t303 - arm_psi_3_sin * t294;
+    const double t307 = arm_theta_3_sin * t305 + arm_theta_3_cos * t304;
+    const double t308 = t105 * (arm_phi_3_cos * t307 - arm_phi_3_sin * t306) - t215;
+    const double t309 = t216 - t105 * (arm_phi_3_sin * t307 + arm_phi_3_cos * t306);
+    const double t310 = arm_psi_3_sin * t297 - arm_psi_3_cos * t232;
+    const double t311 = arm_phi_3_cos * t308 - arm_phi_3_sin * t309 - (arm_psi_3_sin * t232 + arm_psi_3_cos *
+        t297);
+    const double t312 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t308 + arm_phi_3_cos * t309 - (arm_theta_3_sin *
+        t310 + arm_theta_3_cos * t298));
+    const double t313 = arm_theta_3_sin * t312 - (p->derived.constant_18 * (arm_phi_3_bias_moment_x + t90) +
+        (arm_theta_3_cos * t310 - arm_theta_3_sin * t298));
     /* effector_z: acceleration, outward */
-    const double t333 = arm_theta_3_cos * t324 - arm_theta_3_sin * t323 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t314 = arm_theta_3_cos * t305 - arm_theta_3_sin * t304 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
     /* arm_phi_3: force left for the joint, inward */
-    const double t334 = arm_theta_3_sin * row_1_u_arm_phi_3;
-    const double t335 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t334);
-    const double t336 = arm_phi_3_sin * t335 + arm_phi_3_cos * row_1_u_arm_theta_3;
-    const double t337 = arm_phi_3_cos * t335 - arm_phi_3_sin * row_1_u_arm_theta_3;
-    const double t338 = t104 * t336;
-    const double t339 = t104 * t337;
-    const double t340 = arm_phi_3_moment_beyond_x * t339;
-    const double t341 = arm_phi_3_moment_beyond_x * t338;
-    const double t342 = arm_phi_3_sin * t341 + arm_phi_3_cos * t340;
-    const double t343 = arm_phi_3_sin * t340 - arm_phi_3_cos * t341;
-    const double t344 = arm_phi_3_cos * t336 - arm_phi_3_sin * t337;
-    const double t345 = arm_phi_3_sin * t336 + arm_phi_3_cos * t337;
-    const double t346 = arm_theta_3_cos * t343 - arm_theta_3_sin * row_1_u_effector_z;
-    const double t347 = arm_theta_3_sin * t343 + arm_theta_3_cos * row_1_u_effector_z;
-    const double t348 = arm_theta_3_sin * t345 + arm_theta_3_cos * row_1_u_arm_phi_3;
-    const double t349 = arm_psi_3_sin * t347 + arm_psi_3_cos * t342;
+    const double t315 = arm_theta_3_sin * row_1_u_arm_phi_3;
+    const double t316 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t315);
+    const double t317 = arm_phi_3_sin * t316 + arm_phi_3_cos * row_1_u_arm_theta_3;
+    const double t318 = arm_phi_3_cos * t316 - arm_phi_3_sin * row_1_u_arm_theta_3;
+    const double t319 = t104 * t317;
+    const double t320 = t104 * t318;
+    const double t321 = arm_phi_3_moment_beyond_x * t320;
+    const double t322 = arm_phi_3_moment_beyond_x * t319;
+    const double t323 = arm_phi_3_sin * t322 + arm_phi_3_cos * t321;
+    const double t324 = arm_phi_3_sin * t321 - arm_phi_3_cos * t322;
+    const double t325 = arm_phi_3_cos * t317 - arm_phi_3_sin * t318;
+    const double t326 = arm_phi_3_sin * t317 + arm_phi_3_cos * t318;
+    const double t327 = arm_theta_3_cos * t324 - arm_theta_3_sin * row_1_u_effector_z;
+    const double t328 = arm_theta_3_sin * t324 + arm_theta_3_cos * row_1_u_effector_z;
+    const double t329 = arm_theta_3_sin * t326 + arm_theta_3_cos * row_1_u_arm_phi_3;
+    const double t330 = arm_psi_3_sin * t328 + arm_psi_3_cos * t323;
     /* arm_phi_2: force left for the joint, inward */
-    const double t350 = arm_theta_2_sin * row_1_u_arm_phi_2;
-    const double t351 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t350);
-    const double t352 = arm_phi_2_sin * t351 + arm_phi_2_cos * row_1_u_arm_theta_2;
-    const double t353 = arm_phi_2_cos * t351 - arm_phi_2_sin * row_1_u_arm_theta_2;
-    const double t354 = t352 - (arm_psi_3_sin * t348 + arm_psi_3_cos * t344 - p->derived.arm_element_length *
+    const double t331 = arm_theta_2_sin * row_1_u_arm_phi_2;
+    const double t332 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t331);
+    const double t333 = arm_phi_2_sin * t332 + arm_phi_2_cos * row_1_u_arm_theta_2;
+    const double t334 = arm_phi_2_cos * t332 - arm_phi_2_sin * row_1_u_arm_theta_2;
+    const double t335 = t333 - (arm_psi_3_sin * t329 + arm_psi_3_cos * t325 - p->derived.arm_element_length *
+        t327);
+    const double t336 = p->derived.constant_19 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t329 - arm_psi_3_sin *
+        t325));
+    const double t337 = t128 * (t334 - (arm_theta_3_cos * t326 - t315 + p->derived.arm_element_length * t330) +
+        t127 * t335);
+    const double t338 = t126 * t335 + t127 * t337;
+    const double t339 = arm_psi_3_cos * t328 - arm_psi_3_sin * t323 + (t119 * t337 - t118 * t338);
+    const double t340 = t330 + (t125 * t337 - t120 * t338);
+    const double t341 = t327 + (t120 * t337 - t124 * t338);
+    const double t342 = arm_phi_2_cos * t340 - arm_phi_2_sin * t341;
+    const double t343 = arm_phi_2_sin * t340 + arm_phi_2_cos * t341;
+    const double t344 = arm_phi_2_cos * t333 - arm_phi_2_sin * t334;
+    const double t345 = arm_phi_2_sin * t333 + arm_phi_2_cos * t334;
+    const double t346 = arm_theta_2_cos * t343 - arm_theta_2_sin * t339;
+    const double t347 = arm_theta_2_sin * t343 + arm_theta_2_cos * t339;
+    const double t348 = arm_theta_2_sin * t345 + arm_theta_2_cos * row_1_u_arm_phi_2;
+    const double t349 = arm_psi_2_sin * t347 + arm_psi_2_cos * t342;
+    /* arm_phi_1: force left for the joint, inward */
+    const double t350 = arm_theta_1_sin * row_1_u_arm_phi_1;
+    const double t351 = arm_theta_1_cos_inverse * (t350 - t102);
+    const double t352 = arm_phi_1_sin * t351 + arm_phi_1_cos * row_1_u_arm_theta_1;
+    const double t353 = arm_phi_1_cos * t351 - arm_phi_1_sin * row_1_u_arm_theta_1;
+    const double t354 = t352 - (arm_psi_2_sin * t348 + arm_psi_2_cos * t344 - p->derived.arm_element_length *
         t346);
-    const double t355 = p->derived.constant_19 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t348 - arm_psi_3_sin *
+    const double t355 = p->derived.constant_19 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t348 - arm_psi_2_sin *
         t344));
-    const double t356 = t136 * (t353 - (arm_theta_3_cos * t345 - t334 + p->derived.arm_element_length * t349) +
-        t135 * t354);
-    const double t357 = t134 * t354 + t135 * t356;
-    const double t358 = arm_psi_3_cos * t347 - arm_psi_3_sin * t342 + (t127 * t356 - t126 * t357);
-    const double t359 = t349 + (t133 * t356 - t128 * t357);
-    const double t360 = t346 + (t128 * t356 - t132 * t357);
-    const double t361 = arm_phi_2_cos * t359 - arm_phi_2_sin * t360;
-    const double t362 = arm_phi_2_sin * t359 + arm_phi_2_cos * t360;
-    const double t363 = arm_phi_2_cos * t352 - arm_phi_2_sin * t353;
-    const double t364 = arm_phi_2_sin * t352 + arm_phi_2_cos * t353;
-    const double t365 = arm_theta_2_cos * t362 - arm_theta_2_sin * t358;
-    const double t366 = arm_theta_2_sin * t362 + arm_theta_2_cos * t358;
-    const double t367 = arm_theta_2_sin * t364 + arm_theta_2_cos * row_1_u_arm_phi_2;
-    const double t368 = arm_psi_2_sin * t366 + arm_psi_2_cos * t361;
-    /* arm_phi_1: force left for the joint, inward */
-    const double t369 = arm_theta_1_sin * row_1_u_arm_phi_1;
-    const double t370 = arm_theta_1_cos_inverse * (t369 - t102);
-    const double t371 = arm_phi_1_sin * t370 + arm_phi_1_cos * row_1_u_arm_theta_1;
-    const double t372 = arm_phi_1_cos * t370 - arm_phi_1_sin * row_1_u_arm_theta_1;
-    const double t373 = t371 - (arm_psi_2_sin * t367 + arm_psi_2_cos * t363 - p->derived.arm_element_length *
-        t365);
-    const double t374 = p->derived.constant_19 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t367 - arm_psi_2_sin *
-        t363));
-    const double t375 = t185 * (t372 - (arm_theta_2_cos * t364 - t350 + p->derived.arm_element_length * t368) +
-        t184 * t373);
-    const double t376 = t183 * t373 + t184 * t375;
-    const double t377 = arm_psi_2_cos * t366 - arm_psi_2_sin * t361 + (t176 * t375 - t175 * t376);
-    const double t378 = t368 + (t182 * t375 - t177 * t376);
-    const double t379 = t365 + (t177 * t375 - t181 * t376);
-    const double t380 = arm_phi_1_cos * t378 - arm_phi_1_sin * t379;
-    const double t381 = arm_phi_1_sin * t378 + arm_phi_1_cos * t379;
-    const double t382 = arm_phi_1_cos * t371 - arm_phi_1_sin * t372;
-    const double t383 = arm_phi_1_sin * t371 + arm_phi_1_cos * t372;
-    const double t384 = arm_theta_1_sin * t381 + arm_theta_1_cos * t377;
-    const double t385 = arm_theta_1_sin * t383 + arm_theta_1_cos * row_1_u_arm_phi_1;
-    const double t386 = arm_psi_1_sin * t384 + arm_psi_1_cos * t380;
+    const double t356 = t171 * (t353 - (arm_theta_2_cos * t345 - t331 + p->derived.arm_element_length * t349) +
+        t170 * t354);
+    const double t357 = t169 * t354 + t170 * t356;
+    const double t358 = arm_psi_2_cos * t347 - arm_psi_2_sin * t342 + (t162 * t356 - t161 * t357);
+    const double t359 = t349 + (t168 * t356 - t163 * t357);
+    const double t360 = t346 + (t163 * t356 - t167 * t357);
+    const double t361 = arm_phi_1_cos * t359 - arm_phi_1_sin * t360;
+    const double t362 = arm_phi_1_sin * t359 + arm_phi_1_cos * t360;
+    const double t363 = arm_phi_1_cos * t352 - arm_phi_1_sin * t353;
+    const double t364 = arm_phi_1_sin * t352 + arm_phi_1_cos * t353;
+    const double t365 = arm_theta_1_sin * t362 + arm_theta_1_cos * t358;
+    const double t366 = arm_theta_1_sin * t364 + arm_theta_1_cos * row_1_u_arm_phi_1;
+    const double t367 = arm_psi_1_sin * t365 + arm_psi_1_cos * t361;
     /* arm_psi: force left for the joint, inward */
-    const double t387 = t101 + (arm_theta_1_cos * t383 - t369 + p->derived.constant_1 * t386);
-    const double t388 = arm_psi_sin * (arm_psi_1_cos * t385 - arm_psi_1_sin * t382) + arm_psi_cos * (arm_psi_1_sin *
-        t385 + arm_psi_1_cos * t382 - p->derived.constant_1 * (arm_theta_1_cos * t381 - arm_theta_1_sin *
-        t377) + t223 * t387);
+    const double t368 = t101 + (arm_theta_1_cos * t364 - t350 + p->derived.constant_1 * t367);
+    const double t369 = arm_psi_sin * (arm_psi_1_cos * t366 - arm_psi_1_sin * t363) + arm_psi_cos * (arm_psi_1_sin *
+        t366 + arm_psi_1_cos * t363 - p->derived.constant_1 * (arm_theta_1_cos * t362 - arm_theta_1_sin *
+        t358) + t203 * t368);
     /* column_psi: force left for the joint, inward */
-    const double t389 = row_1_u_column_psi - t388;
-    const double t390 = arm_psi_sin * (arm_psi_1_cos * t384 - arm_psi_1_sin * t380 - t224 * t387) + arm_psi_cos *
-        (t386 - t225 * t387) + t229 * t389;
+    const double t370 = row_1_u_column_psi - t369;
+    const double t371 = arm_psi_sin * (arm_psi_1_cos * t365 - arm_psi_1_sin * t361 - t204 * t368) + arm_psi_cos *
+        (t367 - t205 * t368) + t210 * t370;
     /* base_z: acceleration, outward */
-    const double t391 = base_z_D_inverse * t390;
+    const double t372 = base_z_D_inverse * t371;
     /* column_psi: acceleration, outward */
-    const double t392 = t229 * t391 + column_psi_D_inverse * t389;
+    const double t373 = t210 * t372 + column_psi_D_inverse * t370;
     /* arm_psi: acceleration, outward */
-    const double t393 = arm_psi_sin * t391;
-    const double t394 = arm_psi_cos * t391;
-    const double t395 = arm_psi_sin * t392;
-    const double t396 = arm_psi_cos * t392;
-    const double t397 = t224 * t393 + t225 * t394 + t223 * t396 - arm_psi_D_inverse * t387;
+    const double t374 = arm_psi_sin * t372;
+    const double t375 = arm_psi_cos * t372;
+    const double t376 = arm_psi_sin * t373;
+    const double t377 = arm_psi_cos * t373;
+    const double t378 = t204 * t374 + t205 * t375 + t203 * t377 - arm_psi_D_inverse * t368;
     /* arm_phi_1: acceleration, outward */
-    const double t398 = p->derived.constant_1 * t396;
-    const double t399 = p->derived.constant_1 * t397 - t394;
-    const double t400 = arm_psi_1_sin * t399 - arm_psi_1_cos * t393;
-    const double t401 = arm_psi_1_sin * t393 + arm_psi_1_cos * t399;
-    const double t402 = arm_theta_1_sin * t400 - arm_theta_1_cos * t398;
-    const double t403 = arm_theta_1_sin * t398 + arm_theta_1_cos * t400;
-    const double t404 = arm_phi_1_sin * t402 + arm_phi_1_cos * t401;
-    const double t405 = arm_phi_1_cos * t402 - arm_phi_1_sin * t401;
-    const double t406 = t376 - (t187 * t403 + t189 * t404 + t191 * t405);
-    const double t407 = t375 - (t186 * t403 + t188 * t404 + t190 * t405);
-    const double t408 = arm_psi_1_sin * t396 + arm_psi_1_cos * t395;
-    const double t409 = arm_phi_1_cos * t406 - arm_phi_1_sin * t407 - (arm_psi_1_cos * t396 - arm_psi_1_sin *
-        t395);
-    const double t410 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t406 + arm_phi_1_cos * t407 - (arm_theta_1_sin *
-        t408 + arm_theta_1_cos * t397));
-    const double t411 = t374 - (arm_theta_1_cos * t408 - arm_theta_1_sin * t397) + arm_theta_1_sin * t410;
+    const double t379 = p->derived.constant_1 * t377;
+    const double t380 = p->derived.constant_1 * t378 - t375;
+    const double t381 = arm_psi_1_sin * t380 - arm_psi_1_cos * t374;
+    const double t382 = arm_psi_1_sin * t374 + arm_psi_1_cos * t380;
+    const double t383 = arm_theta_1_sin * t381 - arm_theta_1_cos * t379;
+    const double t384 = arm_theta_1_sin * t379 + arm_theta_1_cos * t381;
+    const double t385 = arm_phi_1_sin * t383 + arm_phi_1_cos * t382;
+    const double t386 = arm_phi_1_cos * t383 - arm_phi_1_sin * t382;
+    const double t387 = t357 - (t173 * t384 + t175 * t385 + t177 * t386);
+    const double t388 = t356 - (t172 * t384 + t174 * t385 + t176 * t386);
+    const double t389 = arm_psi_1_sin * t377 + arm_psi_1_cos * t376;
+    const double t390 = arm_phi_1_cos * t387 - arm_phi_1_sin * t388 - (arm_psi_1_cos * t377 - arm_psi_1_sin *
+        t376);
+    const double t391 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t387 + arm_phi_1_cos * t388 - (arm_theta_1_sin *
+        t389 + arm_theta_1_cos * t378));
+    const double t392 = t355 - (arm_theta_1_cos * t389 - arm_theta_1_sin * t378) + arm_theta_1_sin * t391;
     /* arm_phi_2: acceleration, outward */
-    const double t412 = t404 + p->derived.arm_element_length * t407;
-    const double t413 = t405 - p->derived.arm_element_length * t406;
-    const double t414 = arm_psi_2_sin * t412 + arm_psi_2_cos * t403;
-    const double t415 = arm_psi_2_cos * t412 - arm_psi_2_sin * t403;
-    const double t416 = arm_theta_2_sin * t414 + arm_theta_2_cos * t413;
-    const double t417 = arm_theta_2_cos * t414 - arm_theta_2_sin * t413;
-    const double t418 = arm_phi_2_sin * t416 + arm_phi_2_cos * t415;
-    const double t419 = arm_phi_2_cos * t416 - arm_phi_2_sin * t415;
-    const double t420 = t357 - (t138 * t417 + t140 * t418 + t142 * t419);
-    const double t421 = t356 - (t137 * t417 + t139 * t418 + t141 * t419);
-    const double t422 = arm_psi_2_sin * t406 + arm_psi_2_cos * t374;
-    const double t423 = arm_phi_2_cos * t420 - arm_phi_2_sin * t421 - (arm_psi_2_cos * t406 - arm_psi_2_sin *
-        t374);
-    const double t424 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t420 + arm_phi_2_cos * t421 - (arm_theta_2_sin *
-        t422 + arm_theta_2_cos * t407));
-    const double t425 = t355 - (arm_theta_2_cos * t422 - arm_theta_2_sin * t407) + arm_theta_2_sin * t424;
-    /* arm_phi_3: acceleration, outward */
-    const double t426 = t418 + p->derived.arm_element_length * t421;
-    const double t427 = t419 - p->derived.arm_element_length * t420;
-    const double t428 = arm_psi_3_sin * t426 + arm_psi_3_cos * t417;
-    const double t429 = arm_psi_3_cos * t426 - arm_psi_3_sin * t417;
-    const double t430 = arm_theta_3_sin * t428 + arm_theta_3_cos * t427;
-    const double t431 = t338 + t105 * (arm_phi_3_cos * t430 - arm_phi_3_sin * t429);
-    const double t432 = t339 - t105 * (arm_phi_3_sin * t430 + arm_phi_3_cos * t429);
-    const double t433 = arm_psi_3_sin * t420 + arm_psi_3_cos * t355;
-    const double t434 = arm_phi_3_cos * t431 - arm_phi_3_sin * t432 - (arm_psi_3_cos * t420 - arm_psi_3_sin *
+    const double t393 = t385 + p->derived.arm_element_length * t388;
+    const double t394 = t386 - p->derived.arm_element_length * t387;
+    const double t395 = arm_psi_2_sin * t393 + arm_psi_2_cos * t384;
+    const double t396 = arm_psi_2_cos * t393 - arm_psi_2_sin * t384;
+    const double t397 = arm_theta_2_sin * t395 + arm_theta_2_cos * t394;
+    const double t398 = arm_theta_2_cos * t395 - arm_theta_2_sin * t394;
+    const double t399 = arm_phi_2_sin * t397 + arm_phi_2_cos * t396;
+    const double t400 = arm_phi_2_cos * t397 - arm_phi_2_sin * t396;
+    const double t401 = t338 - (t130 * t398 + t132 * t399 + t134 * t400);
+    const double t402 = t337 - (t129 * t398 + t131 * t399 + t133 * t400);
+    const double t403 = arm_psi_2_sin * t387 + arm_psi_2_cos * t355;
+    const double t404 = arm_phi_2_cos * t401 - arm_phi_2_sin * t402 - (arm_psi_2_cos * t387 - arm_psi_2_sin *
         t355);
-    const double t435 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t431 + arm_phi_3_cos * t432 - (arm_theta_3_sin *
-        t433 + arm_theta_3_cos * t421));
-    const double t436 = row_1_u_arm_phi_3 * p->derived.constant_18 - (arm_theta_3_cos * t433 - arm_theta_3_sin *
-        t421) + arm_theta_3_sin * t435;
-    /* effector_z: acceleration, outward */
-    const double t437 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t428 - arm_theta_3_sin *
-        t427);
-    /* arm_phi_3: force left for the joint, inward */
-    const double t438 = arm_theta_3_sin * row_2_u_arm_phi_3;
-    const double t439 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t438);
-    const double t440 = arm_phi_3_sin * t439 + arm_phi_3_cos * row_2_u_arm_theta_3;
-    const double t441 = arm_phi_3_cos * t439 - arm_phi_3_sin * row_2_u_arm_theta_3;
-    const double t442 = t104 * t440;
-    const double t443 = t104 * t441;
-    const double t444 = arm_phi_3_moment_beyond_x * t443;
-    const double t445 = arm_phi_3_moment_beyond_x * t442;
-    const double t446 = arm_phi_3_sin * t445 + arm_phi_3_cos * t444;
-    const double t447 = arm_phi_3_sin * t444 - arm_phi_3_cos * t445;
-    const double t448 = arm_phi_3_cos * t440 - arm_phi_3_sin * t441;
-    const double t449 = arm_phi_3_sin * t440 + arm_phi_3_cos * t441;
-    const double t450 = arm_theta_3_cos * t447 - arm_theta_3_sin * arm_theta_3_ground_z_x;
-    const double t451 = arm_theta_3_sin * t447 + arm_theta_3_cos * arm_theta_3_ground_z_x;
-    const double t452 = arm_theta_3_sin * t449 + arm_theta_3_cos * row_2_u_arm_phi_3;
-    const double t453 = arm_psi_3_sin * t451 + arm_psi_3_cos * t446;
-    /* arm_phi_2: force left for the joint, inward */
-    const double t454 = arm_theta_2_sin * row_2_u_arm_phi_2;
-    const double t455 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t454);
-    const double t456 = arm_phi_2_sin * t455 + arm_phi_2_cos * row_2_u_arm_theta_2;
-    const double t457 = arm_phi_2_cos * t455 - arm_phi_2_sin * row_2_u_arm_theta_2;
-    const double t458 = t456 - (arm_psi_3_sin * t452 + arm_psi_3_cos * t448 - p->derived.arm_element_length *
-        t450);
-    const double t459 = p->derived.constant_19 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t452 - arm_psi_3_sin *
-        t448));
-    const double t460 = t136 * (t457 - (arm_theta_3_cos * t449 - t438 + p->derived.arm_element_length * t453) +
-        t135 * t458);
-    const double t461 = t134 * t458 + t135 * t460;
-    const double t462 = arm_psi_3_cos * t451 - arm_psi_3_sin * t446 + (t127 * t460 - t126 * t461);
-    const double t463 = t453 + (t133 * t460 - t128 * t461);
-    const double t464 = t450 + (t128 * t460 - t132 * t461);
-    const double t465 = arm_phi_2_cos * t463 - arm_phi_2_sin * t464;
-    const double t466 = arm_phi_2_sin * t463 + arm_phi_2_cos * t464;
-    const double t467 = arm_phi_2_cos * t456 - arm_phi_2_sin * t457;
-    const double t468 = arm_phi_2_sin * t456 + arm_phi_2_cos * t457;
-    const double t469 = arm_theta_2_cos * t466 - arm_theta_2_sin * t462;
-    const double t470 = arm_theta_2_sin * t466 + arm_theta_2_cos * t462;
-    const double t471 = arm_theta_2_sin * t468 + arm_theta_2_cos * row_2_u_arm_phi_2;
-    const double t472 = arm_psi_2_sin * t470 + arm_psi_2_cos * t465;
-    /* arm_phi_1: force left for the joint, inward */
-    const double t473 = arm_theta_1_sin * row_2_u_arm_phi_1;
-    const double t474 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t473);
-    const double t475 = arm_phi_1_sin * t474 + arm_phi_1_cos * row_2_u_arm_theta_1;
-    const double t476 = arm_phi_1_cos * t474 - arm_phi_1_sin * row_2_u_arm_theta_1;
-    const double t477 = t475 - (arm_psi_2_sin * t471 + arm_psi_2_cos * t467 - p->derived.arm_element_length *
-        t469);
-    const double t478 = p->derived.constant_19 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t471 - arm_psi_2_sin *
-        t467));
-    const double t479 = t185 * (t476 - (arm_theta_2_cos * t468 - t454 + p->derived.arm_element_length * t472) +
-        t184 * t477);
-    const double t480 = t183 * t477 + t184 * t479;
-    const double t481 = arm_psi_2_cos * t470 - arm_psi_2_sin * t465 + (t176 * t479 - t175 * t480);
-    const double t482 = t472 + (t182 * t479 - t177 * t480);
-    const double t483 = t469 + (t177 * t479 - t181 * t480);
-    const double t484 = arm_phi_1_cos * t482 - arm_phi_1_sin * t483;
-    const double t485 = arm_phi_1_sin * t482 + arm_phi_1_cos * t483;
-    const double t486 = arm_phi_1_cos * t475 - arm_phi_1_sin * t476;
-    const double t487 = arm_phi_1_sin * t475 + arm_phi_1_cos * t476;
-    const double t488 = arm_theta_1_sin * t485 + arm_theta_1_cos * t481;
-    const double t489 = arm_theta_1_sin * t487 + arm_theta_1_cos * row_2_u_arm_phi_1;
-    const double t490 = arm_psi_1_sin * t488 + arm_psi_1_cos * t484;
-    /* arm_psi: force left for the joint, inward */
-    const double t491 = row_2_u_arm_psi - (arm_theta_1_cos * t487 - t473 + p->derived.constant_1 * t490);
-    const double t492 = arm_psi_sin * (arm_psi_1_cos * t489 - arm_psi_1_sin * t486) + arm_psi_cos * (arm_psi_1_sin *
-        t489 + arm_psi_1_cos * t486 - p->derived.constant_1 * (arm_theta_1_cos * t485 - arm_theta_1_sin *
-        t481) - t223 * t491);
-    /* column_psi: force left for the joint, inward */
-    const double t493 = arm_psi_sin * (arm_psi_1_cos * t488 - arm_psi_1_sin * t484 + t224 * t491) + arm_psi_cos *
-        (t490 + t225 * t491) - t229 * t492;
-    /* base_z: acceleration, outward */
-    const double t494 = base_z_D_inverse * (1.0 - t493);
-    /* column_psi: acceleration, outward */
-    const double t495 = t229 * t494 + column_psi_D_inverse * t492;
-    /* arm_psi: acceleration, outward */
-    const double t496 = arm_psi_sin * t494;
-    const double t497 = arm_psi_cos * t494;
-    const double t498 = arm_psi_sin * t495;
-    const double t499 = arm_psi_cos * t495;
-    const double t500 = arm_psi_D_inverse * t491 - (t224 * t496 + t225 * t497 + t223 * t499);
-    /* arm_phi_1: acceleration, outward */
-    const double t501 = p->derived.constant_1 * t499;
-    const double t502 = t497 + p->derived.constant_1 * t500;
-    const double t503 = arm_psi_1_sin * t502 + arm_psi_1_cos * t496;
-    const double t504 = arm_psi_1_cos * t502 - arm_psi_1_sin * t496;
-    const double t505 = arm_theta_1_sin * t503 + arm_theta_1_cos * t501;
-    const double t506 = arm_theta_1_cos * t503 - arm_theta_1_sin * t501;
-    const double t507 = arm_phi_1_sin * t505 + arm_phi_1_cos * t504;
-    const double t508 = arm_phi_1_cos * t505 - arm_phi_1_sin * t504;
-    const double t509 = t480 - (t187 * t506 + t189 * t507 + t191 * t508);
-    const double t510 = t479 - (t186 * t506 + t188 * t507 + t190 * t508);
-    const double t511 = arm_psi_1_sin * t499 + arm_psi_1_cos * t498;
-    const double t512 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t509 + arm_phi_1_cos * t510 - (arm_theta_1_cos *
-        t500 - arm_theta_1_sin * t511));
-    /* arm_phi_2: acceleration, outward */
-    const double t513 = t507 + p->derived.arm_element_length * t510;
-    const double t514 = t508 - p->derived.arm_element_length * t509;
-    const double t515 = arm_psi_2_sin * t513 + arm_psi_2_cos * t506;
-    const double t516 = arm_psi_2_cos * t513 - arm_psi_2_sin * t506;
-    const double t517 = arm_theta_2_sin * t515 + arm_theta_2_cos * t514;
-    const double t518 = arm_theta_2_cos * t515 - arm_theta_2_sin * t514;
-    const double t519 = arm_phi_2_sin * t517 + arm_phi_2_cos * t516;
-    const double t520 = arm_phi_2_cos * t517 - arm_phi_2_sin * t516;
-    const double t521 = t461 - (t138 * t518 + t140 * t519 + t142 * t520);
-    const double t522 = t460 - (t137 * t518 + t139 * t519 + t141 * t520);
-    const double t523 = arm_psi_2_sin * t509 + arm_psi_2_cos * t478;
-    const double t524 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t521 + arm_phi_2_cos * t522 - (arm_theta_2_sin *
-        t523 + arm_theta_2_cos * t510));
+    const double t405 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t401 + arm_phi_2_cos * t402 - (arm_theta_2_sin *
+        t403 + arm_theta_2_cos * t388));
+    const double t406 = t336 - (arm_theta_2_cos * t403 - arm_theta_2_sin * t388) + arm_theta_2_sin * t405;
     /* arm_phi_3: acceleration, outward */
-    const double t525 = t519 + p->derived.arm_element_length * t522;
-    const double t526 = t520 - p->derived.arm_element_length * t521;
-    const double t527 = arm_psi_3_sin * t525 + arm_psi_3_cos * t518;
-    const double t528 = arm_psi_3_cos * t525 - arm_psi_3_sin * t518;
-    const double t529 = arm_theta_3_sin * t527 + arm_theta_3_cos * t526;
-    const double t530 = t442 + t105 * (arm_phi_3_cos * t529 - arm_phi_3_sin * t528);
-    const double t531 = t443 - t105 * (arm_phi_3_sin * t529 + arm_phi_3_cos * t528);
-    const double t532 = arm_psi_3_sin * t521 + arm_psi_3_cos * t459;
-    const double t533 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t530 + arm_phi_3_cos * t531 - (arm_theta_3_sin *
-        t532 + arm_theta_3_cos * t522));
+    const double t407 = t399 + p->derived.arm_element_length * t402;
+    const double t408 = t400 - p->derived.arm_element_length * t401;
+    const double t409 = arm_psi_3_sin * t407 + arm_psi_3_cos * t398;
+    const double t410 = arm_psi_3_cos * t407 - arm_psi_3_sin * t398;
+    const double t411 = arm_theta_3_sin * t409 + arm_theta_3_cos * t408;
+    const double t412 = t319 + t105 * (arm_phi_3_cos * t411 - arm_phi_3_sin * t410);
+    const double t413 = t320 - t105 * (arm_phi_3_sin * t411 + arm_phi_3_cos * t410);
+    const double t414 = arm_psi_3_sin * t401 + arm_psi_3_cos * t336;
+    const double t415 = arm_phi_3_cos * t412 - arm_phi_3_sin * t413 - (arm_psi_3_cos * t401 - arm_psi_3_sin *
+        t336);
+    const double t416 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t412 + arm_phi_3_cos * t413 - (arm_theta_3_sin *
+        t414 + arm_theta_3_cos * t402));
+    const double t417 = row_1_u_arm_phi_3 * p->derived.constant_18 - (arm_theta_3_cos * t414 - arm_theta_3_sin *
+        t402) + arm_theta_3_sin * t416;
+    /* effector_z: acceleration, outward */
+    const double t418 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t409 - arm_theta_3_sin *
+        t408);
+    /* arm_phi_3: force left for the joint, inward */
+    const double t419 = arm_theta_3_sin * row_2_u_arm_phi_3;
+    const double t420 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t419);
+    const double t421 = arm_phi_3_sin * t420 + arm_phi_3_cos * row_2_u_arm_theta_3;
+    const double t422 = arm_phi_3_cos * t420 - arm_phi_3_sin * row_2_u_arm_theta_3;
+    const double t423 = t104 * t421;
+    const double t424 = t104 * t422;
+    const double t425 = arm_phi_3_moment_beyond_x * t424;
+    const double t426 = arm_phi_3_moment_beyond_x * t423;
+    const double t427 = arm_phi_3_sin * t426 + arm_phi_3_cos * t425;
+    const double t428 = arm_phi_3_sin * t425 - arm_phi_3_cos * t426;
+    const double t429 = arm_phi_3_cos * t421 - arm_phi_3_sin * t422;
+    const double t430 = arm_phi_3_sin * t421 + arm_phi_3_cos * t422;
+    const double t431 = arm_theta_3_cos * t428 - arm_theta_3_sin * arm_theta_3_ground_z_x;
+    const double t432 = arm_theta_3_sin * t428 + arm_theta_3_cos * arm_theta_3_ground_z_x;
+    const double t433 = arm_theta_3_sin * t430 + arm_theta_3_cos * row_2_u_arm_phi_3;
+    const double t434 = arm_psi_3_sin * t432 + arm_psi_3_cos * t427;
+    /* arm_phi_2: force left for the joint, inward */
+    const double t435 = arm_theta_2_sin * row_2_u_arm_phi_2;
+    const double t436 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t435);
+    const double t437 = arm_phi_2_sin * t436 + arm_phi_2_cos * row_2_u_arm_theta_2;
+    const double t438 = arm_phi_2_cos * t436 - arm_phi_2_sin * row_2_u_arm_theta_2;
+    const double t439 = t437 - (arm_psi_3_sin * t433 + arm_psi_3_cos * t429 - p->derived.arm_element_length *
+        t431);
+    const double t440 = p->derived.constant_19 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t433 - arm_psi_3_sin *
+        t429));
+    const double t441 = t128 * (t438 - (arm_theta_3_cos * t430 - t419 + p->derived.arm_element_length * t434) +
+        t127 * t439);
+    const double t442 = t126 * t439 + t127 * t441;
+    const double t443 = arm_psi_3_cos * t432 - arm_psi_3_sin * t427 + (t119 * t441 - t118 * t442);
+    const double t444 = t434 + (t125 * t441 - t120 * t442);
+    const double t445 = t431 + (t120 * t441 - t124 * t442);
+    const double t446 = arm_phi_2_cos * t444 - arm_phi_2_sin * t445;
+    const double t447 = arm_phi_2_sin * t444 + arm_phi_2_cos * t445;
+    const double t448 = arm_phi_2_cos * t437 - arm_phi_2_sin * t438;
+    const double t449 = arm_phi_2_sin * t437 + arm_phi_2_cos * t438;
+    const double t450 = arm_theta_2_cos * t447 - arm_theta_2_sin * t443;
+    const double t451 = arm_theta_2_sin * t447 + arm_theta_2_cos * t443;
+    const double t452 = arm_theta_2_sin * t449 + arm_theta_2_cos * row_2_u_arm_phi_2;
+    const double t453 = arm_psi_2_sin * t451 + arm_psi_2_cos * t446;
+    /* arm_phi_1: force left for the joint, inward */
+    const double t454 = arm_theta_1_sin * row_2_u_arm_phi_1;
+    const double t455 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t454);
+    const double t456 = arm_phi_1_sin * t455 + arm_phi_1_cos * row_2_u_arm_theta_1;
+    const double t457 = arm_phi_1_cos * t455 - arm_phi_1_sin * row_2_u_arm_theta_1;
+    const double t458 = t456 - (arm_psi_2_sin * t452 + arm_psi_2_cos * t448 - p->derived.arm_element_length *
+        t450);
+    const double t459 = p->derived.constant_19 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t452 - arm_psi_2_sin *
+        t448));
+    const double t460 = t171 * (t457 - (arm_theta_2_cos * t449 - t435 + p->derived.arm_element_length * t453) +
+        t170 * t458);
+    const double t461 = t169 * t458 + t170 * t460;
+    const double t462 = arm_psi_2_cos * t451 - arm_psi_2_sin * t446 + (t162 * t460 - t161 * t461);
+    const double t463 = t453 + (t168 * t460 - t163 * t461);
+    const double t464 = t450 + (t163 * t460 - t167 * t461);
+    const double t465 = arm_phi_1_cos * t463 - arm_phi_1_sin * t464;
+    const double t466 = arm_phi_1_sin * t463 + arm_phi_1_cos * t464;
+    const double t467 = arm_phi_1_cos * t456 - arm_phi_1_sin * t457;
+    const double t468 = arm_phi_1_sin * t456 + arm_phi_1_cos * t457;
+    const double t469 = arm_theta_1_sin * t466 + arm_theta_1_cos * t462;
+    const double t470 = arm_theta_1_sin * t468 + arm_theta_1_cos * row_2_u_arm_phi_1;
+    const double t471 = arm_psi_1_sin * t469 + arm_psi_1_cos * t465;
+    /* arm_psi: force left for the joint, inward */
+    const double t472 = row_2_u_arm_psi - (arm_theta_1_cos * t468 - t454 + p->derived.constant_1 * t471);
+    const double t473 = arm_psi_sin * (arm_psi_1_cos * t470 - arm_psi_1_sin * t467) + arm_psi_cos * (arm_psi_1_sin *
+        t470 + arm_psi_1_cos * t467 - p->derived.constant_1 * (arm_theta_1_cos * t466 - arm_theta_1_sin *
+        t462) - t203 * t472);
+    /* column_psi: force left for the joint, inward */
+    const double t474 = arm_psi_sin * (arm_psi_1_cos * t469 - arm_psi_1_sin * t465 + t204 * t472) + arm_psi_cos *
+        (t471 + t205 * t472) - t210 * t473;
+    /* base_z: acceleration, outward */
+    const double t475 = base_z_D_inverse * (1.0 - t474);
+    /* column_psi: acceleration, outward */
+    const double t476 = t210 * t475 + column_psi_D_inverse * t473;
+    /* arm_psi: acceleration, outward */
+    const double t477 = arm_psi_sin * t475;
+    const double t478 = arm_psi_cos * t475;
+    const double t479 = arm_psi_sin * t476;
+    const double t480 = arm_psi_cos * t476;
+    const double t481 = arm_psi_D_inverse * t472 - (t204 * t477 + t205 * t478 + t203 * t480);
+    /* arm_phi_1: acceleration, outward */
+    const double t482 = p->derived.constant_1 * t480;
+    const double t483 = t478 + p->derived.constant_1 * t481;
+    const double t484 = arm_psi_1_sin * t483 + arm_psi_1_cos * t477;
+    const double t485 = arm_psi_1_cos * t483 - arm_psi_1_sin * t477;
+    const double t486 = arm_theta_1_sin * t484 + arm_theta_1_cos * t482;
+    const double t487 = arm_theta_1_cos * t484 - arm_theta_1_sin * t482;
+    const double t488 = arm_phi_1_sin * t486 + arm_phi_1_cos * t485;
+    const double t489 = arm_phi_1_cos * t486 - arm_phi_1_sin * t485;
+    const double t490 = t461 - (t173 * t487 + t175 * t488 + t177 * t489);
+    const double t491 = t460 - (t172 * t487 + t174 * t488 + t176 * t489);
+    const double t492 = arm_psi_1_sin * t480 + arm_psi_1_cos * t479;
+    const double t493 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t490 + arm_phi_1_cos * t491 - (arm_theta_1_cos *
+        t481 - arm_theta_1_sin * t492));
+    /* arm_phi_2: acceleration, outward */
+    const double t494 = t488 + p->derived.arm_element_length * t491;
+    const double t495 = t489 - p->derived.arm_element_length * t490;
+    const double t496 = arm_psi_2_sin * t494 + arm_psi_2_cos * t487;
+    const double t497 = arm_psi_2_cos * t494 - arm_psi_2_sin * t487;
+    const double t498 = arm_theta_2_sin * t496 + arm_theta_2_cos * t495;
+    const double t499 = arm_theta_2_cos * t496 - arm_theta_2_sin * t495;
+    const double t500 = arm_phi_2_sin * t498 + arm_phi_2_cos * t497;
+    const double t501 = arm_phi_2_cos * t498 - arm_phi_2_sin * t497;
+    const double t502 = t442 - (t130 * t499 + t132 * t500 + t134 * t501);
+    const double t503 = t441 - (t129 * t499 + t131 * t500 + t133 * t501);
+    const double t504 = arm_psi_2_sin * t490 + arm_psi_2_cos * t459;
+    const double t505 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t502 + arm_phi_2_cos * t503 - (arm_theta_2_sin *
+        t504 + arm_theta_2_cos * t491));
+    /* arm_phi_3: acceleration, outward */
+    const double t506 = t500 + p->derived.arm_element_length * t503;
+    const double t507 = t501 - p->derived.arm_element_length * t502;
+    const double t508 = arm_psi_3_sin * t506 + arm_psi_3_cos * t499;
+    const double t509 = arm_psi_3_cos * t506 - arm_psi_3_sin * t499;
+    const double t510 = arm_theta_3_sin * t508 + arm_theta_3_cos * t507;
+    const double t511 = t423 + t105 * (arm_phi_3_cos * t510 - arm_phi_3_sin * t509);
+    const double t512 = t424 - t105 * (arm_phi_3_sin * t510 + arm_phi_3_cos * t509);
+    const double t513 = arm_psi_3_sin * t502 + arm_psi_3_cos * t440;
+    const double t514 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t511 + arm_phi_3_cos * t512 - (arm_theta_3_sin *
+        t513 + arm_theta_3_cos * t503));
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t534 = row_1_u_column_psi * t288 - t101 * t293 - t102 * t306 + row_1_u_arm_theta_1 * t305 +
-        row_1_u_arm_phi_1 * t307 + row_1_u_arm_psi_2 * t320 + row_1_u_arm_theta_2 * t319;
-    const double t535 = row_1_phi * p->derived.constant_13 + (row_1_v + row_1_psi * p->derived.constant_12) +
-        (t534 + row_1_u_arm_phi_2 * t321 + row_1_u_arm_psi_3 * t331 + row_1_u_arm_theta_3 * t330 + row_1_u_arm_phi_3 *
-        t332 - row_1_u_effector_z * t333);
-    const double t536 = row_1_u_column_psi * t392 - t101 * t397 - t102 * t410 + row_1_u_arm_theta_1 * t409 +
-        row_1_u_arm_phi_1 * t411 + row_1_u_arm_psi_2 * t424 + row_1_u_arm_theta_2 * t423;
-    const double t537 = t536 + row_1_u_arm_phi_2 * t425 + row_1_u_arm_psi_3 * t435 + row_1_u_arm_theta_3 *
-        t434 + row_1_u_arm_phi_3 * t436 + row_1_u_effector_z * t437;
-    const double t538 = row_2_u_arm_psi * t293 - t287 + row_2_u_arm_psi_1 * t306 + row_2_u_arm_theta_1 * t305 +
-        row_2_u_arm_phi_1 * t307 + row_2_u_arm_psi_2 * t320 + row_2_u_arm_theta_2 * t319;
-    const double t539 = row_2_v + p->derived.constant_12 * row_2_psi + (t538 + row_2_u_arm_phi_2 * t321 +
-        row_2_u_arm_psi_3 * t331 + row_2_u_arm_theta_3 * t330 + row_2_u_arm_phi_3 * t332 - arm_theta_3_ground_z_x *
-        t333);
-    const double t540 = row_2_u_arm_psi * t397 - t391 + row_2_u_arm_psi_1 * t410 + row_2_u_arm_theta_1 * t409 +
-        row_2_u_arm_phi_1 * t411 + row_2_u_arm_psi_2 * t424 + row_2_u_arm_theta_2 * t423;
-    const double t541 = t540 + row_2_u_arm_phi_2 * t425 + row_2_u_arm_psi_3 * t435 + row_2_u_arm_theta_3 *
-        t434 + row_2_u_arm_phi_3 * t436 + arm_theta_3_ground_z_x * t437;
-    const double t542 = t494 + row_2_u_arm_psi * t500 + row_2_u_arm_psi_1 * t512 + row_2_u_arm_theta_1 * (arm_phi_1_cos *
-        t509 - arm_phi_1_sin * t510 - (arm_psi_1_sin * t498 - arm_psi_1_cos * t499));
-    const double t543 = t542 + row_2_u_arm_phi_1 * (t478 + (arm_theta_1_sin * t500 + arm_theta_1_cos * t511) +
-        arm_theta_1_sin * t512) + row_2_u_arm_psi_2 * t524 + row_2_u_arm_theta_2 * (arm_phi_2_cos * t521 -
-        arm_phi_2_sin * t522 - (arm_psi_2_cos * t509 - arm_psi_2_sin * t478));
-    const double t544 = t543 + row_2_u_arm_phi_2 * (t459 - (arm_theta_2_cos * t523 - arm_theta_2_sin * t510) +
-        arm_theta_2_sin * t524) + row_2_u_arm_psi_3 * t533 + row_2_u_arm_theta_3 * (arm_phi_3_cos * t530 -
-        arm_phi_3_sin * t531 - (arm_psi_3_cos * t521 - arm_psi_3_sin * t459));
-    const double t545 = t544 + row_2_u_arm_phi_3 * (row_2_u_arm_phi_3 * p->derived.constant_18 - (arm_theta_3_cos *
-        t532 - arm_theta_3_sin * t522) + arm_theta_3_sin * t533) + arm_theta_3_ground_z_x * (arm_theta_3_ground_z_x *
-        p->derived.effector_z_D_inverse - (arm_theta_3_cos * t527 - arm_theta_3_sin * t526));
-    const double row_1_pivot_inverse = (t537 * 1e-12 < t537 ? 1.0 / t537 : 0.0);
-    const double t546 = t541 * row_1_pivot_inverse;
-    const double t547 = t545 - t541 * t546;
-    const double row_2_pivot_inverse = (t545 * 1e-12 < t547 ? 1.0 / t547 : 0.0);
-    const double row_2_lambda = (t535 * t546 - t539) * row_2_pivot_inverse;
-    const double t548 = row_1_pivot_inverse * (t535 + t541 * row_2_lambda);
+    const double t515 = row_1_u_column_psi * t269 - t101 * t274 - t102 * t287 + row_1_u_arm_theta_1 * t286 +
+        row_1_u_arm_phi_1 * t288 + row_1_u_arm_psi_2 * t301 + row_1_u_arm_theta_2 * t300;
+    const double t516 = row_1_phi * p->derived.constant_13 + (row_1_v + row_1_psi * p->derived.constant_12) +
+        (t515 + row_1_u_arm_phi_2 * t302 + row_1_u_arm_psi_3 * t312 + row_1_u_arm_theta_3 * t311 + row_1_u_arm_phi_3 *
+        t313 - row_1_u_effector_z * t314);
+    const double t517 = row_1_u_column_psi * t373 - t101 * t378 - t102 * t391 + row_1_u_arm_theta_1 * t390 +
+        row_1_u_arm_phi_1 * t392 + row_1_u_arm_psi_2 * t405 + row_1_u_arm_theta_2 * t404;
+    const double t518 = t517 + row_1_u_arm_phi_2 * t406 + row_1_u_arm_psi_3 * t416 + row_1_u_arm_theta_3 *
+        t415 + row_1_u_arm_phi_3 * t417 + row_1_u_effector_z * t418;
+    const double t519 = row_2_u_arm_psi * t274 - t268 + row_2_u_arm_psi_1 * t287 + row_2_u_arm_theta_1 * t286 +
+        row_2_u_arm_phi_1 * t288 + row_2_u_arm_psi_2 * t301 + row_2_u_arm_theta_2 * t300;
+    const double t520 = row_2_v + p->derived.constant_12 * row_2_psi + (t519 + row_2_u_arm_phi_2 * t302 +
+        row_2_u_arm_psi_3 * t312 + row_2_u_arm_theta_3 * t311 + row_2_u_arm_phi_3 * t313 - arm_theta_3_ground_z_x *
+        t314);
+    const double t521 = row_2_u_arm_psi * t378 - t372 + row_2_u_arm_psi_1 * t391 + row_2_u_arm_theta_1 * t390 +
+        row_2_u_arm_phi_1 * t392 + row_2_u_arm_psi_2 * t405 + row_2_u_arm_theta_2 * t404;
+    const double t522 = t521 + row_2_u_arm_phi_2 * t406 + row_2_u_arm_psi_3 * t416 + row_2_u_arm_theta_3 *
+        t415 + row_2_u_arm_phi_3 * t417 + arm_theta_3_ground_z_x * t418;
+    const double t523 = t475 + row_2_u_arm_psi * t481 + row_2_u_arm_psi_1 * t493 + row_2_u_arm_theta_1 * (arm_phi_1_cos *
+        t490 - arm_phi_1_sin * t491 - (arm_psi_1_sin * t479 - arm_psi_1_cos * t480));
+    const double t524 = t523 + row_2_u_arm_phi_1 * (t459 + (arm_theta_1_sin * t481 + arm_theta_1_cos * t492) +
+        arm_theta_1_sin * t493) + row_2_u_arm_psi_2 * t505 + row_2_u_arm_theta_2 * (arm_phi_2_cos * t502 -
+        arm_phi_2_sin * t503 - (arm_psi_2_cos * t490 - arm_psi_2_sin * t459));
+    const double t525 = t524 + row_2_u_arm_phi_2 * (t440 - (arm_theta_2_cos * t504 - arm_theta_2_sin * t491) +
+        arm_theta_2_sin * t505) + row_2_u_arm_psi_3 * t514 + row_2_u_arm_theta_3 * (arm_phi_3_cos * t511 -
+        arm_phi_3_sin * t512 - (arm_psi_3_cos * t502 - arm_psi_3_sin * t440));
+    const double t526 = t525 + row_2_u_arm_phi_3 * (row_2_u_arm_phi_3 * p->derived.constant_18 - (arm_theta_3_cos *
+        t513 - arm_theta_3_sin * t503) + arm_theta_3_sin * t514) + arm_theta_3_ground_z_x * (arm_theta_3_ground_z_x *
+        p->derived.effector_z_D_inverse - (arm_theta_3_cos * t508 - arm_theta_3_sin * t507));
+    const double row_1_pivot_inverse = (t518 * 1e-12 < t518 ? 1.0 / t518 : 0.0);
+    const double t527 = t522 * row_1_pivot_inverse;
+    const double t528 = t526 - t522 * t527;
+    const double row_2_pivot_inverse = (t526 * 1e-12 < t528 ? 1.0 / t528 : 0.0);
+    const double row_2_lambda = (t516 * t527 - t520) * row_2_pivot_inverse;
+    const double t529 = row_1_pivot_inverse * (t516 + t522 * row_2_lambda);
     force[0] = row_2_lambda;
-    force[1] = -row_1_u_column_psi * t548;
-    force[2] = t101 * t548 + row_2_u_arm_psi * row_2_lambda;
-    force[3] = t102 * t548 + row_2_u_arm_psi_1 * row_2_lambda;
-    force[4] = row_2_u_arm_theta_1 * row_2_lambda - row_1_u_arm_theta_1 * t548;
-    force[5] = row_2_u_arm_phi_1 * row_2_lambda - row_1_u_arm_phi_1 * t548;
-    force[6] = row_2_u_arm_psi_2 * row_2_lambda - row_1_u_arm_psi_2 * t548;
-    force[7] = row_2_u_arm_theta_2 * row_2_lambda - row_1_u_arm_theta_2 * t548;
-    force[8] = row_2_u_arm_phi_2 * row_2_lambda - row_1_u_arm_phi_2 * t548;
-    force[9] = row_2_u_arm_psi_3 * row_2_lambda - row_1_u_arm_psi_3 * t548;
-    force[10] = row_2_u_arm_theta_3 * row_2_lambda - row_1_u_arm_theta_3 * t548;
-    force[11] = row_2_u_arm_phi_3 * row_2_lambda - row_1_u_arm_phi_3 * t548;
-    force[12] = arm_theta_3_ground_z_x * row_2_lambda - row_1_u_effector_z * t548;
+    force[1] = -row_1_u_column_psi * t529;
+    force[2] = t101 * t529 + row_2_u_arm_psi * row_2_lambda;
+    force[3] = t102 * t529 + row_2_u_arm_psi_1 * row_2_lambda;
+    force[4] = row_2_u_arm_theta_1 * row_2_lambda - row_1_u_arm_theta_1 * t529;
+    force[5] = row_2_u_arm_phi_1 * row_2_lambda - row_1_u_arm_phi_1 * t529;
+    force[6] = row_2_u_arm_psi_2 * row_2_lambda - row_1_u_arm_psi_2 * t529;
+    force[7] = row_2_u_arm_theta_2 * row_2_lambda - row_1_u_arm_theta_2 * t529;
+    force[8] = row_2_u_arm_phi_2 * row_2_lambda - row_1_u_arm_phi_2 * t529;
+    force[9] = row_2_u_arm_psi_3 * row_2_lambda - row_1_u_arm_psi_3 * t529;
+    force[10] = row_2_u_arm_theta_3 * row_2_lambda - row_1_u_arm_theta_3 * t529;
+    force[11] = row_2_u_arm_phi_3 * row_2_lambda - row_1_u_arm_phi_3 * t529;
+    force[12] = arm_theta_3_ground_z_x * row_2_lambda - row_1_u_effector_z * t529;
 }
 
 void manipulator_flexible_equations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -6191,118 +6080,96 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
     const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t65;
     const double arm_phi_3_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (t66 + t66);
-    const double t67 = arm_phi_3_cos * arm_phi_3_inertia_beyond_yy;
-    const double t68 = arm_phi_3_sin * arm_phi_3_inertia_beyond_yy;
-    const double arm_theta_3_inertia_beyond_yy = arm_phi_3_sin * t68 + arm_phi_3_cos * t67;
-    const double arm_theta_3_inertia_beyond_yz = arm_phi_3_sin * t67 - arm_phi_3_cos * t68;
     /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
-    const double t69 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
+    const double t67 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
     const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
-    const double t70 = arm_theta_3_cos * arm_theta_3_inertia_beyond_yy;
-    const double t71 = p->derived.arm_psi_inertia_xx * arm_theta_3_sin;
-    const double t72 = p->derived.arm_psi_inertia_xx * arm_theta_3_cos;
-    const double arm_psi_3_inertia_beyond_zz = arm_theta_3_sin * t71 + arm_theta_3_cos * t70;
-    const double arm_psi_3_inertia_beyond_xz = arm_theta_3_sin * t70 - arm_theta_3_cos * t71;
-    const double arm_psi_3_inertia_beyond_xx = arm_theta_3_cos * t72 + arm_theta_3_sin * (arm_theta_3_sin *
-        arm_theta_3_inertia_beyond_yy);
-    const double arm_psi_3_inertia_beyond_yz = arm_theta_3_cos * arm_theta_3_inertia_beyond_yz;
-    const double arm_psi_3_inertia_beyond_xy = arm_theta_3_sin * arm_theta_3_inertia_beyond_yz;
+    const double t68 = arm_theta_3_sin * (arm_phi_3_inertia_beyond_yy - p->derived.arm_psi_inertia_xx);
+    const double t69 = arm_theta_3_sin * t68;
+    const double arm_psi_3_inertia_beyond_zz = arm_phi_3_inertia_beyond_yy - t69;
+    const double arm_psi_3_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + t69;
+    const double arm_psi_3_inertia_beyond_xz = arm_theta_3_cos * t68;
     /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
-    const double t73 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
+    const double t70 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
     const double arm_phi_2_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
-    const double t74 = arm_psi_3_sin * arm_psi_3_inertia_beyond_xy;
-    const double t75 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xx - t74;
-    const double t76 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xy;
-    const double t77 = t76 - arm_psi_3_sin * arm_theta_3_inertia_beyond_yy;
-    const double t78 = t74 + arm_psi_3_cos * arm_theta_3_inertia_beyond_yy;
-    const double t79 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xz - arm_psi_3_sin * arm_psi_3_inertia_beyond_yz;
-    const double arm_phi_2_inertia_beyond_yz = arm_psi_3_cos * arm_psi_3_inertia_beyond_yz + arm_psi_3_sin *
-        arm_psi_3_inertia_beyond_xz;
-    const double t80 = p->derived.arm_element_length * (t73 + p->derived.constant_3);
-    const double t81 = t80 + t80;
-    const double arm_phi_2_inertia_beyond_xy = arm_psi_3_cos * t77 + arm_psi_3_sin * t75 - p->derived.arm_element_length *
-        arm_phi_2_moment_beyond_y;
-    const double arm_phi_2_inertia_beyond_xz = t79 + p->derived.arm_element_length * t69;
+    const double t71 = arm_psi_3_sin * (arm_psi_3_inertia_beyond_xx - arm_phi_3_inertia_beyond_yy);
+    const double t72 = arm_psi_3_sin * t71;
+    const double t73 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xz;
+    const double arm_phi_2_inertia_beyond_yz = arm_psi_3_sin * arm_psi_3_inertia_beyond_xz;
+    const double t74 = p->derived.arm_element_length * (t70 + p->derived.constant_3);
+    const double t75 = t74 + t74;
+    const double arm_phi_2_inertia_beyond_xy = arm_psi_3_cos * t71 - p->derived.arm_element_length * arm_phi_2_moment_beyond_y;
+    const double arm_phi_2_inertia_beyond_xz = t73 + p->derived.arm_element_length * t67;
     /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + (t73 + p->derived.constant_2);
-    const double arm_phi_2_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_3_cos * t75 - arm_psi_3_sin *
-        t77);
-    const double arm_phi_2_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_cos * t78 + arm_psi_3_sin *
-        (t76 + arm_psi_3_sin * arm_psi_3_inertia_beyond_xx) + t81);
+    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + (t70 + p->derived.constant_2);
+    const double arm_phi_2_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_3_inertia_beyond_xx -
+        t72);
+    const double arm_phi_2_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_phi_3_inertia_beyond_yy +
+        t72 + t75);
     const double arm_phi_2_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_inertia_beyond_zz +
-        t81);
-    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t69 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
-    const double t82 = arm_phi_2_sin * arm_phi_2_moment_beyond_y;
-    const double t83 = arm_phi_2_cos * t69;
-    const double arm_theta_2_moment_beyond_z = t82 - t83;
-    const double t84 = arm_phi_2_sin * arm_phi_2_inertia_beyond_yz;
-    const double t85 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yy - t84;
-    const double t86 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yz;
-    const double t87 = t86 - arm_phi_2_sin * arm_phi_2_inertia_beyond_zz;
-    const double arm_theta_2_inertia_beyond_yy = arm_phi_2_cos * t85 - arm_phi_2_sin * t87;
-    const double arm_theta_2_inertia_beyond_yz = arm_phi_2_cos * t87 + arm_phi_2_sin * t85;
-    const double arm_theta_2_inertia_beyond_zz = arm_phi_2_cos * (t84 + arm_phi_2_cos * arm_phi_2_inertia_beyond_zz) +
-        arm_phi_2_sin * (t86 + arm_phi_2_sin * arm_phi_2_inertia_beyond_yy);
+        t75);
+    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t67 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
+    const double t76 = arm_phi_2_sin * arm_phi_2_moment_beyond_y;
+    const double t77 = arm_phi_2_cos * t67;
+    const double arm_theta_2_moment_beyond_z = t76 - t77;
+    const double t78 = arm_phi_2_cos * (arm_phi_2_inertia_beyond_yz + arm_phi_2_inertia_beyond_yz) + arm_phi_2_sin *
+        (arm_phi_2_inertia_beyond_yy - arm_phi_2_inertia_beyond_zz);
+    const double t79 = arm_phi_2_sin * t78;
+    const double arm_theta_2_inertia_beyond_yy = arm_phi_2_inertia_beyond_yy - t79;
+    const double arm_theta_2_inertia_beyond_zz = arm_phi_2_inertia_beyond_zz + t79;
+    const double arm_theta_2_inertia_beyond_yz = arm_phi_2_cos * t78 - arm_phi_2_inertia_beyond_yz;
     const double arm_theta_2_inertia_beyond_xy = arm_phi_2_cos * arm_phi_2_inertia_beyond_xy - arm_phi_2_sin *
         arm_phi_2_inertia_beyond_xz;
     const double arm_theta_2_inertia_beyond_xz = arm_phi_2_cos * arm_phi_2_inertia_beyond_xz + arm_phi_2_sin *
         arm_phi_2_inertia_beyond_xy;
     /* arm_theta_2: composite pseudo-inertia of all beyond, inward */
-    const double t88 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
-    const double t89 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
-    const double arm_psi_2_moment_beyond_z = t89 - t88;
+    const double t80 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
+    const double t81 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
+    const double arm_psi_2_moment_beyond_z = t81 - t80;
     const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_theta_2_cos *
         arm_phi_2_moment_beyond_x;
-    const double t90 = arm_theta_2_sin * arm_theta_2_inertia_beyond_xz;
-    const double t91 = arm_theta_2_cos * arm_theta_2_inertia_beyond_zz - t90;
-    const double t92 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz;
-    const double t93 = t92 - arm_theta_2_sin * arm_phi_2_inertia_beyond_xx;
-    const double t94 = t90 + arm_theta_2_cos * arm_phi_2_inertia_beyond_xx;
-    const double arm_psi_2_inertia_beyond_zz = arm_theta_2_cos * t91 - arm_theta_2_sin * t93;
-    const double arm_psi_2_inertia_beyond_xz = arm_theta_2_cos * t93 + arm_theta_2_sin * t91;
-    const double arm_psi_2_inertia_beyond_xx = arm_theta_2_cos * t94 + arm_theta_2_sin * (t92 + arm_theta_2_sin *
-        arm_theta_2_inertia_beyond_zz);
+    const double t82 = arm_theta_2_cos * (arm_theta_2_inertia_beyond_xz + arm_theta_2_inertia_beyond_xz) +
+        arm_theta_2_sin * (arm_theta_2_inertia_beyond_zz - arm_phi_2_inertia_beyond_xx);
+    const double t83 = arm_theta_2_sin * t82;
+    const double arm_psi_2_inertia_beyond_zz = arm_theta_2_inertia_beyond_zz - t83;
+    const double arm_psi_2_inertia_beyond_xx = arm_phi_2_inertia_beyond_xx + t83;
+    const double arm_psi_2_inertia_beyond_xz = arm_theta_2_cos * t82 - arm_theta_2_inertia_beyond_xz;
     const double arm_psi_2_inertia_beyond_yz = arm_theta_2_cos * arm_theta_2_inertia_beyond_yz - arm_theta_2_sin *
         arm_theta_2_inertia_beyond_xy;
     const double arm_psi_2_inertia_beyond_xy = arm_theta_2_cos * arm_theta_2_inertia_beyond_xy + arm_theta_2_sin *
         arm_theta_2_inertia_beyond_yz;
     /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
-    const double t95 = arm_psi_2_cos * arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y;
+    const double t84 = arm_psi_2_cos * arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y;
     const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
-    const double t96 = arm_psi_2_sin * arm_psi_2_inertia_beyond_xy;
-    const double t97 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xx - t96;
-    const double t98 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xy;
-    const double t99 = t98 - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
-    const double t100 = t96 + arm_psi_2_cos * arm_theta_2_inertia_beyond_yy;
-    const double t101 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xz - arm_psi_2_sin * arm_psi_2_inertia_beyond_yz;
+    const double t85 = arm_psi_2_cos * (arm_psi_2_inertia_beyond_xy + arm_psi_2_inertia_beyond_xy) + arm_psi_2_sin *
+        (arm_psi_2_inertia_beyond_xx - arm_theta_2_inertia_beyond_yy);
+    const double t86 = arm_psi_2_sin * t85;
+    const double t87 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xz - arm_psi_2_sin * arm_psi_2_inertia_beyond_yz;
     const double arm_phi_1_inertia_beyond_yz = arm_psi_2_cos * arm_psi_2_inertia_beyond_yz + arm_psi_2_sin *
         arm_psi_2_inertia_beyond_xz;
-    const double t102 = p->derived.arm_element_length * (t95 + p->derived.constant_5);
-    const double t103 = t102 + t102;
-    const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t99 + arm_psi_2_sin * t97 - p->derived.arm_element_length *
+    const double t88 = p->derived.arm_element_length * (t84 + p->derived.constant_5);
+    const double t89 = t88 + t88;
+    const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t85 - arm_psi_2_inertia_beyond_xy - p->derived.arm_element_length *
         arm_phi_1_moment_beyond_y;
-    const double arm_phi_1_inertia_beyond_xz = t101 - p->derived.arm_element_length * arm_psi_2_moment_beyond_z;
+    const double arm_phi_1_inertia_beyond_xz = t87 - p->derived.arm_element_length * arm_psi_2_moment_beyond_z;
     /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + (t95 + p->derived.constant_4);
-    const double arm_phi_1_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_2_cos * t97 - arm_psi_2_sin *
-        t99);
-    const double arm_phi_1_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_psi_2_cos * t100 + arm_psi_2_sin *
-        (t98 + arm_psi_2_sin * arm_psi_2_inertia_beyond_xx) + t103);
+    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + (t84 + p->derived.constant_4);
+    const double arm_phi_1_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_2_inertia_beyond_xx -
+        t86);
+    const double arm_phi_1_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_theta_2_inertia_beyond_yy +
+        t86 + t89);
     const double arm_phi_1_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_2_inertia_beyond_zz +
-        t103);
-    const double t104 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
-    const double t105 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
-    const double arm_theta_1_moment_beyond_y = t105 - t104;
-    const double t106 = arm_phi_1_sin * arm_phi_1_moment_beyond_y;
-    const double arm_theta_1_moment_beyond_z = t106 + arm_phi_1_cos * arm_psi_2_moment_beyond_z;
-    const double t107 = arm_phi_1_sin * arm_phi_1_inertia_beyond_yz;
-    const double t108 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yy - t107;
-    const double t109 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yz;
-    const double t110 = t109 - arm_phi_1_sin * arm_phi_1_inertia_beyond_zz;
-    const double arm_theta_1_inertia_beyond_yy = arm_phi_1_cos * t108 - arm_phi_1_sin * t110;
-    const double arm_theta_1_inertia_beyond_yz = arm_phi_1_cos * t110 + arm_phi_1_sin * t108;
-    const double arm_theta_1_inertia_beyond_zz = arm_phi_1_cos * (t107 + arm_phi_1_cos * arm_phi_1_inertia_beyond_zz) +
-        arm_phi_1_sin * (t109 + arm_phi_1_sin * arm_phi_1_inertia_beyond_yy);
+        t89);
+    const double t90 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
+    const double t91 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
+    const double arm_theta_1_moment_beyond_y = t91 - t90;
+    const double t92 = arm_phi_1_sin * arm_phi_1_moment_beyond_y;
+    const double arm_theta_1_moment_beyond_z = t92 + arm_phi_1_cos * arm_psi_2_moment_beyond_z;
+    const double t93 = arm_phi_1_cos * (arm_phi_1_inertia_beyond_yz + arm_phi_1_inertia_beyond_yz) + arm_phi_1_sin *
+        (arm_phi_1_inertia_beyond_yy - arm_phi_1_inertia_beyond_zz);
+    const double t94 = arm_phi_1_sin * t93;
+    const double arm_theta_1_inertia_beyond_yy = arm_phi_1_inertia_beyond_yy - t94;
+    const double arm_theta_1_inertia_beyond_zz = arm_phi_1_inertia_beyond_zz + t94;
+    const double arm_theta_1_inertia_beyond_yz = arm_phi_1_cos * t93 - arm_phi_1_inertia_beyond_yz;
     const double arm_theta_1_inertia_beyond_xy = arm_phi_1_cos * arm_phi_1_inertia_beyond_xy - arm_phi_1_sin *
         arm_phi_1_inertia_beyond_xz;
     const double arm_theta_1_inertia_beyond_xz = arm_phi_1_cos * arm_phi_1_inertia_beyond_xz + arm_phi_1_sin *
@@ -6312,323 +6179,327 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         arm_phi_1_moment_beyond_x;
     const double arm_psi_1_moment_beyond_x = arm_theta_1_sin * arm_theta_1_moment_beyond_z + arm_theta_1_cos *
         arm_phi_1_moment_beyond_x;
-    const double t111 = arm_theta_1_sin * arm_theta_1_inertia_beyond_xz;
-    const double t112 = arm_theta_1_cos * arm_theta_1_inertia_beyond_zz - t111;
-    const double t113 = arm_theta_1_cos * arm_theta_1_inertia_beyond_xz;
-    const double t114 = t113 - arm_theta_1_sin * arm_phi_1_inertia_beyond_xx;
-    const double t115 = t111 + arm_theta_1_cos * arm_phi_1_inertia_beyond_xx;
-    const double arm_psi_1_inertia_beyond_zz = arm_theta_1_cos * t112 - arm_theta_1_sin * t114;
-    const double arm_psi_1_inertia_beyond_xz = arm_theta_1_cos * t114 + arm_theta_1_sin * t112;
-    const double arm_psi_1_inertia_beyond_xx = arm_theta_1_cos * t115 + arm_theta_1_sin * (t113 + arm_theta_1_sin *
-        arm_theta_1_inertia_beyond_zz);
+    const double t95 = arm_theta_1_cos * (arm_theta_1_inertia_beyond_xz + arm_theta_1_inertia_beyond_xz) +
+        arm_theta_1_sin * (arm_theta_1_inertia_beyond_zz - arm_phi_1_inertia_beyond_xx);
+    const double t96 = arm_theta_1_sin * t95;
+    const double arm_psi_1_inertia_beyond_zz = arm_theta_1_inertia_beyond_zz - t96;
+    const double arm_psi_1_inertia_beyond_xx = arm_phi_1_inertia_beyond_xx + t96;
+    const double arm_psi_1_inertia_beyond_xz = arm_theta_1_cos * t95 - arm_theta_1_inertia_beyond_xz;
     const double arm_psi_1_inertia_beyond_yz = arm_theta_1_cos * arm_theta_1_inertia_beyond_yz - arm_theta_1_sin *
         arm_theta_1_inertia_beyond_xy;
     const double arm_psi_1_inertia_beyond_xy = arm_theta_1_cos * arm_theta_1_inertia_beyond_xy + arm_theta_1_sin *
         arm_theta_1_inertia_beyond_yz;
     /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
-    const double t116 = arm_psi_1_cos * arm_psi_1_moment_beyond_x;
-    const double t117 = t116 - arm_psi_1_sin * arm_theta_1_moment_beyond_y;
-    const double t118 = arm_psi_1_sin * arm_psi_1_moment_beyond_x;
-    const double arm_psi_moment_beyond_y = t118 + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
-    const double t119 = arm_psi_1_sin * arm_psi_1_inertia_beyond_xy;
-    const double t120 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xx - t119;
-    const double t121 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xy;
-    const double t122 = t121 - arm_psi_1_sin * arm_theta_1_inertia_beyond_yy;
-    const double t123 = t119 + arm_psi_1_cos * arm_theta_1_inertia_beyond_yy;
-    const double t124 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xz - arm_psi_1_sin * arm_psi_1_inertia_beyond_yz;
+    const double t97 = arm_psi_1_cos * arm_psi_1_moment_beyond_x;
+    const double t98 = t97 - arm_psi_1_sin * arm_theta_1_moment_beyond_y;
+    const double t99 = arm_psi_1_sin * arm_psi_1_moment_beyond_x;
+    const double arm_psi_moment_beyond_y = t99 + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
+    const double t100 = arm_psi_1_cos * (arm_psi_1_inertia_beyond_xy + arm_psi_1_inertia_beyond_xy) + arm_psi_1_sin *
+        (arm_psi_1_inertia_beyond_xx - arm_theta_1_inertia_beyond_yy);
+    const double t101 = arm_psi_1_sin * t100;
+    const double t102 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xz - arm_psi_1_sin * arm_psi_1_inertia_beyond_yz;
     const double arm_psi_inertia_beyond_yz = arm_psi_1_cos * arm_psi_1_inertia_beyond_yz + arm_psi_1_sin *
         arm_psi_1_inertia_beyond_xz;
-    const double t125 = p->derived.constant_1 * (t117 + p->derived.constant_7);
-    const double t126 = t125 + t125;
-    const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t122 + arm_psi_1_sin * t120 - p->derived.constant_1 *
+    const double t103 = p->derived.constant_1 * (t98 + p->derived.constant_7);
+    const double t104 = t103 + t103;
+    const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t100 - arm_psi_1_inertia_beyond_xy - p->derived.constant_1 *
         arm_psi_moment_beyond_y;
-    const double arm_psi_inertia_beyond_xz = t124 - p->derived.constant_1 * arm_psi_1_moment_beyond_z;
+    const double arm_psi_inertia_beyond_xz = t102 - p->derived.constant_1 * arm_psi_1_moment_beyond_z;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (t117 + p->derived.constant_6);
-    const double arm_psi_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + (arm_psi_1_cos * t120 - arm_psi_1_sin *
-        t122);
-    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (arm_psi_1_cos * t123 + arm_psi_1_sin *
-        (t121 + arm_psi_1_sin * arm_psi_1_inertia_beyond_xx) + t126);
+    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (t98 + p->derived.constant_6);
+    const double arm_psi_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + (arm_psi_1_inertia_beyond_xx -
+        t101);
+    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (arm_theta_1_inertia_beyond_yy +
+        t101 + t104);
     const double arm_psi_inertia_beyond_zz = p->derived.arm_psi_inertia_yy + (arm_psi_1_inertia_beyond_zz +
-        t126);
+        t104);
     const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x - arm_psi_sin * arm_psi_moment_beyond_y;
-    const double t127 = arm_psi_cos * arm_psi_inertia_beyond_yz;
+    const double t105 = arm_psi_cos * arm_psi_inertia_beyond_yz;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
-    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_cos * (arm_psi_sin * arm_psi_inertia_beyond_xy +
-        arm_psi_cos * arm_psi_inertia_beyond_yy) + arm_psi_sin * (arm_psi_cos * arm_psi_inertia_beyond_xy +
-        arm_psi_sin * arm_psi_inertia_beyond_xx));
+    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_cos *
+        (arm_psi_inertia_beyond_xy + arm_psi_inertia_beyond_xy) + arm_psi_sin * (arm_psi_inertia_beyond_xx -
+        arm_psi_inertia_beyond_yy)));
     /* arm_psi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t128 = t104 - t105;
-    const double t129 = t116 + arm_psi_1_sin * t128;
+    const double t106 = t90 - t91;
+    const double t107 = t97 + arm_psi_1_sin * t106;
     /* arm_theta_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t130 = arm_psi_1_sin * arm_psi_1_moment_beyond_z;
+    const double t108 = arm_psi_1_sin * arm_psi_1_moment_beyond_z;
     /* arm_phi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t131 = t88 - t89;
-    const double t132 = arm_phi_1_cos * t131 - t106;
-    const double t133 = t105 + arm_phi_1_sin * t131;
-    const double t134 = arm_theta_1_sin * t133;
-    const double t135 = arm_psi_1_sin * t134 + arm_psi_1_cos * t132;
-    const double t136 = arm_psi_sin * (arm_psi_1_cos * t115 - arm_psi_1_sin * arm_theta_1_inertia_beyond_xy) +
-        arm_psi_cos * (arm_psi_1_sin * t115 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy - p->derived.constant_1 *
-        (arm_theta_1_cos * t133));
+    const double t109 = t80 - t81;
+    const double t110 = arm_phi_1_cos * t109 - t92;
+    const double t111 = t91 + arm_phi_1_sin * t109;
+    const double t112 = arm_theta_1_sin * t111;
+    const double t113 = arm_theta_1_cos * arm_theta_1_inertia_beyond_xz - arm_theta_1_sin * arm_phi_1_inertia_beyond_xx;
+    const double t114 = arm_theta_1_sin * arm_theta_1_inertia_beyond_xz + arm_theta_1_cos * arm_phi_1_inertia_beyond_xx;
+    const double t115 = arm_psi_1_sin * t112 + arm_psi_1_cos * t110;
+    const double t116 = arm_psi_sin * (arm_psi_1_cos * t114 - arm_psi_1_sin * arm_theta_1_inertia_beyond_xy) +
+        arm_psi_cos * (arm_psi_1_sin * t114 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy - p->derived.constant_1 *
+        (arm_theta_1_cos * t111));
     /* arm_psi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t137 = arm_psi_2_inertia_beyond_zz + p->derived.arm_element_length * t95;
-    const double t138 = arm_phi_1_cos * t95;
-    const double t139 = arm_phi_1_sin * t95;
-    const double t140 = t109 - arm_phi_1_sin * t137;
-    const double t141 = t107 + arm_phi_1_cos * t137;
-    const double t142 = arm_theta_1_sin * t139 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
-    const double t143 = arm_theta_1_cos * t141 - arm_theta_1_sin * t101;
-    const double t144 = arm_theta_1_sin * t141 + arm_theta_1_cos * t101;
-    const double t145 = arm_psi_1_sin * t142 + arm_psi_1_cos * t138;
-    const double t146 = arm_psi_sin * (arm_psi_1_cos * t144 - arm_psi_1_sin * t140) + arm_psi_cos * (arm_psi_1_sin *
-        t144 + arm_psi_1_cos * t140 - p->derived.constant_1 * (arm_theta_1_sin * arm_phi_1_moment_beyond_y +
-        arm_theta_1_cos * t139));
+    const double t117 = arm_psi_2_inertia_beyond_zz + p->derived.arm_element_length * t84;
+    const double t118 = arm_phi_1_cos * t84;
+    const double t119 = arm_phi_1_sin * t84;
+    const double t120 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yz - arm_phi_1_sin * t117;
+    const double t121 = arm_phi_1_sin * arm_phi_1_inertia_beyond_yz + arm_phi_1_cos * t117;
+    const double t122 = arm_theta_1_sin * t119 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
+    const double t123 = arm_theta_1_cos * t121 - arm_theta_1_sin * t87;
+    const double t124 = arm_theta_1_sin * t121 + arm_theta_1_cos * t87;
+    const double t125 = arm_psi_1_sin * t122 + arm_psi_1_cos * t118;
+    const double t126 = arm_psi_sin * (arm_psi_1_cos * t124 - arm_psi_1_sin * t120) + arm_psi_cos * (arm_psi_1_sin *
+        t124 + arm_psi_1_cos * t120 - p->derived.constant_1 * (arm_theta_1_sin * arm_phi_1_moment_beyond_y +
+        arm_theta_1_cos * t119));
     /* arm_theta_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t147 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
-    const double t148 = arm_psi_2_sin * arm_psi_2_moment_beyond_z;
-    const double t149 = t100 + p->derived.arm_element_length * arm_psi_2_moment_beyond_x;
-    const double t150 = arm_psi_2_inertia_beyond_yz + p->derived.arm_element_length * t148;
-    const double t151 = arm_phi_1_sin * arm_psi_2_moment_beyond_x + arm_phi_1_cos * t148;
-    const double t152 = arm_phi_1_sin * t148 - arm_phi_1_cos * arm_psi_2_moment_beyond_x;
+    const double t127 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
+    const double t128 = arm_psi_2_sin * arm_psi_2_moment_beyond_z;
+    const double t129 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xy - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
+    const double t130 = arm_psi_2_sin * arm_psi_2_inertia_beyond_xy + arm_psi_2_cos * arm_theta_2_inertia_beyond_yy +
+        p->derived.arm_element_length * arm_psi_2_moment_beyond_x;
+    const double t131 = arm_psi_2_inertia_beyond_yz + p->derived.arm_element_length * t128;
+    const double t132 = arm_phi_1_sin * arm_psi_2_moment_beyond_x + arm_phi_1_cos * t128;
+    const double t133 = arm_phi_1_sin * t128 - arm_phi_1_cos * arm_psi_2_moment_beyond_x;
+    const double t134 = arm_phi_1_cos * t130 - arm_phi_1_sin * t131;
+    const double t135 = arm_phi_1_sin * t130 + arm_phi_1_cos * t131;
+    const double t136 = arm_theta_1_sin * t133 + arm_theta_1_cos * t127;
+    const double t137 = arm_theta_1_cos * t135 - arm_theta_1_sin * t129;
+    const double t138 = arm_theta_1_sin * t135 + arm_theta_1_cos * t129;
+    const double t139 = arm_psi_1_sin * t136 + arm_psi_1_cos * t132;
+    const double t140 = arm_psi_sin * (arm_psi_1_cos * t138 - arm_psi_1_sin * t134) + arm_psi_cos * (arm_psi_1_sin *
+        t138 + arm_psi_1_cos * t134 - p->derived.constant_1 * (arm_theta_1_cos * t133 - arm_theta_1_sin *
+        t127));
+    /* arm_phi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    const double t141 = t77 - t76;
+    const double t142 = arm_theta_2_cos * arm_theta_2_moment_beyond_y;
+    const double t143 = arm_theta_2_sin * arm_theta_2_moment_beyond_y;
+    const double t144 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz - arm_theta_2_sin * arm_phi_2_inertia_beyond_xx;
+    const double t145 = arm_theta_2_sin * arm_theta_2_inertia_beyond_xz + arm_theta_2_cos * arm_phi_2_inertia_beyond_xx;
+    const double t146 = arm_psi_2_cos * t143 - arm_psi_2_sin * t141;
+    const double t147 = arm_psi_2_sin * t143 + arm_psi_2_cos * t141;
+    const double t148 = arm_psi_2_cos * t145 - arm_psi_2_sin * arm_theta_2_inertia_beyond_xy;
+    const double t149 = arm_psi_2_sin * t145 + arm_psi_2_cos * arm_theta_2_inertia_beyond_xy - p->derived.arm_element_length *
+        t142;
+    const double t150 = t144 + p->derived.arm_element_length * t147;
+    const double t151 = arm_phi_1_cos * t147 - arm_phi_1_sin * t142;
+    const double t152 = arm_phi_1_sin * t147 + arm_phi_1_cos * t142;
     const double t153 = arm_phi_1_cos * t149 - arm_phi_1_sin * t150;
     const double t154 = arm_phi_1_sin * t149 + arm_phi_1_cos * t150;
-    const double t155 = arm_theta_1_sin * t152 + arm_theta_1_cos * t147;
-    const double t156 = arm_theta_1_cos * t154 - arm_theta_1_sin * t99;
-    const double t157 = arm_theta_1_sin * t154 + arm_theta_1_cos * t99;
+    const double t155 = arm_theta_1_sin * t152 + arm_theta_1_cos * t146;
+    const double t156 = arm_theta_1_cos * t154 - arm_theta_1_sin * t148;
+    const double t157 = arm_theta_1_sin * t154 + arm_theta_1_cos * t148;
     const double t158 = arm_psi_1_sin * t155 + arm_psi_1_cos * t151;
     const double t159 = arm_psi_sin * (arm_psi_1_cos * t157 - arm_psi_1_sin * t153) + arm_psi_cos * (arm_psi_1_sin *
         t157 + arm_psi_1_cos * t153 - p->derived.constant_1 * (arm_theta_1_cos * t152 - arm_theta_1_sin *
-        t147));
-    /* arm_phi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t160 = t83 - t82;
-    const double t161 = arm_theta_2_cos * arm_theta_2_moment_beyond_y;
-    const double t162 = arm_theta_2_sin * arm_theta_2_moment_beyond_y;
-    const double t163 = arm_psi_2_cos * t162 - arm_psi_2_sin * t160;
-    const double t164 = arm_psi_2_sin * t162 + arm_psi_2_cos * t160;
-    const double t165 = arm_psi_2_cos * t94 - arm_psi_2_sin * arm_theta_2_inertia_beyond_xy;
-    const double t166 = arm_psi_2_sin * t94 + arm_psi_2_cos * arm_theta_2_inertia_beyond_xy - p->derived.arm_element_length *
-        t161;
-    const double t167 = t93 + p->derived.arm_element_length * t164;
-    const double t168 = arm_phi_1_cos * t164 - arm_phi_1_sin * t161;
-    const double t169 = arm_phi_1_sin * t164 + arm_phi_1_cos * t161;
-    const double t170 = arm_phi_1_cos * t166 - arm_phi_1_sin * t167;
-    const double t171 = arm_phi_1_sin * t166 + arm_phi_1_cos * t167;
-    const double t172 = arm_theta_1_sin * t169 + arm_theta_1_cos * t163;
-    const double t173 = arm_theta_1_cos * t171 - arm_theta_1_sin * t165;
-    const double t174 = arm_theta_1_sin * t171 + arm_theta_1_cos * t165;
-    const double t175 = arm_psi_1_sin * t172 + arm_psi_1_cos * t168;
-    const double t176 = arm_psi_sin * (arm_psi_1_cos * t174 - arm_psi_1_sin * t170) + arm_psi_cos * (arm_psi_1_sin *
-        t174 + arm_psi_1_cos * t170 - p->derived.constant_1 * (arm_theta_1_cos * t169 - arm_theta_1_sin *
-        t163));
+        t146));
     /* arm_psi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t177 = arm_psi_3_inertia_beyond_zz + p->derived.arm_element_length * t73;
-    const double t178 = arm_phi_2_cos * t73;
-    const double t179 = arm_phi_2_sin * t73;
-    const double t180 = t86 - arm_phi_2_sin * t177;
-    const double t181 = t84 + arm_phi_2_cos * t177;
-    const double t182 = arm_theta_2_sin * arm_phi_2_moment_beyond_y + arm_theta_2_cos * t179;
-    const double t183 = arm_theta_2_sin * t179 - arm_theta_2_cos * arm_phi_2_moment_beyond_y;
-    const double t184 = arm_theta_2_cos * t181 - arm_theta_2_sin * t79;
-    const double t185 = arm_theta_2_sin * t181 + arm_theta_2_cos * t79;
-    const double t186 = arm_psi_2_cos * t183 - arm_psi_2_sin * t178;
-    const double t187 = arm_psi_2_sin * t183 + arm_psi_2_cos * t178;
-    const double t188 = arm_psi_2_cos * t185 - arm_psi_2_sin * t180;
-    const double t189 = arm_psi_2_sin * t185 + arm_psi_2_cos * t180 - p->derived.arm_element_length * t182;
-    const double t190 = t184 + p->derived.arm_element_length * t187;
-    const double t191 = arm_phi_1_cos * t187 - arm_phi_1_sin * t182;
-    const double t192 = arm_phi_1_sin * t187 + arm_phi_1_cos * t182;
-    const double t193 = arm_phi_1_cos * t189 - arm_phi_1_sin * t190;
-    const double t194 = arm_phi_1_sin * t189 + arm_phi_1_cos * t190;
-    const double t195 = arm_theta_1_sin * t192 + arm_theta_1_cos * t186;
-    const double t196 = arm_theta_1_cos * t194 - arm_theta_1_sin * t188;
-    const double t197 = arm_theta_1_sin * t194 + arm_theta_1_cos * t188;
-    const double t198 = arm_psi_1_sin * t195 + arm_psi_1_cos * t191;
-    const double t199 = arm_psi_sin * (arm_psi_1_cos * t197 - arm_psi_1_sin * t193) + arm_psi_cos * (arm_psi_1_sin *
-        t197 + arm_psi_1_cos * t193 - p->derived.constant_1 * (arm_theta_1_cos * t192 - arm_theta_1_sin *
-        t186));
+    const double t160 = arm_psi_3_inertia_beyond_zz + p->derived.arm_element_length * t70;
+    const double t161 = arm_phi_2_cos * t70;
+    const double t162 = arm_phi_2_sin * t70;
+    const double t163 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yz - arm_phi_2_sin * t160;
+    const double t164 = arm_phi_2_sin * arm_phi_2_inertia_beyond_yz + arm_phi_2_cos * t160;
+    const double t165 = arm_theta_2_sin * arm_phi_2_moment_beyond_y + arm_theta_2_cos * t162;
+    const double t166 = arm_theta_2_sin * t162 - arm_theta_2_cos * arm_phi_2_moment_beyond_y;
+    const double t167 = arm_theta_2_cos * t164 - arm_theta_2_sin * t73;
+    const double t168 = arm_theta_2_sin * t164 + arm_theta_2_cos * t73;
+    const double t169 = arm_psi_2_cos * t166 - arm_psi_2_sin * t161;
+    const double t170 = arm_psi_2_sin * t166 + arm_psi_2_cos * t161;
+    const double t171 = arm_psi_2_cos * t168 - arm_psi_2_sin * t163;
+    const double t172 = arm_psi_2_sin * t168 + arm_psi_2_cos * t163 - p->derived.arm_element_length * t165;
+    const double t173 = t167 + p->derived.arm_element_length * t170;
+    const double t174 = arm_phi_1_cos * t170 - arm_phi_1_sin * t165;
+    const double t175 = arm_phi_1_sin * t170 + arm_phi_1_cos * t165;
+    const double t176 = arm_phi_1_cos * t172 - arm_phi_1_sin * t173;
+    const double t177 = arm_phi_1_sin * t172 + arm_phi_1_cos * t173;
+    const double t178 = arm_theta_1_sin * t175 + arm_theta_1_cos * t169;
+    const double t179 = arm_theta_1_cos * t177 - arm_theta_1_sin * t171;
+    const double t180 = arm_theta_1_sin * t177 + arm_theta_1_cos * t171;
+    const double t181 = arm_psi_1_sin * t178 + arm_psi_1_cos * t174;
+    const double t182 = arm_psi_sin * (arm_psi_1_cos * t180 - arm_psi_1_sin * t176) + arm_psi_cos * (arm_psi_1_sin *
+        t180 + arm_psi_1_cos * t176 - p->derived.constant_1 * (arm_theta_1_cos * t175 - arm_theta_1_sin *
+        t169));
     /* arm_theta_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t200 = arm_psi_3_cos * t69;
-    const double t201 = arm_psi_3_sin * t69;
-    const double t202 = t78 + p->derived.arm_element_length * arm_psi_3_moment_beyond_x;
-    const double t203 = arm_psi_3_inertia_beyond_yz - p->derived.arm_element_length * t201;
-    const double t204 = arm_phi_2_sin * arm_psi_3_moment_beyond_x - arm_phi_2_cos * t201;
-    const double t205 = arm_phi_2_sin * t201 + arm_phi_2_cos * arm_psi_3_moment_beyond_x;
-    const double t206 = arm_phi_2_cos * t202 - arm_phi_2_sin * t203;
-    const double t207 = arm_phi_2_sin * t202 + arm_phi_2_cos * t203;
-    const double t208 = arm_theta_2_sin * t200 - arm_theta_2_cos * t205;
-    const double t209 = arm_theta_2_sin * t205 + arm_theta_2_cos * t200;
-    const double t210 = arm_theta_2_cos * t207 - arm_theta_2_sin * t77;
-    const double t211 = arm_theta_2_sin * t207 + arm_theta_2_cos * t77;
-    const double t212 = arm_psi_2_sin * t204 + arm_psi_2_cos * t209;
-    const double t213 = arm_psi_2_cos * t204 - arm_psi_2_sin * t209;
-    const double t214 = arm_psi_2_cos * t211 - arm_psi_2_sin * t206;
-    const double t215 = arm_psi_2_sin * t211 + arm_psi_2_cos * t206 - p->derived.arm_element_length * t208;
-    const double t216 = t210 + p->derived.arm_element_length * t213;
-    const double t217 = arm_phi_1_cos * t213 - arm_phi_1_sin * t208;
-    const double t218 = arm_phi_1_sin * t213 + arm_phi_1_cos * t208;
-    const double t219 = arm_phi_1_cos * t215 - arm_phi_1_sin * t216;
-    const double t220 = arm_phi_1_sin * t215 + arm_phi_1_cos * t216;
-    const double t221 = arm_theta_1_sin * t218 - arm_theta_1_cos * t212;
-    const double t222 = arm_theta_1_cos * t220 - arm_theta_1_sin * t214;
-    const double t223 = arm_theta_1_sin * t220 + arm_theta_1_cos * t214;
-    const double t224 = arm_psi_1_sin * t221 + arm_psi_1_cos * t217;
-    const double t225 = arm_psi_sin * (arm_psi_1_cos * t223 - arm_psi_1_sin * t219) + arm_psi_cos * (arm_psi_1_sin *
-        t223 + arm_psi_1_cos * t219 - p->derived.constant_1 * (arm_theta_1_sin * t212 + arm_theta_1_cos *
-        t218));
+    const double t183 = arm_psi_3_cos * t67;
+    const double t184 = arm_psi_3_sin * t67;
+    const double t185 = arm_psi_3_sin * arm_phi_3_inertia_beyond_yy;
+    const double t186 = p->derived.arm_element_length * t184;
+    const double t187 = arm_psi_3_cos * arm_phi_3_inertia_beyond_yy + p->derived.arm_element_length * arm_psi_3_moment_beyond_x;
+    const double t188 = arm_phi_2_sin * arm_psi_3_moment_beyond_x - arm_phi_2_cos * t184;
+    const double t189 = arm_phi_2_sin * t184 + arm_phi_2_cos * arm_psi_3_moment_beyond_x;
+    const double t190 = arm_phi_2_sin * t186 + arm_phi_2_cos * t187;
+    const double t191 = arm_phi_2_sin * t187 - arm_phi_2_cos * t186;
+    const double t192 = arm_theta_2_sin * t183 - arm_theta_2_cos * t189;
+    const double t193 = arm_theta_2_sin * t189 + arm_theta_2_cos * t183;
+    const double t194 = arm_theta_2_sin * t185 + arm_theta_2_cos * t191;
+    const double t195 = arm_theta_2_sin * t191 - arm_theta_2_cos * t185;
+    const double t196 = arm_psi_2_sin * t188 + arm_psi_2_cos * t193;
+    const double t197 = arm_psi_2_cos * t188 - arm_psi_2_sin * t193;
+    const double t198 = arm_psi_2_cos * t195 - arm_psi_2_sin * t190;
+    const double t199 = arm_psi_2_sin * t195 + arm_psi_2_cos * t190 - p->derived.arm_element_length * t192;
+    const double t200 = t194 + p->derived.arm_element_length * t197;
+    const double t201 = arm_phi_1_cos * t197 - arm_phi_1_sin * t192;
+    const double t202 = arm_phi_1_sin * t197 + arm_phi_1_cos * t192;
+    const double t203 = arm_phi_1_cos * t199 - arm_phi_1_sin * t200;
+    const double t204 = arm_phi_1_sin * t199 + arm_phi_1_cos * t200;
+    const double t205 = arm_theta_1_sin * t202 - arm_theta_1_cos * t196;
+    const double t206 = arm_theta_1_cos * t204 - arm_theta_1_sin * t198;
+    const double t207 = arm_theta_1_sin * t204 + arm_theta_1_cos * t198;
+    const double t208 = arm_psi_1_sin * t205 + arm_psi_1_cos * t201;
+    const double t209 = arm_psi_sin * (arm_psi_1_cos * t207 - arm_psi_1_sin * t203) + arm_psi_cos * (arm_psi_1_sin *
+        t207 + arm_psi_1_cos * t203 - p->derived.constant_1 * (arm_theta_1_sin * t196 + arm_theta_1_cos *
+        t202));
     /* arm_phi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t226 = arm_psi_3_cos * t72;
-    const double t227 = arm_psi_3_sin * t72;
-    const double t228 = arm_phi_2_sin * t71 + arm_phi_2_cos * t227;
-    const double t229 = arm_phi_2_sin * t227 - arm_phi_2_cos * t71;
-    const double t230 = arm_theta_2_cos * t229 - arm_theta_2_sin * t226;
-    const double t231 = arm_theta_2_sin * t229 + arm_theta_2_cos * t226;
-    const double t232 = arm_psi_2_cos * t231 - arm_psi_2_sin * t228;
-    const double t233 = arm_psi_2_sin * t231 + arm_psi_2_cos * t228;
-    const double t234 = arm_phi_1_cos * t233 - arm_phi_1_sin * t230;
-    const double t235 = arm_phi_1_sin * t233 + arm_phi_1_cos * t230;
-    const double t236 = arm_theta_1_cos * t235 - arm_theta_1_sin * t232;
-    const double t237 = arm_theta_1_sin * t235 + arm_theta_1_cos * t232;
+    const double t210 = p->derived.arm_psi_inertia_xx * arm_theta_3_sin;
+    const double t211 = p->derived.arm_psi_inertia_xx * arm_theta_3_cos;
+    const double t212 = arm_psi_3_cos * t211;
+    const double t213 = arm_psi_3_sin * t211;
+    const double t214 = arm_phi_2_sin * t210 + arm_phi_2_cos * t213;
+    const double t215 = arm_phi_2_sin * t213 - arm_phi_2_cos * t210;
+    const double t216 = arm_theta_2_cos * t215 - arm_theta_2_sin * t212;
+    const double t217 = arm_theta_2_sin * t215 + arm_theta_2_cos * t212;
+    const double t218 = arm_psi_2_cos * t217 - arm_psi_2_sin * t214;
+    const double t219 = arm_psi_2_sin * t217 + arm_psi_2_cos * t214;
+    const double t220 = arm_phi_1_cos * t219 - arm_phi_1_sin * t216;
+    const double t221 = arm_phi_1_sin * t219 + arm_phi_1_cos * t216;
+    const double t222 = arm_theta_1_cos * t221 - arm_theta_1_sin * t218;
+    const double t223 = arm_theta_1_sin * t221 + arm_theta_1_cos * t218;
     /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t238 = p->m_E * arm_theta_3_sin;
-    const double t239 = p->m_E * arm_theta_3_cos;
-    const double t240 = arm_psi_3_cos * t239;
-    const double t241 = arm_psi_3_sin * t239;
-    const double t242 = p->derived.arm_element_length * t238;
-    const double t243 = p->derived.arm_element_length * t241;
-    const double t244 = arm_phi_2_sin * t238 + arm_phi_2_cos * t241;
-    const double t245 = arm_phi_2_sin * t241 - arm_phi_2_cos * t238;
-    const double t246 = arm_phi_2_cos * t242 - arm_phi_2_sin * t243;
-    const double t247 = arm_phi_2_sin * t242 + arm_phi_2_cos * t243;
-    const double t248 = arm_theta_2_cos * t245 - arm_theta_2_sin * t240;
-    const double t249 = arm_theta_2_sin * t245 + arm_theta_2_cos * t240;
-    const double t250 = arm_theta_2_cos * t247;
-    const double t251 = arm_theta_2_sin * t247;
-    const double t252 = arm_psi_2_cos * t249 - arm_psi_2_sin * t244;
-    const double t253 = arm_psi_2_sin * t249 + arm_psi_2_cos * t244;
-    const double t254 = arm_psi_2_cos * t251 - arm_psi_2_sin * t246;
-    const double t255 = arm_psi_2_sin * t251 + arm_psi_2_cos * t246 - p->derived.arm_element_length * t248;
-    const double t256 = t250 + p->derived.arm_element_length * t253;
-    const double t257 = arm_phi_1_cos * t253 - arm_phi_1_sin * t248;
-    const double t258 = arm_phi_1_sin * t253 + arm_phi_1_cos * t248;
-    const double t259 = arm_phi_1_cos * t255 - arm_phi_1_sin * t256;
-    const double t260 = arm_phi_1_sin * t255 + arm_phi_1_cos * t256;
-    const double t261 = arm_theta_1_sin * t258 + arm_theta_1_cos * t252;
-    const double t262 = arm_theta_1_cos * t260 - arm_theta_1_sin * t254;
-    const double t263 = arm_theta_1_sin * t260 + arm_theta_1_cos * t254;
-    const double t264 = arm_psi_1_sin * t261 + arm_psi_1_cos * t257;
-    const double t265 = arm_psi_sin * (arm_psi_1_cos * t263 - arm_psi_1_sin * t259) + arm_psi_cos * (arm_psi_1_sin *
-        t263 + arm_psi_1_cos * t259 - p->derived.constant_1 * (arm_theta_1_cos * t258 - arm_theta_1_sin *
-        t252));
+    const double t224 = p->m_E * arm_theta_3_sin;
+    const double t225 = p->m_E * arm_theta_3_cos;
+    const double t226 = arm_psi_3_cos * t225;
+    const double t227 = arm_psi_3_sin * t225;
+    const double t228 = p->derived.arm_element_length * t224;
+    const double t229 = p->derived.arm_element_length * t227;
+    const double t230 = arm_phi_2_sin * t224 + arm_phi_2_cos * t227;
+    const double t231 = arm_phi_2_sin * t227 - arm_phi_2_cos * t224;
+    const double t232 = arm_phi_2_cos * t228 - arm_phi_2_sin * t229;
+    const double t233 = arm_phi_2_sin * t228 + arm_phi_2_cos * t229;
+    const double t234 = arm_theta_2_cos * t231 - arm_theta_2_sin * t226;
+    const double t235 = arm_theta_2_sin * t231 + arm_theta_2_cos * t226;
+    const double t236 = arm_theta_2_cos * t233;
+    const double t237 = arm_theta_2_sin * t233;
+    const double t238 = arm_psi_2_cos * t235 - arm_psi_2_sin * t230;
+    const double t239 = arm_psi_2_sin * t235 + arm_psi_2_cos * t230;
+    const double t240 = arm_psi_2_cos * t237 - arm_psi_2_sin * t232;
+    const double t241 = arm_psi_2_sin * t237 + arm_psi_2_cos * t232 - p->derived.arm_element_length * t234;
+    const double t242 = t236 + p->derived.arm_element_length * t239;
+    const double t243 = arm_phi_1_cos * t239 - arm_phi_1_sin * t234;
+    const double t244 = arm_phi_1_sin * t239 + arm_phi_1_cos * t234;
+    const double t245 = arm_phi_1_cos * t241 - arm_phi_1_sin * t242;
+    const double t246 = arm_phi_1_sin * t241 + arm_phi_1_cos * t242;
+    const double t247 = arm_theta_1_sin * t244 + arm_theta_1_cos * t238;
+    const double t248 = arm_theta_1_cos * t246 - arm_theta_1_sin * t240;
+    const double t249 = arm_theta_1_sin * t246 + arm_theta_1_cos * t240;
+    const double t250 = arm_psi_1_sin * t247 + arm_psi_1_cos * t243;
+    const double t251 = arm_psi_sin * (arm_psi_1_cos * t249 - arm_psi_1_sin * t245) + arm_psi_cos * (arm_psi_1_sin *
+        t249 + arm_psi_1_cos * t245 - p->derived.constant_1 * (arm_theta_1_cos * t244 - arm_theta_1_sin *
+        t238));
     /* arm_phi_3: bias forces c, inward */
-    const double t266 = p->derived.arm_psi_inertia_xx * arm_phi_3_w_x;
-    const double t267 = p->derived.arm_psi_inertia_yy * arm_phi_3_w_y;
-    const double t268 = p->derived.arm_psi_inertia_yy * arm_phi_3_w_z;
-    const double arm_phi_3_bias_moment_x = arm_phi_3_w_y * t268 - arm_phi_3_w_z * t267 + p->derived.arm_psi_inertia_xx *
+    const double t252 = p->derived.arm_psi_inertia_xx * arm_phi_3_w_x;
+    const double t253 = p->derived.arm_psi_inertia_yy * arm_phi_3_w_y;
+    const double t254 = p->derived.arm_psi_inertia_yy * arm_phi_3_w_z;
+    const double arm_phi_3_bias_moment_x = arm_phi_3_w_y * t254 - arm_phi_3_w_z * t253 + p->derived.arm_psi_inertia_xx *
         arm_theta_3_bias_wd_x;
-    const double t269 = p->derived.arm_psi_moment_x * arm_phi_3_w_z;
-    const double t270 = p->derived.arm_psi_moment_x * arm_phi_3_w_y;
+    const double t255 = p->derived.arm_psi_moment_x * arm_phi_3_w_z;
+    const double t256 = p->derived.arm_psi_moment_x * arm_phi_3_w_y;
     /* arm_theta_3: bias forces c, inward */
-    const double t271 = arm_theta_3_sin * arm_phi_3_bias_moment_x;
+    const double t257 = arm_theta_3_sin * arm_phi_3_bias_moment_x;
     /* arm_phi_2: bias forces c, inward */
-    const double t272 = p->derived.arm_phi_1_inertia_xx * arm_phi_2_w_x;
-    const double t273 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_y;
-    const double t274 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_z;
-    const double arm_phi_2_load_moment_x = arm_phi_2_w_y * t274 - arm_phi_2_w_z * t273 + p->derived.arm_phi_1_inertia_xx *
+    const double t258 = p->derived.arm_phi_1_inertia_xx * arm_phi_2_w_x;
+    const double t259 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_y;
+    const double t260 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_z;
+    const double arm_phi_2_load_moment_x = arm_phi_2_w_y * t260 - arm_phi_2_w_z * t259 + p->derived.arm_phi_1_inertia_xx *
         arm_theta_2_bias_wd_x;
-    const double t275 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_z;
-    const double t276 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_y;
+    const double t261 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_z;
+    const double t262 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_y;
     /* arm_phi_1: bias forces c, inward */
-    const double t277 = p->derived.arm_phi_1_inertia_xx * arm_phi_1_w_x;
-    const double t278 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_y;
-    const double t279 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_z;
-    const double arm_phi_1_load_moment_x = arm_phi_1_w_y * t279 - arm_phi_1_w_z * t278 + p->derived.arm_phi_1_inertia_xx *
+    const double t263 = p->derived.arm_phi_1_inertia_xx * arm_phi_1_w_x;
+    const double t264 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_y;
+    const double t265 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_z;
+    const double arm_phi_1_load_moment_x = arm_phi_1_w_y * t265 - arm_phi_1_w_z * t264 + p->derived.arm_phi_1_inertia_xx *
         arm_theta_1_bias_wd_x;
-    const double t280 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_z;
-    const double t281 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_y;
+    const double t266 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_z;
+    const double t267 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_y;
     /* arm_psi: bias forces c, inward */
-    const double t282 = p->derived.arm_psi_inertia_xx * arm_psi_w_x;
-    const double t283 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
-    const double t284 = p->derived.arm_psi_inertia_yy * qd[2];
-    const double arm_psi_load_moment_x = arm_psi_w_y * t284 - qd[2] * t283 + p->derived.arm_psi_inertia_xx *
+    const double t268 = p->derived.arm_psi_inertia_xx * arm_psi_w_x;
+    const double t269 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
+    const double t270 = p->derived.arm_psi_inertia_yy * qd[2];
+    const double arm_psi_load_moment_x = arm_psi_w_y * t270 - qd[2] * t269 + p->derived.arm_psi_inertia_xx *
         arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = qd[2] * t282 - arm_psi_w_x * t284 - p->derived.arm_psi_inertia_yy *
+    const double arm_psi_load_moment_y = qd[2] * t268 - arm_psi_w_x * t270 - p->derived.arm_psi_inertia_yy *
         t5;
-    const double t285 = p->derived.arm_psi_moment_x * arm_psi_w_y;
+    const double t271 = p->derived.arm_psi_moment_x * arm_psi_w_y;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t286 = (effector_z_position_x - p->xc) / p->a;
-    const double t287 = effector_z_position_y / p->b;
-    const double row_1_phi = t286 * t286 + t287 * t287 - 1.0;
-    const double t288 = point_E_xd * p->derived.constant_10;
-    const double t289 = t286 * t288;
-    const double t290 = point_E_yd * p->derived.constant_11;
-    const double t291 = t287 * t290;
-    const double row_1_psi = t289 + t289 + (t291 + t291);
-    const double t292 = t288 * t288 + t286 * (point_E_bias_x * p->derived.constant_10);
-    const double t293 = t290 * t290 + t287 * (point_E_bias_y * p->derived.constant_11);
-    const double row_1_v = t292 + t292 + (t293 + t293);
-    const double t294 = p->derived.constant_11 * (t287 + t287);
-    const double t295 = p->derived.constant_10 * (t286 + t286);
-    const double row_1_u_column_psi = effector_z_position_x * t294 - effector_z_position_y * t295;
-    const double row_1_u_arm_theta_1 = (t6 * t63 + arm_psi_1_ground_z_y * t61) * t294 - (arm_psi_1_ground_z_y *
-        t62 + t7 * t63) * t295;
-    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t63 - arm_theta_1_ground_z_x * t62) * t295 +
-        (arm_theta_1_ground_z_x * t61 - arm_theta_1_ground_x_x * t63) * t294;
-    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t60 - arm_phi_1_ground_z_z * t59) * t295 + (arm_phi_1_ground_z_z *
-        t58 - arm_phi_1_ground_x_z * t60) * t294;
-    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t60 - arm_psi_2_ground_z_y * t59) * t295 +
-        (arm_psi_2_ground_z_y * t58 - arm_psi_2_ground_x_y * t60) * t294;
-    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t60 - arm_theta_2_ground_z_x * t59) * t295 +
-        (arm_theta_2_ground_z_x * t58 - arm_theta_2_ground_x_x * t60) * t294;
-    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t57 - arm_phi_2_ground_z_z * t56) * t295 + (arm_phi_2_ground_z_z *
-        t55 - arm_phi_2_ground_x_z * t57) * t294;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t57 - arm_psi_3_ground_z_y * t56) * t295 +
-        (arm_psi_3_ground_z_y * t55 - arm_psi_3_ground_x_y * t57) * t294;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t57 - arm_theta_3_ground_z_x * t56) * t295 +
-        (arm_theta_3_ground_z_x * t55 - arm_theta_3_ground_x_x * t57) * t294;
-    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t295 + arm_theta_3_ground_y_x * t294;
+    const double t272 = (effector_z_position_x - p->xc) / p->a;
+    const double t273 = effector_z_position_y / p->b;
+    const double row_1_phi = t272 * t272 + t273 * t273 - 1.0;
+    const double t274 = point_E_xd * p->derived.constant_10;
+    const double t275 = t272 * t274;
+    const double t276 = point_E_yd * p->derived.constant_11;
+    const double t277 = t273 * t276;
+    const double row_1_psi = t275 + t275 + (t277 + t277);
+    const double t278 = t274 * t274 + t272 * (point_E_bias_x * p->derived.constant_10);
+    const double t279 = t276 * t276 + t273 * (point_E_bias_y * p->derived.constant_11);
+    const double row_1_v = t278 + t278 + (t279 + t279);
+    const double t280 = p->derived.constant_11 * (t273 + t273);
+    const double t281 = p->derived.constant_10 * (t272 + t272);
+    const double row_1_u_column_psi = effector_z_position_x * t280 - effector_z_position_y * t281;
+    const double row_1_u_arm_theta_1 = (t6 * t63 + arm_psi_1_ground_z_y * t61) * t280 - (arm_psi_1_ground_z_y *
+        t62 + t7 * t63) * t281;
+    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t63 - arm_theta_1_ground_z_x * t62) * t281 +
+        (arm_theta_1_ground_z_x * t61 - arm_theta_1_ground_x_x * t63) * t280;
+    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t60 - arm_phi_1_ground_z_z * t59) * t281 + (arm_phi_1_ground_z_z *
+        t58 - arm_phi_1_ground_x_z * t60) * t280;
+    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t60 - arm_psi_2_ground_z_y * t59) * t281 +
+        (arm_psi_2_ground_z_y * t58 - arm_psi_2_ground_x_y * t60) * t280;
+    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t60 - arm_theta_2_ground_z_x * t59) * t281 +
+        (arm_theta_2_ground_z_x * t58 - arm_theta_2_ground_x_x * t60) * t280;
+    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t57 - arm_phi_2_ground_z_z * t56) * t281 + (arm_phi_2_ground_z_z *
+        t55 - arm_phi_2_ground_x_z * t57) * t280;
+    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t57 - arm_psi_3_ground_z_y * t56) * t281 +
+        (arm_psi_3_ground_z_y * t55 - arm_psi_3_ground_x_y * t57) * t280;
+    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t57 - arm_theta_3_ground_z_x * t56) * t281 +
+        (arm_theta_3_ground_z_x * t55 - arm_theta_3_ground_x_x * t57) * t280;
+    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t281 + arm_theta_3_ground_y_x * t280;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t296 = t2 * (p->derived.constant_14 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t296 + t296);
+    const double t282 = t2 * (p->derived.constant_14 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t282 + t282);
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = arm_psi_w_x * t283 - arm_psi_w_y * t282 + p->derived.arm_psi_moment_x *
+    const double arm_psi_load_moment_z = arm_psi_w_x * t269 - arm_psi_w_y * t268 + p->derived.arm_psi_moment_x *
         arm_psi_bias_a_falling_y;
     const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x *
-        qd[2]) + arm_psi_w_y * t285);
-    const double arm_psi_load_force_y = arm_psi_w_x * t285 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+        qd[2]) + arm_psi_w_y * t271);
+    const double arm_psi_load_force_y = arm_psi_w_x * t271 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
     /* arm_phi_1: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_1_load_moment_y = arm_phi_1_w_z * t277 - arm_phi_1_w_x * t279 + p->derived.arm_phi_1_inertia_yy *
+    const double arm_phi_1_load_moment_y = arm_phi_1_w_z * t263 - arm_phi_1_w_x * t265 + p->derived.arm_phi_1_inertia_yy *
         arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_z;
-    const double arm_phi_1_load_moment_z = arm_phi_1_w_x * t278 - arm_phi_1_w_y * t277 + p->derived.arm_phi_1_inertia_yy *
+    const double arm_phi_1_load_moment_z = arm_phi_1_w_x * t264 - arm_phi_1_w_y * t263 + p->derived.arm_phi_1_inertia_yy *
         arm_phi_1_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_y;
     const double arm_phi_1_load_force_x = p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - (arm_phi_1_w_z *
-        t280 + arm_phi_1_w_y * t281);
-    const double arm_phi_1_load_force_y = arm_phi_1_w_x * t281 + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_z +
+        t266 + arm_phi_1_w_y * t267);
+    const double arm_phi_1_load_force_y = arm_phi_1_w_x * t267 + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_z +
         p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_y;
-    const double arm_phi_1_load_force_z = arm_phi_1_w_x * t280 - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_y +
+    const double arm_phi_1_load_force_z = arm_phi_1_w_x * t266 - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_y +
         p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_z;
     /* arm_phi_2: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_2_load_moment_y = arm_phi_2_w_z * t272 - arm_phi_2_w_x * t274 + p->derived.arm_phi_1_inertia_yy *
+    const double arm_phi_2_load_moment_y = arm_phi_2_w_z * t258 - arm_phi_2_w_x * t260 + p->derived.arm_phi_1_inertia_yy *
         arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_z;
-    const double arm_phi_2_load_moment_z = arm_phi_2_w_x * t273 - arm_phi_2_w_y * t272 + p->derived.arm_phi_1_inertia_yy *
+    const double arm_phi_2_load_moment_z = arm_phi_2_w_x * t259 - arm_phi_2_w_y * t258 + p->derived.arm_phi_1_inertia_yy *
         arm_phi_2_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_y;
     const double arm_phi_2_load_force_x = p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - (arm_phi_2_w_z *
-        t275 + arm_phi_2_w_y * t276);
-    const double arm_phi_2_load_force_y = arm_phi_2_w_x * t276 + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_z +
+        t261 + arm_phi_2_w_y * t262);
+    const double arm_phi_2_load_force_y = arm_phi_2_w_x * t262 + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_z +
         p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_y;
-    const double arm_phi_2_load_force_z = arm_phi_2_w_x * t275 - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_y +
+    const double arm_phi_2_load_force_z = arm_phi_2_w_x * t261 - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_y +
         p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_z;
     /* arm_phi_3: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_3_load_moment_y = arm_phi_3_w_z * t266 - arm_phi_3_w_x * t268 + p->derived.arm_psi_inertia_yy *
+    const double arm_phi_3_load_moment_y = arm_phi_3_w_z * t252 - arm_phi_3_w_x * t254 + p->derived.arm_psi_inertia_yy *
         arm_phi_3_bias_wd_y - p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
-    const double arm_phi_3_load_moment_z = arm_phi_3_w_x * t267 - arm_phi_3_w_y * t266 + p->derived.arm_psi_inertia_yy *
+    const double arm_phi_3_load_moment_z = arm_phi_3_w_x * t253 - arm_phi_3_w_y * t252 + p->derived.arm_psi_inertia_yy *
         arm_phi_3_bias_wd_z + p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
     const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - (arm_phi_3_w_z *
-        t269 + arm_phi_3_w_y * t270);
-    const double arm_phi_3_load_force_y = arm_phi_3_w_x * t270 + p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_z +
+        t255 + arm_phi_3_w_y * t256);
+    const double arm_phi_3_load_force_y = arm_phi_3_w_x * t256 + p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_z +
         p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_z = arm_phi_3_w_x * t269 - p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_y +
+    const double arm_phi_3_load_force_z = arm_phi_3_w_x * t255 - p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_y +
         p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
     /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
@@ -6645,9 +6516,9 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         arm_phi_3_carried_force_z;
     const double arm_theta_3_carried_force_z = arm_phi_3_sin * arm_phi_3_carried_force_y + arm_phi_3_cos *
         arm_phi_3_carried_force_z;
-    const double t297 = arm_phi_3_sin * arm_phi_3_carried_moment_z;
-    const double t298 = arm_phi_3_cos * arm_phi_3_carried_moment_y;
-    const double arm_theta_3_carried_moment_y = t298 - t297;
+    const double t283 = arm_phi_3_sin * arm_phi_3_carried_moment_z;
+    const double t284 = arm_phi_3_cos * arm_phi_3_carried_moment_y;
+    const double arm_theta_3_carried_moment_y = t284 - t283;
     const double arm_theta_3_carried_moment_z = arm_phi_3_sin * arm_phi_3_carried_moment_y + arm_phi_3_cos *
         arm_phi_3_carried_moment_z;
     /* arm_theta_3: bias and gravity forces c + g, inward */
@@ -6655,30 +6526,30 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         arm_phi_3_carried_force_x;
     const double arm_psi_3_carried_force_x = arm_theta_3_sin * arm_theta_3_carried_force_z + arm_theta_3_cos *
         arm_phi_3_carried_force_x;
-    const double t299 = arm_theta_3_cos * arm_theta_3_carried_moment_z;
-    const double arm_psi_3_carried_moment_z = t299 - t271;
+    const double t285 = arm_theta_3_cos * arm_theta_3_carried_moment_z;
+    const double arm_psi_3_carried_moment_z = t285 - t257;
     const double arm_psi_3_carried_moment_x = arm_theta_3_cos * arm_phi_3_bias_moment_x + arm_theta_3_sin *
         arm_theta_3_carried_moment_z;
     /* arm_psi_3: bias and gravity forces c + g, inward */
-    const double t300 = arm_psi_3_sin * arm_psi_3_carried_force_x + arm_psi_3_cos * arm_theta_3_carried_force_y;
+    const double t286 = arm_psi_3_sin * arm_psi_3_carried_force_x + arm_psi_3_cos * arm_theta_3_carried_force_y;
     /* arm_phi_2: bias and gravity forces c + g, inward */
     const double arm_phi_2_carried_moment_x = arm_phi_2_load_moment_x + (arm_psi_3_cos * arm_psi_3_carried_moment_x -
         arm_psi_3_sin * arm_theta_3_carried_moment_y);
     const double arm_phi_2_carried_moment_y = arm_phi_2_load_moment_y + (arm_psi_3_sin * arm_psi_3_carried_moment_x +
         arm_psi_3_cos * arm_theta_3_carried_moment_y - p->derived.arm_element_length * arm_psi_3_carried_force_z);
     const double arm_phi_2_carried_moment_z = arm_phi_2_load_moment_z + (arm_psi_3_carried_moment_z + p->derived.arm_element_length *
-        t300);
+        t286);
     const double arm_phi_2_carried_force_x = arm_phi_2_load_force_x + (arm_psi_3_cos * arm_psi_3_carried_force_x -
         arm_psi_3_sin * arm_theta_3_carried_force_y);
-    const double arm_phi_2_carried_force_y = arm_phi_2_load_force_y + t300;
+    const double arm_phi_2_carried_force_y = arm_phi_2_load_force_y + t286;
     const double arm_phi_2_carried_force_z = arm_phi_2_load_force_z + arm_psi_3_carried_force_z;
     const double arm_theta_2_carried_force_y = arm_phi_2_cos * arm_phi_2_carried_force_y - arm_phi_2_sin *
         arm_phi_2_carried_force_z;
     const double arm_theta_2_carried_force_z = arm_phi_2_sin * arm_phi_2_carried_force_y + arm_phi_2_cos *
         arm_phi_2_carried_force_z;
-    const double t301 = arm_phi_2_sin * arm_phi_2_carried_moment_z;
-    const double t302 = arm_phi_2_cos * arm_phi_2_carried_moment_y;
-    const double arm_theta_2_carried_moment_y = t302 - t301;
+    const double t287 = arm_phi_2_sin * arm_phi_2_carried_moment_z;
+    const double t288 = arm_phi_2_cos * arm_phi_2_carried_moment_y;
+    const double arm_theta_2_carried_moment_y = t288 - t287;
     const double arm_theta_2_carried_moment_z = arm_phi_2_sin * arm_phi_2_carried_moment_y + arm_phi_2_cos *
         arm_phi_2_carried_moment_z;
     /* arm_theta_2: bias and gravity forces c + g, inward */
@@ -6686,31 +6557,31 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         arm_phi_2_carried_force_x;
     const double arm_psi_2_carried_force_x = arm_theta_2_sin * arm_theta_2_carried_force_z + arm_theta_2_cos *
         arm_phi_2_carried_force_x;
-    const double t303 = arm_theta_2_sin * arm_phi_2_carried_moment_x;
-    const double t304 = arm_theta_2_cos * arm_theta_2_carried_moment_z;
-    const double arm_psi_2_carried_moment_z = t304 - t303;
+    const double t289 = arm_theta_2_sin * arm_phi_2_carried_moment_x;
+    const double t290 = arm_theta_2_cos * arm_theta_2_carried_moment_z;
+    const double arm_psi_2_carried_moment_z = t290 - t289;
     const double arm_psi_2_carried_moment_x = arm_theta_2_sin * arm_theta_2_carried_moment_z + arm_theta_2_cos *
         arm_phi_2_carried_moment_x;
     /* arm_psi_2: bias and gravity forces c + g, inward */
-    const double t305 = arm_psi_2_sin * arm_psi_2_carried_force_x + arm_psi_2_cos * arm_theta_2_carried_force_y;
+    const double t291 = arm_psi_2_sin * arm_psi_2_carried_force_x + arm_psi_2_cos * arm_theta_2_carried_force_y;
     /* arm_phi_1: bias and gravity forces c + g, inward */
     const double arm_phi_1_carried_moment_x = arm_phi_1_load_moment_x + (arm_psi_2_cos * arm_psi_2_carried_moment_x -
         arm_psi_2_sin * arm_theta_2_carried_moment_y);
     const double arm_phi_1_carried_moment_y = arm_phi_1_load_moment_y + (arm_psi_2_sin * arm_psi_2_carried_moment_x +
         arm_psi_2_cos * arm_theta_2_carried_moment_y - p->derived.arm_element_length * arm_psi_2_carried_force_z);
     const double arm_phi_1_carried_moment_z = arm_phi_1_load_moment_z + (arm_psi_2_carried_moment_z + p->derived.arm_element_length *
-        t305);
+        t291);
     const double arm_phi_1_carried_force_x = arm_phi_1_load_force_x + (arm_psi_2_cos * arm_psi_2_carried_force_x -
         arm_psi_2_sin * arm_theta_2_carried_force_y);
-    const double arm_phi_1_carried_force_y = arm_phi_1_load_force_y + t305;
+    const double arm_phi_1_carried_force_y = arm_phi_1_load_force_y + t291;
     const double arm_phi_1_carried_force_z = arm_phi_1_load_force_z + arm_psi_2_carried_force_z;
     const double arm_theta_1_carried_force_y = arm_phi_1_cos * arm_phi_1_carried_force_y - arm_phi_1_sin *
         arm_phi_1_carried_force_z;
     const double arm_theta_1_carried_force_z = arm_phi_1_sin * arm_phi_1_carried_force_y + arm_phi_1_cos *
         arm_phi_1_carried_force_z;
-    const double t306 = arm_phi_1_sin * arm_phi_1_carried_moment_z;
-    const double t307 = arm_phi_1_cos * arm_phi_1_carried_moment_y;
-    const double arm_theta_1_carried_moment_y = t307 - t306;
+    const double t292 = arm_phi_1_sin * arm_phi_1_carried_moment_z;
+    const double t293 = arm_phi_1_cos * arm_phi_1_carried_moment_y;
+    const double arm_theta_1_carried_moment_y = t293 - t292;
     const double arm_theta_1_carried_moment_z = arm_phi_1_sin * arm_phi_1_carried_moment_y + arm_phi_1_cos *
         arm_phi_1_carried_moment_z;
     /* arm_theta_1: bias and gravity forces c + g, inward */
@@ -6718,23 +6589,23 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         arm_phi_1_carried_force_x;
     const double arm_psi_1_carried_force_x = arm_theta_1_sin * arm_theta_1_carried_force_z + arm_theta_1_cos *
         arm_phi_1_carried_force_x;
-    const double t308 = arm_theta_1_sin * arm_phi_1_carried_moment_x;
-    const double t309 = arm_theta_1_cos * arm_theta_1_carried_moment_z;
-    const double arm_psi_1_carried_moment_z = t309 - t308;
+    const double t294 = arm_theta_1_sin * arm_phi_1_carried_moment_x;
+    const double t295 = arm_theta_1_cos * arm_theta_1_carried_moment_z;
+    const double arm_psi_1_carried_moment_z = t295 - t294;
     const double arm_psi_1_carried_moment_x = arm_theta_1_sin * arm_theta_1_carried_moment_z + arm_theta_1_cos *
         arm_phi_1_carried_moment_x;
     /* arm_psi_1: bias and gravity forces c + g, inward */
-    const double t310 = arm_psi_1_sin * arm_psi_1_carried_force_x + arm_psi_1_cos * arm_theta_1_carried_force_y;
+    const double t296 = arm_psi_1_sin * arm_psi_1_carried_force_x + arm_psi_1_cos * arm_theta_1_carried_force_y;
     /* arm_psi: bias and gravity forces c + g, inward */
     const double arm_psi_carried_moment_x = arm_psi_load_moment_x + (arm_psi_1_cos * arm_psi_1_carried_moment_x -
         arm_psi_1_sin * arm_theta_1_carried_moment_y);
     const double arm_psi_carried_moment_y = arm_psi_load_moment_y + (arm_psi_1_sin * arm_psi_1_carried_moment_x +
         arm_psi_1_cos * arm_theta_1_carried_moment_y - p->derived.constant_1 * arm_psi_1_carried_force_z);
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + (arm_psi_1_carried_moment_z + p->derived.constant_1 *
-        t310);
+        t296);
     const double arm_psi_carried_force_x = arm_psi_load_force_x + (arm_psi_1_cos * arm_psi_1_carried_force_x -
         arm_psi_1_sin * arm_theta_1_carried_force_y);
-    const double arm_psi_carried_force_y = arm_psi_load_force_y + t310;
+    const double arm_psi_carried_force_y = arm_psi_load_force_y + t296;
     const double column_psi_carried_moment_z = arm_psi_sin * arm_psi_carried_moment_x + arm_psi_cos * arm_psi_carried_moment_y;
     /* column_psi: bias and gravity forces c + g, inward */
     const double column_psi_carried_force_z = p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_carried_force_x +
@@ -6744,107 +6615,108 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     out->M[0 * 13 + 0] = p->derived.base_z_mass_beyond;
     out->M[1 * 13 + 1] = column_psi_inertia_beyond_zz;
     out->M[2 * 13 + 0] = column_psi_moment_beyond_x;
-    out->M[2 * 13 + 1] = t127 + arm_psi_sin * arm_psi_inertia_beyond_xz;
+    out->M[2 * 13 + 1] = t105 + arm_psi_sin * arm_psi_inertia_beyond_xz;
     out->M[2 * 13 + 2] = arm_psi_inertia_beyond_zz;
-    out->M[3 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t128 - t118) + arm_psi_cos * t129;
-    out->M[3 * 13 + 1] = t127 + arm_psi_sin * t124;
-    out->M[3 * 13 + 2] = arm_psi_1_inertia_beyond_zz + p->derived.constant_1 * t129;
+    out->M[3 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t106 - t99) + arm_psi_cos * t107;
+    out->M[3 * 13 + 1] = t105 + arm_psi_sin * t102;
+    out->M[3 * 13 + 2] = arm_psi_1_inertia_beyond_zz + p->derived.constant_1 * t107;
     out->M[3 * 13 + 3] = arm_psi_1_inertia_beyond_zz;
-    out->M[4 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z) + arm_psi_cos * t130;
-    out->M[4 * 13 + 1] = arm_psi_sin * t122 + arm_psi_cos * (t123 + p->derived.constant_1 * arm_psi_1_moment_beyond_x);
-    out->M[4 * 13 + 2] = arm_psi_1_inertia_beyond_yz + p->derived.constant_1 * t130;
+    out->M[4 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z) + arm_psi_cos * t108;
+    out->M[4 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_inertia_beyond_xy - arm_psi_1_sin * arm_theta_1_inertia_beyond_yy) +
+        arm_psi_cos * (arm_psi_1_sin * arm_psi_1_inertia_beyond_xy + arm_psi_1_cos * arm_theta_1_inertia_beyond_yy +
+        p->derived.constant_1 * arm_psi_1_moment_beyond_x);
+    out->M[4 * 13 + 2] = arm_psi_1_inertia_beyond_yz + p->derived.constant_1 * t108;
     out->M[4 * 13 + 3] = arm_psi_1_inertia_beyond_yz;
     out->M[4 * 13 + 4] = arm_theta_1_inertia_beyond_yy;
-    out->M[5 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t134 - arm_psi_1_sin * t132) + arm_psi_cos * t135;
-    out->M[5 * 13 + 1] = t136;
-    out->M[5 * 13 + 2] = t114 + p->derived.constant_1 * t135;
-    out->M[5 * 13 + 3] = t114;
+    out->M[5 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t112 - arm_psi_1_sin * t110) + arm_psi_cos * t115;
+    out->M[5 * 13 + 1] = t116;
+    out->M[5 * 13 + 2] = t113 + p->derived.constant_1 * t115;
+    out->M[5 * 13 + 3] = t113;
     out->M[5 * 13 + 4] = arm_theta_1_inertia_beyond_xy;
     out->M[5 * 13 + 5] = arm_phi_1_inertia_beyond_xx;
-    out->M[6 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t142 - arm_psi_1_sin * t138) + arm_psi_cos * t145;
-    out->M[6 * 13 + 1] = t146;
-    out->M[6 * 13 + 2] = t143 + p->derived.constant_1 * t145;
-    out->M[6 * 13 + 3] = t143;
-    out->M[6 * 13 + 4] = t140;
-    out->M[6 * 13 + 5] = t101;
+    out->M[6 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t122 - arm_psi_1_sin * t118) + arm_psi_cos * t125;
+    out->M[6 * 13 + 1] = t126;
+    out->M[6 * 13 + 2] = t123 + p->derived.constant_1 * t125;
+    out->M[6 * 13 + 3] = t123;
+    out->M[6 * 13 + 4] = t120;
+    out->M[6 * 13 + 5] = t87;
     out->M[6 * 13 + 6] = arm_psi_2_inertia_beyond_zz;
-    out->M[7 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t155 - arm_psi_1_sin * t151) + arm_psi_cos * t158;
-    out->M[7 * 13 + 1] = t159;
-    out->M[7 * 13 + 2] = t156 + p->derived.constant_1 * t158;
-    out->M[7 * 13 + 3] = t156;
-    out->M[7 * 13 + 4] = t153;
-    out->M[7 * 13 + 5] = t99;
+    out->M[7 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t136 - arm_psi_1_sin * t132) + arm_psi_cos * t139;
+    out->M[7 * 13 + 1] = t140;
+    out->M[7 * 13 + 2] = t137 + p->derived.constant_1 * t139;
+    out->M[7 * 13 + 3] = t137;
+    out->M[7 * 13 + 4] = t134;
+    out->M[7 * 13 + 5] = t129;
     out->M[7 * 13 + 6] = arm_psi_2_inertia_beyond_yz;
     out->M[7 * 13 + 7] = arm_theta_2_inertia_beyond_yy;
-    out->M[8 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t172 - arm_psi_1_sin * t168) + arm_psi_cos * t175;
-    out->M[8 * 13 + 1] = t176;
-    out->M[8 * 13 + 2] = t173 + p->derived.constant_1 * t175;
-    out->M[8 * 13 + 3] = t173;
-    out->M[8 * 13 + 4] = t170;
-    out->M[8 * 13 + 5] = t165;
-    out->M[8 * 13 + 6] = t93;
+    out->M[8 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t155 - arm_psi_1_sin * t151) + arm_psi_cos * t158;
+    out->M[8 * 13 + 1] = t159;
+    out->M[8 * 13 + 2] = t156 + p->derived.constant_1 * t158;
+    out->M[8 * 13 + 3] = t156;
+    out->M[8 * 13 + 4] = t153;
+    out->M[8 * 13 + 5] = t148;
+    out->M[8 * 13 + 6] = t144;
     out->M[8 * 13 + 7] = arm_theta_2_inertia_beyond_xy;
     out->M[8 * 13 + 8] = arm_phi_2_inertia_beyond_xx;
-    out->M[9 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t195 - arm_psi_1_sin * t191) + arm_psi_cos * t198;
-    out->M[9 * 13 + 1] = t199;
-    out->M[9 * 13 + 2] = t196 + p->derived.constant_1 * t198;
-    out->M[9 * 13 + 3] = t196;
-    out->M[9 * 13 + 4] = t193;
-    out->M[9 * 13 + 5] = t188;
-    out->M[9 * 13 + 6] = t184;
-    out->M[9 * 13 + 7] = t180;
-    out->M[9 * 13 + 8] = t79;
+    out->M[9 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t178 - arm_psi_1_sin * t174) + arm_psi_cos * t181;
+    out->M[9 * 13 + 1] = t182;
+    out->M[9 * 13 + 2] = t179 + p->derived.constant_1 * t181;
+    out->M[9 * 13 + 3] = t179;
+    out->M[9 * 13 + 4] = t176;
+    out->M[9 * 13 + 5] = t171;
+    out->M[9 * 13 + 6] = t167;
+    out->M[9 * 13 + 7] = t163;
+    out->M[9 * 13 + 8] = t73;
     out->M[9 * 13 + 9] = arm_psi_3_inertia_beyond_zz;
-    out->M[10 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t221 - arm_psi_1_sin * t217) + arm_psi_cos * t224;
-    out->M[10 * 13 + 1] = t225;
-    out->M[10 * 13 + 2] = t222 + p->derived.constant_1 * t224;
-    out->M[10 * 13 + 3] = t222;
-    out->M[10 * 13 + 4] = t219;
-    out->M[10 * 13 + 5] = t214;
-    out->M[10 * 13 + 6] = t210;
-    out->M[10 * 13 + 7] = t206;
-    out->M[10 * 13 + 8] = t77;
-    out->M[10 * 13 + 9] = arm_psi_3_inertia_beyond_yz;
-    out->M[10 * 13 + 10] = arm_theta_3_inertia_beyond_yy;
-    out->M[11 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * t237 - arm_psi_1_sin * t234) + arm_psi_cos * (arm_psi_1_sin *
-        t237 + arm_psi_1_cos * t234);
-    out->M[11 * 13 + 2] = t236;
-    out->M[11 * 13 + 3] = t236;
-    out->M[11 * 13 + 4] = t234;
-    out->M[11 * 13 + 5] = t232;
-    out->M[11 * 13 + 6] = t230;
-    out->M[11 * 13 + 7] = t228;
-    out->M[11 * 13 + 8] = t226;
-    out->M[11 * 13 + 9] = -t71;
+    out->M[10 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t205 - arm_psi_1_sin * t201) + arm_psi_cos * t208;
+    out->M[10 * 13 + 1] = t209;
+    out->M[10 * 13 + 2] = t206 + p->derived.constant_1 * t208;
+    out->M[10 * 13 + 3] = t206;
+    out->M[10 * 13 + 4] = t203;
+    out->M[10 * 13 + 5] = t198;
+    out->M[10 * 13 + 6] = t194;
+    out->M[10 * 13 + 7] = t190;
+    out->M[10 * 13 + 8] = -t185;
+    out->M[10 * 13 + 10] = arm_phi_3_inertia_beyond_yy;
+    out->M[11 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * t223 - arm_psi_1_sin * t220) + arm_psi_cos * (arm_psi_1_sin *
+        t223 + arm_psi_1_cos * t220);
+    out->M[11 * 13 + 2] = t222;
+    out->M[11 * 13 + 3] = t222;
+    out->M[11 * 13 + 4] = t220;
+    out->M[11 * 13 + 5] = t218;
+    out->M[11 * 13 + 6] = t216;
+    out->M[11 * 13 + 7] = t214;
+    out->M[11 * 13 + 8] = t212;
+    out->M[11 * 13 + 9] = -t210;
     out->M[11 * 13 + 11] = p->derived.arm_psi_inertia_xx;
-    out->M[12 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t261 - arm_psi_1_sin * t257) + arm_psi_cos * t264;
-    out->M[12 * 13 + 1] = t265;
-    out->M[12 * 13 + 2] = t262 + p->derived.constant_1 * t264;
-    out->M[12 * 13 + 3] = t262;
-    out->M[12 * 13 + 4] = t259;
-    out->M[12 * 13 + 5] = t254;
-    out->M[12 * 13 + 6] = t250;
-    out->M[12 * 13 + 7] = t246;
+    out->M[12 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t247 - arm_psi_1_sin * t243) + arm_psi_cos * t250;
+    out->M[12 * 13 + 1] = t251;
+    out->M[12 * 13 + 2] = t248 + p->derived.constant_1 * t250;
+    out->M[12 * 13 + 3] = t248;
+    out->M[12 * 13 + 4] = t245;
+    out->M[12 * 13 + 5] = t240;
+    out->M[12 * 13 + 6] = t236;
+    out->M[12 * 13 + 7] = t232;
     out->M[12 * 13 + 12] = p->m_E;
     out->f[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + base_z_carried_force_z);
     out->f[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1] -
         column_psi_carried_moment_z;
     out->f[2] = -arm_psi_carried_moment_z;
-    out->f[3] = t308 - t309 - (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi * qd[3]);
-    out->f[4] = t306 - t307 - (p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4]);
+    out->f[3] = t294 - t295 - (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi * qd[3]);
+    out->f[4] = t292 - t293 - (p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4]);
     out->f[5] = -(p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5] + arm_phi_1_carried_moment_x);
-    out->f[6] = t303 - t304 - (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi * qd[6]);
-    out->f[7] = t301 - t302 - (p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7]);
+    out->f[6] = t289 - t290 - (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi * qd[6]);
+    out->f[7] = t287 - t288 - (p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7]);
     out->f[8] = -(p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8] + arm_phi_2_carried_moment_x);
-    out->f[9] = t271 - t299 - (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi * qd[9]);
-    out->f[10] = t297 - t298 - (p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10]);
+    out->f[9] = t257 - t285 - (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi * qd[9]);
+    out->f[10] = t283 - t284 - (p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10]);
     out->f[11] = -(arm_phi_3_bias_moment_x + (p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi *
         qd[11]));
     out->f[12] = -effector_z_load_force_z;
     out->u[0 * 13 + 0] = 0.0;
     out->u[0 * 13 + 1] = row_1_u_column_psi;
-    out->u[0 * 13 + 2] = -(column_psi_cos * t64 * t295 + column_psi_sin * t64 * t294);
-    out->u[0 * 13 + 3] = -(column_psi_cos * t63 * t295 + column_psi_sin * t63 * t294);
+    out->u[0 * 13 + 2] = -(column_psi_cos * t64 * t281 + column_psi_sin * t64 * t280);
+    out->u[0 * 13 + 3] = -(column_psi_cos * t63 * t281 + column_psi_sin * t63 * t280);
     out->u[0 * 13 + 4] = row_1_u_arm_theta_1;
     out->u[0 * 13 + 5] = row_1_u_arm_phi_1;
     out->u[0 * 13 + 6] = row_1_u_arm_psi_2;
@@ -7214,7 +7086,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "8f002697bae4935a",
+    SET(hash) "329c309fec401bca",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

@@ -21,7 +21,7 @@
  * Rows: 1 ellipse, 2 rise.
  *
  * Operations of one call (additions, multiplications, divisions, functions):
- *   M             302    516    0   20
+ *   M             296    463    0   18
  *   h             225    339    0   20
  *   Q              61    100    1   21
  *   u             106    186    2   20
@@ -36,10 +36,10 @@
  *   energy        128    208    0   20
  *   power          12     25    1    3
  *   Q_q           121    239    0   20
- *   qdd_free      494    759   12   23
- *   qdd          1089   1641   17   27
- *   force        1074   1638   17   27
- *   equations     759   1199    4   27
+ *   qdd_free      482    680   12   23
+ *   qdd          1077   1562   17   27
+ *   force        1062   1559   17   27
+ *   equations     753   1146    4   27
  *   course          2      7    2    4
  *   breaks          0      0    0    0
  *   anchor         19     34    0   20

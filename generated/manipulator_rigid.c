@@ -58,8 +58,8 @@ void manipulator_rigid_M(const struct manipulator_rigid_parameters *p, const str
     const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (t2 + t2);
     const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
-    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_cos * (arm_psi_cos * arm_psi_inertia_beyond_yy) +
-        arm_psi_sin * (p->derived.arm_psi_inertia_xx * arm_psi_sin));
+    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
+        (p->derived.arm_psi_inertia_xx - arm_psi_inertia_beyond_yy)));
     /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double effector_z_moment_change_z = p->m_E * arm_psi_sin;
     M[0 * 4 + 0] = p->derived.base_z_mass_beyond;
@@ -601,28 +601,29 @@ void manipulator_rigid_qdd_free(const struct manipulator_rigid_parameters *p, co
     const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t5;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
     const double t10 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
+    const double t11 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t10;
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (arm_psi_sin * (p->derived.arm_psi_inertia_xx * arm_psi_sin) +
-        arm_psi_cos * (arm_psi_cos * arm_psi_U_moment_z));
+    const double column_psi_U_moment_z = p->Izz_col + (arm_psi_U_moment_z + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        arm_psi_U_moment_z)));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + (arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_mass_beyond -
-        arm_psi_moment_beyond_x * t10)) + arm_psi_sin * (p->derived.arm_psi_mass * arm_psi_sin)));
+    const double base_z_U_force_z = p->m_base + (p->m_col + (t11 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_mass -
+        t11))));
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* effector_z: force left for the joint, inward */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* base_z: acceleration, outward */
-    const double t11 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+    const double t12 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
         (p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
         t10 * arm_psi_carried_moment_z)))));
     /* column_psi: acceleration, outward */
-    const double t12 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
+    const double t13 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
         0.5 * qd[1] - column_psi_bias_moment_z);
-    qdd[0] = -t11;
-    qdd[1] = t12;
-    qdd[2] = t10 * (arm_psi_cos * t11) - arm_psi_D_inverse * arm_psi_carried_moment_z;
-    qdd[3] = arm_psi_sin * t11 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    qdd[0] = -t12;
+    qdd[1] = t13;
+    qdd[2] = t10 * (arm_psi_cos * t12) - arm_psi_D_inverse * arm_psi_carried_moment_z;
+    qdd[3] = arm_psi_sin * t12 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
 }
 
 void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -730,60 +731,61 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
     const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t13;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
     const double t30 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
+    const double t31 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t30;
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (arm_psi_sin * (p->derived.arm_psi_inertia_xx * arm_psi_sin) +
-        arm_psi_cos * (arm_psi_cos * arm_psi_U_moment_z));
+    const double column_psi_U_moment_z = p->Izz_col + (arm_psi_U_moment_z + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        arm_psi_U_moment_z)));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + (arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_mass_beyond -
-        arm_psi_moment_beyond_x * t30)) + arm_psi_sin * (p->derived.arm_psi_mass * arm_psi_sin)));
+    const double base_z_U_force_z = p->m_base + (p->m_col + (t31 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_mass -
+        t31))));
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* effector_z: force left for the joint, inward */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* base_z: acceleration, outward */
-    const double t31 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+    const double t32 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
         (p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
         t30 * arm_psi_carried_moment_z)))));
     /* column_psi: acceleration, outward */
-    const double t32 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
+    const double t33 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
         0.5 * qd[1] - column_psi_bias_moment_z);
     /* arm_psi: acceleration, outward */
-    const double t33 = t30 * (arm_psi_cos * t31) - arm_psi_D_inverse * arm_psi_carried_moment_z;
+    const double t34 = t30 * (arm_psi_cos * t32) - arm_psi_D_inverse * arm_psi_carried_moment_z;
     /* effector_z: acceleration, outward */
-    const double t34 = arm_psi_sin * t31 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t35 = arm_psi_sin * t32 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
     /* base_z: acceleration, outward */
-    const double t35 = base_z_D_inverse * (arm_psi_cos * (t28 * t30) - arm_psi_sin * row_1_u_effector_z);
+    const double t36 = base_z_D_inverse * (arm_psi_cos * (t28 * t30) - arm_psi_sin * row_1_u_effector_z);
     /* column_psi: acceleration, outward */
-    const double t36 = row_1_u_column_psi * column_psi_D_inverse;
+    const double t37 = row_1_u_column_psi * column_psi_D_inverse;
     /* arm_psi: acceleration, outward */
-    const double t37 = t30 * (arm_psi_cos * t35) + t28 * arm_psi_D_inverse;
+    const double t38 = t30 * (arm_psi_cos * t36) + t28 * arm_psi_D_inverse;
     /* effector_z: acceleration, outward */
-    const double t38 = row_1_u_effector_z * p->derived.effector_z_D_inverse - arm_psi_sin * t35;
+    const double t39 = row_1_u_effector_z * p->derived.effector_z_D_inverse - arm_psi_sin * t36;
     /* base_z: acceleration, outward */
-    const double t39 = base_z_D_inverse * (1.0 - (arm_psi_sin * arm_psi_sin + arm_psi_cos * (row_2_u_arm_psi *
+    const double t40 = base_z_D_inverse * (1.0 - (arm_psi_sin * arm_psi_sin + arm_psi_cos * (row_2_u_arm_psi *
         t30)));
     /* arm_psi: acceleration, outward */
-    const double t40 = row_2_u_arm_psi * arm_psi_D_inverse - t30 * (arm_psi_cos * t39);
+    const double t41 = row_2_u_arm_psi * arm_psi_D_inverse - t30 * (arm_psi_cos * t40);
     /* effector_z: acceleration, outward */
-    const double t41 = arm_psi_sin * p->derived.effector_z_D_inverse - arm_psi_sin * t39;
+    const double t42 = arm_psi_sin * p->derived.effector_z_D_inverse - arm_psi_sin * t40;
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t42 = row_1_phi * p->derived.constant_6 + (row_1_v + row_1_psi * p->derived.constant_5) +
-        (row_1_u_column_psi * t32 - t28 * t33 + row_1_u_effector_z * t34);
-    const double t43 = row_1_u_column_psi * t36 + t28 * t37 + row_1_u_effector_z * t38;
-    const double t44 = t35 - row_2_u_arm_psi * t37 + arm_psi_sin * t38;
-    const double t45 = t39 + row_2_u_arm_psi * t40 + arm_psi_sin * t41;
-    const double row_1_pivot_inverse = (t43 * 1e-12 < t43 ? 1.0 / t43 : 0.0);
-    const double t46 = t44 * row_1_pivot_inverse;
-    const double t47 = t45 - t44 * t46;
-    const double row_2_pivot_inverse = (t45 * 1e-12 < t47 ? 1.0 / t47 : 0.0);
-    const double row_2_lambda = (t42 * t46 - (row_2_v + p->derived.constant_5 * row_2_psi + (row_2_u_arm_psi *
-        t33 - t31 + arm_psi_sin * t34))) * row_2_pivot_inverse;
-    const double t48 = row_1_pivot_inverse * (t42 + t44 * row_2_lambda);
-    qdd[0] = t39 * row_2_lambda - (t31 + t35 * t48);
-    qdd[1] = t32 - t36 * t48;
-    qdd[2] = t33 + t37 * t48 + t40 * row_2_lambda;
-    qdd[3] = t34 - t38 * t48 + t41 * row_2_lambda;
+    const double t43 = row_1_phi * p->derived.constant_6 + (row_1_v + row_1_psi * p->derived.constant_5) +
+        (row_1_u_column_psi * t33 - t28 * t34 + row_1_u_effector_z * t35);
+    const double t44 = row_1_u_column_psi * t37 + t28 * t38 + row_1_u_effector_z * t39;
+    const double t45 = t36 - row_2_u_arm_psi * t38 + arm_psi_sin * t39;
+    const double t46 = t40 + row_2_u_arm_psi * t41 + arm_psi_sin * t42;
+    const double row_1_pivot_inverse = (t44 * 1e-12 < t44 ? 1.0 / t44 : 0.0);
+    const double t47 = t45 * row_1_pivot_inverse;
+    const double t48 = t46 - t45 * t47;
+    const double row_2_pivot_inverse = (t46 * 1e-12 < t48 ? 1.0 / t48 : 0.0);
+    const double row_2_lambda = (t43 * t47 - (row_2_v + p->derived.constant_5 * row_2_psi + (row_2_u_arm_psi *
+        t34 - t32 + arm_psi_sin * t35))) * row_2_pivot_inverse;
+    const double t49 = row_1_pivot_inverse * (t43 + t45 * row_2_lambda);
+    qdd[0] = t40 * row_2_lambda - (t32 + t36 * t49);
+    qdd[1] = t33 - t37 * t49;
+    qdd[2] = t34 + t38 * t49 + t41 * row_2_lambda;
+    qdd[3] = t35 - t39 * t49 + t42 * row_2_lambda;
 }
 
 void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -891,56 +893,57 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
     const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t13;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
     const double t30 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
+    const double t31 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t30;
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (arm_psi_sin * (p->derived.arm_psi_inertia_xx * arm_psi_sin) +
-        arm_psi_cos * (arm_psi_cos * arm_psi_U_moment_z));
+    const double column_psi_U_moment_z = p->Izz_col + (arm_psi_U_moment_z + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        arm_psi_U_moment_z)));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + (arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_mass_beyond -
-        arm_psi_moment_beyond_x * t30)) + arm_psi_sin * (p->derived.arm_psi_mass * arm_psi_sin)));
+    const double base_z_U_force_z = p->m_base + (p->m_col + (t31 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_mass -
+        t31))));
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* effector_z: force left for the joint, inward */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* base_z: acceleration, outward */
-    const double t31 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+    const double t32 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
         (p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
         t30 * arm_psi_carried_moment_z)))));
     /* column_psi: acceleration, outward */
-    const double t32 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
+    const double t33 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
         0.5 * qd[1] - column_psi_bias_moment_z);
     /* arm_psi: acceleration, outward */
-    const double t33 = t30 * (arm_psi_cos * t31) - arm_psi_D_inverse * arm_psi_carried_moment_z;
+    const double t34 = t30 * (arm_psi_cos * t32) - arm_psi_D_inverse * arm_psi_carried_moment_z;
     /* effector_z: acceleration, outward */
-    const double t34 = arm_psi_sin * t31 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t35 = arm_psi_sin * t32 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
     /* base_z: acceleration, outward */
-    const double t35 = base_z_D_inverse * (arm_psi_cos * (t28 * t30) - arm_psi_sin * row_1_u_effector_z);
+    const double t36 = base_z_D_inverse * (arm_psi_cos * (t28 * t30) - arm_psi_sin * row_1_u_effector_z);
     /* arm_psi: acceleration, outward */
-    const double t36 = t30 * (arm_psi_cos * t35) + t28 * arm_psi_D_inverse;
+    const double t37 = t30 * (arm_psi_cos * t36) + t28 * arm_psi_D_inverse;
     /* effector_z: acceleration, outward */
-    const double t37 = row_1_u_effector_z * p->derived.effector_z_D_inverse - arm_psi_sin * t35;
+    const double t38 = row_1_u_effector_z * p->derived.effector_z_D_inverse - arm_psi_sin * t36;
     /* base_z: acceleration, outward */
-    const double t38 = base_z_D_inverse * (1.0 - (arm_psi_sin * arm_psi_sin + arm_psi_cos * (row_2_u_arm_psi *
+    const double t39 = base_z_D_inverse * (1.0 - (arm_psi_sin * arm_psi_sin + arm_psi_cos * (row_2_u_arm_psi *
         t30)));
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t39 = row_1_phi * p->derived.constant_6 + (row_1_v + row_1_psi * p->derived.constant_5) +
-        (row_1_u_column_psi * t32 - t28 * t33 + row_1_u_effector_z * t34);
-    const double t40 = row_1_u_column_psi * (row_1_u_column_psi * column_psi_D_inverse) + t28 * t36 + row_1_u_effector_z *
-        t37;
-    const double t41 = t35 - row_2_u_arm_psi * t36 + arm_psi_sin * t37;
-    const double t42 = t38 + row_2_u_arm_psi * (row_2_u_arm_psi * arm_psi_D_inverse - t30 * (arm_psi_cos *
-        t38)) + arm_psi_sin * (arm_psi_sin * p->derived.effector_z_D_inverse - arm_psi_sin * t38);
-    const double row_1_pivot_inverse = (t40 * 1e-12 < t40 ? 1.0 / t40 : 0.0);
-    const double t43 = t41 * row_1_pivot_inverse;
-    const double t44 = t42 - t41 * t43;
-    const double row_2_pivot_inverse = (t42 * 1e-12 < t44 ? 1.0 / t44 : 0.0);
-    const double row_2_lambda = (t39 * t43 - (row_2_v + p->derived.constant_5 * row_2_psi + (row_2_u_arm_psi *
-        t33 - t31 + arm_psi_sin * t34))) * row_2_pivot_inverse;
-    const double t45 = row_1_pivot_inverse * (t39 + t41 * row_2_lambda);
+    const double t40 = row_1_phi * p->derived.constant_6 + (row_1_v + row_1_psi * p->derived.constant_5) +
+        (row_1_u_column_psi * t33 - t28 * t34 + row_1_u_effector_z * t35);
+    const double t41 = row_1_u_column_psi * (row_1_u_column_psi * column_psi_D_inverse) + t28 * t37 + row_1_u_effector_z *
+        t38;
+    const double t42 = t36 - row_2_u_arm_psi * t37 + arm_psi_sin * t38;
+    const double t43 = t39 + row_2_u_arm_psi * (row_2_u_arm_psi * arm_psi_D_inverse - t30 * (arm_psi_cos *
+        t39)) + arm_psi_sin * (arm_psi_sin * p->derived.effector_z_D_inverse - arm_psi_sin * t39);
+    const double row_1_pivot_inverse = (t41 * 1e-12 < t41 ? 1.0 / t41 : 0.0);
+    const double t44 = t42 * row_1_pivot_inverse;
+    const double t45 = t43 - t42 * t44;
+    const double row_2_pivot_inverse = (t43 * 1e-12 < t45 ? 1.0 / t45 : 0.0);
+    const double row_2_lambda = (t40 * t44 - (row_2_v + p->derived.constant_5 * row_2_psi + (row_2_u_arm_psi *
+        t34 - t32 + arm_psi_sin * t35))) * row_2_pivot_inverse;
+    const double t46 = row_1_pivot_inverse * (t40 + t42 * row_2_lambda);
     force[0] = row_2_lambda;
-    force[1] = -row_1_u_column_psi * t45;
-    force[2] = t28 * t45 + row_2_u_arm_psi * row_2_lambda;
-    force[3] = arm_psi_sin * row_2_lambda - row_1_u_effector_z * t45;
+    force[1] = -row_1_u_column_psi * t46;
+    force[2] = t28 * t46 + row_2_u_arm_psi * row_2_lambda;
+    force[3] = arm_psi_sin * row_2_lambda - row_1_u_effector_z * t46;
 }
 
 void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -1006,8 +1009,8 @@ void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, c
     const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (t14 + t14);
     const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
-    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_cos * (arm_psi_cos * arm_psi_inertia_beyond_yy) +
-        arm_psi_sin * (p->derived.arm_psi_inertia_xx * arm_psi_sin));
+    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
+        (p->derived.arm_psi_inertia_xx - arm_psi_inertia_beyond_yy)));
     /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double effector_z_moment_change_z = p->m_E * arm_psi_sin;
     /* effector_z: bias forces c, inward */
@@ -1367,7 +1370,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "be26978f1aedb87c",
+    SET(hash) "605bf1572a6a8291",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,

@@ -12,7 +12,7 @@
  * Rows: 1 ellipse, 2 rise.
  *
  * Operations of one call (additions, multiplications, divisions, functions):
- *   M               6      9    0    2
+ *   M               7      7    0    2
  *   h              19     38    0    2
  *   Q               6     11    1    5
  *   u              11     17    2    4
@@ -27,10 +27,10 @@
  *   energy         20     37    0    2
  *   power           3      7    1    3
  *   Q_q             4     15    0    4
- *   qdd_free       41     69    4    5
- *   qdd           109    173    9    9
- *   force         104    171    9    9
- *   equations      75    116    4    9
+ *   qdd_free       43     65    4    5
+ *   qdd           111    169    9    9
+ *   force         106    167    9    9
+ *   equations      76    114    4    9
  *   course          2      7    2    4
  *   breaks          0      0    0    0
  *   anchor          2      2    0    2
