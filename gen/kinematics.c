@@ -71,11 +71,23 @@ static expression coordinate(const struct kinematics *k, int i, int order) {
     return symbol(k->g, SYMBOL_COORDINATE, i, order);
 }
 
-/* Acceleration of a child's origin seen from its parent: a + wd x r + w x (w x r). */
-static struct vector carried_acceleration(struct graph *g, const struct frame_motion *parent, struct vector a,
+/* Acceleration at r seen from a frame: a + wd x r + w x (w x r). */
+static struct vector carried_acceleration(struct graph *g, const struct frame_motion *m, struct vector a,
                                           struct vector r) {
-    const struct vector swing = vector_cross(g, parent->angular, vector_cross(g, parent->angular, r));
-    return vector_add(g, vector_add(g, a, vector_cross(g, parent->bias_angular, r)), swing);
+    return vector_add(g, a, matrix_times(g, m->gradient.at, r));
+}
+
+/* [wd]x + [w]x [w]x: once a frame, for its centre and for all that it carries. */
+static struct matrix acceleration_gradient(struct graph *g, struct vector w, struct vector wd) {
+    struct matrix gradient;
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, l = (i + 2) % 3;
+        const expression across = mul(g, w.at[i], w.at[j]);
+        gradient.at[4 * i] = neg(g, add(g, mul(g, w.at[j], w.at[j]), mul(g, w.at[l], w.at[l])));
+        gradient.at[3 * i + j] = sub(g, across, wd.at[l]);
+        gradient.at[3 * j + i] = add(g, across, wd.at[l]);
+    }
+    return gradient;
 }
 
 static void place_frame(struct kinematics *k, int i) {
@@ -144,6 +156,7 @@ static void move_frame(struct kinematics *k, int i, const struct frame_motion *p
     m->bias_falling = to_child(k, i, carried_acceleration(g, parent, parent->bias_falling, r));
     m->gravity = to_child(k, i, parent->gravity);
     add_joint_motion(k, i);
+    m->gradient = acceleration_gradient(g, m->angular, m->bias_angular);
     name_vector(k, i, "w", m->angular);
     name_vector(k, i, "v", m->linear);
     name_vector(k, i, "bias_wd", m->bias_angular);
