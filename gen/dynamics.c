@@ -73,17 +73,35 @@ static expression *sum_inward(const struct kinematics *k,
     return x.felt;
 }
 
-/* Inertia, moment wd J + w x J w + mc x a and force m a + wd x mc + w x (w x mc) for the acceleration a. */
+/*
+ * w x J w from the products of w's components, which the acceleration gradient has anyway. Of two equal
+ * moments nothing is left.
+ */
+static struct vector gyroscopic_moment(struct graph *g, struct tensor J, struct vector w) {
+    struct vector moment;
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, l = (i + 2) % 3;
+        const expression jl = J.at[tensor_index(j, l)], il = J.at[tensor_index(i, l)],
+                         ij = J.at[tensor_index(i, j)];
+        const expression square = sub(g, mul(g, w.at[j], w.at[j]), mul(g, w.at[l], w.at[l]));
+        const expression own = mul(g, sub(g, J.at[l], J.at[j]), mul(g, w.at[j], w.at[l]));
+        const expression products =
+            sub(g, mul(g, il, mul(g, w.at[i], w.at[j])), mul(g, ij, mul(g, w.at[i], w.at[l])));
+        moment.at[i] = add(g, add(g, own, mul(g, jl, square)), products);
+    }
+    return moment;
+}
+
+/* Inertia, moment J wd + w x J w + mc x a and force m a + wd x mc + w x (w x mc) for the acceleration a. */
 static struct wrench inertia_wrench(const struct kinematics *k, int i, struct vector a) {
     struct graph *g = k->g;
     const struct inertia *inertia = &k->tree->frames[i].inertia;
     const struct frame_motion *m = &k->frames[i];
     const struct vector mc = vector_of(inertia->moment);
     const struct tensor J = tensor_of(inertia->tensor);
-    const struct vector spin = vector_cross(g, m->angular, tensor_times(g, J, m->angular));
+    const struct vector spin = gyroscopic_moment(g, J, m->angular);
     const struct vector turn = vector_add(g, tensor_times(g, J, m->bias_angular), spin);
-    const struct vector swing = vector_cross(g, m->angular, vector_cross(g, m->angular, mc));
-    const struct vector around = vector_add(g, vector_cross(g, m->bias_angular, mc), swing);
+    const struct vector around = matrix_times(g, m->gradient.at, mc);
     return (struct wrench){vector_add(g, turn, vector_cross(g, mc, a)),
                            vector_add(g, vector_scale(g, inertia->mass, a), around)};
 }

@@ -40,21 +40,21 @@ struct vector to_parent(const struct kinematics *k, int i, struct vector a) {
 }
 
 /*
- * Rot(axis) T Rot(axis)^T. Both diagonal terms are sums of their own, not a difference from the trace: a
- * slender link's inertia about its axis is a millionth of the others and would drown.
+ * Rot(axis) T Rot(axis)^T: with w = s (jj - ll) + 2 c jl the block across the axis is jj - s w, ll + s w,
+ * c w - jl. No diagonal term is a difference from the trace: a slender link's inertia about its axis is a
+ * millionth of the others and would drown; here s w carries it, small as the angle is.
  */
 static struct tensor tensor_turn_axis(struct graph *g, int axis, expression c, expression s,
                                       struct tensor t) {
     const int j = (axis + 1) % 3, l = (axis + 2) % 3;
     const int jj = j, ll = l, jl = tensor_index(j, l), ja = tensor_index(j, axis), la = tensor_index(l, axis);
-    const expression a = sub(g, mul(g, c, t.at[jj]), mul(g, s, t.at[jl]));
-    const expression b = sub(g, mul(g, c, t.at[jl]), mul(g, s, t.at[ll]));
-    const expression d = add(g, mul(g, s, t.at[jj]), mul(g, c, t.at[jl]));
-    const expression e = add(g, mul(g, s, t.at[jl]), mul(g, c, t.at[ll]));
+    const expression across = mul(g, c, add(g, t.at[jl], t.at[jl]));
+    const expression w = add(g, mul(g, s, sub(g, t.at[jj], t.at[ll])), across);
+    const expression moved = mul(g, s, w);
     struct tensor turned = t;
-    turned.at[jj] = sub(g, mul(g, c, a), mul(g, s, b));
-    turned.at[jl] = add(g, mul(g, s, a), mul(g, c, b));
-    turned.at[ll] = add(g, mul(g, s, d), mul(g, c, e));
+    turned.at[jj] = sub(g, t.at[jj], moved);
+    turned.at[ll] = add(g, t.at[ll], moved);
+    turned.at[jl] = sub(g, mul(g, c, w), t.at[jl]);
     turned.at[ja] = sub(g, mul(g, c, t.at[ja]), mul(g, s, t.at[la]));
     turned.at[la] = add(g, mul(g, s, t.at[ja]), mul(g, c, t.at[la]));
     return turned;
@@ -81,11 +81,23 @@ bool is_on_path(const struct kinematics *k, int outer, int i) {
     return i == outer;
 }
 
-/* Acceleration of a child's origin seen from its parent: a + wd x r + w x (w x r). */
-static struct vector carried_acceleration(struct graph *g, const struct frame_motion *parent, struct vector a,
+/* Acceleration at r seen from a frame: a + wd x r + w x (w x r). */
+static struct vector carried_acceleration(struct graph *g, const struct frame_motion *m, struct vector a,
                                           struct vector r) {
-    const struct vector swing = vector_cross(g, parent->angular, vector_cross(g, parent->angular, r));
-    return vector_add(g, vector_add(g, a, vector_cross(g, parent->bias_angular, r)), swing);
+    return vector_add(g, a, matrix_times(g, m->gradient.at, r));
+}
+
+/* [wd]x + [w]x [w]x: once a frame, for its centre and for all that it carries. */
+static struct matrix acceleration_gradient(struct graph *g, struct vector w, struct vector wd) {
+    struct matrix gradient;
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, l = (i + 2) % 3;
+        const expression across = mul(g, w.at[i], w.at[j]);
+        gradient.at[4 * i] = neg(g, add(g, mul(g, w.at[j], w.at[j]), mul(g, w.at[l], w.at[l])));
+        gradient.at[3 * i + j] = sub(g, across, wd.at[l]);
+        gradient.at[3 * j + i] = add(g, across, wd.at[l]);
+    }
+    return gradient;
 }
 
 static void place_joint(struct kinematics *k, int i) {
@@ -157,6 +169,7 @@ static void move_frame(struct kinematics *k, int i, const struct frame_motion *p
     m->gravity = to_child(k, i, parent->gravity);
     if (k->tree->frames[i].kind == FRAME_JOINT)
         add_joint_motion(k, i);
+    m->gradient = acceleration_gradient(g, m->angular, m->bias_angular);
     name_vector(k, i, "w", m->angular);
     name_vector(k, i, "v", m->linear);
     name_vector(k, i, "bias_wd", m->bias_angular);

@@ -21,6 +21,7 @@ struct frame_motion {
     struct vector bias_angular; /* dw/dt at qdd = 0 [rad/s^2] */
     struct vector bias_linear;  /* acceleration of the origin at qdd = 0 [m/s^2] */
     struct vector bias_falling; /* the same minus gravity: what an accelerometer would show [m/s^2] */
+    struct matrix gradient;     /* of bias_linear in space: bias_wd x r + w x (w x r) = gradient r [1/s^2] */
     struct vector gravity;      /* the field, in own axes [m/s^2] */
     struct matrix rotation;     /* axes in the ground frame */
     struct vector position;     /* origin in the ground frame [m] */

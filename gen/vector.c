@@ -119,13 +119,14 @@ struct tensor tensor_outer(struct graph *g, expression s, struct vector a) {
     return t;
 }
 
-struct tensor tensor_of_moments(struct graph *g, struct vector a, struct vector b) {
+struct tensor tensor_of_shift(struct graph *g, struct vector r, struct vector before, struct vector after) {
     struct tensor t;
+    const struct vector sum = vector_add(g, before, after);
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, k = (i + 2) % 3;
-        const expression sum = add(g, mul(g, a.at[j], b.at[j]), mul(g, a.at[k], b.at[k]));
-        t.at[i] = add(g, sum, sum);
-        t.at[tensor_index(j, k)] = neg(g, add(g, mul(g, a.at[j], b.at[k]), mul(g, a.at[k], b.at[j])));
+        t.at[i] = add(g, mul(g, r.at[j], sum.at[j]), mul(g, r.at[k], sum.at[k]));
+        t.at[tensor_index(j, k)] =
+            neg(g, add(g, mul(g, r.at[j], before.at[k]), mul(g, r.at[k], after.at[j])));
     }
     return t;
 }
@@ -154,15 +155,12 @@ struct placement placement_compose(struct graph *g, const struct placement *oute
 struct inertia inertia_place(struct graph *g, const struct placement *placement, struct inertia inner) {
     const struct vector r = vector_of(placement->position);
     const struct vector moment = matrix_times(g, placement->rotation, vector_of(inner.moment));
-    const struct vector half_shift = vector_scale(g, number(g, 0.5), vector_scale(g, inner.mass, r));
+    const struct vector shifted = vector_add(g, moment, vector_scale(g, inner.mass, r));
+    struct inertia placed = {.mass = inner.mass};
     struct tensor tensor;
     memcpy(tensor.at, inner.tensor, sizeof tensor.at);
-    /* J' = R J R^T + 2 (r.d) 1 - r d^T - d r^T with d = R mc + m r / 2 (Steiner, both origins off the
-     * centre). */
     tensor = tensor_turn(g, placement->rotation, tensor);
-    tensor = tensor_add(g, tensor, tensor_of_moments(g, r, vector_add(g, moment, half_shift)));
-    struct inertia placed = {.mass = inner.mass};
-    const struct vector shifted = vector_add(g, moment, vector_scale(g, inner.mass, r));
+    tensor = tensor_add(g, tensor, tensor_of_shift(g, r, moment, shifted));
     memcpy(placed.moment, shifted.at, sizeof placed.moment);
     memcpy(placed.tensor, tensor.at, sizeof placed.tensor);
     return placed;

@@ -42,8 +42,11 @@ struct tensor tensor_sub(struct graph *g, struct tensor a, struct tensor b);
 struct tensor tensor_turn(struct graph *g, const expression rotation[9], struct tensor t);
 /* s a a^T */
 struct tensor tensor_outer(struct graph *g, expression s, struct vector a);
-/* 2 (a.b) 1 - a b^T - b a^T: the inertia of moments, so that m (r.r 1 - r r^T) is half of (r, m r). */
-struct tensor tensor_of_moments(struct graph *g, struct vector a, struct vector b);
+/*
+ * What an inertia gains when it is seen from r away (Steiner, both origins off the centre), from the moments
+ * before, mc, and after, mc + m r: 2 (r.d) 1 - r d^T - d r^T with d = mc + m r / 2.
+ */
+struct tensor tensor_of_shift(struct graph *g, struct vector r, struct vector before, struct vector after);
 
 struct placement placement_identity(void);
 /* First `outer`, in it `inner`. */

@@ -10,7 +10,7 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     const double t4 = t1 * 0.7853981633974483;
     p->derived.column_psi_moment_z = p->m_col * (p->h / 2.0);
     p->derived.arm_element_length = p->L / 3.0;
-    p->derived.constant_1 = 0.5 * p->derived.arm_element_length;
+    p->derived.constant_1 = p->derived.arm_element_length * 0.5;
     const double t5 = p->rho * p->derived.constant_1;
     p->derived.arm_psi_mass = t4 * t5;
     p->derived.arm_psi_moment_x = 0.5 * (p->derived.constant_1 * p->derived.arm_psi_mass);
@@ -32,37 +32,40 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     p->derived.arm_phi_3_mass_beyond = p->m_E + p->derived.arm_psi_mass;
     /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
     p->derived.constant_2 = p->derived.arm_element_length * p->derived.arm_phi_3_mass_beyond;
-    p->derived.constant_3 = 0.5 * p->derived.constant_2;
     /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
     const double arm_phi_2_mass_beyond = p->derived.arm_phi_1_mass + p->derived.arm_phi_3_mass_beyond;
     /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
-    p->derived.constant_4 = p->derived.arm_element_length * arm_phi_2_mass_beyond;
-    p->derived.constant_5 = 0.5 * p->derived.constant_4;
+    p->derived.constant_3 = p->derived.arm_element_length * arm_phi_2_mass_beyond;
     /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
     const double arm_phi_1_mass_beyond = p->derived.arm_phi_1_mass + arm_phi_2_mass_beyond;
     /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
-    p->derived.constant_6 = p->derived.constant_1 * arm_phi_1_mass_beyond;
-    p->derived.constant_7 = 0.5 * p->derived.constant_6;
+    p->derived.constant_4 = p->derived.constant_1 * arm_phi_1_mass_beyond;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_mass_beyond = p->derived.arm_psi_mass + arm_phi_1_mass_beyond;
-    p->derived.constant_8 = p->h * arm_psi_mass_beyond;
+    p->derived.constant_5 = p->h * arm_psi_mass_beyond;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_mass_beyond = p->m_col + arm_psi_mass_beyond;
     /* base_z: composite pseudo-inertia of all beyond, inward */
     p->derived.base_z_mass_beyond = p->m_base + column_psi_mass_beyond;
+    /* arm_phi_3: bias forces c, inward */
+    p->derived.constant_6 = p->derived.arm_psi_inertia_xx - p->derived.arm_psi_inertia_yy;
+    p->derived.constant_7 = p->derived.arm_psi_inertia_yy - p->derived.arm_psi_inertia_xx;
+    /* arm_phi_2: bias forces c, inward */
+    p->derived.constant_8 = p->derived.arm_phi_1_inertia_xx - p->derived.arm_phi_1_inertia_yy;
+    p->derived.constant_9 = p->derived.arm_phi_1_inertia_yy - p->derived.arm_phi_1_inertia_xx;
     /* base_z: bias forces c, inward */
-    p->derived.constant_9 = p->g * p->derived.base_z_mass_beyond;
+    p->derived.constant_10 = p->g * p->derived.base_z_mass_beyond;
     /* row 1 (position level): u qdd + v = 0 */
-    p->derived.constant_10 = 1.0 / p->a;
-    p->derived.constant_11 = 1.0 / p->b;
-    p->derived.constant_12 = 2.0 * p->alpha;
-    p->derived.constant_13 = p->beta * p->beta;
+    p->derived.constant_11 = 1.0 / p->a;
+    p->derived.constant_12 = 1.0 / p->b;
+    p->derived.constant_13 = 2.0 * p->alpha;
+    p->derived.constant_14 = p->beta * p->beta;
     /* row 2 (velocity level): u qdd + v = 0 */
-    p->derived.constant_14 = 3.141592653589793 * (1.0 / p->T);
+    p->derived.constant_15 = 3.141592653589793 * (1.0 / p->T);
     /* potential energy of gravity, zero at the ground's origin */
-    p->derived.constant_15 = p->s_sup * 0.5;
-    p->derived.constant_16 = 0.5 * p->derived.arm_stiffness_psi;
-    p->derived.constant_17 = 0.5 * p->derived.arm_stiffness_phi;
+    p->derived.constant_16 = p->s_sup * 0.5;
+    p->derived.constant_17 = 0.5 * p->derived.arm_stiffness_psi;
+    p->derived.constant_18 = 0.5 * p->derived.arm_stiffness_phi;
     /* base_z: inertia and gravity of the body at qdd = 0 */
     p->derived.base_z_load_force_z = p->m_base * p->g;
     /* column_psi: inertia and gravity of the body at qdd = 0 */
@@ -70,9 +73,9 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     p->derived.effector_z_D_inverse = 1.0 / p->m_E;
     /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    p->derived.constant_18 = 1.0 / p->derived.arm_psi_inertia_xx;
+    p->derived.constant_19 = 1.0 / p->derived.arm_psi_inertia_xx;
     /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    p->derived.constant_19 = 1.0 / p->derived.arm_phi_1_inertia_xx;
+    p->derived.constant_20 = 1.0 / p->derived.arm_phi_1_inertia_xx;
 }
 
 void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -109,129 +112,103 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sin(q[10]);
     const double arm_theta_3_cos = cos(q[10]);
-    /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sin(q[11]);
-    const double arm_phi_3_cos = cos(q[11]);
     /* effector_z: motion from arm_phi_3 outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
     /* effector_z: composite pseudo-inertia of all beyond, inward */
     const double t1 = p->m_E * effector_z_shift_x;
-    const double t2 = effector_z_shift_x * (0.5 * t1);
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
     const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t1;
-    const double arm_phi_3_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (t2 + t2);
-    const double t3 = arm_phi_3_cos * arm_phi_3_inertia_beyond_yy;
-    const double t4 = arm_phi_3_sin * arm_phi_3_inertia_beyond_yy;
-    const double arm_theta_3_inertia_beyond_yy = arm_phi_3_sin * t4 + arm_phi_3_cos * t3;
-    const double arm_theta_3_inertia_beyond_yz = arm_phi_3_sin * t3 - arm_phi_3_cos * t4;
+    const double arm_phi_3_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t1;
     /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
-    const double t5 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
+    const double t2 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
     const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
-    const double t6 = arm_theta_3_cos * arm_theta_3_inertia_beyond_yy;
-    const double t7 = p->derived.arm_psi_inertia_xx * arm_theta_3_sin;
-    const double t8 = p->derived.arm_psi_inertia_xx * arm_theta_3_cos;
-    const double arm_psi_3_inertia_beyond_zz = arm_theta_3_sin * t7 + arm_theta_3_cos * t6;
-    const double arm_psi_3_inertia_beyond_xz = arm_theta_3_sin * t6 - arm_theta_3_cos * t7;
-    const double arm_psi_3_inertia_beyond_xx = arm_theta_3_cos * t8 + arm_theta_3_sin * (arm_theta_3_sin *
-        arm_theta_3_inertia_beyond_yy);
-    const double arm_psi_3_inertia_beyond_yz = arm_theta_3_cos * arm_theta_3_inertia_beyond_yz;
-    const double arm_psi_3_inertia_beyond_xy = arm_theta_3_sin * arm_theta_3_inertia_beyond_yz;
+    const double t3 = arm_theta_3_sin * (arm_phi_3_inertia_beyond_yy - p->derived.arm_psi_inertia_xx);
+    const double t4 = arm_theta_3_sin * t3;
+    const double arm_psi_3_inertia_beyond_zz = arm_phi_3_inertia_beyond_yy - t4;
+    const double arm_psi_3_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + t4;
+    const double arm_psi_3_inertia_beyond_xz = arm_theta_3_cos * t3;
     /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
-    const double t9 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
+    const double t5 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
     const double arm_phi_2_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
-    const double t10 = arm_psi_3_sin * arm_psi_3_inertia_beyond_xy;
-    const double t11 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xx - t10;
-    const double t12 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xy;
-    const double t13 = t12 - arm_psi_3_sin * arm_theta_3_inertia_beyond_yy;
-    const double t14 = t10 + arm_psi_3_cos * arm_theta_3_inertia_beyond_yy;
-    const double t15 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xz - arm_psi_3_sin * arm_psi_3_inertia_beyond_yz;
-    const double arm_phi_2_inertia_beyond_yz = arm_psi_3_cos * arm_psi_3_inertia_beyond_yz + arm_psi_3_sin *
-        arm_psi_3_inertia_beyond_xz;
-    const double t16 = p->derived.arm_element_length * (t9 + p->derived.constant_3);
-    const double t17 = t16 + t16;
-    const double arm_phi_2_inertia_beyond_xy = arm_psi_3_cos * t13 + arm_psi_3_sin * t11 - p->derived.arm_element_length *
-        arm_phi_2_moment_beyond_y;
-    const double arm_phi_2_inertia_beyond_xz = t15 + p->derived.arm_element_length * t5;
+    const double t6 = arm_psi_3_sin * (arm_psi_3_inertia_beyond_xx - arm_phi_3_inertia_beyond_yy);
+    const double t7 = arm_psi_3_sin * t6;
+    const double t8 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xz;
+    const double arm_phi_2_inertia_beyond_yz = arm_psi_3_sin * arm_psi_3_inertia_beyond_xz;
+    const double t9 = t5 + p->derived.constant_2;
+    const double t10 = p->derived.arm_element_length * (t5 + t9);
+    const double arm_phi_2_inertia_beyond_xy = arm_psi_3_cos * t6 - p->derived.arm_element_length * arm_phi_2_moment_beyond_y;
+    const double arm_phi_2_inertia_beyond_xz = t8 + p->derived.arm_element_length * t2;
     /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + (t9 + p->derived.constant_2);
-    const double arm_phi_2_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_3_cos * t11 - arm_psi_3_sin *
-        t13);
-    const double arm_phi_2_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_cos * t14 + arm_psi_3_sin *
-        (t12 + arm_psi_3_sin * arm_psi_3_inertia_beyond_xx) + t17);
+    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + t9;
+    const double arm_phi_2_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_3_inertia_beyond_xx -
+        t7);
+    const double arm_phi_2_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_phi_3_inertia_beyond_yy +
+        t7 + t10);
     const double arm_phi_2_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_inertia_beyond_zz +
-        t17);
-    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t5 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
-    const double t18 = arm_phi_2_sin * arm_phi_2_moment_beyond_y;
-    const double t19 = arm_phi_2_cos * t5;
-    const double arm_theta_2_moment_beyond_z = t18 - t19;
-    const double t20 = arm_phi_2_sin * arm_phi_2_inertia_beyond_yz;
-    const double t21 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yy - t20;
-    const double t22 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yz;
-    const double t23 = t22 - arm_phi_2_sin * arm_phi_2_inertia_beyond_zz;
-    const double arm_theta_2_inertia_beyond_yy = arm_phi_2_cos * t21 - arm_phi_2_sin * t23;
-    const double arm_theta_2_inertia_beyond_yz = arm_phi_2_cos * t23 + arm_phi_2_sin * t21;
-    const double arm_theta_2_inertia_beyond_zz = arm_phi_2_cos * (t20 + arm_phi_2_cos * arm_phi_2_inertia_beyond_zz) +
-        arm_phi_2_sin * (t22 + arm_phi_2_sin * arm_phi_2_inertia_beyond_yy);
+        t10);
+    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t2 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
+    const double t11 = arm_phi_2_sin * arm_phi_2_moment_beyond_y;
+    const double t12 = arm_phi_2_cos * t2;
+    const double arm_theta_2_moment_beyond_z = t11 - t12;
+    const double t13 = arm_phi_2_cos * (arm_phi_2_inertia_beyond_yz + arm_phi_2_inertia_beyond_yz) + arm_phi_2_sin *
+        (arm_phi_2_inertia_beyond_yy - arm_phi_2_inertia_beyond_zz);
+    const double t14 = arm_phi_2_sin * t13;
+    const double arm_theta_2_inertia_beyond_yy = arm_phi_2_inertia_beyond_yy - t14;
+    const double arm_theta_2_inertia_beyond_zz = arm_phi_2_inertia_beyond_zz + t14;
+    const double arm_theta_2_inertia_beyond_yz = arm_phi_2_cos * t13 - arm_phi_2_inertia_beyond_yz;
     const double arm_theta_2_inertia_beyond_xy = arm_phi_2_cos * arm_phi_2_inertia_beyond_xy - arm_phi_2_sin *
         arm_phi_2_inertia_beyond_xz;
     const double arm_theta_2_inertia_beyond_xz = arm_phi_2_cos * arm_phi_2_inertia_beyond_xz + arm_phi_2_sin *
         arm_phi_2_inertia_beyond_xy;
     /* arm_theta_2: composite pseudo-inertia of all beyond, inward */
-    const double t24 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
-    const double t25 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
-    const double arm_psi_2_moment_beyond_z = t25 - t24;
+    const double t15 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
+    const double t16 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
+    const double arm_psi_2_moment_beyond_z = t16 - t15;
     const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_theta_2_cos *
         arm_phi_2_moment_beyond_x;
-    const double t26 = arm_theta_2_sin * arm_theta_2_inertia_beyond_xz;
-    const double t27 = arm_theta_2_cos * arm_theta_2_inertia_beyond_zz - t26;
-    const double t28 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz;
-    const double t29 = t28 - arm_theta_2_sin * arm_phi_2_inertia_beyond_xx;
-    const double t30 = t26 + arm_theta_2_cos * arm_phi_2_inertia_beyond_xx;
-    const double arm_psi_2_inertia_beyond_zz = arm_theta_2_cos * t27 - arm_theta_2_sin * t29;
-    const double arm_psi_2_inertia_beyond_xz = arm_theta_2_cos * t29 + arm_theta_2_sin * t27;
-    const double arm_psi_2_inertia_beyond_xx = arm_theta_2_cos * t30 + arm_theta_2_sin * (t28 + arm_theta_2_sin *
-        arm_theta_2_inertia_beyond_zz);
+    const double t17 = arm_theta_2_cos * (arm_theta_2_inertia_beyond_xz + arm_theta_2_inertia_beyond_xz) +
+        arm_theta_2_sin * (arm_theta_2_inertia_beyond_zz - arm_phi_2_inertia_beyond_xx);
+    const double t18 = arm_theta_2_sin * t17;
+    const double arm_psi_2_inertia_beyond_zz = arm_theta_2_inertia_beyond_zz - t18;
+    const double arm_psi_2_inertia_beyond_xx = arm_phi_2_inertia_beyond_xx + t18;
+    const double arm_psi_2_inertia_beyond_xz = arm_theta_2_cos * t17 - arm_theta_2_inertia_beyond_xz;
     const double arm_psi_2_inertia_beyond_yz = arm_theta_2_cos * arm_theta_2_inertia_beyond_yz - arm_theta_2_sin *
         arm_theta_2_inertia_beyond_xy;
     const double arm_psi_2_inertia_beyond_xy = arm_theta_2_cos * arm_theta_2_inertia_beyond_xy + arm_theta_2_sin *
         arm_theta_2_inertia_beyond_yz;
     /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
-    const double t31 = arm_psi_2_cos * arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y;
+    const double t19 = arm_psi_2_cos * arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y;
     const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
-    const double t32 = arm_psi_2_sin * arm_psi_2_inertia_beyond_xy;
-    const double t33 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xx - t32;
-    const double t34 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xy;
-    const double t35 = t34 - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
-    const double t36 = t32 + arm_psi_2_cos * arm_theta_2_inertia_beyond_yy;
-    const double t37 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xz - arm_psi_2_sin * arm_psi_2_inertia_beyond_yz;
+    const double t20 = arm_psi_2_cos * (arm_psi_2_inertia_beyond_xy + arm_psi_2_inertia_beyond_xy) + arm_psi_2_sin *
+        (arm_psi_2_inertia_beyond_xx - arm_theta_2_inertia_beyond_yy);
+    const double t21 = arm_psi_2_sin * t20;
+    const double t22 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xz - arm_psi_2_sin * arm_psi_2_inertia_beyond_yz;
     const double arm_phi_1_inertia_beyond_yz = arm_psi_2_cos * arm_psi_2_inertia_beyond_yz + arm_psi_2_sin *
         arm_psi_2_inertia_beyond_xz;
-    const double t38 = p->derived.arm_element_length * (t31 + p->derived.constant_5);
-    const double t39 = t38 + t38;
-    const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t35 + arm_psi_2_sin * t33 - p->derived.arm_element_length *
+    const double t23 = t19 + p->derived.constant_3;
+    const double t24 = p->derived.arm_element_length * (t19 + t23);
+    const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t20 - arm_psi_2_inertia_beyond_xy - p->derived.arm_element_length *
         arm_phi_1_moment_beyond_y;
-    const double arm_phi_1_inertia_beyond_xz = t37 - p->derived.arm_element_length * arm_psi_2_moment_beyond_z;
+    const double arm_phi_1_inertia_beyond_xz = t22 - p->derived.arm_element_length * arm_psi_2_moment_beyond_z;
     /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + (t31 + p->derived.constant_4);
-    const double arm_phi_1_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_2_cos * t33 - arm_psi_2_sin *
-        t35);
-    const double arm_phi_1_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_psi_2_cos * t36 + arm_psi_2_sin *
-        (t34 + arm_psi_2_sin * arm_psi_2_inertia_beyond_xx) + t39);
+    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + t23;
+    const double arm_phi_1_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_2_inertia_beyond_xx -
+        t21);
+    const double arm_phi_1_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_theta_2_inertia_beyond_yy +
+        t21 + t24);
     const double arm_phi_1_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_2_inertia_beyond_zz +
-        t39);
-    const double t40 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
-    const double t41 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
-    const double arm_theta_1_moment_beyond_y = t41 - t40;
-    const double t42 = arm_phi_1_sin * arm_phi_1_moment_beyond_y;
-    const double arm_theta_1_moment_beyond_z = t42 + arm_phi_1_cos * arm_psi_2_moment_beyond_z;
-    const double t43 = arm_phi_1_sin * arm_phi_1_inertia_beyond_yz;
-    const double t44 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yy - t43;
-    const double t45 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yz;
-    const double t46 = t45 - arm_phi_1_sin * arm_phi_1_inertia_beyond_zz;
-    const double arm_theta_1_inertia_beyond_yy = arm_phi_1_cos * t44 - arm_phi_1_sin * t46;
-    const double arm_theta_1_inertia_beyond_yz = arm_phi_1_cos * t46 + arm_phi_1_sin * t44;
-    const double arm_theta_1_inertia_beyond_zz = arm_phi_1_cos * (t43 + arm_phi_1_cos * arm_phi_1_inertia_beyond_zz) +
-        arm_phi_1_sin * (t45 + arm_phi_1_sin * arm_phi_1_inertia_beyond_yy);
+        t24);
+    const double t25 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
+    const double t26 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
+    const double arm_theta_1_moment_beyond_y = t26 - t25;
+    const double t27 = arm_phi_1_sin * arm_phi_1_moment_beyond_y;
+    const double arm_theta_1_moment_beyond_z = t27 + arm_phi_1_cos * arm_psi_2_moment_beyond_z;
+    const double t28 = arm_phi_1_cos * (arm_phi_1_inertia_beyond_yz + arm_phi_1_inertia_beyond_yz) + arm_phi_1_sin *
+        (arm_phi_1_inertia_beyond_yy - arm_phi_1_inertia_beyond_zz);
+    const double t29 = arm_phi_1_sin * t28;
+    const double arm_theta_1_inertia_beyond_yy = arm_phi_1_inertia_beyond_yy - t29;
+    const double arm_theta_1_inertia_beyond_zz = arm_phi_1_inertia_beyond_zz + t29;
+    const double arm_theta_1_inertia_beyond_yz = arm_phi_1_cos * t28 - arm_phi_1_inertia_beyond_yz;
     const double arm_theta_1_inertia_beyond_xy = arm_phi_1_cos * arm_phi_1_inertia_beyond_xy - arm_phi_1_sin *
         arm_phi_1_inertia_beyond_xz;
     const double arm_theta_1_inertia_beyond_xz = arm_phi_1_cos * arm_phi_1_inertia_beyond_xz + arm_phi_1_sin *
@@ -241,297 +218,301 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
         arm_phi_1_moment_beyond_x;
     const double arm_psi_1_moment_beyond_x = arm_theta_1_sin * arm_theta_1_moment_beyond_z + arm_theta_1_cos *
         arm_phi_1_moment_beyond_x;
-    const double t47 = arm_theta_1_sin * arm_theta_1_inertia_beyond_xz;
-    const double t48 = arm_theta_1_cos * arm_theta_1_inertia_beyond_zz - t47;
-    const double t49 = arm_theta_1_cos * arm_theta_1_inertia_beyond_xz;
-    const double t50 = t49 - arm_theta_1_sin * arm_phi_1_inertia_beyond_xx;
-    const double t51 = t47 + arm_theta_1_cos * arm_phi_1_inertia_beyond_xx;
-    const double arm_psi_1_inertia_beyond_zz = arm_theta_1_cos * t48 - arm_theta_1_sin * t50;
-    const double arm_psi_1_inertia_beyond_xz = arm_theta_1_cos * t50 + arm_theta_1_sin * t48;
-    const double arm_psi_1_inertia_beyond_xx = arm_theta_1_cos * t51 + arm_theta_1_sin * (t49 + arm_theta_1_sin *
-        arm_theta_1_inertia_beyond_zz);
+    const double t30 = arm_theta_1_cos * (arm_theta_1_inertia_beyond_xz + arm_theta_1_inertia_beyond_xz) +
+        arm_theta_1_sin * (arm_theta_1_inertia_beyond_zz - arm_phi_1_inertia_beyond_xx);
+    const double t31 = arm_theta_1_sin * t30;
+    const double arm_psi_1_inertia_beyond_zz = arm_theta_1_inertia_beyond_zz - t31;
+    const double arm_psi_1_inertia_beyond_xx = arm_phi_1_inertia_beyond_xx + t31;
+    const double arm_psi_1_inertia_beyond_xz = arm_theta_1_cos * t30 - arm_theta_1_inertia_beyond_xz;
     const double arm_psi_1_inertia_beyond_yz = arm_theta_1_cos * arm_theta_1_inertia_beyond_yz - arm_theta_1_sin *
         arm_theta_1_inertia_beyond_xy;
     const double arm_psi_1_inertia_beyond_xy = arm_theta_1_cos * arm_theta_1_inertia_beyond_xy + arm_theta_1_sin *
         arm_theta_1_inertia_beyond_yz;
     /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
-    const double t52 = arm_psi_1_cos * arm_psi_1_moment_beyond_x;
-    const double t53 = t52 - arm_psi_1_sin * arm_theta_1_moment_beyond_y;
-    const double t54 = arm_psi_1_sin * arm_psi_1_moment_beyond_x;
-    const double arm_psi_moment_beyond_y = t54 + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
-    const double t55 = arm_psi_1_sin * arm_psi_1_inertia_beyond_xy;
-    const double t56 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xx - t55;
-    const double t57 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xy;
-    const double t58 = t57 - arm_psi_1_sin * arm_theta_1_inertia_beyond_yy;
-    const double t59 = t55 + arm_psi_1_cos * arm_theta_1_inertia_beyond_yy;
-    const double t60 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xz - arm_psi_1_sin * arm_psi_1_inertia_beyond_yz;
+    const double t32 = arm_psi_1_cos * arm_psi_1_moment_beyond_x;
+    const double t33 = t32 - arm_psi_1_sin * arm_theta_1_moment_beyond_y;
+    const double t34 = arm_psi_1_sin * arm_psi_1_moment_beyond_x;
+    const double arm_psi_moment_beyond_y = t34 + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
+    const double t35 = arm_psi_1_cos * (arm_psi_1_inertia_beyond_xy + arm_psi_1_inertia_beyond_xy) + arm_psi_1_sin *
+        (arm_psi_1_inertia_beyond_xx - arm_theta_1_inertia_beyond_yy);
+    const double t36 = arm_psi_1_sin * t35;
+    const double t37 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xz - arm_psi_1_sin * arm_psi_1_inertia_beyond_yz;
     const double arm_psi_inertia_beyond_yz = arm_psi_1_cos * arm_psi_1_inertia_beyond_yz + arm_psi_1_sin *
         arm_psi_1_inertia_beyond_xz;
-    const double t61 = p->derived.constant_1 * (t53 + p->derived.constant_7);
-    const double t62 = t61 + t61;
-    const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t58 + arm_psi_1_sin * t56 - p->derived.constant_1 *
+    const double t38 = t33 + p->derived.constant_4;
+    const double t39 = p->derived.constant_1 * (t33 + t38);
+    const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t35 - arm_psi_1_inertia_beyond_xy - p->derived.constant_1 *
         arm_psi_moment_beyond_y;
-    const double arm_psi_inertia_beyond_xz = t60 - p->derived.constant_1 * arm_psi_1_moment_beyond_z;
+    const double arm_psi_inertia_beyond_xz = t37 - p->derived.constant_1 * arm_psi_1_moment_beyond_z;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (t53 + p->derived.constant_6);
-    const double arm_psi_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + (arm_psi_1_cos * t56 - arm_psi_1_sin *
-        t58);
-    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (arm_psi_1_cos * t59 + arm_psi_1_sin *
-        (t57 + arm_psi_1_sin * arm_psi_1_inertia_beyond_xx) + t62);
+    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + t38;
+    const double arm_psi_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + (arm_psi_1_inertia_beyond_xx -
+        t36);
+    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (arm_theta_1_inertia_beyond_yy +
+        t36 + t39);
     const double arm_psi_inertia_beyond_zz = p->derived.arm_psi_inertia_yy + (arm_psi_1_inertia_beyond_zz +
-        t62);
+        t39);
     const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x - arm_psi_sin * arm_psi_moment_beyond_y;
-    const double t63 = arm_psi_cos * arm_psi_inertia_beyond_yz;
+    const double t40 = arm_psi_cos * arm_psi_inertia_beyond_yz;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
-    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_cos * (arm_psi_sin * arm_psi_inertia_beyond_xy +
-        arm_psi_cos * arm_psi_inertia_beyond_yy) + arm_psi_sin * (arm_psi_cos * arm_psi_inertia_beyond_xy +
-        arm_psi_sin * arm_psi_inertia_beyond_xx));
+    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_cos *
+        (arm_psi_inertia_beyond_xy + arm_psi_inertia_beyond_xy) + arm_psi_sin * (arm_psi_inertia_beyond_xx -
+        arm_psi_inertia_beyond_yy)));
     /* arm_psi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t64 = t40 - t41;
-    const double t65 = t52 + arm_psi_1_sin * t64;
+    const double t41 = t25 - t26;
+    const double t42 = t32 + arm_psi_1_sin * t41;
     /* arm_theta_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t66 = arm_psi_1_sin * arm_psi_1_moment_beyond_z;
+    const double t43 = arm_psi_1_sin * arm_psi_1_moment_beyond_z;
     /* arm_phi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t67 = t24 - t25;
-    const double t68 = arm_phi_1_cos * t67 - t42;
-    const double t69 = t41 + arm_phi_1_sin * t67;
-    const double t70 = arm_theta_1_sin * t69;
-    const double t71 = arm_psi_1_sin * t70 + arm_psi_1_cos * t68;
-    const double t72 = arm_psi_sin * (arm_psi_1_cos * t51 - arm_psi_1_sin * arm_theta_1_inertia_beyond_xy) +
-        arm_psi_cos * (arm_psi_1_sin * t51 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy - p->derived.constant_1 *
-        (arm_theta_1_cos * t69));
+    const double t44 = t15 - t16;
+    const double t45 = arm_phi_1_cos * t44 - t27;
+    const double t46 = t26 + arm_phi_1_sin * t44;
+    const double t47 = arm_theta_1_sin * t46;
+    const double t48 = arm_theta_1_cos * arm_theta_1_inertia_beyond_xz - arm_theta_1_sin * arm_phi_1_inertia_beyond_xx;
+    const double t49 = arm_theta_1_sin * arm_theta_1_inertia_beyond_xz + arm_theta_1_cos * arm_phi_1_inertia_beyond_xx;
+    const double t50 = arm_psi_1_sin * t47 + arm_psi_1_cos * t45;
+    const double t51 = arm_psi_sin * (arm_psi_1_cos * t49 - arm_psi_1_sin * arm_theta_1_inertia_beyond_xy) +
+        arm_psi_cos * (arm_psi_1_sin * t49 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy - p->derived.constant_1 *
+        (arm_theta_1_cos * t46));
     /* arm_psi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t73 = arm_psi_2_inertia_beyond_zz + p->derived.arm_element_length * t31;
-    const double t74 = arm_phi_1_cos * t31;
-    const double t75 = arm_phi_1_sin * t31;
-    const double t76 = t45 - arm_phi_1_sin * t73;
-    const double t77 = t43 + arm_phi_1_cos * t73;
-    const double t78 = arm_theta_1_sin * t75 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
-    const double t79 = arm_theta_1_cos * t77 - arm_theta_1_sin * t37;
-    const double t80 = arm_theta_1_sin * t77 + arm_theta_1_cos * t37;
-    const double t81 = arm_psi_1_sin * t78 + arm_psi_1_cos * t74;
-    const double t82 = arm_psi_sin * (arm_psi_1_cos * t80 - arm_psi_1_sin * t76) + arm_psi_cos * (arm_psi_1_sin *
-        t80 + arm_psi_1_cos * t76 - p->derived.constant_1 * (arm_theta_1_sin * arm_phi_1_moment_beyond_y +
-        arm_theta_1_cos * t75));
+    const double t52 = arm_psi_2_inertia_beyond_zz + p->derived.arm_element_length * t19;
+    const double t53 = arm_phi_1_cos * t19;
+    const double t54 = arm_phi_1_sin * t19;
+    const double t55 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yz - arm_phi_1_sin * t52;
+    const double t56 = arm_phi_1_sin * arm_phi_1_inertia_beyond_yz + arm_phi_1_cos * t52;
+    const double t57 = arm_theta_1_sin * t54 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
+    const double t58 = arm_theta_1_cos * t56 - arm_theta_1_sin * t22;
+    const double t59 = arm_theta_1_sin * t56 + arm_theta_1_cos * t22;
+    const double t60 = arm_psi_1_sin * t57 + arm_psi_1_cos * t53;
+    const double t61 = arm_psi_sin * (arm_psi_1_cos * t59 - arm_psi_1_sin * t55) + arm_psi_cos * (arm_psi_1_sin *
+        t59 + arm_psi_1_cos * t55 - p->derived.constant_1 * (arm_theta_1_sin * arm_phi_1_moment_beyond_y +
+        arm_theta_1_cos * t54));
     /* arm_theta_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t83 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
-    const double t84 = arm_psi_2_sin * arm_psi_2_moment_beyond_z;
-    const double t85 = t36 + p->derived.arm_element_length * arm_psi_2_moment_beyond_x;
-    const double t86 = arm_psi_2_inertia_beyond_yz + p->derived.arm_element_length * t84;
-    const double t87 = arm_phi_1_sin * arm_psi_2_moment_beyond_x + arm_phi_1_cos * t84;
-    const double t88 = arm_phi_1_sin * t84 - arm_phi_1_cos * arm_psi_2_moment_beyond_x;
-    const double t89 = arm_phi_1_cos * t85 - arm_phi_1_sin * t86;
-    const double t90 = arm_phi_1_sin * t85 + arm_phi_1_cos * t86;
-    const double t91 = arm_theta_1_sin * t88 + arm_theta_1_cos * t83;
-    const double t92 = arm_theta_1_cos * t90 - arm_theta_1_sin * t35;
-    const double t93 = arm_theta_1_sin * t90 + arm_theta_1_cos * t35;
-    const double t94 = arm_psi_1_sin * t91 + arm_psi_1_cos * t87;
-    const double t95 = arm_psi_sin * (arm_psi_1_cos * t93 - arm_psi_1_sin * t89) + arm_psi_cos * (arm_psi_1_sin *
-        t93 + arm_psi_1_cos * t89 - p->derived.constant_1 * (arm_theta_1_cos * t88 - arm_theta_1_sin * t83));
+    const double t62 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
+    const double t63 = arm_psi_2_sin * arm_psi_2_moment_beyond_z;
+    const double t64 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xy - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
+    const double t65 = arm_psi_2_sin * arm_psi_2_inertia_beyond_xy + arm_psi_2_cos * arm_theta_2_inertia_beyond_yy +
+        p->derived.arm_element_length * arm_psi_2_moment_beyond_x;
+    const double t66 = arm_psi_2_inertia_beyond_yz + p->derived.arm_element_length * t63;
+    const double t67 = arm_phi_1_sin * arm_psi_2_moment_beyond_x + arm_phi_1_cos * t63;
+    const double t68 = arm_phi_1_sin * t63 - arm_phi_1_cos * arm_psi_2_moment_beyond_x;
+    const double t69 = arm_phi_1_cos * t65 - arm_phi_1_sin * t66;
+    const double t70 = arm_phi_1_sin * t65 + arm_phi_1_cos * t66;
+    const double t71 = arm_theta_1_sin * t68 + arm_theta_1_cos * t62;
+    const double t72 = arm_theta_1_cos * t70 - arm_theta_1_sin * t64;
+    const double t73 = arm_theta_1_sin * t70 + arm_theta_1_cos * t64;
+    const double t74 = arm_psi_1_sin * t71 + arm_psi_1_cos * t67;
+    const double t75 = arm_psi_sin * (arm_psi_1_cos * t73 - arm_psi_1_sin * t69) + arm_psi_cos * (arm_psi_1_sin *
+        t73 + arm_psi_1_cos * t69 - p->derived.constant_1 * (arm_theta_1_cos * t68 - arm_theta_1_sin * t62));
     /* arm_phi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t96 = t19 - t18;
-    const double t97 = arm_theta_2_cos * arm_theta_2_moment_beyond_y;
-    const double t98 = arm_theta_2_sin * arm_theta_2_moment_beyond_y;
-    const double t99 = arm_psi_2_cos * t98 - arm_psi_2_sin * t96;
-    const double t100 = arm_psi_2_sin * t98 + arm_psi_2_cos * t96;
-    const double t101 = arm_psi_2_cos * t30 - arm_psi_2_sin * arm_theta_2_inertia_beyond_xy;
-    const double t102 = arm_psi_2_sin * t30 + arm_psi_2_cos * arm_theta_2_inertia_beyond_xy - p->derived.arm_element_length *
-        t97;
-    const double t103 = t29 + p->derived.arm_element_length * t100;
-    const double t104 = arm_phi_1_cos * t100 - arm_phi_1_sin * t97;
-    const double t105 = arm_phi_1_sin * t100 + arm_phi_1_cos * t97;
-    const double t106 = arm_phi_1_cos * t102 - arm_phi_1_sin * t103;
-    const double t107 = arm_phi_1_sin * t102 + arm_phi_1_cos * t103;
-    const double t108 = arm_theta_1_sin * t105 + arm_theta_1_cos * t99;
-    const double t109 = arm_theta_1_cos * t107 - arm_theta_1_sin * t101;
-    const double t110 = arm_theta_1_sin * t107 + arm_theta_1_cos * t101;
-    const double t111 = arm_psi_1_sin * t108 + arm_psi_1_cos * t104;
-    const double t112 = arm_psi_sin * (arm_psi_1_cos * t110 - arm_psi_1_sin * t106) + arm_psi_cos * (arm_psi_1_sin *
-        t110 + arm_psi_1_cos * t106 - p->derived.constant_1 * (arm_theta_1_cos * t105 - arm_theta_1_sin *
-        t99));
+    const double t76 = t12 - t11;
+    const double t77 = arm_theta_2_cos * arm_theta_2_moment_beyond_y;
+    const double t78 = arm_theta_2_sin * arm_theta_2_moment_beyond_y;
+    const double t79 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz - arm_theta_2_sin * arm_phi_2_inertia_beyond_xx;
+    const double t80 = arm_theta_2_sin * arm_theta_2_inertia_beyond_xz + arm_theta_2_cos * arm_phi_2_inertia_beyond_xx;
+    const double t81 = arm_psi_2_cos * t78 - arm_psi_2_sin * t76;
+    const double t82 = arm_psi_2_sin * t78 + arm_psi_2_cos * t76;
+    const double t83 = arm_psi_2_cos * t80 - arm_psi_2_sin * arm_theta_2_inertia_beyond_xy;
+    const double t84 = arm_psi_2_sin * t80 + arm_psi_2_cos * arm_theta_2_inertia_beyond_xy - p->derived.arm_element_length *
+        t77;
+    const double t85 = t79 + p->derived.arm_element_length * t82;
+    const double t86 = arm_phi_1_cos * t82 - arm_phi_1_sin * t77;
+    const double t87 = arm_phi_1_sin * t82 + arm_phi_1_cos * t77;
+    const double t88 = arm_phi_1_cos * t84 - arm_phi_1_sin * t85;
+    const double t89 = arm_phi_1_sin * t84 + arm_phi_1_cos * t85;
+    const double t90 = arm_theta_1_sin * t87 + arm_theta_1_cos * t81;
+    const double t91 = arm_theta_1_cos * t89 - arm_theta_1_sin * t83;
+    const double t92 = arm_theta_1_sin * t89 + arm_theta_1_cos * t83;
+    const double t93 = arm_psi_1_sin * t90 + arm_psi_1_cos * t86;
+    const double t94 = arm_psi_sin * (arm_psi_1_cos * t92 - arm_psi_1_sin * t88) + arm_psi_cos * (arm_psi_1_sin *
+        t92 + arm_psi_1_cos * t88 - p->derived.constant_1 * (arm_theta_1_cos * t87 - arm_theta_1_sin * t81));
     /* arm_psi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t113 = arm_psi_3_inertia_beyond_zz + p->derived.arm_element_length * t9;
-    const double t114 = arm_phi_2_cos * t9;
-    const double t115 = arm_phi_2_sin * t9;
-    const double t116 = t22 - arm_phi_2_sin * t113;
-    const double t117 = t20 + arm_phi_2_cos * t113;
-    const double t118 = arm_theta_2_sin * arm_phi_2_moment_beyond_y + arm_theta_2_cos * t115;
-    const double t119 = arm_theta_2_sin * t115 - arm_theta_2_cos * arm_phi_2_moment_beyond_y;
-    const double t120 = arm_theta_2_cos * t117 - arm_theta_2_sin * t15;
-    const double t121 = arm_theta_2_sin * t117 + arm_theta_2_cos * t15;
-    const double t122 = arm_psi_2_cos * t119 - arm_psi_2_sin * t114;
-    const double t123 = arm_psi_2_sin * t119 + arm_psi_2_cos * t114;
-    const double t124 = arm_psi_2_cos * t121 - arm_psi_2_sin * t116;
-    const double t125 = arm_psi_2_sin * t121 + arm_psi_2_cos * t116 - p->derived.arm_element_length * t118;
-    const double t126 = t120 + p->derived.arm_element_length * t123;
-    const double t127 = arm_phi_1_cos * t123 - arm_phi_1_sin * t118;
-    const double t128 = arm_phi_1_sin * t123 + arm_phi_1_cos * t118;
-    const double t129 = arm_phi_1_cos * t125 - arm_phi_1_sin * t126;
-    const double t130 = arm_phi_1_sin * t125 + arm_phi_1_cos * t126;
-    const double t131 = arm_theta_1_sin * t128 + arm_theta_1_cos * t122;
-    const double t132 = arm_theta_1_cos * t130 - arm_theta_1_sin * t124;
-    const double t133 = arm_theta_1_sin * t130 + arm_theta_1_cos * t124;
-    const double t134 = arm_psi_1_sin * t131 + arm_psi_1_cos * t127;
-    const double t135 = arm_psi_sin * (arm_psi_1_cos * t133 - arm_psi_1_sin * t129) + arm_psi_cos * (arm_psi_1_sin *
-        t133 + arm_psi_1_cos * t129 - p->derived.constant_1 * (arm_theta_1_cos * t128 - arm_theta_1_sin *
-        t122));
+    const double t95 = arm_psi_3_inertia_beyond_zz + p->derived.arm_element_length * t5;
+    const double t96 = arm_phi_2_cos * t5;
+    const double t97 = arm_phi_2_sin * t5;
+    const double t98 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yz - arm_phi_2_sin * t95;
+    const double t99 = arm_phi_2_sin * arm_phi_2_inertia_beyond_yz + arm_phi_2_cos * t95;
+    const double t100 = arm_theta_2_sin * arm_phi_2_moment_beyond_y + arm_theta_2_cos * t97;
+    const double t101 = arm_theta_2_sin * t97 - arm_theta_2_cos * arm_phi_2_moment_beyond_y;
+    const double t102 = arm_theta_2_cos * t99 - arm_theta_2_sin * t8;
+    const double t103 = arm_theta_2_sin * t99 + arm_theta_2_cos * t8;
+    const double t104 = arm_psi_2_cos * t101 - arm_psi_2_sin * t96;
+    const double t105 = arm_psi_2_sin * t101 + arm_psi_2_cos * t96;
+    const double t106 = arm_psi_2_cos * t103 - arm_psi_2_sin * t98;
+    const double t107 = arm_psi_2_sin * t103 + arm_psi_2_cos * t98 - p->derived.arm_element_length * t100;
+    const double t108 = t102 + p->derived.arm_element_length * t105;
+    const double t109 = arm_phi_1_cos * t105 - arm_phi_1_sin * t100;
+    const double t110 = arm_phi_1_sin * t105 + arm_phi_1_cos * t100;
+    const double t111 = arm_phi_1_cos * t107 - arm_phi_1_sin * t108;
+    const double t112 = arm_phi_1_sin * t107 + arm_phi_1_cos * t108;
+    const double t113 = arm_theta_1_sin * t110 + arm_theta_1_cos * t104;
+    const double t114 = arm_theta_1_cos * t112 - arm_theta_1_sin * t106;
+    const double t115 = arm_theta_1_sin * t112 + arm_theta_1_cos * t106;
+    const double t116 = arm_psi_1_sin * t113 + arm_psi_1_cos * t109;
+    const double t117 = arm_psi_sin * (arm_psi_1_cos * t115 - arm_psi_1_sin * t111) + arm_psi_cos * (arm_psi_1_sin *
+        t115 + arm_psi_1_cos * t111 - p->derived.constant_1 * (arm_theta_1_cos * t110 - arm_theta_1_sin *
+        t104));
     /* arm_theta_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t136 = arm_psi_3_cos * t5;
-    const double t137 = arm_psi_3_sin * t5;
-    const double t138 = t14 + p->derived.arm_element_length * arm_psi_3_moment_beyond_x;
-    const double t139 = arm_psi_3_inertia_beyond_yz - p->derived.arm_element_length * t137;
-    const double t140 = arm_phi_2_sin * arm_psi_3_moment_beyond_x - arm_phi_2_cos * t137;
-    const double t141 = arm_phi_2_sin * t137 + arm_phi_2_cos * arm_psi_3_moment_beyond_x;
-    const double t142 = arm_phi_2_cos * t138 - arm_phi_2_sin * t139;
-    const double t143 = arm_phi_2_sin * t138 + arm_phi_2_cos * t139;
-    const double t144 = arm_theta_2_sin * t136 - arm_theta_2_cos * t141;
-    const double t145 = arm_theta_2_sin * t141 + arm_theta_2_cos * t136;
-    const double t146 = arm_theta_2_cos * t143 - arm_theta_2_sin * t13;
-    const double t147 = arm_theta_2_sin * t143 + arm_theta_2_cos * t13;
-    const double t148 = arm_psi_2_sin * t140 + arm_psi_2_cos * t145;
-    const double t149 = arm_psi_2_cos * t140 - arm_psi_2_sin * t145;
-    const double t150 = arm_psi_2_cos * t147 - arm_psi_2_sin * t142;
-    const double t151 = arm_psi_2_sin * t147 + arm_psi_2_cos * t142 - p->derived.arm_element_length * t144;
-    const double t152 = t146 + p->derived.arm_element_length * t149;
-    const double t153 = arm_phi_1_cos * t149 - arm_phi_1_sin * t144;
-    const double t154 = arm_phi_1_sin * t149 + arm_phi_1_cos * t144;
-    const double t155 = arm_phi_1_cos * t151 - arm_phi_1_sin * t152;
-    const double t156 = arm_phi_1_sin * t151 + arm_phi_1_cos * t152;
-    const double t157 = arm_theta_1_sin * t154 - arm_theta_1_cos * t148;
-    const double t158 = arm_theta_1_cos * t156 - arm_theta_1_sin * t150;
-    const double t159 = arm_theta_1_sin * t156 + arm_theta_1_cos * t150;
-    const double t160 = arm_psi_1_sin * t157 + arm_psi_1_cos * t153;
-    const double t161 = arm_psi_sin * (arm_psi_1_cos * t159 - arm_psi_1_sin * t155) + arm_psi_cos * (arm_psi_1_sin *
-        t159 + arm_psi_1_cos * t155 - p->derived.constant_1 * (arm_theta_1_sin * t148 + arm_theta_1_cos *
-        t154));
+    const double t118 = arm_psi_3_cos * t2;
+    const double t119 = arm_psi_3_sin * t2;
+    const double t120 = arm_psi_3_sin * arm_phi_3_inertia_beyond_yy;
+    const double t121 = p->derived.arm_element_length * t119;
+    const double t122 = arm_psi_3_cos * arm_phi_3_inertia_beyond_yy + p->derived.arm_element_length * arm_psi_3_moment_beyond_x;
+    const double t123 = arm_phi_2_sin * arm_psi_3_moment_beyond_x - arm_phi_2_cos * t119;
+    const double t124 = arm_phi_2_sin * t119 + arm_phi_2_cos * arm_psi_3_moment_beyond_x;
+    const double t125 = arm_phi_2_sin * t121 + arm_phi_2_cos * t122;
+    const double t126 = arm_phi_2_sin * t122 - arm_phi_2_cos * t121;
+    const double t127 = arm_theta_2_sin * t118 - arm_theta_2_cos * t124;
+    const double t128 = arm_theta_2_sin * t124 + arm_theta_2_cos * t118;
+    const double t129 = arm_theta_2_sin * t120 + arm_theta_2_cos * t126;
+    const double t130 = arm_theta_2_sin * t126 - arm_theta_2_cos * t120;
+    const double t131 = arm_psi_2_sin * t123 + arm_psi_2_cos * t128;
+    const double t132 = arm_psi_2_cos * t123 - arm_psi_2_sin * t128;
+    const double t133 = arm_psi_2_cos * t130 - arm_psi_2_sin * t125;
+    const double t134 = arm_psi_2_sin * t130 + arm_psi_2_cos * t125 - p->derived.arm_element_length * t127;
+    const double t135 = t129 + p->derived.arm_element_length * t132;
+    const double t136 = arm_phi_1_cos * t132 - arm_phi_1_sin * t127;
+    const double t137 = arm_phi_1_sin * t132 + arm_phi_1_cos * t127;
+    const double t138 = arm_phi_1_cos * t134 - arm_phi_1_sin * t135;
+    const double t139 = arm_phi_1_sin * t134 + arm_phi_1_cos * t135;
+    const double t140 = arm_theta_1_sin * t137 - arm_theta_1_cos * t131;
+    const double t141 = arm_theta_1_cos * t139 - arm_theta_1_sin * t133;
+    const double t142 = arm_theta_1_sin * t139 + arm_theta_1_cos * t133;
+    const double t143 = arm_psi_1_sin * t140 + arm_psi_1_cos * t136;
+    const double t144 = arm_psi_sin * (arm_psi_1_cos * t142 - arm_psi_1_sin * t138) + arm_psi_cos * (arm_psi_1_sin *
+        t142 + arm_psi_1_cos * t138 - p->derived.constant_1 * (arm_theta_1_sin * t131 + arm_theta_1_cos *
+        t137));
     /* arm_phi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t162 = arm_psi_3_cos * t8;
-    const double t163 = arm_psi_3_sin * t8;
-    const double t164 = arm_phi_2_sin * t7 + arm_phi_2_cos * t163;
-    const double t165 = arm_phi_2_sin * t163 - arm_phi_2_cos * t7;
-    const double t166 = arm_theta_2_cos * t165 - arm_theta_2_sin * t162;
-    const double t167 = arm_theta_2_sin * t165 + arm_theta_2_cos * t162;
-    const double t168 = arm_psi_2_cos * t167 - arm_psi_2_sin * t164;
-    const double t169 = arm_psi_2_sin * t167 + arm_psi_2_cos * t164;
-    const double t170 = arm_phi_1_cos * t169 - arm_phi_1_sin * t166;
-    const double t171 = arm_phi_1_sin * t169 + arm_phi_1_cos * t166;
-    const double t172 = arm_theta_1_cos * t171 - arm_theta_1_sin * t168;
-    const double t173 = arm_theta_1_sin * t171 + arm_theta_1_cos * t168;
+    const double t145 = p->derived.arm_psi_inertia_xx * arm_theta_3_sin;
+    const double t146 = p->derived.arm_psi_inertia_xx * arm_theta_3_cos;
+    const double t147 = arm_psi_3_cos * t146;
+    const double t148 = arm_psi_3_sin * t146;
+    const double t149 = arm_phi_2_sin * t145 + arm_phi_2_cos * t148;
+    const double t150 = arm_phi_2_sin * t148 - arm_phi_2_cos * t145;
+    const double t151 = arm_theta_2_cos * t150 - arm_theta_2_sin * t147;
+    const double t152 = arm_theta_2_sin * t150 + arm_theta_2_cos * t147;
+    const double t153 = arm_psi_2_cos * t152 - arm_psi_2_sin * t149;
+    const double t154 = arm_psi_2_sin * t152 + arm_psi_2_cos * t149;
+    const double t155 = arm_phi_1_cos * t154 - arm_phi_1_sin * t151;
+    const double t156 = arm_phi_1_sin * t154 + arm_phi_1_cos * t151;
+    const double t157 = arm_theta_1_cos * t156 - arm_theta_1_sin * t153;
+    const double t158 = arm_theta_1_sin * t156 + arm_theta_1_cos * t153;
     /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t174 = p->m_E * arm_theta_3_sin;
-    const double t175 = p->m_E * arm_theta_3_cos;
-    const double t176 = arm_psi_3_cos * t175;
-    const double t177 = arm_psi_3_sin * t175;
-    const double t178 = p->derived.arm_element_length * t174;
-    const double t179 = p->derived.arm_element_length * t177;
-    const double t180 = arm_phi_2_sin * t174 + arm_phi_2_cos * t177;
-    const double t181 = arm_phi_2_sin * t177 - arm_phi_2_cos * t174;
-    const double t182 = arm_phi_2_cos * t178 - arm_phi_2_sin * t179;
-    const double t183 = arm_phi_2_sin * t178 + arm_phi_2_cos * t179;
-    const double t184 = arm_theta_2_cos * t181 - arm_theta_2_sin * t176;
-    const double t185 = arm_theta_2_sin * t181 + arm_theta_2_cos * t176;
-    const double t186 = arm_theta_2_cos * t183;
-    const double t187 = arm_theta_2_sin * t183;
-    const double t188 = arm_psi_2_cos * t185 - arm_psi_2_sin * t180;
-    const double t189 = arm_psi_2_sin * t185 + arm_psi_2_cos * t180;
-    const double t190 = arm_psi_2_cos * t187 - arm_psi_2_sin * t182;
-    const double t191 = arm_psi_2_sin * t187 + arm_psi_2_cos * t182 - p->derived.arm_element_length * t184;
-    const double t192 = t186 + p->derived.arm_element_length * t189;
-    const double t193 = arm_phi_1_cos * t189 - arm_phi_1_sin * t184;
-    const double t194 = arm_phi_1_sin * t189 + arm_phi_1_cos * t184;
-    const double t195 = arm_phi_1_cos * t191 - arm_phi_1_sin * t192;
-    const double t196 = arm_phi_1_sin * t191 + arm_phi_1_cos * t192;
-    const double t197 = arm_theta_1_sin * t194 + arm_theta_1_cos * t188;
-    const double t198 = arm_theta_1_cos * t196 - arm_theta_1_sin * t190;
-    const double t199 = arm_theta_1_sin * t196 + arm_theta_1_cos * t190;
-    const double t200 = arm_psi_1_sin * t197 + arm_psi_1_cos * t193;
-    const double t201 = arm_psi_sin * (arm_psi_1_cos * t199 - arm_psi_1_sin * t195) + arm_psi_cos * (arm_psi_1_sin *
-        t199 + arm_psi_1_cos * t195 - p->derived.constant_1 * (arm_theta_1_cos * t194 - arm_theta_1_sin *
-        t188));
+    const double t159 = p->m_E * arm_theta_3_sin;
+    const double t160 = p->m_E * arm_theta_3_cos;
+    const double t161 = arm_psi_3_cos * t160;
+    const double t162 = arm_psi_3_sin * t160;
+    const double t163 = p->derived.arm_element_length * t159;
+    const double t164 = p->derived.arm_element_length * t162;
+    const double t165 = arm_phi_2_sin * t159 + arm_phi_2_cos * t162;
+    const double t166 = arm_phi_2_sin * t162 - arm_phi_2_cos * t159;
+    const double t167 = arm_phi_2_cos * t163 - arm_phi_2_sin * t164;
+    const double t168 = arm_phi_2_sin * t163 + arm_phi_2_cos * t164;
+    const double t169 = arm_theta_2_cos * t166 - arm_theta_2_sin * t161;
+    const double t170 = arm_theta_2_sin * t166 + arm_theta_2_cos * t161;
+    const double t171 = arm_theta_2_cos * t168;
+    const double t172 = arm_theta_2_sin * t168;
+    const double t173 = arm_psi_2_cos * t170 - arm_psi_2_sin * t165;
+    const double t174 = arm_psi_2_sin * t170 + arm_psi_2_cos * t165;
+    const double t175 = arm_psi_2_cos * t172 - arm_psi_2_sin * t167;
+    const double t176 = arm_psi_2_sin * t172 + arm_psi_2_cos * t167 - p->derived.arm_element_length * t169;
+    const double t177 = t171 + p->derived.arm_element_length * t174;
+    const double t178 = arm_phi_1_cos * t174 - arm_phi_1_sin * t169;
+    const double t179 = arm_phi_1_sin * t174 + arm_phi_1_cos * t169;
+    const double t180 = arm_phi_1_cos * t176 - arm_phi_1_sin * t177;
+    const double t181 = arm_phi_1_sin * t176 + arm_phi_1_cos * t177;
+    const double t182 = arm_theta_1_sin * t179 + arm_theta_1_cos * t173;
+    const double t183 = arm_theta_1_cos * t181 - arm_theta_1_sin * t175;
+    const double t184 = arm_theta_1_sin * t181 + arm_theta_1_cos * t175;
+    const double t185 = arm_psi_1_sin * t182 + arm_psi_1_cos * t178;
+    const double t186 = arm_psi_sin * (arm_psi_1_cos * t184 - arm_psi_1_sin * t180) + arm_psi_cos * (arm_psi_1_sin *
+        t184 + arm_psi_1_cos * t180 - p->derived.constant_1 * (arm_theta_1_cos * t179 - arm_theta_1_sin *
+        t173));
     M[0 * 13 + 0] = p->derived.base_z_mass_beyond;
     M[1 * 13 + 1] = column_psi_inertia_beyond_zz;
     M[2 * 13 + 0] = column_psi_moment_beyond_x;
-    M[2 * 13 + 1] = t63 + arm_psi_sin * arm_psi_inertia_beyond_xz;
+    M[2 * 13 + 1] = t40 + arm_psi_sin * arm_psi_inertia_beyond_xz;
     M[2 * 13 + 2] = arm_psi_inertia_beyond_zz;
-    M[3 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t64 - t54) + arm_psi_cos * t65;
-    M[3 * 13 + 1] = t63 + arm_psi_sin * t60;
-    M[3 * 13 + 2] = arm_psi_1_inertia_beyond_zz + p->derived.constant_1 * t65;
+    M[3 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t41 - t34) + arm_psi_cos * t42;
+    M[3 * 13 + 1] = t40 + arm_psi_sin * t37;
+    M[3 * 13 + 2] = arm_psi_1_inertia_beyond_zz + p->derived.constant_1 * t42;
     M[3 * 13 + 3] = arm_psi_1_inertia_beyond_zz;
-    M[4 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z) + arm_psi_cos * t66;
-    M[4 * 13 + 1] = arm_psi_sin * t58 + arm_psi_cos * (t59 + p->derived.constant_1 * arm_psi_1_moment_beyond_x);
-    M[4 * 13 + 2] = arm_psi_1_inertia_beyond_yz + p->derived.constant_1 * t66;
+    M[4 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z) + arm_psi_cos * t43;
+    M[4 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_inertia_beyond_xy - arm_psi_1_sin * arm_theta_1_inertia_beyond_yy) +
+        arm_psi_cos * (arm_psi_1_sin * arm_psi_1_inertia_beyond_xy + arm_psi_1_cos * arm_theta_1_inertia_beyond_yy +
+        p->derived.constant_1 * arm_psi_1_moment_beyond_x);
+    M[4 * 13 + 2] = arm_psi_1_inertia_beyond_yz + p->derived.constant_1 * t43;
     M[4 * 13 + 3] = arm_psi_1_inertia_beyond_yz;
     M[4 * 13 + 4] = arm_theta_1_inertia_beyond_yy;
-    M[5 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t70 - arm_psi_1_sin * t68) + arm_psi_cos * t71;
-    M[5 * 13 + 1] = t72;
-    M[5 * 13 + 2] = t50 + p->derived.constant_1 * t71;
-    M[5 * 13 + 3] = t50;
+    M[5 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t47 - arm_psi_1_sin * t45) + arm_psi_cos * t50;
+    M[5 * 13 + 1] = t51;
+    M[5 * 13 + 2] = t48 + p->derived.constant_1 * t50;
+    M[5 * 13 + 3] = t48;
     M[5 * 13 + 4] = arm_theta_1_inertia_beyond_xy;
     M[5 * 13 + 5] = arm_phi_1_inertia_beyond_xx;
-    M[6 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t78 - arm_psi_1_sin * t74) + arm_psi_cos * t81;
-    M[6 * 13 + 1] = t82;
-    M[6 * 13 + 2] = t79 + p->derived.constant_1 * t81;
-    M[6 * 13 + 3] = t79;
-    M[6 * 13 + 4] = t76;
-    M[6 * 13 + 5] = t37;
+    M[6 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t57 - arm_psi_1_sin * t53) + arm_psi_cos * t60;
+    M[6 * 13 + 1] = t61;
+    M[6 * 13 + 2] = t58 + p->derived.constant_1 * t60;
+    M[6 * 13 + 3] = t58;
+    M[6 * 13 + 4] = t55;
+    M[6 * 13 + 5] = t22;
     M[6 * 13 + 6] = arm_psi_2_inertia_beyond_zz;
-    M[7 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t91 - arm_psi_1_sin * t87) + arm_psi_cos * t94;
-    M[7 * 13 + 1] = t95;
-    M[7 * 13 + 2] = t92 + p->derived.constant_1 * t94;
-    M[7 * 13 + 3] = t92;
-    M[7 * 13 + 4] = t89;
-    M[7 * 13 + 5] = t35;
+    M[7 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t71 - arm_psi_1_sin * t67) + arm_psi_cos * t74;
+    M[7 * 13 + 1] = t75;
+    M[7 * 13 + 2] = t72 + p->derived.constant_1 * t74;
+    M[7 * 13 + 3] = t72;
+    M[7 * 13 + 4] = t69;
+    M[7 * 13 + 5] = t64;
     M[7 * 13 + 6] = arm_psi_2_inertia_beyond_yz;
     M[7 * 13 + 7] = arm_theta_2_inertia_beyond_yy;
-    M[8 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t108 - arm_psi_1_sin * t104) + arm_psi_cos * t111;
-    M[8 * 13 + 1] = t112;
-    M[8 * 13 + 2] = t109 + p->derived.constant_1 * t111;
-    M[8 * 13 + 3] = t109;
-    M[8 * 13 + 4] = t106;
-    M[8 * 13 + 5] = t101;
-    M[8 * 13 + 6] = t29;
+    M[8 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t90 - arm_psi_1_sin * t86) + arm_psi_cos * t93;
+    M[8 * 13 + 1] = t94;
+    M[8 * 13 + 2] = t91 + p->derived.constant_1 * t93;
+    M[8 * 13 + 3] = t91;
+    M[8 * 13 + 4] = t88;
+    M[8 * 13 + 5] = t83;
+    M[8 * 13 + 6] = t79;
     M[8 * 13 + 7] = arm_theta_2_inertia_beyond_xy;
     M[8 * 13 + 8] = arm_phi_2_inertia_beyond_xx;
-    M[9 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t131 - arm_psi_1_sin * t127) + arm_psi_cos * t134;
-    M[9 * 13 + 1] = t135;
-    M[9 * 13 + 2] = t132 + p->derived.constant_1 * t134;
-    M[9 * 13 + 3] = t132;
-    M[9 * 13 + 4] = t129;
-    M[9 * 13 + 5] = t124;
-    M[9 * 13 + 6] = t120;
-    M[9 * 13 + 7] = t116;
-    M[9 * 13 + 8] = t15;
+    M[9 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t113 - arm_psi_1_sin * t109) + arm_psi_cos * t116;
+    M[9 * 13 + 1] = t117;
+    M[9 * 13 + 2] = t114 + p->derived.constant_1 * t116;
+    M[9 * 13 + 3] = t114;
+    M[9 * 13 + 4] = t111;
+    M[9 * 13 + 5] = t106;
+    M[9 * 13 + 6] = t102;
+    M[9 * 13 + 7] = t98;
+    M[9 * 13 + 8] = t8;
     M[9 * 13 + 9] = arm_psi_3_inertia_beyond_zz;
-    M[10 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t157 - arm_psi_1_sin * t153) + arm_psi_cos * t160;
-    M[10 * 13 + 1] = t161;
-    M[10 * 13 + 2] = t158 + p->derived.constant_1 * t160;
-    M[10 * 13 + 3] = t158;
-    M[10 * 13 + 4] = t155;
-    M[10 * 13 + 5] = t150;
-    M[10 * 13 + 6] = t146;
-    M[10 * 13 + 7] = t142;
-    M[10 * 13 + 8] = t13;
-    M[10 * 13 + 9] = arm_psi_3_inertia_beyond_yz;
-    M[10 * 13 + 10] = arm_theta_3_inertia_beyond_yy;
-    M[11 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * t173 - arm_psi_1_sin * t170) + arm_psi_cos * (arm_psi_1_sin *
-        t173 + arm_psi_1_cos * t170);
-    M[11 * 13 + 2] = t172;
-    M[11 * 13 + 3] = t172;
-    M[11 * 13 + 4] = t170;
-    M[11 * 13 + 5] = t168;
-    M[11 * 13 + 6] = t166;
-    M[11 * 13 + 7] = t164;
-    M[11 * 13 + 8] = t162;
-    M[11 * 13 + 9] = -t7;
+    M[10 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t140 - arm_psi_1_sin * t136) + arm_psi_cos * t143;
+    M[10 * 13 + 1] = t144;
+    M[10 * 13 + 2] = t141 + p->derived.constant_1 * t143;
+    M[10 * 13 + 3] = t141;
+    M[10 * 13 + 4] = t138;
+    M[10 * 13 + 5] = t133;
+    M[10 * 13 + 6] = t129;
+    M[10 * 13 + 7] = t125;
+    M[10 * 13 + 8] = -t120;
+    M[10 * 13 + 10] = arm_phi_3_inertia_beyond_yy;
+    M[11 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * t158 - arm_psi_1_sin * t155) + arm_psi_cos * (arm_psi_1_sin *
+        t158 + arm_psi_1_cos * t155);
+    M[11 * 13 + 2] = t157;
+    M[11 * 13 + 3] = t157;
+    M[11 * 13 + 4] = t155;
+    M[11 * 13 + 5] = t153;
+    M[11 * 13 + 6] = t151;
+    M[11 * 13 + 7] = t149;
+    M[11 * 13 + 8] = t147;
+    M[11 * 13 + 9] = -t145;
     M[11 * 13 + 11] = p->derived.arm_psi_inertia_xx;
-    M[12 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t197 - arm_psi_1_sin * t193) + arm_psi_cos * t200;
-    M[12 * 13 + 1] = t201;
-    M[12 * 13 + 2] = t198 + p->derived.constant_1 * t200;
-    M[12 * 13 + 3] = t198;
-    M[12 * 13 + 4] = t195;
-    M[12 * 13 + 5] = t190;
-    M[12 * 13 + 6] = t186;
-    M[12 * 13 + 7] = t182;
+    M[12 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t182 - arm_psi_1_sin * t178) + arm_psi_cos * t185;
+    M[12 * 13 + 1] = t186;
+    M[12 * 13 + 2] = t183 + p->derived.constant_1 * t185;
+    M[12 * 13 + 3] = t183;
+    M[12 * 13 + 4] = t180;
+    M[12 * 13 + 5] = t175;
+    M[12 * 13 + 6] = t171;
+    M[12 * 13 + 7] = t167;
     M[12 * 13 + 12] = p->m_E;
     for (int i = 0; i < 13; i++)
         for (int j = 0; j < i; j++)
@@ -549,16 +530,16 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
     const double t1 = arm_psi_w_x * qd[2];
+    const double t2 = arm_psi_w_x * arm_psi_w_y;
+    const double t3 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
     /* arm_psi_1: motion from arm_psi outward */
     const double arm_psi_1_sin = sin(q[3]);
     const double arm_psi_1_cos = cos(q[3]);
     const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
     const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
-    const double t2 = p->derived.constant_1 * qd[2];
-    const double t3 = p->derived.constant_1 * arm_psi_w_y;
-    const double t4 = qd[2] * t2 + arm_psi_w_y * t3;
-    const double t5 = arm_psi_w_x * t3;
-    const double arm_psi_1_bias_a_z = arm_psi_w_x * t2 + p->derived.constant_1 * t1;
+    const double t4 = p->derived.constant_1 * t3;
+    const double t5 = p->derived.constant_1 * t2;
+    const double arm_psi_1_bias_a_z = p->derived.constant_1 * (t1 + t1);
     const double arm_psi_1_bias_a_x = arm_psi_1_sin * t5 - arm_psi_1_cos * t4;
     const double arm_psi_1_bias_a_y = arm_psi_1_sin * t4 + arm_psi_1_cos * t5;
     const double arm_psi_1_bias_wd_x = arm_psi_bias_wd_x * arm_psi_1_cos - t1 * arm_psi_1_sin + arm_psi_1_w_y *
@@ -587,19 +568,21 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_1_bias_wd_z = t6 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
         qd[5];
     const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
+    const double t7 = arm_phi_1_w_y * arm_phi_1_w_x;
+    const double t8 = arm_phi_1_w_z * arm_phi_1_w_z + arm_phi_1_w_y * arm_phi_1_w_y;
+    const double t9 = arm_phi_1_bias_wd_z + t7;
+    const double t10 = arm_phi_1_w_z * arm_phi_1_w_x;
+    const double t11 = t10 - arm_phi_1_bias_wd_y;
     /* arm_psi_2: motion from arm_phi_1 outward */
     const double arm_psi_2_sin = sin(q[6]);
     const double arm_psi_2_cos = cos(q[6]);
     const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
     const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
-    const double t7 = p->derived.arm_element_length * arm_phi_1_w_z;
-    const double t8 = p->derived.arm_element_length * arm_phi_1_w_y;
-    const double t9 = arm_theta_1_bias_a_x - (arm_phi_1_w_z * t7 + arm_phi_1_w_y * t8);
-    const double t10 = arm_phi_1_w_x * t8 + (arm_phi_1_bias_a_y + p->derived.arm_element_length * arm_phi_1_bias_wd_z);
-    const double arm_psi_2_bias_a_z = arm_phi_1_w_x * t7 + (arm_phi_1_bias_a_z - p->derived.arm_element_length *
-        arm_phi_1_bias_wd_y);
-    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t10 + arm_psi_2_cos * t9;
-    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t10 - arm_psi_2_sin * t9;
+    const double t12 = arm_theta_1_bias_a_x - p->derived.arm_element_length * t8;
+    const double t13 = arm_phi_1_bias_a_y + p->derived.arm_element_length * t9;
+    const double arm_psi_2_bias_a_z = arm_phi_1_bias_a_z + p->derived.arm_element_length * t11;
+    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t13 + arm_psi_2_cos * t12;
+    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t13 - arm_psi_2_sin * t12;
     const double arm_psi_2_bias_wd_x = arm_phi_1_bias_wd_y * arm_psi_2_sin + arm_theta_1_bias_wd_x * arm_psi_2_cos +
         arm_psi_2_w_y * qd[6];
     const double arm_psi_2_bias_wd_y = arm_phi_1_bias_wd_y * arm_psi_2_cos - arm_theta_1_bias_wd_x * arm_psi_2_sin -
@@ -629,19 +612,21 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_2_bias_wd_z = arm_theta_2_bias_wd_z * arm_phi_2_cos - arm_psi_2_bias_wd_y * arm_phi_2_sin -
         arm_phi_2_w_y * qd[8];
     const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
+    const double t14 = arm_phi_2_w_y * arm_phi_2_w_x;
+    const double t15 = arm_phi_2_w_z * arm_phi_2_w_z + arm_phi_2_w_y * arm_phi_2_w_y;
+    const double t16 = arm_phi_2_bias_wd_z + t14;
+    const double t17 = arm_phi_2_w_z * arm_phi_2_w_x;
+    const double t18 = t17 - arm_phi_2_bias_wd_y;
     /* arm_psi_3: motion from arm_phi_2 outward */
     const double arm_psi_3_sin = sin(q[9]);
     const double arm_psi_3_cos = cos(q[9]);
     const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
     const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
-    const double t11 = p->derived.arm_element_length * arm_phi_2_w_z;
-    const double t12 = p->derived.arm_element_length * arm_phi_2_w_y;
-    const double t13 = arm_theta_2_bias_a_x - (arm_phi_2_w_z * t11 + arm_phi_2_w_y * t12);
-    const double t14 = arm_phi_2_w_x * t12 + (arm_phi_2_bias_a_y + p->derived.arm_element_length * arm_phi_2_bias_wd_z);
-    const double arm_psi_3_bias_a_z = arm_phi_2_w_x * t11 + (arm_phi_2_bias_a_z - p->derived.arm_element_length *
-        arm_phi_2_bias_wd_y);
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t14 + arm_psi_3_cos * t13;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t14 - arm_psi_3_sin * t13;
+    const double t19 = arm_theta_2_bias_a_x - p->derived.arm_element_length * t15;
+    const double t20 = arm_phi_2_bias_a_y + p->derived.arm_element_length * t16;
+    const double arm_psi_3_bias_a_z = arm_phi_2_bias_a_z + p->derived.arm_element_length * t18;
+    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t20 + arm_psi_3_cos * t19;
+    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t20 - arm_psi_3_sin * t19;
     const double arm_psi_3_bias_wd_x = arm_phi_2_bias_wd_y * arm_psi_3_sin + arm_theta_2_bias_wd_x * arm_psi_3_cos +
         arm_psi_3_w_y * qd[9];
     const double arm_psi_3_bias_wd_y = arm_phi_2_bias_wd_y * arm_psi_3_cos - arm_theta_2_bias_wd_x * arm_psi_3_sin -
@@ -663,9 +648,9 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_3_sin = sin(q[11]);
     const double arm_phi_3_cos = cos(q[11]);
     const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t15 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t16 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t16 - t15;
+    const double t21 = arm_theta_3_w_y * arm_phi_3_sin;
+    const double t22 = arm_theta_3_w_z * arm_phi_3_cos;
+    const double arm_phi_3_w_z = t22 - t21;
     const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
     const double arm_phi_3_bias_a_z = arm_theta_3_bias_a_z * arm_phi_3_cos - arm_psi_3_bias_a_y * arm_phi_3_sin;
     const double arm_phi_3_bias_wd_y = arm_theta_3_bias_wd_z * arm_phi_3_sin + arm_psi_3_bias_wd_y * arm_phi_3_cos +
@@ -673,165 +658,139 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_3_bias_wd_z = arm_theta_3_bias_wd_z * arm_phi_3_cos - arm_psi_3_bias_wd_y * arm_phi_3_sin -
         arm_phi_3_w_y * qd[11];
     const double arm_phi_3_w_x = arm_theta_3_w_x + qd[11];
+    const double t23 = arm_phi_3_w_y * arm_phi_3_w_x;
+    const double t24 = arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y * arm_phi_3_w_y;
+    const double t25 = arm_phi_3_bias_wd_z + t23;
+    const double t26 = arm_phi_3_w_z * arm_phi_3_w_x;
+    const double t27 = t26 - arm_phi_3_bias_wd_y;
     /* effector_z: motion from arm_phi_3 outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_w_x = t15 - t16;
-    const double t17 = arm_phi_3_w_z * effector_z_shift_x;
-    const double t18 = arm_phi_3_w_y * effector_z_shift_x;
-    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - (arm_phi_3_w_z * t17 + arm_phi_3_w_y * t18);
-    const double t19 = arm_phi_3_w_y * qd[12];
-    const double t20 = effector_z_w_x * qd[12];
-    const double effector_z_bias_a_x = t19 + t19 - (arm_phi_3_w_x * t17 + (arm_phi_3_bias_a_z - arm_phi_3_bias_wd_y *
-        effector_z_shift_x));
-    const double effector_z_bias_a_y = arm_phi_3_w_x * t18 + (arm_phi_3_bias_a_y + arm_phi_3_bias_wd_z * effector_z_shift_x) -
-        (t20 + t20);
+    const double effector_z_w_x = t21 - t22;
+    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - t24 * effector_z_shift_x;
+    const double t28 = arm_phi_3_w_y * qd[12];
+    const double t29 = effector_z_w_x * qd[12];
+    const double effector_z_bias_a_x = t28 + t28 - (arm_phi_3_bias_a_z + t27 * effector_z_shift_x);
+    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + t25 * effector_z_shift_x - (t29 + t29);
     /* effector_z: bias forces c, inward */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     const double effector_z_bias_force_y = p->m_E * effector_z_bias_a_y;
     const double effector_z_bias_force_z = p->m_E * effector_z_bias_a_z;
     /* arm_phi_3: bias forces c, inward */
-    const double t21 = p->derived.arm_psi_inertia_xx * arm_phi_3_w_x;
-    const double t22 = p->derived.arm_psi_inertia_yy * arm_phi_3_w_y;
-    const double t23 = p->derived.arm_psi_inertia_yy * arm_phi_3_w_z;
-    const double arm_phi_3_bias_moment_x = arm_phi_3_w_y * t23 - arm_phi_3_w_z * t22 + p->derived.arm_psi_inertia_xx *
-        arm_theta_3_bias_wd_x;
-    const double t24 = p->derived.arm_psi_moment_x * arm_phi_3_w_z;
-    const double t25 = p->derived.arm_psi_moment_x * arm_phi_3_w_y;
-    const double arm_phi_3_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + (arm_phi_3_w_z *
-        t21 - arm_phi_3_w_x * t23 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y - p->derived.arm_psi_moment_x *
-        arm_phi_3_bias_a_z);
-    const double arm_phi_3_bias_moment_z = effector_z_shift_x * effector_z_bias_force_y + (arm_phi_3_w_x *
-        t22 - arm_phi_3_w_y * t21 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z + p->derived.arm_psi_moment_x *
-        arm_phi_3_bias_a_y);
+    const double arm_phi_3_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_theta_3_bias_wd_x;
+    const double arm_phi_3_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + (t26 * p->derived.constant_6 +
+        p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y - p->derived.arm_psi_moment_x * arm_phi_3_bias_a_z);
+    const double arm_phi_3_bias_moment_z = effector_z_shift_x * effector_z_bias_force_y + (t23 * p->derived.constant_7 +
+        p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z + p->derived.arm_psi_moment_x * arm_phi_3_bias_a_y);
     const double arm_phi_3_bias_force_x = effector_z_bias_force_z + (p->derived.arm_psi_mass * arm_theta_3_bias_a_x -
-        (arm_phi_3_w_z * t24 + arm_phi_3_w_y * t25));
-    const double arm_phi_3_bias_force_y = effector_z_bias_force_y + (arm_phi_3_w_x * t25 + p->derived.arm_psi_moment_x *
-        arm_phi_3_bias_wd_z + p->derived.arm_psi_mass * arm_phi_3_bias_a_y);
-    const double arm_phi_3_bias_force_z = arm_phi_3_w_x * t24 - p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_y +
-        p->derived.arm_psi_mass * arm_phi_3_bias_a_z - effector_z_bias_force_x;
+        p->derived.arm_psi_moment_x * t24);
+    const double arm_phi_3_bias_force_y = effector_z_bias_force_y + (p->derived.arm_psi_moment_x * t25 + p->derived.arm_psi_mass *
+        arm_phi_3_bias_a_y);
+    const double arm_phi_3_bias_force_z = p->derived.arm_psi_moment_x * t27 + p->derived.arm_psi_mass * arm_phi_3_bias_a_z -
+        effector_z_bias_force_x;
     const double arm_theta_3_bias_force_y = arm_phi_3_cos * arm_phi_3_bias_force_y - arm_phi_3_sin * arm_phi_3_bias_force_z;
     const double arm_theta_3_bias_force_z = arm_phi_3_sin * arm_phi_3_bias_force_y + arm_phi_3_cos * arm_phi_3_bias_force_z;
-    const double t26 = arm_phi_3_sin * arm_phi_3_bias_moment_z;
-    const double t27 = arm_phi_3_cos * arm_phi_3_bias_moment_y;
-    const double arm_theta_3_bias_moment_y = t27 - t26;
+    const double t30 = arm_phi_3_sin * arm_phi_3_bias_moment_z;
+    const double t31 = arm_phi_3_cos * arm_phi_3_bias_moment_y;
+    const double arm_theta_3_bias_moment_y = t31 - t30;
     const double arm_theta_3_bias_moment_z = arm_phi_3_sin * arm_phi_3_bias_moment_y + arm_phi_3_cos * arm_phi_3_bias_moment_z;
     /* arm_theta_3: bias forces c, inward */
     const double arm_psi_3_bias_force_z = arm_theta_3_cos * arm_theta_3_bias_force_z - arm_theta_3_sin * arm_phi_3_bias_force_x;
     const double arm_psi_3_bias_force_x = arm_theta_3_sin * arm_theta_3_bias_force_z + arm_theta_3_cos * arm_phi_3_bias_force_x;
-    const double t28 = arm_theta_3_sin * arm_phi_3_bias_moment_x;
-    const double t29 = arm_theta_3_cos * arm_theta_3_bias_moment_z;
-    const double arm_psi_3_bias_moment_z = t29 - t28;
+    const double t32 = arm_theta_3_sin * arm_phi_3_bias_moment_x;
+    const double t33 = arm_theta_3_cos * arm_theta_3_bias_moment_z;
+    const double arm_psi_3_bias_moment_z = t33 - t32;
     const double arm_psi_3_bias_moment_x = arm_theta_3_sin * arm_theta_3_bias_moment_z + arm_theta_3_cos *
         arm_phi_3_bias_moment_x;
     /* arm_psi_3: bias forces c, inward */
-    const double t30 = arm_psi_3_sin * arm_psi_3_bias_force_x + arm_psi_3_cos * arm_theta_3_bias_force_y;
+    const double t34 = arm_psi_3_sin * arm_psi_3_bias_force_x + arm_psi_3_cos * arm_theta_3_bias_force_y;
     /* arm_phi_2: bias forces c, inward */
-    const double t31 = p->derived.arm_phi_1_inertia_xx * arm_phi_2_w_x;
-    const double t32 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_y;
-    const double t33 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_z;
-    const double arm_phi_2_load_moment_x = arm_phi_2_w_y * t33 - arm_phi_2_w_z * t32 + p->derived.arm_phi_1_inertia_xx *
-        arm_theta_2_bias_wd_x;
-    const double t34 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_z;
-    const double t35 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_y;
+    const double arm_phi_2_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_2_bias_wd_x;
     const double arm_phi_2_bias_moment_x = arm_psi_3_cos * arm_psi_3_bias_moment_x - arm_psi_3_sin * arm_theta_3_bias_moment_y +
         arm_phi_2_load_moment_x;
     const double arm_phi_2_bias_moment_y = arm_psi_3_sin * arm_psi_3_bias_moment_x + arm_psi_3_cos * arm_theta_3_bias_moment_y -
-        p->derived.arm_element_length * arm_psi_3_bias_force_z + (arm_phi_2_w_z * t31 - arm_phi_2_w_x * t33 +
-        p->derived.arm_phi_1_inertia_yy * arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_z);
-    const double arm_phi_2_bias_moment_z = arm_psi_3_bias_moment_z + p->derived.arm_element_length * t30 +
-        (arm_phi_2_w_x * t32 - arm_phi_2_w_y * t31 + p->derived.arm_phi_1_inertia_yy * arm_phi_2_bias_wd_z +
-        p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_y);
+        p->derived.arm_element_length * arm_psi_3_bias_force_z + (t17 * p->derived.constant_8 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_z);
+    const double arm_phi_2_bias_moment_z = arm_psi_3_bias_moment_z + p->derived.arm_element_length * t34 +
+        (t14 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy * arm_phi_2_bias_wd_z + p->derived.arm_phi_1_moment_x *
+        arm_phi_2_bias_a_y);
     const double arm_phi_2_bias_force_x = arm_psi_3_cos * arm_psi_3_bias_force_x - arm_psi_3_sin * arm_theta_3_bias_force_y +
-        (p->derived.arm_phi_1_mass * arm_theta_2_bias_a_x - (arm_phi_2_w_z * t34 + arm_phi_2_w_y * t35));
-    const double arm_phi_2_bias_force_y = t30 + (arm_phi_2_w_x * t35 + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_z +
-        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_y);
-    const double arm_phi_2_bias_force_z = arm_psi_3_bias_force_z + (arm_phi_2_w_x * t34 - p->derived.arm_phi_1_moment_x *
-        arm_phi_2_bias_wd_y + p->derived.arm_phi_1_mass * arm_phi_2_bias_a_z);
+        (p->derived.arm_phi_1_mass * arm_theta_2_bias_a_x - p->derived.arm_phi_1_moment_x * t15);
+    const double arm_phi_2_bias_force_y = t34 + (p->derived.arm_phi_1_moment_x * t16 + p->derived.arm_phi_1_mass *
+        arm_phi_2_bias_a_y);
+    const double arm_phi_2_bias_force_z = arm_psi_3_bias_force_z + (p->derived.arm_phi_1_moment_x * t18 +
+        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_z);
     const double arm_theta_2_bias_force_y = arm_phi_2_cos * arm_phi_2_bias_force_y - arm_phi_2_sin * arm_phi_2_bias_force_z;
     const double arm_theta_2_bias_force_z = arm_phi_2_sin * arm_phi_2_bias_force_y + arm_phi_2_cos * arm_phi_2_bias_force_z;
-    const double t36 = arm_phi_2_sin * arm_phi_2_bias_moment_z;
-    const double t37 = arm_phi_2_cos * arm_phi_2_bias_moment_y;
-    const double arm_theta_2_bias_moment_y = t37 - t36;
+    const double t35 = arm_phi_2_sin * arm_phi_2_bias_moment_z;
+    const double t36 = arm_phi_2_cos * arm_phi_2_bias_moment_y;
+    const double arm_theta_2_bias_moment_y = t36 - t35;
     const double arm_theta_2_bias_moment_z = arm_phi_2_sin * arm_phi_2_bias_moment_y + arm_phi_2_cos * arm_phi_2_bias_moment_z;
     /* arm_theta_2: bias forces c, inward */
     const double arm_psi_2_bias_force_z = arm_theta_2_cos * arm_theta_2_bias_force_z - arm_theta_2_sin * arm_phi_2_bias_force_x;
     const double arm_psi_2_bias_force_x = arm_theta_2_sin * arm_theta_2_bias_force_z + arm_theta_2_cos * arm_phi_2_bias_force_x;
-    const double t38 = arm_theta_2_sin * arm_phi_2_bias_moment_x;
-    const double t39 = arm_theta_2_cos * arm_theta_2_bias_moment_z;
-    const double arm_psi_2_bias_moment_z = t39 - t38;
+    const double t37 = arm_theta_2_sin * arm_phi_2_bias_moment_x;
+    const double t38 = arm_theta_2_cos * arm_theta_2_bias_moment_z;
+    const double arm_psi_2_bias_moment_z = t38 - t37;
     const double arm_psi_2_bias_moment_x = arm_theta_2_sin * arm_theta_2_bias_moment_z + arm_theta_2_cos *
         arm_phi_2_bias_moment_x;
     /* arm_psi_2: bias forces c, inward */
-    const double t40 = arm_psi_2_sin * arm_psi_2_bias_force_x + arm_psi_2_cos * arm_theta_2_bias_force_y;
+    const double t39 = arm_psi_2_sin * arm_psi_2_bias_force_x + arm_psi_2_cos * arm_theta_2_bias_force_y;
     /* arm_phi_1: bias forces c, inward */
-    const double t41 = p->derived.arm_phi_1_inertia_xx * arm_phi_1_w_x;
-    const double t42 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_y;
-    const double t43 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_z;
-    const double arm_phi_1_load_moment_x = arm_phi_1_w_y * t43 - arm_phi_1_w_z * t42 + p->derived.arm_phi_1_inertia_xx *
-        arm_theta_1_bias_wd_x;
-    const double t44 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_z;
-    const double t45 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_y;
+    const double arm_phi_1_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_1_bias_wd_x;
     const double arm_phi_1_bias_moment_x = arm_psi_2_cos * arm_psi_2_bias_moment_x - arm_psi_2_sin * arm_theta_2_bias_moment_y +
         arm_phi_1_load_moment_x;
     const double arm_phi_1_bias_moment_y = arm_psi_2_sin * arm_psi_2_bias_moment_x + arm_psi_2_cos * arm_theta_2_bias_moment_y -
-        p->derived.arm_element_length * arm_psi_2_bias_force_z + (arm_phi_1_w_z * t41 - arm_phi_1_w_x * t43 +
-        p->derived.arm_phi_1_inertia_yy * arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_z);
-    const double arm_phi_1_bias_moment_z = arm_psi_2_bias_moment_z + p->derived.arm_element_length * t40 +
-        (arm_phi_1_w_x * t42 - arm_phi_1_w_y * t41 + p->derived.arm_phi_1_inertia_yy * arm_phi_1_bias_wd_z +
-        p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_y);
+        p->derived.arm_element_length * arm_psi_2_bias_force_z + (t10 * p->derived.constant_8 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_z);
+    const double arm_phi_1_bias_moment_z = arm_psi_2_bias_moment_z + p->derived.arm_element_length * t39 +
+        (t7 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy * arm_phi_1_bias_wd_z + p->derived.arm_phi_1_moment_x *
+        arm_phi_1_bias_a_y);
     const double arm_phi_1_bias_force_x = arm_psi_2_cos * arm_psi_2_bias_force_x - arm_psi_2_sin * arm_theta_2_bias_force_y +
-        (p->derived.arm_phi_1_mass * arm_theta_1_bias_a_x - (arm_phi_1_w_z * t44 + arm_phi_1_w_y * t45));
-    const double arm_phi_1_bias_force_y = t40 + (arm_phi_1_w_x * t45 + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_z +
-        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_y);
-    const double arm_phi_1_bias_force_z = arm_psi_2_bias_force_z + (arm_phi_1_w_x * t44 - p->derived.arm_phi_1_moment_x *
-        arm_phi_1_bias_wd_y + p->derived.arm_phi_1_mass * arm_phi_1_bias_a_z);
+        (p->derived.arm_phi_1_mass * arm_theta_1_bias_a_x - p->derived.arm_phi_1_moment_x * t8);
+    const double arm_phi_1_bias_force_y = t39 + (p->derived.arm_phi_1_moment_x * t9 + p->derived.arm_phi_1_mass *
+        arm_phi_1_bias_a_y);
+    const double arm_phi_1_bias_force_z = arm_psi_2_bias_force_z + (p->derived.arm_phi_1_moment_x * t11 +
+        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_z);
     const double arm_theta_1_bias_force_y = arm_phi_1_cos * arm_phi_1_bias_force_y - arm_phi_1_sin * arm_phi_1_bias_force_z;
     const double arm_theta_1_bias_force_z = arm_phi_1_sin * arm_phi_1_bias_force_y + arm_phi_1_cos * arm_phi_1_bias_force_z;
-    const double t46 = arm_phi_1_sin * arm_phi_1_bias_moment_z;
-    const double t47 = arm_phi_1_cos * arm_phi_1_bias_moment_y;
-    const double arm_theta_1_bias_moment_y = t47 - t46;
+    const double t40 = arm_phi_1_sin * arm_phi_1_bias_moment_z;
+    const double t41 = arm_phi_1_cos * arm_phi_1_bias_moment_y;
+    const double arm_theta_1_bias_moment_y = t41 - t40;
     const double arm_theta_1_bias_moment_z = arm_phi_1_sin * arm_phi_1_bias_moment_y + arm_phi_1_cos * arm_phi_1_bias_moment_z;
     /* arm_theta_1: bias forces c, inward */
     const double arm_psi_1_bias_force_z = arm_theta_1_cos * arm_theta_1_bias_force_z - arm_theta_1_sin * arm_phi_1_bias_force_x;
     const double arm_psi_1_bias_force_x = arm_theta_1_sin * arm_theta_1_bias_force_z + arm_theta_1_cos * arm_phi_1_bias_force_x;
-    const double t48 = arm_theta_1_sin * arm_phi_1_bias_moment_x;
-    const double t49 = arm_theta_1_cos * arm_theta_1_bias_moment_z;
-    const double arm_psi_1_bias_moment_z = t49 - t48;
+    const double t42 = arm_theta_1_sin * arm_phi_1_bias_moment_x;
+    const double t43 = arm_theta_1_cos * arm_theta_1_bias_moment_z;
+    const double arm_psi_1_bias_moment_z = t43 - t42;
     const double arm_psi_1_bias_moment_x = arm_theta_1_sin * arm_theta_1_bias_moment_z + arm_theta_1_cos *
         arm_phi_1_bias_moment_x;
     /* arm_psi_1: bias forces c, inward */
-    const double t50 = arm_psi_1_sin * arm_psi_1_bias_force_x + arm_psi_1_cos * arm_theta_1_bias_force_y;
+    const double t44 = arm_psi_1_sin * arm_psi_1_bias_force_x + arm_psi_1_cos * arm_theta_1_bias_force_y;
     /* arm_psi: bias forces c, inward */
-    const double t51 = p->derived.arm_psi_inertia_xx * arm_psi_w_x;
-    const double t52 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
-    const double t53 = p->derived.arm_psi_inertia_yy * qd[2];
-    const double arm_psi_load_moment_x = arm_psi_w_y * t53 - qd[2] * t52 + p->derived.arm_psi_inertia_xx *
-        arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = qd[2] * t51 - arm_psi_w_x * t53 - p->derived.arm_psi_inertia_yy *
-        t1;
-    const double t54 = p->derived.arm_psi_moment_x * arm_psi_w_y;
+    const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = t1 * p->derived.constant_6 - p->derived.arm_psi_inertia_yy * t1;
     const double arm_psi_bias_moment_x = arm_psi_1_cos * arm_psi_1_bias_moment_x - arm_psi_1_sin * arm_theta_1_bias_moment_y +
         arm_psi_load_moment_x;
     const double arm_psi_bias_moment_y = arm_psi_1_sin * arm_psi_1_bias_moment_x + arm_psi_1_cos * arm_theta_1_bias_moment_y -
         p->derived.constant_1 * arm_psi_1_bias_force_z + arm_psi_load_moment_y;
-    const double arm_psi_bias_moment_z = arm_psi_1_bias_moment_z + p->derived.constant_1 * t50 + (arm_psi_w_x *
-        t52 - arm_psi_w_y * t51);
+    const double arm_psi_bias_moment_z = arm_psi_1_bias_moment_z + p->derived.constant_1 * t44 + t2 * p->derived.constant_7;
     const double arm_psi_bias_force_x = arm_psi_1_cos * arm_psi_1_bias_force_x - arm_psi_1_sin * arm_theta_1_bias_force_y -
-        (qd[2] * (p->derived.arm_psi_moment_x * qd[2]) + arm_psi_w_y * t54);
-    const double arm_psi_bias_force_y = t50 + arm_psi_w_x * t54;
+        p->derived.arm_psi_moment_x * t3;
+    const double arm_psi_bias_force_y = t44 + p->derived.arm_psi_moment_x * t2;
     const double column_psi_bias_force_z = arm_psi_sin * arm_psi_bias_force_x + arm_psi_cos * arm_psi_bias_force_y;
     const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
     h[0] = -column_psi_bias_force_z;
     h[1] = -column_psi_bias_moment_z;
     h[2] = -arm_psi_bias_moment_z;
-    h[3] = t48 - t49;
-    h[4] = t46 - t47;
+    h[3] = t42 - t43;
+    h[4] = t40 - t41;
     h[5] = -arm_phi_1_bias_moment_x;
-    h[6] = t38 - t39;
-    h[7] = t36 - t37;
+    h[6] = t37 - t38;
+    h[7] = t35 - t36;
     h[8] = -arm_phi_2_bias_moment_x;
-    h[9] = t28 - t29;
-    h[10] = t26 - t27;
+    h[9] = t32 - t33;
+    h[10] = t30 - t31;
     h[11] = -arm_phi_3_bias_moment_x;
     h[12] = -effector_z_bias_force_z;
 }
@@ -909,7 +868,7 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
     /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
     const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + (arm_psi_2_cos * arm_psi_2_moment_beyond_x -
-        arm_psi_2_sin * arm_theta_2_moment_beyond_y + p->derived.constant_4);
+        arm_psi_2_sin * arm_theta_2_moment_beyond_y + p->derived.constant_3);
     const double arm_theta_1_moment_beyond_y = arm_phi_1_cos * arm_phi_1_moment_beyond_y - arm_phi_1_sin *
         arm_psi_2_moment_beyond_z;
     const double arm_theta_1_moment_beyond_z = arm_phi_1_sin * arm_phi_1_moment_beyond_y + arm_phi_1_cos *
@@ -921,8 +880,8 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_moment_beyond_y = arm_psi_1_sin * arm_psi_1_moment_beyond_x + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (arm_psi_1_cos * arm_psi_1_moment_beyond_x -
-        arm_psi_1_sin * arm_theta_1_moment_beyond_y + p->derived.constant_6);
-    Q[0] = -(p->derived.constant_9 + (p->s_sup * q[0] + p->d_sup * qd[0]));
+        arm_psi_1_sin * arm_theta_1_moment_beyond_y + p->derived.constant_4);
+    Q[0] = -(p->derived.constant_10 + (p->s_sup * q[0] + p->d_sup * qd[0]));
     Q[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1];
     Q[2] = arm_psi_bias_a_falling_x * arm_psi_moment_beyond_y - arm_psi_bias_a_falling_y * arm_psi_moment_beyond_x;
     Q[3] = t1 * arm_theta_1_moment_beyond_y + arm_psi_1_gravity_y * arm_psi_1_moment_beyond_x - (p->derived.arm_stiffness_psi *
@@ -1054,53 +1013,53 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
     const double effector_z_position_y = arm_psi_3_position_y + arm_theta_3_ground_y_x * effector_z_shift_x;
     const double effector_z_position_z = arm_psi_3_position_z + arm_theta_3_ground_z_x * effector_z_shift_x;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double t5 = effector_z_position_x - arm_psi_3_position_x;
-    const double t6 = effector_z_position_y - arm_psi_3_position_y;
-    const double t7 = effector_z_position_z - arm_psi_3_position_z;
-    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t6 - arm_theta_3_ground_y_x * t5;
-    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t6 - arm_psi_3_ground_y_y * t5;
-    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t6 - arm_phi_2_ground_y_z * t5;
-    const double t8 = effector_z_position_x - arm_psi_2_position_x;
-    const double t9 = effector_z_position_y - arm_psi_2_position_y;
-    const double t10 = effector_z_position_z - arm_psi_2_position_z;
-    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t9 - arm_theta_2_ground_y_x * t8;
-    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t9 - arm_psi_2_ground_y_y * t8;
-    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t9 - arm_phi_1_ground_y_z * t8;
-    const double t11 = effector_z_position_x - arm_psi_1_position_x;
-    const double t12 = effector_z_position_y - arm_psi_1_position_y;
-    const double t13 = effector_z_position_z - arm_psi_1_position_z;
-    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t12 - arm_theta_1_ground_y_x * t11;
-    const double row_2_u_arm_theta_1 = t4 * t11 - t3 * t12;
-    const double row_2_u_arm_psi_1 = column_psi_cos * t11 + column_psi_sin * t12;
-    const double t14 = effector_z_position_z - arm_psi_position_z;
+    const double t5 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    const double t6 = effector_z_position_x - arm_psi_1_position_x;
+    const double t7 = effector_z_position_y - arm_psi_1_position_y;
+    const double t8 = effector_z_position_z - arm_psi_1_position_z;
+    const double row_2_u_arm_psi_1 = column_psi_cos * t6 + column_psi_sin * t7;
+    const double row_2_u_arm_theta_1 = t4 * t6 - t3 * t7;
+    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t7 - arm_theta_1_ground_y_x * t6;
+    const double t9 = effector_z_position_x - arm_psi_2_position_x;
+    const double t10 = effector_z_position_y - arm_psi_2_position_y;
+    const double t11 = effector_z_position_z - arm_psi_2_position_z;
+    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t10 - arm_phi_1_ground_y_z * t9;
+    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t10 - arm_psi_2_ground_y_y * t9;
+    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t10 - arm_theta_2_ground_y_x * t9;
+    const double t12 = effector_z_position_x - arm_psi_3_position_x;
+    const double t13 = effector_z_position_y - arm_psi_3_position_y;
+    const double t14 = effector_z_position_z - arm_psi_3_position_z;
+    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t13 - arm_phi_2_ground_y_z * t12;
+    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t13 - arm_psi_3_ground_y_y * t12;
+    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t13 - arm_theta_3_ground_y_x * t12;
     /* row 1 (position level): u qdd + v = 0 */
     const double t15 = (effector_z_position_x - p->xc) / p->a;
     const double t16 = effector_z_position_y / p->b;
-    const double t17 = p->derived.constant_11 * (t16 + t16);
-    const double t18 = p->derived.constant_10 * (t15 + t15);
+    const double t17 = p->derived.constant_12 * (t16 + t16);
+    const double t18 = p->derived.constant_11 * (t15 + t15);
     const double row_1_u_column_psi = effector_z_position_x * t17 - effector_z_position_y * t18;
-    const double row_1_u_arm_theta_1 = (t3 * t13 + arm_psi_1_ground_z_y * t11) * t17 - (arm_psi_1_ground_z_y *
-        t12 + t4 * t13) * t18;
-    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t13 - arm_theta_1_ground_z_x * t12) * t18 +
-        (arm_theta_1_ground_z_x * t11 - arm_theta_1_ground_x_x * t13) * t17;
-    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t10 - arm_phi_1_ground_z_z * t9) * t18 + (arm_phi_1_ground_z_z *
-        t8 - arm_phi_1_ground_x_z * t10) * t17;
-    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t10 - arm_psi_2_ground_z_y * t9) * t18 + (arm_psi_2_ground_z_y *
-        t8 - arm_psi_2_ground_x_y * t10) * t17;
-    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t10 - arm_theta_2_ground_z_x * t9) * t18 +
-        (arm_theta_2_ground_z_x * t8 - arm_theta_2_ground_x_x * t10) * t17;
-    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t7 - arm_phi_2_ground_z_z * t6) * t18 + (arm_phi_2_ground_z_z *
-        t5 - arm_phi_2_ground_x_z * t7) * t17;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t7 - arm_psi_3_ground_z_y * t6) * t18 + (arm_psi_3_ground_z_y *
-        t5 - arm_psi_3_ground_x_y * t7) * t17;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t7 - arm_theta_3_ground_z_x * t6) * t18 + (arm_theta_3_ground_z_x *
-        t5 - arm_theta_3_ground_x_x * t7) * t17;
+    const double row_1_u_arm_theta_1 = (t3 * t8 + arm_psi_1_ground_z_y * t6) * t17 - (arm_psi_1_ground_z_y *
+        t7 + t4 * t8) * t18;
+    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t8 - arm_theta_1_ground_z_x * t7) * t18 + (arm_theta_1_ground_z_x *
+        t6 - arm_theta_1_ground_x_x * t8) * t17;
+    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t11 - arm_phi_1_ground_z_z * t10) * t18 + (arm_phi_1_ground_z_z *
+        t9 - arm_phi_1_ground_x_z * t11) * t17;
+    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t11 - arm_psi_2_ground_z_y * t10) * t18 + (arm_psi_2_ground_z_y *
+        t9 - arm_psi_2_ground_x_y * t11) * t17;
+    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t11 - arm_theta_2_ground_z_x * t10) * t18 +
+        (arm_theta_2_ground_z_x * t9 - arm_theta_2_ground_x_x * t11) * t17;
+    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t14 - arm_phi_2_ground_z_z * t13) * t18 + (arm_phi_2_ground_z_z *
+        t12 - arm_phi_2_ground_x_z * t14) * t17;
+    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t14 - arm_psi_3_ground_z_y * t13) * t18 + (arm_psi_3_ground_z_y *
+        t12 - arm_psi_3_ground_x_y * t14) * t17;
+    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t14 - arm_theta_3_ground_z_x * t13) * t18 +
+        (arm_theta_3_ground_z_x * t12 - arm_theta_3_ground_x_x * t14) * t17;
     const double row_1_u_effector_z = arm_theta_3_ground_x_x * t18 + arm_theta_3_ground_y_x * t17;
     u[0 * 13 + 0] = 0.0;
     u[0 * 13 + 1] = row_1_u_column_psi;
-    u[0 * 13 + 2] = -(column_psi_cos * t14 * t18 + column_psi_sin * t14 * t17);
-    u[0 * 13 + 3] = -(column_psi_cos * t13 * t18 + column_psi_sin * t13 * t17);
+    u[0 * 13 + 2] = -(column_psi_cos * t5 * t18 + column_psi_sin * t5 * t17);
+    u[0 * 13 + 3] = -(column_psi_cos * t8 * t18 + column_psi_sin * t8 * t17);
     u[0 * 13 + 4] = row_1_u_arm_theta_1;
     u[0 * 13 + 5] = row_1_u_arm_phi_1;
     u[0 * 13 + 6] = row_1_u_arm_psi_2;
@@ -1158,19 +1117,18 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_1_position_y = p->derived.constant_1 * arm_psi_ground_y_x;
     const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
     const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
-    const double t7 = p->derived.constant_1 * qd[2];
-    const double t8 = p->derived.constant_1 * arm_psi_w_y;
-    const double t9 = arm_psi_v_y + t7;
-    const double arm_psi_1_v_x = arm_psi_1_sin * t9 + arm_psi_v_x * arm_psi_1_cos;
-    const double arm_psi_1_v_y = arm_psi_1_cos * t9 - arm_psi_v_x * arm_psi_1_sin;
-    const double t10 = qd[2] * t7 + arm_psi_w_y * t8;
-    const double t11 = arm_psi_w_x * t8;
-    const double arm_psi_1_bias_a_z = arm_psi_w_x * t7 + p->derived.constant_1 * t4;
-    const double arm_psi_1_bias_a_x = arm_psi_1_sin * t11 - arm_psi_1_cos * t10;
-    const double arm_psi_1_bias_a_y = arm_psi_1_sin * t10 + arm_psi_1_cos * t11;
+    const double t7 = p->derived.constant_1 * arm_psi_w_y;
+    const double t8 = arm_psi_v_y + p->derived.constant_1 * qd[2];
+    const double arm_psi_1_v_x = arm_psi_1_sin * t8 + arm_psi_v_x * arm_psi_1_cos;
+    const double arm_psi_1_v_y = arm_psi_1_cos * t8 - arm_psi_v_x * arm_psi_1_sin;
+    const double t9 = p->derived.constant_1 * (qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y);
+    const double t10 = p->derived.constant_1 * (arm_psi_w_x * arm_psi_w_y);
+    const double arm_psi_1_bias_a_z = p->derived.constant_1 * (t4 + t4);
+    const double arm_psi_1_bias_a_x = arm_psi_1_sin * t10 - arm_psi_1_cos * t9;
+    const double arm_psi_1_bias_a_y = arm_psi_1_sin * t9 + arm_psi_1_cos * t10;
     const double arm_psi_1_bias_wd_x = arm_psi_bias_wd_x * arm_psi_1_cos - t4 * arm_psi_1_sin + arm_psi_1_w_y *
         qd[3];
-    const double t12 = arm_psi_bias_wd_x * arm_psi_1_sin + t4 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
+    const double t11 = arm_psi_bias_wd_x * arm_psi_1_sin + t4 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
     const double arm_psi_1_w_z = qd[2] + qd[3];
     /* arm_theta_1: motion from arm_psi_1 outward */
     const double arm_theta_1_sin = sin(q[4]);
@@ -1183,8 +1141,8 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
     const double arm_theta_1_ground_z_x = arm_psi_1_ground_z_x * arm_theta_1_cos;
     const double arm_theta_1_w_z = arm_psi_1_w_x * arm_theta_1_sin + arm_psi_1_w_z * arm_theta_1_cos;
     const double arm_theta_1_w_x = arm_psi_1_w_x * arm_theta_1_cos - arm_psi_1_w_z * arm_theta_1_sin;
-    const double arm_theta_1_v_z = arm_psi_1_v_x * arm_theta_1_sin - t8 * arm_theta_1_cos;
-    const double arm_theta_1_v_x = t8 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
+    const double arm_theta_1_v_z = arm_psi_1_v_x * arm_theta_1_sin - t7 * arm_theta_1_cos;
+    const double arm_theta_1_v_x = t7 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
     const double arm_theta_1_bias_a_z = arm_psi_1_bias_a_x * arm_theta_1_sin + arm_psi_1_bias_a_z * arm_theta_1_cos;
     const double arm_theta_1_bias_a_x = arm_psi_1_bias_a_x * arm_theta_1_cos - arm_psi_1_bias_a_z * arm_theta_1_sin;
     const double arm_theta_1_bias_wd_x = arm_psi_1_bias_wd_x * arm_theta_1_cos - arm_theta_1_w_z * qd[4];
@@ -1205,9 +1163,9 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_1_v_z = arm_theta_1_v_z * arm_phi_1_cos - arm_psi_1_v_y * arm_phi_1_sin;
     const double arm_phi_1_bias_a_y = arm_theta_1_bias_a_z * arm_phi_1_sin + arm_psi_1_bias_a_y * arm_phi_1_cos;
     const double arm_phi_1_bias_a_z = arm_theta_1_bias_a_z * arm_phi_1_cos - arm_psi_1_bias_a_y * arm_phi_1_sin;
-    const double arm_phi_1_bias_wd_y = arm_theta_1_bias_wd_z * arm_phi_1_sin - t12 * arm_phi_1_cos + arm_phi_1_w_z *
+    const double arm_phi_1_bias_wd_y = arm_theta_1_bias_wd_z * arm_phi_1_sin - t11 * arm_phi_1_cos + arm_phi_1_w_z *
         qd[5];
-    const double arm_phi_1_bias_wd_z = t12 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
+    const double arm_phi_1_bias_wd_z = t11 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
         qd[5];
     const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
     /* arm_psi_2: motion from arm_phi_1 outward */
@@ -1223,18 +1181,18 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_2_position_y = arm_psi_1_position_y + p->derived.arm_element_length * arm_theta_1_ground_y_x;
     const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
     const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
-    const double t13 = p->derived.arm_element_length * arm_phi_1_w_z;
-    const double t14 = p->derived.arm_element_length * arm_phi_1_w_y;
-    const double t15 = arm_phi_1_v_y + t13;
-    const double arm_psi_2_v_z = arm_phi_1_v_z - t14;
-    const double arm_psi_2_v_x = arm_psi_2_sin * t15 + arm_theta_1_v_x * arm_psi_2_cos;
-    const double arm_psi_2_v_y = arm_psi_2_cos * t15 - arm_theta_1_v_x * arm_psi_2_sin;
-    const double t16 = arm_theta_1_bias_a_x - (arm_phi_1_w_z * t13 + arm_phi_1_w_y * t14);
-    const double t17 = arm_phi_1_w_x * t14 + (arm_phi_1_bias_a_y + p->derived.arm_element_length * arm_phi_1_bias_wd_z);
-    const double arm_psi_2_bias_a_z = arm_phi_1_w_x * t13 + (arm_phi_1_bias_a_z - p->derived.arm_element_length *
-        arm_phi_1_bias_wd_y);
-    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t17 + arm_psi_2_cos * t16;
-    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t17 - arm_psi_2_sin * t16;
+    const double t12 = arm_phi_1_v_y + p->derived.arm_element_length * arm_phi_1_w_z;
+    const double arm_psi_2_v_z = arm_phi_1_v_z - p->derived.arm_element_length * arm_phi_1_w_y;
+    const double arm_psi_2_v_x = arm_psi_2_sin * t12 + arm_theta_1_v_x * arm_psi_2_cos;
+    const double arm_psi_2_v_y = arm_psi_2_cos * t12 - arm_theta_1_v_x * arm_psi_2_sin;
+    const double t13 = arm_theta_1_bias_a_x - p->derived.arm_element_length * (arm_phi_1_w_z * arm_phi_1_w_z +
+        arm_phi_1_w_y * arm_phi_1_w_y);
+    const double t14 = arm_phi_1_bias_a_y + p->derived.arm_element_length * (arm_phi_1_bias_wd_z + arm_phi_1_w_y *
+        arm_phi_1_w_x);
+    const double arm_psi_2_bias_a_z = arm_phi_1_bias_a_z + p->derived.arm_element_length * (arm_phi_1_w_z *
+        arm_phi_1_w_x - arm_phi_1_bias_wd_y);
+    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t14 + arm_psi_2_cos * t13;
+    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t14 - arm_psi_2_sin * t13;
     const double arm_psi_2_bias_wd_x = arm_phi_1_bias_wd_y * arm_psi_2_sin + arm_theta_1_bias_wd_x * arm_psi_2_cos +
         arm_psi_2_w_y * qd[6];
     const double arm_psi_2_bias_wd_y = arm_phi_1_bias_wd_y * arm_psi_2_cos - arm_theta_1_bias_wd_x * arm_psi_2_sin -
@@ -1299,18 +1257,18 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_3_position_y = arm_psi_2_position_y + p->derived.arm_element_length * arm_theta_2_ground_y_x;
     const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
     const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
-    const double t18 = p->derived.arm_element_length * arm_phi_2_w_z;
-    const double t19 = p->derived.arm_element_length * arm_phi_2_w_y;
-    const double t20 = arm_phi_2_v_y + t18;
-    const double arm_psi_3_v_z = arm_phi_2_v_z - t19;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t20 + arm_theta_2_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t20 - arm_theta_2_v_x * arm_psi_3_sin;
-    const double t21 = arm_theta_2_bias_a_x - (arm_phi_2_w_z * t18 + arm_phi_2_w_y * t19);
-    const double t22 = arm_phi_2_w_x * t19 + (arm_phi_2_bias_a_y + p->derived.arm_element_length * arm_phi_2_bias_wd_z);
-    const double arm_psi_3_bias_a_z = arm_phi_2_w_x * t18 + (arm_phi_2_bias_a_z - p->derived.arm_element_length *
-        arm_phi_2_bias_wd_y);
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t22 + arm_psi_3_cos * t21;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t22 - arm_psi_3_sin * t21;
+    const double t15 = arm_phi_2_v_y + p->derived.arm_element_length * arm_phi_2_w_z;
+    const double arm_psi_3_v_z = arm_phi_2_v_z - p->derived.arm_element_length * arm_phi_2_w_y;
+    const double arm_psi_3_v_x = arm_psi_3_sin * t15 + arm_theta_2_v_x * arm_psi_3_cos;
+    const double arm_psi_3_v_y = arm_psi_3_cos * t15 - arm_theta_2_v_x * arm_psi_3_sin;
+    const double t16 = arm_theta_2_bias_a_x - p->derived.arm_element_length * (arm_phi_2_w_z * arm_phi_2_w_z +
+        arm_phi_2_w_y * arm_phi_2_w_y);
+    const double t17 = arm_phi_2_bias_a_y + p->derived.arm_element_length * (arm_phi_2_bias_wd_z + arm_phi_2_w_y *
+        arm_phi_2_w_x);
+    const double arm_psi_3_bias_a_z = arm_phi_2_bias_a_z + p->derived.arm_element_length * (arm_phi_2_w_z *
+        arm_phi_2_w_x - arm_phi_2_bias_wd_y);
+    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t17 + arm_psi_3_cos * t16;
+    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t17 - arm_psi_3_sin * t16;
     const double arm_psi_3_bias_wd_x = arm_phi_2_bias_wd_y * arm_psi_3_sin + arm_theta_2_bias_wd_x * arm_psi_3_cos +
         arm_psi_3_w_y * qd[9];
     const double arm_psi_3_bias_wd_y = arm_phi_2_bias_wd_y * arm_psi_3_cos - arm_theta_2_bias_wd_x * arm_psi_3_sin -
@@ -1347,9 +1305,9 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
     const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
     const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t23 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t24 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t24 - t23;
+    const double t18 = arm_theta_3_w_y * arm_phi_3_sin;
+    const double t19 = arm_theta_3_w_z * arm_phi_3_cos;
+    const double arm_phi_3_w_z = t19 - t18;
     const double arm_phi_3_v_y = arm_theta_3_v_z * arm_phi_3_sin + arm_psi_3_v_y * arm_phi_3_cos;
     const double arm_phi_3_v_z = arm_theta_3_v_z * arm_phi_3_cos - arm_psi_3_v_y * arm_phi_3_sin;
     const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
@@ -1366,19 +1324,18 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
     const double effector_z_ground_z_x = arm_psi_3_ground_z_y * arm_phi_3_sin - arm_theta_3_ground_z_z * arm_phi_3_cos;
     const double effector_z_position_x = arm_psi_3_position_x + arm_theta_3_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_3_position_y + arm_theta_3_ground_y_x * effector_z_shift_x;
-    const double effector_z_w_x = t23 - t24;
-    const double t25 = arm_phi_3_w_z * effector_z_shift_x;
-    const double t26 = arm_phi_3_w_y * effector_z_shift_x;
-    const double effector_z_v_y = arm_phi_3_v_y + t25;
-    const double effector_z_v_x = t26 - arm_phi_3_v_z;
-    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - (arm_phi_3_w_z * t25 + arm_phi_3_w_y * t26);
-    const double t27 = arm_phi_3_w_y * qd[12];
-    const double t28 = effector_z_w_x * qd[12];
+    const double effector_z_w_x = t18 - t19;
+    const double effector_z_v_y = arm_phi_3_v_y + arm_phi_3_w_z * effector_z_shift_x;
+    const double effector_z_v_x = arm_phi_3_w_y * effector_z_shift_x - arm_phi_3_v_z;
+    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - (arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y *
+        arm_phi_3_w_y) * effector_z_shift_x;
+    const double t20 = arm_phi_3_w_y * qd[12];
+    const double t21 = effector_z_w_x * qd[12];
     const double effector_z_v_z = arm_theta_3_v_x + qd[12];
-    const double effector_z_bias_a_x = t27 + t27 - (arm_phi_3_w_x * t25 + (arm_phi_3_bias_a_z - arm_phi_3_bias_wd_y *
-        effector_z_shift_x));
-    const double effector_z_bias_a_y = arm_phi_3_w_x * t26 + (arm_phi_3_bias_a_y + arm_phi_3_bias_wd_z * effector_z_shift_x) -
-        (t28 + t28);
+    const double effector_z_bias_a_x = t20 + t20 - (arm_phi_3_bias_a_z + (arm_phi_3_w_z * arm_phi_3_w_x -
+        arm_phi_3_bias_wd_y) * effector_z_shift_x);
+    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + (arm_phi_3_bias_wd_z + arm_phi_3_w_y * arm_phi_3_w_x) *
+        effector_z_shift_x - (t21 + t21);
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = effector_z_ground_x_x * effector_z_v_x + arm_phi_3_ground_x_y * effector_z_v_y +
         arm_theta_3_ground_x_x * effector_z_v_z;
@@ -1391,14 +1348,14 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
     const double point_E_bias_z = effector_z_ground_z_x * effector_z_bias_a_x + arm_phi_3_ground_z_y * effector_z_bias_a_y +
         arm_theta_3_ground_z_x * effector_z_bias_a_z;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t29 = point_E_xd * p->derived.constant_10;
-    const double t30 = point_E_yd * p->derived.constant_11;
-    const double t31 = t29 * t29 + (effector_z_position_x - p->xc) / p->a * (point_E_bias_x * p->derived.constant_10);
-    const double t32 = t30 * t30 + effector_z_position_y / p->b * (point_E_bias_y * p->derived.constant_11);
-    const double row_1_v = t31 + t31 + (t32 + t32);
+    const double t22 = point_E_xd * p->derived.constant_11;
+    const double t23 = point_E_yd * p->derived.constant_12;
+    const double t24 = t22 * t22 + (effector_z_position_x - p->xc) / p->a * (point_E_bias_x * p->derived.constant_11);
+    const double t25 = t23 * t23 + effector_z_position_y / p->b * (point_E_bias_y * p->derived.constant_12);
+    const double row_1_v = t24 + t24 + (t25 + t25);
     /* row 2 (velocity level): u qdd + v = 0 */
-    const double t33 = sin(t1) * (p->derived.constant_14 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t33 + t33);
+    const double t26 = sin(t1) * (p->derived.constant_15 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t26 + t26);
     v[0] = row_1_v;
     v[1] = row_2_v;
 }
@@ -1675,8 +1632,8 @@ void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, c
     const double point_E_zd = effector_z_ground_z_x * effector_z_v_x + arm_phi_3_ground_z_y * effector_z_v_y +
         arm_theta_3_ground_z_x * effector_z_v_z;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t10 = (effector_z_position_x - p->xc) / p->a * (point_E_xd * p->derived.constant_10);
-    const double t11 = effector_z_position_y / p->b * (point_E_yd * p->derived.constant_11);
+    const double t10 = (effector_z_position_x - p->xc) / p->a * (point_E_xd * p->derived.constant_11);
+    const double t11 = effector_z_position_y / p->b * (point_E_yd * p->derived.constant_12);
     const double row_1_psi = t10 + t10 + (t11 + t11);
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t1 * t1);
@@ -1718,19 +1675,18 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_1_position_y = p->derived.constant_1 * arm_psi_ground_y_x;
     const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
     const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
-    const double t8 = p->derived.constant_1 * qd[2];
-    const double t9 = p->derived.constant_1 * arm_psi_w_y;
-    const double t10 = arm_psi_v_y + t8;
-    const double arm_psi_1_v_x = arm_psi_1_sin * t10 + arm_psi_v_x * arm_psi_1_cos;
-    const double arm_psi_1_v_y = arm_psi_1_cos * t10 - arm_psi_v_x * arm_psi_1_sin;
-    const double t11 = qd[2] * t8 + arm_psi_w_y * t9;
-    const double t12 = arm_psi_w_x * t9;
-    const double arm_psi_1_bias_a_z = arm_psi_w_x * t8 + p->derived.constant_1 * t5;
-    const double arm_psi_1_bias_a_x = arm_psi_1_sin * t12 - arm_psi_1_cos * t11;
-    const double arm_psi_1_bias_a_y = arm_psi_1_sin * t11 + arm_psi_1_cos * t12;
+    const double t8 = p->derived.constant_1 * arm_psi_w_y;
+    const double t9 = arm_psi_v_y + p->derived.constant_1 * qd[2];
+    const double arm_psi_1_v_x = arm_psi_1_sin * t9 + arm_psi_v_x * arm_psi_1_cos;
+    const double arm_psi_1_v_y = arm_psi_1_cos * t9 - arm_psi_v_x * arm_psi_1_sin;
+    const double t10 = p->derived.constant_1 * (qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y);
+    const double t11 = p->derived.constant_1 * (arm_psi_w_x * arm_psi_w_y);
+    const double arm_psi_1_bias_a_z = p->derived.constant_1 * (t5 + t5);
+    const double arm_psi_1_bias_a_x = arm_psi_1_sin * t11 - arm_psi_1_cos * t10;
+    const double arm_psi_1_bias_a_y = arm_psi_1_sin * t10 + arm_psi_1_cos * t11;
     const double arm_psi_1_bias_wd_x = arm_psi_bias_wd_x * arm_psi_1_cos - t5 * arm_psi_1_sin + arm_psi_1_w_y *
         qd[3];
-    const double t13 = arm_psi_bias_wd_x * arm_psi_1_sin + t5 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
+    const double t12 = arm_psi_bias_wd_x * arm_psi_1_sin + t5 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
     const double arm_psi_1_w_z = qd[2] + qd[3];
     /* arm_theta_1: motion from arm_psi_1 outward */
     const double arm_theta_1_sin = sin(q[4]);
@@ -1743,8 +1699,8 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
     const double arm_theta_1_ground_z_x = arm_psi_1_ground_z_x * arm_theta_1_cos;
     const double arm_theta_1_w_z = arm_psi_1_w_x * arm_theta_1_sin + arm_psi_1_w_z * arm_theta_1_cos;
     const double arm_theta_1_w_x = arm_psi_1_w_x * arm_theta_1_cos - arm_psi_1_w_z * arm_theta_1_sin;
-    const double arm_theta_1_v_z = arm_psi_1_v_x * arm_theta_1_sin - t9 * arm_theta_1_cos;
-    const double arm_theta_1_v_x = t9 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
+    const double arm_theta_1_v_z = arm_psi_1_v_x * arm_theta_1_sin - t8 * arm_theta_1_cos;
+    const double arm_theta_1_v_x = t8 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
     const double arm_theta_1_bias_a_z = arm_psi_1_bias_a_x * arm_theta_1_sin + arm_psi_1_bias_a_z * arm_theta_1_cos;
     const double arm_theta_1_bias_a_x = arm_psi_1_bias_a_x * arm_theta_1_cos - arm_psi_1_bias_a_z * arm_theta_1_sin;
     const double arm_theta_1_bias_wd_x = arm_psi_1_bias_wd_x * arm_theta_1_cos - arm_theta_1_w_z * qd[4];
@@ -1765,9 +1721,9 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_1_v_z = arm_theta_1_v_z * arm_phi_1_cos - arm_psi_1_v_y * arm_phi_1_sin;
     const double arm_phi_1_bias_a_y = arm_theta_1_bias_a_z * arm_phi_1_sin + arm_psi_1_bias_a_y * arm_phi_1_cos;
     const double arm_phi_1_bias_a_z = arm_theta_1_bias_a_z * arm_phi_1_cos - arm_psi_1_bias_a_y * arm_phi_1_sin;
-    const double arm_phi_1_bias_wd_y = arm_theta_1_bias_wd_z * arm_phi_1_sin - t13 * arm_phi_1_cos + arm_phi_1_w_z *
+    const double arm_phi_1_bias_wd_y = arm_theta_1_bias_wd_z * arm_phi_1_sin - t12 * arm_phi_1_cos + arm_phi_1_w_z *
         qd[5];
-    const double arm_phi_1_bias_wd_z = t13 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
+    const double arm_phi_1_bias_wd_z = t12 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
         qd[5];
     const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
     /* arm_psi_2: motion from arm_phi_1 outward */
@@ -1783,18 +1739,18 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_2_position_y = arm_psi_1_position_y + p->derived.arm_element_length * arm_theta_1_ground_y_x;
     const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
     const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
-    const double t14 = p->derived.arm_element_length * arm_phi_1_w_z;
-    const double t15 = p->derived.arm_element_length * arm_phi_1_w_y;
-    const double t16 = arm_phi_1_v_y + t14;
-    const double arm_psi_2_v_z = arm_phi_1_v_z - t15;
-    const double arm_psi_2_v_x = arm_psi_2_sin * t16 + arm_theta_1_v_x * arm_psi_2_cos;
-    const double arm_psi_2_v_y = arm_psi_2_cos * t16 - arm_theta_1_v_x * arm_psi_2_sin;
-    const double t17 = arm_theta_1_bias_a_x - (arm_phi_1_w_z * t14 + arm_phi_1_w_y * t15);
-    const double t18 = arm_phi_1_w_x * t15 + (arm_phi_1_bias_a_y + p->derived.arm_element_length * arm_phi_1_bias_wd_z);
-    const double arm_psi_2_bias_a_z = arm_phi_1_w_x * t14 + (arm_phi_1_bias_a_z - p->derived.arm_element_length *
-        arm_phi_1_bias_wd_y);
-    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t18 + arm_psi_2_cos * t17;
-    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t18 - arm_psi_2_sin * t17;
+    const double t13 = arm_phi_1_v_y + p->derived.arm_element_length * arm_phi_1_w_z;
+    const double arm_psi_2_v_z = arm_phi_1_v_z - p->derived.arm_element_length * arm_phi_1_w_y;
+    const double arm_psi_2_v_x = arm_psi_2_sin * t13 + arm_theta_1_v_x * arm_psi_2_cos;
+    const double arm_psi_2_v_y = arm_psi_2_cos * t13 - arm_theta_1_v_x * arm_psi_2_sin;
+    const double t14 = arm_theta_1_bias_a_x - p->derived.arm_element_length * (arm_phi_1_w_z * arm_phi_1_w_z +
+        arm_phi_1_w_y * arm_phi_1_w_y);
+    const double t15 = arm_phi_1_bias_a_y + p->derived.arm_element_length * (arm_phi_1_bias_wd_z + arm_phi_1_w_y *
+        arm_phi_1_w_x);
+    const double arm_psi_2_bias_a_z = arm_phi_1_bias_a_z + p->derived.arm_element_length * (arm_phi_1_w_z *
+        arm_phi_1_w_x - arm_phi_1_bias_wd_y);
+    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t15 + arm_psi_2_cos * t14;
+    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t15 - arm_psi_2_sin * t14;
     const double arm_psi_2_bias_wd_x = arm_phi_1_bias_wd_y * arm_psi_2_sin + arm_theta_1_bias_wd_x * arm_psi_2_cos +
         arm_psi_2_w_y * qd[6];
     const double arm_psi_2_bias_wd_y = arm_phi_1_bias_wd_y * arm_psi_2_cos - arm_theta_1_bias_wd_x * arm_psi_2_sin -
@@ -1859,18 +1815,18 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_3_position_y = arm_psi_2_position_y + p->derived.arm_element_length * arm_theta_2_ground_y_x;
     const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
     const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
-    const double t19 = p->derived.arm_element_length * arm_phi_2_w_z;
-    const double t20 = p->derived.arm_element_length * arm_phi_2_w_y;
-    const double t21 = arm_phi_2_v_y + t19;
-    const double arm_psi_3_v_z = arm_phi_2_v_z - t20;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t21 + arm_theta_2_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t21 - arm_theta_2_v_x * arm_psi_3_sin;
-    const double t22 = arm_theta_2_bias_a_x - (arm_phi_2_w_z * t19 + arm_phi_2_w_y * t20);
-    const double t23 = arm_phi_2_w_x * t20 + (arm_phi_2_bias_a_y + p->derived.arm_element_length * arm_phi_2_bias_wd_z);
-    const double arm_psi_3_bias_a_z = arm_phi_2_w_x * t19 + (arm_phi_2_bias_a_z - p->derived.arm_element_length *
-        arm_phi_2_bias_wd_y);
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t23 + arm_psi_3_cos * t22;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t23 - arm_psi_3_sin * t22;
+    const double t16 = arm_phi_2_v_y + p->derived.arm_element_length * arm_phi_2_w_z;
+    const double arm_psi_3_v_z = arm_phi_2_v_z - p->derived.arm_element_length * arm_phi_2_w_y;
+    const double arm_psi_3_v_x = arm_psi_3_sin * t16 + arm_theta_2_v_x * arm_psi_3_cos;
+    const double arm_psi_3_v_y = arm_psi_3_cos * t16 - arm_theta_2_v_x * arm_psi_3_sin;
+    const double t17 = arm_theta_2_bias_a_x - p->derived.arm_element_length * (arm_phi_2_w_z * arm_phi_2_w_z +
+        arm_phi_2_w_y * arm_phi_2_w_y);
+    const double t18 = arm_phi_2_bias_a_y + p->derived.arm_element_length * (arm_phi_2_bias_wd_z + arm_phi_2_w_y *
+        arm_phi_2_w_x);
+    const double arm_psi_3_bias_a_z = arm_phi_2_bias_a_z + p->derived.arm_element_length * (arm_phi_2_w_z *
+        arm_phi_2_w_x - arm_phi_2_bias_wd_y);
+    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t18 + arm_psi_3_cos * t17;
+    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t18 - arm_psi_3_sin * t17;
     const double arm_psi_3_bias_wd_x = arm_phi_2_bias_wd_y * arm_psi_3_sin + arm_theta_2_bias_wd_x * arm_psi_3_cos +
         arm_psi_3_w_y * qd[9];
     const double arm_psi_3_bias_wd_y = arm_phi_2_bias_wd_y * arm_psi_3_cos - arm_theta_2_bias_wd_x * arm_psi_3_sin -
@@ -1907,9 +1863,9 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
     const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
     const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t24 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t25 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t25 - t24;
+    const double t19 = arm_theta_3_w_y * arm_phi_3_sin;
+    const double t20 = arm_theta_3_w_z * arm_phi_3_cos;
+    const double arm_phi_3_w_z = t20 - t19;
     const double arm_phi_3_v_y = arm_theta_3_v_z * arm_phi_3_sin + arm_psi_3_v_y * arm_phi_3_cos;
     const double arm_phi_3_v_z = arm_theta_3_v_z * arm_phi_3_cos - arm_psi_3_v_y * arm_phi_3_sin;
     const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
@@ -1926,19 +1882,18 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
     const double effector_z_ground_z_x = arm_psi_3_ground_z_y * arm_phi_3_sin - arm_theta_3_ground_z_z * arm_phi_3_cos;
     const double effector_z_position_x = arm_psi_3_position_x + arm_theta_3_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_3_position_y + arm_theta_3_ground_y_x * effector_z_shift_x;
-    const double effector_z_w_x = t24 - t25;
-    const double t26 = arm_phi_3_w_z * effector_z_shift_x;
-    const double t27 = arm_phi_3_w_y * effector_z_shift_x;
-    const double effector_z_v_y = arm_phi_3_v_y + t26;
-    const double effector_z_v_x = t27 - arm_phi_3_v_z;
-    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - (arm_phi_3_w_z * t26 + arm_phi_3_w_y * t27);
-    const double t28 = arm_phi_3_w_y * qd[12];
-    const double t29 = effector_z_w_x * qd[12];
+    const double effector_z_w_x = t19 - t20;
+    const double effector_z_v_y = arm_phi_3_v_y + arm_phi_3_w_z * effector_z_shift_x;
+    const double effector_z_v_x = arm_phi_3_w_y * effector_z_shift_x - arm_phi_3_v_z;
+    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - (arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y *
+        arm_phi_3_w_y) * effector_z_shift_x;
+    const double t21 = arm_phi_3_w_y * qd[12];
+    const double t22 = effector_z_w_x * qd[12];
     const double effector_z_v_z = arm_theta_3_v_x + qd[12];
-    const double effector_z_bias_a_x = t28 + t28 - (arm_phi_3_w_x * t26 + (arm_phi_3_bias_a_z - arm_phi_3_bias_wd_y *
-        effector_z_shift_x));
-    const double effector_z_bias_a_y = arm_phi_3_w_x * t27 + (arm_phi_3_bias_a_y + arm_phi_3_bias_wd_z * effector_z_shift_x) -
-        (t29 + t29);
+    const double effector_z_bias_a_x = t21 + t21 - (arm_phi_3_bias_a_z + (arm_phi_3_w_z * arm_phi_3_w_x -
+        arm_phi_3_bias_wd_y) * effector_z_shift_x);
+    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + (arm_phi_3_bias_wd_z + arm_phi_3_w_y * arm_phi_3_w_x) *
+        effector_z_shift_x - (t22 + t22);
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = effector_z_ground_x_x * effector_z_v_x + arm_phi_3_ground_x_y * effector_z_v_y +
         arm_theta_3_ground_x_x * effector_z_v_z;
@@ -1953,23 +1908,23 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
     const double point_E_bias_z = effector_z_ground_z_x * effector_z_bias_a_x + arm_phi_3_ground_z_y * effector_z_bias_a_y +
         arm_theta_3_ground_z_x * effector_z_bias_a_z;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t30 = (effector_z_position_x - p->xc) / p->a;
-    const double t31 = effector_z_position_y / p->b;
-    const double row_1_phi = t30 * t30 + t31 * t31 - 1.0;
-    const double t32 = point_E_xd * p->derived.constant_10;
-    const double t33 = t30 * t32;
-    const double t34 = point_E_yd * p->derived.constant_11;
-    const double t35 = t31 * t34;
-    const double row_1_psi = t33 + t33 + (t35 + t35);
-    const double t36 = t32 * t32 + t30 * (point_E_bias_x * p->derived.constant_10);
-    const double t37 = t34 * t34 + t31 * (point_E_bias_y * p->derived.constant_11);
-    const double row_1_v = t36 + t36 + (t37 + t37);
+    const double t23 = (effector_z_position_x - p->xc) / p->a;
+    const double t24 = effector_z_position_y / p->b;
+    const double row_1_phi = t23 * t23 + t24 * t24 - 1.0;
+    const double t25 = point_E_xd * p->derived.constant_11;
+    const double t26 = t23 * t25;
+    const double t27 = point_E_yd * p->derived.constant_12;
+    const double t28 = t24 * t27;
+    const double row_1_psi = t26 + t26 + (t28 + t28);
+    const double t29 = t25 * t25 + t23 * (point_E_bias_x * p->derived.constant_11);
+    const double t30 = t27 * t27 + t24 * (point_E_bias_y * p->derived.constant_12);
+    const double row_1_v = t29 + t29 + (t30 + t30);
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t38 = t2 * (p->derived.constant_14 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t38 + t38);
-    k[0] = -(row_1_phi * p->derived.constant_13 + (row_1_v + row_1_psi * p->derived.constant_12));
-    k[1] = -(row_2_v + p->derived.constant_12 * row_2_psi);
+    const double t31 = t2 * (p->derived.constant_15 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t31 + t31);
+    k[0] = -(row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13));
+    k[1] = -(row_2_v + p->derived.constant_13 * row_2_psi);
 }
 
 void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -2368,51 +2323,51 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
     const double effector_z_position_y = arm_psi_3_position_y + arm_theta_3_ground_y_x * effector_z_shift_x;
     const double effector_z_position_z = arm_psi_3_position_z + arm_theta_3_ground_z_x * effector_z_shift_x;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double t5 = effector_z_position_x - arm_psi_3_position_x;
-    const double t6 = effector_z_position_y - arm_psi_3_position_y;
-    const double t7 = effector_z_position_z - arm_psi_3_position_z;
-    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t6 - arm_theta_3_ground_y_x * t5;
-    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t6 - arm_psi_3_ground_y_y * t5;
-    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t6 - arm_phi_2_ground_y_z * t5;
-    const double t8 = effector_z_position_x - arm_psi_2_position_x;
-    const double t9 = effector_z_position_y - arm_psi_2_position_y;
-    const double t10 = effector_z_position_z - arm_psi_2_position_z;
-    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t9 - arm_theta_2_ground_y_x * t8;
-    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t9 - arm_psi_2_ground_y_y * t8;
-    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t9 - arm_phi_1_ground_y_z * t8;
-    const double t11 = effector_z_position_x - arm_psi_1_position_x;
-    const double t12 = effector_z_position_y - arm_psi_1_position_y;
-    const double t13 = effector_z_position_z - arm_psi_1_position_z;
-    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t12 - arm_theta_1_ground_y_x * t11;
-    const double row_2_u_arm_theta_1 = t4 * t11 - t3 * t12;
-    const double row_2_u_arm_psi_1 = column_psi_cos * t11 + column_psi_sin * t12;
-    const double t14 = effector_z_position_z - arm_psi_position_z;
+    const double t5 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    const double t6 = effector_z_position_x - arm_psi_1_position_x;
+    const double t7 = effector_z_position_y - arm_psi_1_position_y;
+    const double t8 = effector_z_position_z - arm_psi_1_position_z;
+    const double row_2_u_arm_psi_1 = column_psi_cos * t6 + column_psi_sin * t7;
+    const double row_2_u_arm_theta_1 = t4 * t6 - t3 * t7;
+    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t7 - arm_theta_1_ground_y_x * t6;
+    const double t9 = effector_z_position_x - arm_psi_2_position_x;
+    const double t10 = effector_z_position_y - arm_psi_2_position_y;
+    const double t11 = effector_z_position_z - arm_psi_2_position_z;
+    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t10 - arm_phi_1_ground_y_z * t9;
+    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t10 - arm_psi_2_ground_y_y * t9;
+    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t10 - arm_theta_2_ground_y_x * t9;
+    const double t12 = effector_z_position_x - arm_psi_3_position_x;
+    const double t13 = effector_z_position_y - arm_psi_3_position_y;
+    const double t14 = effector_z_position_z - arm_psi_3_position_z;
+    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t13 - arm_phi_2_ground_y_z * t12;
+    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t13 - arm_psi_3_ground_y_y * t12;
+    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t13 - arm_theta_3_ground_y_x * t12;
     C[0 * 13 + 0] = 0.0;
     C[0 * 13 + 1] = -effector_z_position_y;
-    C[0 * 13 + 2] = -column_psi_cos * t14;
-    C[0 * 13 + 3] = -column_psi_cos * t13;
-    C[0 * 13 + 4] = -(arm_psi_1_ground_z_y * t12 + t4 * t13);
-    C[0 * 13 + 5] = arm_theta_1_ground_y_x * t13 - arm_theta_1_ground_z_x * t12;
-    C[0 * 13 + 6] = arm_phi_1_ground_y_z * t10 - arm_phi_1_ground_z_z * t9;
-    C[0 * 13 + 7] = arm_psi_2_ground_y_y * t10 - arm_psi_2_ground_z_y * t9;
-    C[0 * 13 + 8] = arm_theta_2_ground_y_x * t10 - arm_theta_2_ground_z_x * t9;
-    C[0 * 13 + 9] = arm_phi_2_ground_y_z * t7 - arm_phi_2_ground_z_z * t6;
-    C[0 * 13 + 10] = arm_psi_3_ground_y_y * t7 - arm_psi_3_ground_z_y * t6;
-    C[0 * 13 + 11] = arm_theta_3_ground_y_x * t7 - arm_theta_3_ground_z_x * t6;
+    C[0 * 13 + 2] = -column_psi_cos * t5;
+    C[0 * 13 + 3] = -column_psi_cos * t8;
+    C[0 * 13 + 4] = -(arm_psi_1_ground_z_y * t7 + t4 * t8);
+    C[0 * 13 + 5] = arm_theta_1_ground_y_x * t8 - arm_theta_1_ground_z_x * t7;
+    C[0 * 13 + 6] = arm_phi_1_ground_y_z * t11 - arm_phi_1_ground_z_z * t10;
+    C[0 * 13 + 7] = arm_psi_2_ground_y_y * t11 - arm_psi_2_ground_z_y * t10;
+    C[0 * 13 + 8] = arm_theta_2_ground_y_x * t11 - arm_theta_2_ground_z_x * t10;
+    C[0 * 13 + 9] = arm_phi_2_ground_y_z * t14 - arm_phi_2_ground_z_z * t13;
+    C[0 * 13 + 10] = arm_psi_3_ground_y_y * t14 - arm_psi_3_ground_z_y * t13;
+    C[0 * 13 + 11] = arm_theta_3_ground_y_x * t14 - arm_theta_3_ground_z_x * t13;
     C[0 * 13 + 12] = arm_theta_3_ground_x_x;
     C[1 * 13 + 0] = 0.0;
     C[1 * 13 + 1] = effector_z_position_x;
-    C[1 * 13 + 2] = -column_psi_sin * t14;
-    C[1 * 13 + 3] = -column_psi_sin * t13;
-    C[1 * 13 + 4] = t3 * t13 + arm_psi_1_ground_z_y * t11;
-    C[1 * 13 + 5] = arm_theta_1_ground_z_x * t11 - arm_theta_1_ground_x_x * t13;
-    C[1 * 13 + 6] = arm_phi_1_ground_z_z * t8 - arm_phi_1_ground_x_z * t10;
-    C[1 * 13 + 7] = arm_psi_2_ground_z_y * t8 - arm_psi_2_ground_x_y * t10;
-    C[1 * 13 + 8] = arm_theta_2_ground_z_x * t8 - arm_theta_2_ground_x_x * t10;
-    C[1 * 13 + 9] = arm_phi_2_ground_z_z * t5 - arm_phi_2_ground_x_z * t7;
-    C[1 * 13 + 10] = arm_psi_3_ground_z_y * t5 - arm_psi_3_ground_x_y * t7;
-    C[1 * 13 + 11] = arm_theta_3_ground_z_x * t5 - arm_theta_3_ground_x_x * t7;
+    C[1 * 13 + 2] = -column_psi_sin * t5;
+    C[1 * 13 + 3] = -column_psi_sin * t8;
+    C[1 * 13 + 4] = t3 * t8 + arm_psi_1_ground_z_y * t6;
+    C[1 * 13 + 5] = arm_theta_1_ground_z_x * t6 - arm_theta_1_ground_x_x * t8;
+    C[1 * 13 + 6] = arm_phi_1_ground_z_z * t9 - arm_phi_1_ground_x_z * t11;
+    C[1 * 13 + 7] = arm_psi_2_ground_z_y * t9 - arm_psi_2_ground_x_y * t11;
+    C[1 * 13 + 8] = arm_theta_2_ground_z_x * t9 - arm_theta_2_ground_x_x * t11;
+    C[1 * 13 + 9] = arm_phi_2_ground_z_z * t12 - arm_phi_2_ground_x_z * t14;
+    C[1 * 13 + 10] = arm_psi_3_ground_z_y * t12 - arm_psi_3_ground_x_y * t14;
+    C[1 * 13 + 11] = arm_theta_3_ground_z_x * t12 - arm_theta_3_ground_x_x * t14;
     C[1 * 13 + 12] = arm_theta_3_ground_y_x;
     C[2 * 13 + 0] = 1.0;
     C[2 * 13 + 1] = 0.0;
@@ -2458,16 +2413,14 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_1_ground_z_y = arm_psi_cos * arm_psi_1_cos - arm_psi_sin * arm_psi_1_sin;
     const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
     const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
-    const double t6 = p->derived.constant_1 * qd[2];
-    const double t7 = p->derived.constant_1 * arm_psi_w_y;
-    const double t8 = qd[2] * t6 + arm_psi_w_y * t7;
-    const double t9 = arm_psi_w_x * t7;
-    const double arm_psi_1_bias_a_z = arm_psi_w_x * t6 + p->derived.constant_1 * t3;
-    const double arm_psi_1_bias_a_x = arm_psi_1_sin * t9 - arm_psi_1_cos * t8;
-    const double arm_psi_1_bias_a_y = arm_psi_1_sin * t8 + arm_psi_1_cos * t9;
+    const double t6 = p->derived.constant_1 * (qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y);
+    const double t7 = p->derived.constant_1 * (arm_psi_w_x * arm_psi_w_y);
+    const double arm_psi_1_bias_a_z = p->derived.constant_1 * (t3 + t3);
+    const double arm_psi_1_bias_a_x = arm_psi_1_sin * t7 - arm_psi_1_cos * t6;
+    const double arm_psi_1_bias_a_y = arm_psi_1_sin * t6 + arm_psi_1_cos * t7;
     const double arm_psi_1_bias_wd_x = arm_psi_bias_wd_x * arm_psi_1_cos - t3 * arm_psi_1_sin + arm_psi_1_w_y *
         qd[3];
-    const double t10 = arm_psi_bias_wd_x * arm_psi_1_sin + t3 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
+    const double t8 = arm_psi_bias_wd_x * arm_psi_1_sin + t3 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
     const double arm_psi_1_w_z = qd[2] + qd[3];
     /* arm_theta_1: motion from arm_psi_1 outward */
     const double arm_theta_1_sin = sin(q[4]);
@@ -2498,9 +2451,9 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_1_w_z = arm_theta_1_w_z * arm_phi_1_cos - arm_theta_1_w_y * arm_phi_1_sin;
     const double arm_phi_1_bias_a_y = arm_theta_1_bias_a_z * arm_phi_1_sin + arm_psi_1_bias_a_y * arm_phi_1_cos;
     const double arm_phi_1_bias_a_z = arm_theta_1_bias_a_z * arm_phi_1_cos - arm_psi_1_bias_a_y * arm_phi_1_sin;
-    const double arm_phi_1_bias_wd_y = arm_theta_1_bias_wd_z * arm_phi_1_sin - t10 * arm_phi_1_cos + arm_phi_1_w_z *
+    const double arm_phi_1_bias_wd_y = arm_theta_1_bias_wd_z * arm_phi_1_sin - t8 * arm_phi_1_cos + arm_phi_1_w_z *
         qd[5];
-    const double arm_phi_1_bias_wd_z = t10 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
+    const double arm_phi_1_bias_wd_z = t8 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
         qd[5];
     const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
     /* arm_psi_2: motion from arm_phi_1 outward */
@@ -2514,14 +2467,14 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_2_ground_z_y = arm_phi_1_ground_z_y * arm_psi_2_cos - arm_theta_1_ground_z_x * arm_psi_2_sin;
     const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
     const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
-    const double t11 = p->derived.arm_element_length * arm_phi_1_w_z;
-    const double t12 = p->derived.arm_element_length * arm_phi_1_w_y;
-    const double t13 = arm_theta_1_bias_a_x - (arm_phi_1_w_z * t11 + arm_phi_1_w_y * t12);
-    const double t14 = arm_phi_1_w_x * t12 + (arm_phi_1_bias_a_y + p->derived.arm_element_length * arm_phi_1_bias_wd_z);
-    const double arm_psi_2_bias_a_z = arm_phi_1_w_x * t11 + (arm_phi_1_bias_a_z - p->derived.arm_element_length *
-        arm_phi_1_bias_wd_y);
-    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t14 + arm_psi_2_cos * t13;
-    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t14 - arm_psi_2_sin * t13;
+    const double t9 = arm_theta_1_bias_a_x - p->derived.arm_element_length * (arm_phi_1_w_z * arm_phi_1_w_z +
+        arm_phi_1_w_y * arm_phi_1_w_y);
+    const double t10 = arm_phi_1_bias_a_y + p->derived.arm_element_length * (arm_phi_1_bias_wd_z + arm_phi_1_w_y *
+        arm_phi_1_w_x);
+    const double arm_psi_2_bias_a_z = arm_phi_1_bias_a_z + p->derived.arm_element_length * (arm_phi_1_w_z *
+        arm_phi_1_w_x - arm_phi_1_bias_wd_y);
+    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t10 + arm_psi_2_cos * t9;
+    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t10 - arm_psi_2_sin * t9;
     const double arm_psi_2_bias_wd_x = arm_phi_1_bias_wd_y * arm_psi_2_sin + arm_theta_1_bias_wd_x * arm_psi_2_cos +
         arm_psi_2_w_y * qd[6];
     const double arm_psi_2_bias_wd_y = arm_phi_1_bias_wd_y * arm_psi_2_cos - arm_theta_1_bias_wd_x * arm_psi_2_sin -
@@ -2580,14 +2533,14 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_3_ground_z_y = arm_phi_2_ground_z_y * arm_psi_3_cos - arm_theta_2_ground_z_x * arm_psi_3_sin;
     const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
     const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
-    const double t15 = p->derived.arm_element_length * arm_phi_2_w_z;
-    const double t16 = p->derived.arm_element_length * arm_phi_2_w_y;
-    const double t17 = arm_theta_2_bias_a_x - (arm_phi_2_w_z * t15 + arm_phi_2_w_y * t16);
-    const double t18 = arm_phi_2_w_x * t16 + (arm_phi_2_bias_a_y + p->derived.arm_element_length * arm_phi_2_bias_wd_z);
-    const double arm_psi_3_bias_a_z = arm_phi_2_w_x * t15 + (arm_phi_2_bias_a_z - p->derived.arm_element_length *
-        arm_phi_2_bias_wd_y);
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t18 + arm_psi_3_cos * t17;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t18 - arm_psi_3_sin * t17;
+    const double t11 = arm_theta_2_bias_a_x - p->derived.arm_element_length * (arm_phi_2_w_z * arm_phi_2_w_z +
+        arm_phi_2_w_y * arm_phi_2_w_y);
+    const double t12 = arm_phi_2_bias_a_y + p->derived.arm_element_length * (arm_phi_2_bias_wd_z + arm_phi_2_w_y *
+        arm_phi_2_w_x);
+    const double arm_psi_3_bias_a_z = arm_phi_2_bias_a_z + p->derived.arm_element_length * (arm_phi_2_w_z *
+        arm_phi_2_w_x - arm_phi_2_bias_wd_y);
+    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t12 + arm_psi_3_cos * t11;
+    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t12 - arm_psi_3_sin * t11;
     const double arm_psi_3_bias_wd_x = arm_phi_2_bias_wd_y * arm_psi_3_sin + arm_theta_2_bias_wd_x * arm_psi_3_cos +
         arm_psi_3_w_y * qd[9];
     const double arm_psi_3_bias_wd_y = arm_phi_2_bias_wd_y * arm_psi_3_cos - arm_theta_2_bias_wd_x * arm_psi_3_sin -
@@ -2622,9 +2575,9 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
     const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
     const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t19 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t20 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t20 - t19;
+    const double t13 = arm_theta_3_w_y * arm_phi_3_sin;
+    const double t14 = arm_theta_3_w_z * arm_phi_3_cos;
+    const double arm_phi_3_w_z = t14 - t13;
     const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
     const double arm_phi_3_bias_a_z = arm_theta_3_bias_a_z * arm_phi_3_cos - arm_psi_3_bias_a_y * arm_phi_3_sin;
     const double arm_phi_3_bias_wd_y = arm_theta_3_bias_wd_z * arm_phi_3_sin + arm_psi_3_bias_wd_y * arm_phi_3_cos +
@@ -2637,16 +2590,15 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
     const double effector_z_ground_x_x = arm_psi_3_ground_x_y * arm_phi_3_sin - arm_theta_3_ground_x_z * arm_phi_3_cos;
     const double effector_z_ground_y_x = arm_psi_3_ground_y_y * arm_phi_3_sin - arm_theta_3_ground_y_z * arm_phi_3_cos;
     const double effector_z_ground_z_x = arm_psi_3_ground_z_y * arm_phi_3_sin - arm_theta_3_ground_z_z * arm_phi_3_cos;
-    const double effector_z_w_x = t19 - t20;
-    const double t21 = arm_phi_3_w_z * effector_z_shift_x;
-    const double t22 = arm_phi_3_w_y * effector_z_shift_x;
-    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - (arm_phi_3_w_z * t21 + arm_phi_3_w_y * t22);
-    const double t23 = arm_phi_3_w_y * qd[12];
-    const double t24 = effector_z_w_x * qd[12];
-    const double effector_z_bias_a_x = t23 + t23 - (arm_phi_3_w_x * t21 + (arm_phi_3_bias_a_z - arm_phi_3_bias_wd_y *
-        effector_z_shift_x));
-    const double effector_z_bias_a_y = arm_phi_3_w_x * t22 + (arm_phi_3_bias_a_y + arm_phi_3_bias_wd_z * effector_z_shift_x) -
-        (t24 + t24);
+    const double effector_z_w_x = t13 - t14;
+    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - (arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y *
+        arm_phi_3_w_y) * effector_z_shift_x;
+    const double t15 = arm_phi_3_w_y * qd[12];
+    const double t16 = effector_z_w_x * qd[12];
+    const double effector_z_bias_a_x = t15 + t15 - (arm_phi_3_bias_a_z + (arm_phi_3_w_z * arm_phi_3_w_x -
+        arm_phi_3_bias_wd_y) * effector_z_shift_x);
+    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + (arm_phi_3_bias_wd_z + arm_phi_3_w_y * arm_phi_3_w_x) *
+        effector_z_shift_x - (t16 + t16);
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_bias_x = effector_z_ground_x_x * effector_z_bias_a_x + arm_phi_3_ground_x_y * effector_z_bias_a_y +
         arm_theta_3_ground_x_x * effector_z_bias_a_z;
@@ -2775,7 +2727,7 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
     /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
     const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + (arm_psi_2_cos * arm_psi_2_moment_beyond_x -
-        arm_psi_2_sin * arm_theta_2_moment_beyond_y + p->derived.constant_4);
+        arm_psi_2_sin * arm_theta_2_moment_beyond_y + p->derived.constant_3);
     const double arm_theta_1_moment_beyond_y = arm_phi_1_cos * arm_phi_1_moment_beyond_y - arm_phi_1_sin *
         arm_psi_2_moment_beyond_z;
     const double arm_theta_1_moment_beyond_z = arm_phi_1_sin * arm_phi_1_moment_beyond_y + arm_phi_1_cos *
@@ -2787,46 +2739,46 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     const double arm_psi_moment_beyond_y = arm_psi_1_sin * arm_psi_1_moment_beyond_x + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (arm_psi_1_cos * arm_psi_1_moment_beyond_x -
-        arm_psi_1_sin * arm_theta_1_moment_beyond_y + p->derived.constant_6);
+        arm_psi_1_sin * arm_theta_1_moment_beyond_y + p->derived.constant_4);
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_moment_beyond_z = p->derived.column_psi_moment_z + (arm_psi_sin * arm_psi_moment_beyond_x +
-        arm_psi_cos * arm_psi_moment_beyond_y + p->derived.constant_8);
+        arm_psi_cos * arm_psi_moment_beyond_y + p->derived.constant_5);
     /* kinetic energy */
-    const double t6 = qd[0] * (p->m_base * qd[0]) + qd[0] * (p->m_col * qd[0]) + qd[1] * (p->Izz_col * qd[1]) +
+    const double t6 = arm_psi_w_x * (p->derived.arm_psi_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_psi_inertia_yy *
+        arm_psi_w_y) + qd[2] * (p->derived.arm_psi_inertia_yy * qd[2] + p->derived.arm_psi_moment_x * arm_psi_v_y) +
         (arm_psi_v_x * (p->derived.arm_psi_mass * arm_psi_v_x) + arm_psi_v_y * (p->derived.arm_psi_moment_x *
         qd[2] + p->derived.arm_psi_mass * arm_psi_v_y));
-    const double t7 = arm_theta_1_v_x * (p->derived.arm_phi_1_mass * arm_theta_1_v_x) + arm_phi_1_v_y * (p->derived.arm_phi_1_moment_x *
-        arm_phi_1_w_z + p->derived.arm_phi_1_mass * arm_phi_1_v_y) + arm_phi_1_v_z * (p->derived.arm_phi_1_mass *
-        arm_phi_1_v_z - p->derived.arm_phi_1_moment_x * arm_phi_1_w_y);
-    const double t8 = t6 + (arm_psi_w_x * (p->derived.arm_psi_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_psi_inertia_yy *
-        arm_psi_w_y) + qd[2] * (p->derived.arm_psi_inertia_yy * qd[2] + p->derived.arm_psi_moment_x * arm_psi_v_y)) +
-        t7;
-    const double t9 = arm_phi_1_w_x * (p->derived.arm_phi_1_inertia_xx * arm_phi_1_w_x) + arm_phi_1_w_y *
+    const double t7 = arm_phi_1_w_x * (p->derived.arm_phi_1_inertia_xx * arm_phi_1_w_x) + arm_phi_1_w_y *
         (p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_y - p->derived.arm_phi_1_moment_x * arm_phi_1_v_z) +
         arm_phi_1_w_z * (p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_z + p->derived.arm_phi_1_moment_x *
         arm_phi_1_v_y);
-    const double t10 = arm_theta_2_v_x * (p->derived.arm_phi_1_mass * arm_theta_2_v_x) + arm_phi_2_v_y * (p->derived.arm_phi_1_moment_x *
-        arm_phi_2_w_z + p->derived.arm_phi_1_mass * arm_phi_2_v_y) + arm_phi_2_v_z * (p->derived.arm_phi_1_mass *
-        arm_phi_2_v_z - p->derived.arm_phi_1_moment_x * arm_phi_2_w_y);
-    const double t11 = arm_phi_2_w_x * (p->derived.arm_phi_1_inertia_xx * arm_phi_2_w_x) + arm_phi_2_w_y *
+    const double t8 = arm_theta_1_v_x * (p->derived.arm_phi_1_mass * arm_theta_1_v_x) + arm_phi_1_v_y * (p->derived.arm_phi_1_moment_x *
+        arm_phi_1_w_z + p->derived.arm_phi_1_mass * arm_phi_1_v_y) + arm_phi_1_v_z * (p->derived.arm_phi_1_mass *
+        arm_phi_1_v_z - p->derived.arm_phi_1_moment_x * arm_phi_1_w_y);
+    const double t9 = arm_phi_2_w_x * (p->derived.arm_phi_1_inertia_xx * arm_phi_2_w_x) + arm_phi_2_w_y *
         (p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_y - p->derived.arm_phi_1_moment_x * arm_phi_2_v_z) +
         arm_phi_2_w_z * (p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_z + p->derived.arm_phi_1_moment_x *
         arm_phi_2_v_y);
-    const double t12 = arm_theta_3_v_x * (p->derived.arm_psi_mass * arm_theta_3_v_x) + arm_phi_3_v_y * (p->derived.arm_psi_moment_x *
-        arm_phi_3_w_z + p->derived.arm_psi_mass * arm_phi_3_v_y) + arm_phi_3_v_z * (p->derived.arm_psi_mass *
-        arm_phi_3_v_z - p->derived.arm_psi_moment_x * arm_phi_3_w_y);
-    const double t13 = arm_phi_3_w_x * (p->derived.arm_psi_inertia_xx * arm_phi_3_w_x) + arm_phi_3_w_y * (p->derived.arm_psi_inertia_yy *
+    const double t10 = arm_theta_2_v_x * (p->derived.arm_phi_1_mass * arm_theta_2_v_x) + arm_phi_2_v_y * (p->derived.arm_phi_1_moment_x *
+        arm_phi_2_w_z + p->derived.arm_phi_1_mass * arm_phi_2_v_y) + arm_phi_2_v_z * (p->derived.arm_phi_1_mass *
+        arm_phi_2_v_z - p->derived.arm_phi_1_moment_x * arm_phi_2_w_y);
+    const double t11 = qd[0] * (p->m_base * qd[0]) + (qd[1] * (p->Izz_col * qd[1]) + qd[0] * (p->m_col * qd[0])) +
+        t6 + (t7 + t8) + (t9 + t10);
+    const double t12 = arm_phi_3_w_x * (p->derived.arm_psi_inertia_xx * arm_phi_3_w_x) + arm_phi_3_w_y * (p->derived.arm_psi_inertia_yy *
         arm_phi_3_w_y - p->derived.arm_psi_moment_x * arm_phi_3_v_z) + arm_phi_3_w_z * (p->derived.arm_psi_inertia_yy *
         arm_phi_3_w_z + p->derived.arm_psi_moment_x * arm_phi_3_v_y);
-    const double t14 = t8 + t9 + t10 + t11 + t12 + t13 + (effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_y *
-        (p->m_E * effector_z_v_y) + effector_z_v_z * (p->m_E * effector_z_v_z));
+    const double t13 = arm_theta_3_v_x * (p->derived.arm_psi_mass * arm_theta_3_v_x) + arm_phi_3_v_y * (p->derived.arm_psi_moment_x *
+        arm_phi_3_w_z + p->derived.arm_psi_mass * arm_phi_3_v_y) + arm_phi_3_v_z * (p->derived.arm_psi_mass *
+        arm_phi_3_v_z - p->derived.arm_psi_moment_x * arm_phi_3_w_y);
+    const double t14 = 0.5 * (t11 + (t12 + t13) + (effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_y *
+        (p->m_E * effector_z_v_y) + effector_z_v_z * (p->m_E * effector_z_v_z)));
     /* potential energy of gravity, zero at the ground's origin */
-    const double t15 = p->derived.constant_15 * (q[0] * q[0]) + p->derived.constant_16 * (q[3] * q[3]) + p->derived.constant_16 *
-        (q[4] * q[4]) + p->derived.constant_17 * (q[5] * q[5]) + p->derived.constant_16 * (q[6] * q[6]);
-    const double t16 = t15 + p->derived.constant_16 * (q[7] * q[7]) + p->derived.constant_17 * (q[8] * q[8]) +
-        p->derived.constant_16 * (q[9] * q[9]) + p->derived.constant_16 * (q[10] * q[10]);
-    energy[0] = 0.5 * t14;
-    energy[1] = p->g * (column_psi_moment_beyond_z + q[0] * p->derived.base_z_mass_beyond) + (t16 + p->derived.constant_17 *
+    const double t15 = p->derived.constant_16 * (q[0] * q[0]) + p->derived.constant_17 * (q[3] * q[3]) + p->derived.constant_17 *
+        (q[4] * q[4]) + p->derived.constant_18 * (q[5] * q[5]) + p->derived.constant_17 * (q[6] * q[6]);
+    const double t16 = t15 + p->derived.constant_17 * (q[7] * q[7]) + p->derived.constant_18 * (q[8] * q[8]) +
+        p->derived.constant_17 * (q[9] * q[9]) + p->derived.constant_17 * (q[10] * q[10]);
+    energy[0] = t14;
+    energy[1] = p->g * (column_psi_moment_beyond_z + q[0] * p->derived.base_z_mass_beyond) + (t16 + p->derived.constant_18 *
         (q[11] * q[11]));
 }
 
@@ -2950,7 +2902,7 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
     /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
     const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + (arm_psi_2_cos * arm_psi_2_moment_beyond_x -
-        arm_psi_2_sin * arm_theta_2_moment_beyond_y + p->derived.constant_4);
+        arm_psi_2_sin * arm_theta_2_moment_beyond_y + p->derived.constant_3);
     const double t8 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
     const double t9 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
     const double arm_theta_1_moment_beyond_y = t9 - t8;
@@ -2963,7 +2915,7 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     const double arm_psi_moment_beyond_y = arm_psi_1_sin * arm_psi_1_moment_beyond_x + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (arm_psi_1_cos * arm_psi_1_moment_beyond_x -
-        arm_psi_1_sin * arm_theta_1_moment_beyond_y + p->derived.constant_6);
+        arm_psi_1_sin * arm_theta_1_moment_beyond_y + p->derived.constant_4);
     /* arm_psi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t10 = t8 - t9;
     /* arm_phi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
@@ -3111,16 +3063,16 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
     const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
     const double t1 = arm_psi_w_x * qd[2];
+    const double t2 = arm_psi_w_x * arm_psi_w_y;
+    const double t3 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
     /* arm_psi_1: motion from arm_psi outward */
     const double arm_psi_1_sin = sin(q[3]);
     const double arm_psi_1_cos = cos(q[3]);
     const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
     const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
-    const double t2 = p->derived.constant_1 * qd[2];
-    const double t3 = p->derived.constant_1 * arm_psi_w_y;
-    const double arm_psi_1_bias_a_z = arm_psi_w_x * t2 + p->derived.constant_1 * t1;
-    const double t4 = arm_psi_bias_a_falling_x - (qd[2] * t2 + arm_psi_w_y * t3);
-    const double t5 = arm_psi_bias_a_falling_y + arm_psi_w_x * t3;
+    const double arm_psi_1_bias_a_z = p->derived.constant_1 * (t1 + t1);
+    const double t4 = arm_psi_bias_a_falling_x - p->derived.constant_1 * t3;
+    const double t5 = arm_psi_bias_a_falling_y + p->derived.constant_1 * t2;
     const double arm_psi_1_bias_a_falling_x = arm_psi_1_sin * t5 + arm_psi_1_cos * t4;
     const double arm_psi_1_bias_a_falling_y = arm_psi_1_cos * t5 - arm_psi_1_sin * t4;
     const double arm_psi_1_bias_wd_x = arm_psi_bias_wd_x * arm_psi_1_cos - t1 * arm_psi_1_sin + arm_psi_1_w_y *
@@ -3153,20 +3105,22 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
     const double arm_phi_1_bias_wd_z = t6 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
         qd[5];
     const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
+    const double t7 = arm_phi_1_w_y * arm_phi_1_w_x;
+    const double t8 = arm_phi_1_w_z * arm_phi_1_w_z + arm_phi_1_w_y * arm_phi_1_w_y;
+    const double t9 = arm_phi_1_bias_wd_z + t7;
+    const double t10 = arm_phi_1_w_z * arm_phi_1_w_x;
+    const double t11 = t10 - arm_phi_1_bias_wd_y;
     /* arm_psi_2: motion from arm_phi_1 outward */
     const double arm_psi_2_sin = sin(q[6]);
     const double arm_psi_2_cos = cos(q[6]);
     const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
     const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
-    const double t7 = p->derived.arm_element_length * arm_phi_1_w_z;
-    const double t8 = p->derived.arm_element_length * arm_phi_1_w_y;
-    const double t9 = arm_theta_1_bias_a_falling_x - (arm_phi_1_w_z * t7 + arm_phi_1_w_y * t8);
-    const double t10 = arm_phi_1_w_x * t8 + (arm_phi_1_bias_a_falling_y + p->derived.arm_element_length *
-        arm_phi_1_bias_wd_z);
-    const double arm_psi_2_bias_a_falling_z = arm_phi_1_w_x * t7 + (arm_phi_1_bias_a_falling_z - p->derived.arm_element_length *
-        arm_phi_1_bias_wd_y);
-    const double arm_psi_2_bias_a_falling_x = arm_psi_2_sin * t10 + arm_psi_2_cos * t9;
-    const double arm_psi_2_bias_a_falling_y = arm_psi_2_cos * t10 - arm_psi_2_sin * t9;
+    const double t12 = arm_theta_1_bias_a_falling_x - p->derived.arm_element_length * t8;
+    const double t13 = arm_phi_1_bias_a_falling_y + p->derived.arm_element_length * t9;
+    const double arm_psi_2_bias_a_falling_z = arm_phi_1_bias_a_falling_z + p->derived.arm_element_length *
+        t11;
+    const double arm_psi_2_bias_a_falling_x = arm_psi_2_sin * t13 + arm_psi_2_cos * t12;
+    const double arm_psi_2_bias_a_falling_y = arm_psi_2_cos * t13 - arm_psi_2_sin * t12;
     const double arm_psi_2_bias_wd_x = arm_phi_1_bias_wd_y * arm_psi_2_sin + arm_theta_1_bias_wd_x * arm_psi_2_cos +
         arm_psi_2_w_y * qd[6];
     const double arm_psi_2_bias_wd_y = arm_phi_1_bias_wd_y * arm_psi_2_cos - arm_theta_1_bias_wd_x * arm_psi_2_sin -
@@ -3200,20 +3154,22 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
     const double arm_phi_2_bias_wd_z = arm_theta_2_bias_wd_z * arm_phi_2_cos - arm_psi_2_bias_wd_y * arm_phi_2_sin -
         arm_phi_2_w_y * qd[8];
     const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
+    const double t14 = arm_phi_2_w_y * arm_phi_2_w_x;
+    const double t15 = arm_phi_2_w_z * arm_phi_2_w_z + arm_phi_2_w_y * arm_phi_2_w_y;
+    const double t16 = arm_phi_2_bias_wd_z + t14;
+    const double t17 = arm_phi_2_w_z * arm_phi_2_w_x;
+    const double t18 = t17 - arm_phi_2_bias_wd_y;
     /* arm_psi_3: motion from arm_phi_2 outward */
     const double arm_psi_3_sin = sin(q[9]);
     const double arm_psi_3_cos = cos(q[9]);
     const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
     const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
-    const double t11 = p->derived.arm_element_length * arm_phi_2_w_z;
-    const double t12 = p->derived.arm_element_length * arm_phi_2_w_y;
-    const double t13 = arm_theta_2_bias_a_falling_x - (arm_phi_2_w_z * t11 + arm_phi_2_w_y * t12);
-    const double t14 = arm_phi_2_w_x * t12 + (arm_phi_2_bias_a_falling_y + p->derived.arm_element_length *
-        arm_phi_2_bias_wd_z);
-    const double arm_psi_3_bias_a_falling_z = arm_phi_2_w_x * t11 + (arm_phi_2_bias_a_falling_z - p->derived.arm_element_length *
-        arm_phi_2_bias_wd_y);
-    const double arm_psi_3_bias_a_falling_x = arm_psi_3_sin * t14 + arm_psi_3_cos * t13;
-    const double arm_psi_3_bias_a_falling_y = arm_psi_3_cos * t14 - arm_psi_3_sin * t13;
+    const double t19 = arm_theta_2_bias_a_falling_x - p->derived.arm_element_length * t15;
+    const double t20 = arm_phi_2_bias_a_falling_y + p->derived.arm_element_length * t16;
+    const double arm_psi_3_bias_a_falling_z = arm_phi_2_bias_a_falling_z + p->derived.arm_element_length *
+        t18;
+    const double arm_psi_3_bias_a_falling_x = arm_psi_3_sin * t20 + arm_psi_3_cos * t19;
+    const double arm_psi_3_bias_a_falling_y = arm_psi_3_cos * t20 - arm_psi_3_sin * t19;
     const double arm_psi_3_bias_wd_x = arm_phi_2_bias_wd_y * arm_psi_3_sin + arm_theta_2_bias_wd_x * arm_psi_3_cos +
         arm_psi_3_w_y * qd[9];
     const double arm_psi_3_bias_wd_y = arm_phi_2_bias_wd_y * arm_psi_3_cos - arm_theta_2_bias_wd_x * arm_psi_3_sin -
@@ -3237,9 +3193,9 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
     const double arm_phi_3_sin = sin(q[11]);
     const double arm_phi_3_cos = cos(q[11]);
     const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t15 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t16 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t16 - t15;
+    const double t21 = arm_theta_3_w_y * arm_phi_3_sin;
+    const double t22 = arm_theta_3_w_z * arm_phi_3_cos;
+    const double arm_phi_3_w_z = t22 - t21;
     const double arm_phi_3_bias_a_falling_y = arm_theta_3_bias_a_falling_z * arm_phi_3_sin + arm_psi_3_bias_a_falling_y *
         arm_phi_3_cos;
     const double arm_phi_3_bias_a_falling_z = arm_theta_3_bias_a_falling_z * arm_phi_3_cos - arm_psi_3_bias_a_falling_y *
@@ -3249,413 +3205,345 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
     const double arm_phi_3_bias_wd_z = arm_theta_3_bias_wd_z * arm_phi_3_cos - arm_psi_3_bias_wd_y * arm_phi_3_sin -
         arm_phi_3_w_y * qd[11];
     const double arm_phi_3_w_x = arm_theta_3_w_x + qd[11];
+    const double t23 = arm_phi_3_w_y * arm_phi_3_w_x;
+    const double t24 = arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y * arm_phi_3_w_y;
+    const double t25 = arm_phi_3_bias_wd_z + t23;
+    const double t26 = arm_phi_3_w_z * arm_phi_3_w_x;
+    const double t27 = t26 - arm_phi_3_bias_wd_y;
     /* effector_z: motion from arm_phi_3 outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_w_x = t15 - t16;
-    const double t17 = arm_phi_3_w_z * effector_z_shift_x;
-    const double t18 = arm_phi_3_w_y * effector_z_shift_x;
-    const double effector_z_bias_a_falling_z = arm_theta_3_bias_a_falling_x - (arm_phi_3_w_z * t17 + arm_phi_3_w_y *
-        t18);
-    const double t19 = arm_phi_3_w_y * qd[12];
-    const double t20 = effector_z_w_x * qd[12];
-    const double effector_z_bias_a_falling_x = t19 + t19 - (arm_phi_3_w_x * t17 + (arm_phi_3_bias_a_falling_z -
-        arm_phi_3_bias_wd_y * effector_z_shift_x));
-    const double effector_z_bias_a_falling_y = arm_phi_3_w_x * t18 + (arm_phi_3_bias_a_falling_y + arm_phi_3_bias_wd_z *
-        effector_z_shift_x) - (t20 + t20);
+    const double effector_z_w_x = t21 - t22;
+    const double effector_z_bias_a_falling_z = arm_theta_3_bias_a_falling_x - t24 * effector_z_shift_x;
+    const double t28 = arm_phi_3_w_y * qd[12];
+    const double t29 = effector_z_w_x * qd[12];
+    const double effector_z_bias_a_falling_x = t28 + t28 - (arm_phi_3_bias_a_falling_z + t27 * effector_z_shift_x);
+    const double effector_z_bias_a_falling_y = arm_phi_3_bias_a_falling_y + t25 * effector_z_shift_x - (t29 +
+        t29);
     /* effector_z: composite pseudo-inertia of all beyond, inward */
-    const double t21 = p->m_E * effector_z_shift_x;
+    const double t30 = p->m_E * effector_z_shift_x;
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t21;
+    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t30;
+    const double arm_phi_3_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t30;
     /* arm_phi_3: bias forces c, inward */
-    const double t22 = p->derived.arm_psi_inertia_xx * arm_phi_3_w_x;
-    const double t23 = p->derived.arm_psi_inertia_yy * arm_phi_3_w_y;
-    const double t24 = p->derived.arm_psi_inertia_yy * arm_phi_3_w_z;
-    const double arm_phi_3_bias_moment_x = arm_phi_3_w_y * t24 - arm_phi_3_w_z * t23 + p->derived.arm_psi_inertia_xx *
-        arm_theta_3_bias_wd_x;
-    const double t25 = p->derived.arm_psi_moment_x * arm_phi_3_w_z;
-    const double t26 = p->derived.arm_psi_moment_x * arm_phi_3_w_y;
+    const double arm_phi_3_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_theta_3_bias_wd_x;
     /* arm_phi_2: bias forces c, inward */
-    const double t27 = p->derived.arm_phi_1_inertia_xx * arm_phi_2_w_x;
-    const double t28 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_y;
-    const double t29 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_z;
-    const double arm_phi_2_load_moment_x = arm_phi_2_w_y * t29 - arm_phi_2_w_z * t28 + p->derived.arm_phi_1_inertia_xx *
-        arm_theta_2_bias_wd_x;
-    const double t30 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_z;
-    const double t31 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_y;
+    const double arm_phi_2_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_2_bias_wd_x;
     /* arm_phi_1: bias forces c, inward */
-    const double t32 = p->derived.arm_phi_1_inertia_xx * arm_phi_1_w_x;
-    const double t33 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_y;
-    const double t34 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_z;
-    const double arm_phi_1_load_moment_x = arm_phi_1_w_y * t34 - arm_phi_1_w_z * t33 + p->derived.arm_phi_1_inertia_xx *
-        arm_theta_1_bias_wd_x;
-    const double t35 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_z;
-    const double t36 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_y;
+    const double arm_phi_1_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_1_bias_wd_x;
     /* arm_psi: bias forces c, inward */
-    const double t37 = p->derived.arm_psi_inertia_xx * arm_psi_w_x;
-    const double t38 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
-    const double t39 = p->derived.arm_psi_inertia_yy * qd[2];
-    const double arm_psi_load_moment_x = arm_psi_w_y * t39 - qd[2] * t38 + p->derived.arm_psi_inertia_xx *
-        arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = qd[2] * t37 - arm_psi_w_x * t39 - p->derived.arm_psi_inertia_yy *
-        t1;
-    const double t40 = p->derived.arm_psi_moment_x * arm_psi_w_y;
+    const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = t1 * p->derived.constant_6 - p->derived.arm_psi_inertia_yy * t1;
     /* springs -s (q - rest), dampers -d qd, and forces that the model names */
-    const double t41 = p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4];
-    const double t42 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5];
-    const double t43 = p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7];
-    const double t44 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8];
-    const double t45 = p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10];
-    const double t46 = p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi * qd[11];
+    const double t31 = p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4];
+    const double t32 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5];
+    const double t33 = p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7];
+    const double t34 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8];
+    const double t35 = p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10];
+    const double t36 = p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi * qd[11];
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = arm_psi_w_x * t38 - arm_psi_w_y * t37 + p->derived.arm_psi_moment_x *
-        arm_psi_bias_a_falling_y;
-    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x *
-        qd[2]) + arm_psi_w_y * t40);
-    const double arm_psi_load_force_y = arm_psi_w_x * t40 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_moment_z = t2 * p->derived.constant_7 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
+        t3;
+    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t2 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
     /* arm_phi_1: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_1_load_moment_y = arm_phi_1_w_z * t32 - arm_phi_1_w_x * t34 + p->derived.arm_phi_1_inertia_yy *
+    const double arm_phi_1_load_moment_y = t10 * p->derived.constant_8 + p->derived.arm_phi_1_inertia_yy *
         arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_z;
-    const double arm_phi_1_load_moment_z = arm_phi_1_w_x * t33 - arm_phi_1_w_y * t32 + p->derived.arm_phi_1_inertia_yy *
+    const double arm_phi_1_load_moment_z = t7 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
         arm_phi_1_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_y;
-    const double arm_phi_1_load_force_x = p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - (arm_phi_1_w_z *
-        t35 + arm_phi_1_w_y * t36);
-    const double arm_phi_1_load_force_y = arm_phi_1_w_x * t36 + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_z +
-        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_y;
-    const double arm_phi_1_load_force_z = arm_phi_1_w_x * t35 - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_y +
-        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_z;
+    const double arm_phi_1_load_force_x = p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - p->derived.arm_phi_1_moment_x *
+        t8;
+    const double arm_phi_1_load_force_y = p->derived.arm_phi_1_moment_x * t9 + p->derived.arm_phi_1_mass *
+        arm_phi_1_bias_a_falling_y;
+    const double arm_phi_1_load_force_z = p->derived.arm_phi_1_moment_x * t11 + p->derived.arm_phi_1_mass *
+        arm_phi_1_bias_a_falling_z;
     /* arm_phi_2: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_2_load_moment_y = arm_phi_2_w_z * t27 - arm_phi_2_w_x * t29 + p->derived.arm_phi_1_inertia_yy *
+    const double arm_phi_2_load_moment_y = t17 * p->derived.constant_8 + p->derived.arm_phi_1_inertia_yy *
         arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_z;
-    const double arm_phi_2_load_moment_z = arm_phi_2_w_x * t28 - arm_phi_2_w_y * t27 + p->derived.arm_phi_1_inertia_yy *
+    const double arm_phi_2_load_moment_z = t14 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
         arm_phi_2_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_y;
-    const double arm_phi_2_load_force_x = p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - (arm_phi_2_w_z *
-        t30 + arm_phi_2_w_y * t31);
-    const double arm_phi_2_load_force_y = arm_phi_2_w_x * t31 + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_z +
-        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_y;
-    const double arm_phi_2_load_force_z = arm_phi_2_w_x * t30 - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_y +
-        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_z;
+    const double arm_phi_2_load_force_x = p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - p->derived.arm_phi_1_moment_x *
+        t15;
+    const double arm_phi_2_load_force_y = p->derived.arm_phi_1_moment_x * t16 + p->derived.arm_phi_1_mass *
+        arm_phi_2_bias_a_falling_y;
+    const double arm_phi_2_load_force_z = p->derived.arm_phi_1_moment_x * t18 + p->derived.arm_phi_1_mass *
+        arm_phi_2_bias_a_falling_z;
     /* arm_phi_3: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_3_load_moment_y = arm_phi_3_w_z * t22 - arm_phi_3_w_x * t24 + p->derived.arm_psi_inertia_yy *
-        arm_phi_3_bias_wd_y - p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
-    const double arm_phi_3_load_moment_z = arm_phi_3_w_x * t23 - arm_phi_3_w_y * t22 + p->derived.arm_psi_inertia_yy *
-        arm_phi_3_bias_wd_z + p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - (arm_phi_3_w_z *
-        t25 + arm_phi_3_w_y * t26);
-    const double arm_phi_3_load_force_y = arm_phi_3_w_x * t26 + p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_z +
-        p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_z = arm_phi_3_w_x * t25 - p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_y +
-        p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
+    const double arm_phi_3_load_moment_y = t26 * p->derived.constant_6 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y -
+        p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
+    const double arm_phi_3_load_moment_z = t23 * p->derived.constant_7 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z +
+        p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
+    const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - p->derived.arm_psi_moment_x *
+        t24;
+    const double arm_phi_3_load_force_y = p->derived.arm_psi_moment_x * t25 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
+    const double arm_phi_3_load_force_z = p->derived.arm_psi_moment_x * t27 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
     /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
     /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t47 = 1.0 / (p->derived.arm_psi_inertia_yy + effector_z_shift_x * t21);
+    const double t37 = 1.0 / arm_phi_3_inertia_beyond_yy;
     const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
-    const double t48 = arm_phi_3_moment_beyond_x * t47;
-    const double t49 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t48;
-    const double t50 = arm_phi_3_cos * t49;
-    const double t51 = arm_phi_3_sin * t49;
-    const double t52 = arm_phi_3_sin * t51 + arm_phi_3_cos * t50;
-    const double t53 = arm_phi_3_sin * t50 - arm_phi_3_cos * t51;
-    const double t54 = arm_theta_3_cos * t52;
-    const double t55 = p->derived.arm_psi_mass * arm_theta_3_sin;
-    const double t56 = arm_theta_3_sin * t55 + arm_theta_3_cos * t54;
-    const double t57 = arm_theta_3_sin * t54 - arm_theta_3_cos * t55;
-    const double t58 = arm_theta_3_cos * (p->derived.arm_psi_mass * arm_theta_3_cos) + arm_theta_3_sin * (arm_theta_3_sin *
-        t52);
-    const double t59 = arm_theta_3_cos * t53;
-    const double t60 = arm_theta_3_sin * t53;
-    const double t61 = arm_psi_3_sin * t60;
-    const double t62 = arm_psi_3_cos * t58 - t61;
-    const double t63 = arm_psi_3_cos * t60;
-    const double t64 = t63 - arm_psi_3_sin * t52;
-    const double t65 = arm_psi_3_cos * t64 + arm_psi_3_sin * t62;
-    const double t66 = arm_psi_3_cos * (t61 + arm_psi_3_cos * t52) + arm_psi_3_sin * (t63 + arm_psi_3_sin *
-        t58);
-    const double t67 = arm_psi_3_cos * t57 - arm_psi_3_sin * t59;
-    const double t68 = arm_psi_3_cos * t59 + arm_psi_3_sin * t57;
-    const double t69 = p->derived.arm_element_length * t67;
-    const double t70 = p->derived.arm_element_length * t65;
-    const double t71 = p->derived.arm_element_length * t68;
-    const double t72 = p->derived.arm_element_length * t66;
-    const double t73 = p->derived.arm_element_length * t56;
-    const double t74 = p->derived.arm_element_length * t71;
+    const double t38 = arm_phi_3_moment_beyond_x * t37;
+    const double t39 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t38;
+    const double t40 = arm_theta_3_sin * (t39 - p->derived.arm_psi_mass);
+    const double t41 = arm_theta_3_sin * t40;
+    const double t42 = t39 - t41;
+    const double t43 = p->derived.arm_psi_mass + t41;
+    const double t44 = arm_theta_3_cos * t40;
+    const double t45 = arm_psi_3_sin * (t43 - t39);
+    const double t46 = arm_psi_3_sin * t45;
+    const double t47 = t39 + t46;
+    const double t48 = arm_psi_3_cos * t45;
+    const double t49 = arm_psi_3_cos * t44;
+    const double t50 = arm_psi_3_sin * t44;
+    const double t51 = p->derived.arm_element_length * t49;
+    const double t52 = p->derived.arm_element_length * t48;
+    const double t53 = p->derived.arm_element_length * t50;
+    const double t54 = p->derived.arm_element_length * t47;
+    const double t55 = p->derived.arm_element_length * t42;
+    const double t56 = p->derived.arm_element_length * t53;
     /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t75 = p->derived.arm_phi_1_moment_x + t73;
-    const double t76 = p->derived.arm_phi_1_moment_x + t72;
-    const double t77 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t73);
-    const double t78 = t74 * t77;
-    const double t79 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t72 - t74 *
-        t78);
+    const double t57 = p->derived.arm_phi_1_moment_x + t55;
+    const double t58 = p->derived.arm_phi_1_moment_x + t54;
+    const double t59 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t55);
+    const double t60 = t56 * t59;
+    const double t61 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t54 - t56 *
+        t60);
     const double arm_theta_2_cos_inverse = 1.0 / arm_theta_2_cos;
-    const double t80 = t79 * (t70 - t69 * t78);
-    const double t81 = t78 * t80 - t69 * t77;
-    const double t82 = t79 * (t76 - t71 * t78);
-    const double t83 = t78 * t82 - t71 * t77;
-    const double t84 = t79 * (t71 - t75 * t78);
-    const double t85 = t78 * t84 - t75 * t77;
-    const double t86 = p->derived.arm_phi_1_mass + (arm_psi_3_cos * t62 - arm_psi_3_sin * t64) - (t70 * t80 -
-        t69 * t81);
-    const double t87 = t65 - (t70 * t82 - t69 * t83);
-    const double t88 = t67 - (t70 * t84 - t69 * t85);
-    const double t89 = p->derived.arm_phi_1_mass + t66 - (t76 * t82 - t71 * t83);
-    const double t90 = t68 - (t76 * t84 - t71 * t85);
-    const double t91 = p->derived.arm_phi_1_mass + t56 - (t71 * t84 - t75 * t85);
-    const double t92 = arm_phi_2_sin * t90;
-    const double t93 = arm_phi_2_cos * t89 - t92;
-    const double t94 = arm_phi_2_cos * t90;
-    const double t95 = t94 - arm_phi_2_sin * t91;
-    const double t96 = arm_phi_2_cos * t93 - arm_phi_2_sin * t95;
-    const double t97 = arm_phi_2_cos * t95 + arm_phi_2_sin * t93;
-    const double t98 = arm_phi_2_cos * (t92 + arm_phi_2_cos * t91) + arm_phi_2_sin * (t94 + arm_phi_2_sin *
-        t89);
-    const double t99 = arm_phi_2_cos * t87 - arm_phi_2_sin * t88;
-    const double t100 = arm_phi_2_cos * t88 + arm_phi_2_sin * t87;
-    const double t101 = arm_theta_2_sin * t100;
-    const double t102 = arm_theta_2_cos * t98 - t101;
-    const double t103 = arm_theta_2_cos * t100;
-    const double t104 = t103 - arm_theta_2_sin * t86;
-    const double t105 = arm_theta_2_cos * t102 - arm_theta_2_sin * t104;
-    const double t106 = arm_theta_2_cos * t104 + arm_theta_2_sin * t102;
-    const double t107 = arm_theta_2_cos * (t101 + arm_theta_2_cos * t86) + arm_theta_2_sin * (t103 + arm_theta_2_sin *
-        t98);
-    const double t108 = arm_theta_2_cos * t97 - arm_theta_2_sin * t99;
-    const double t109 = arm_theta_2_cos * t99 + arm_theta_2_sin * t97;
-    const double t110 = arm_psi_2_sin * t109;
-    const double t111 = arm_psi_2_cos * t107 - t110;
-    const double t112 = arm_psi_2_cos * t109;
-    const double t113 = t112 - arm_psi_2_sin * t96;
-    const double t114 = arm_psi_2_cos * t113 + arm_psi_2_sin * t111;
-    const double t115 = arm_psi_2_cos * (t110 + arm_psi_2_cos * t96) + arm_psi_2_sin * (t112 + arm_psi_2_sin *
-        t107);
-    const double t116 = arm_psi_2_cos * t106 - arm_psi_2_sin * t108;
-    const double t117 = arm_psi_2_cos * t108 + arm_psi_2_sin * t106;
-    const double t118 = p->derived.arm_element_length * t116;
-    const double t119 = p->derived.arm_element_length * t114;
-    const double t120 = p->derived.arm_element_length * t117;
-    const double t121 = p->derived.arm_element_length * t115;
-    const double t122 = p->derived.arm_element_length * t105;
-    const double t123 = p->derived.arm_element_length * t120;
+    const double t62 = t61 * (t52 - t51 * t60);
+    const double t63 = t60 * t62 - t51 * t59;
+    const double t64 = t61 * (t58 - t53 * t60);
+    const double t65 = t60 * t64 - t53 * t59;
+    const double t66 = t61 * (t53 - t57 * t60);
+    const double t67 = t60 * t66 - t57 * t59;
+    const double t68 = p->derived.arm_phi_1_mass + (t43 - t46) - (t52 * t62 - t51 * t63);
+    const double t69 = t48 - (t52 * t64 - t51 * t65);
+    const double t70 = t49 - (t52 * t66 - t51 * t67);
+    const double t71 = p->derived.arm_phi_1_mass + t47 - (t58 * t64 - t53 * t65);
+    const double t72 = t50 - (t58 * t66 - t53 * t67);
+    const double t73 = p->derived.arm_phi_1_mass + t42 - (t53 * t66 - t57 * t67);
+    const double t74 = arm_phi_2_cos * (t72 + t72) + arm_phi_2_sin * (t71 - t73);
+    const double t75 = arm_phi_2_sin * t74;
+    const double t76 = t71 - t75;
+    const double t77 = t73 + t75;
+    const double t78 = arm_phi_2_cos * t74 - t72;
+    const double t79 = arm_phi_2_cos * t69 - arm_phi_2_sin * t70;
+    const double t80 = arm_phi_2_cos * t70 + arm_phi_2_sin * t69;
+    const double t81 = arm_theta_2_cos * (t80 + t80) + arm_theta_2_sin * (t77 - t68);
+    const double t82 = arm_theta_2_sin * t81;
+    const double t83 = t77 - t82;
+    const double t84 = t68 + t82;
+    const double t85 = arm_theta_2_cos * t81 - t80;
+    const double t86 = arm_theta_2_cos * t78 - arm_theta_2_sin * t79;
+    const double t87 = arm_theta_2_cos * t79 + arm_theta_2_sin * t78;
+    const double t88 = arm_psi_2_cos * (t87 + t87) + arm_psi_2_sin * (t84 - t76);
+    const double t89 = arm_psi_2_sin * t88;
+    const double t90 = t76 + t89;
+    const double t91 = arm_psi_2_cos * t88 - t87;
+    const double t92 = arm_psi_2_cos * t85 - arm_psi_2_sin * t86;
+    const double t93 = arm_psi_2_cos * t86 + arm_psi_2_sin * t85;
+    const double t94 = p->derived.arm_element_length * t92;
+    const double t95 = p->derived.arm_element_length * t91;
+    const double t96 = p->derived.arm_element_length * t93;
+    const double t97 = p->derived.arm_element_length * t90;
+    const double t98 = p->derived.arm_element_length * t83;
+    const double t99 = p->derived.arm_element_length * t96;
     /* arm_phi_1 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t124 = p->derived.arm_phi_1_moment_x + t122;
-    const double t125 = p->derived.arm_phi_1_moment_x + t121;
-    const double t126 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t122);
-    const double t127 = t123 * t126;
-    const double t128 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t121 - t123 *
-        t127);
+    const double t100 = p->derived.arm_phi_1_moment_x + t98;
+    const double t101 = p->derived.arm_phi_1_moment_x + t97;
+    const double t102 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t98);
+    const double t103 = t99 * t102;
+    const double t104 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t97 - t99 *
+        t103);
     const double arm_theta_1_cos_inverse = 1.0 / arm_theta_1_cos;
-    const double t129 = t128 * (t119 - t118 * t127);
-    const double t130 = t127 * t129 - t118 * t126;
-    const double t131 = t128 * (t125 - t120 * t127);
-    const double t132 = t127 * t131 - t120 * t126;
-    const double t133 = t128 * (t120 - t124 * t127);
-    const double t134 = t127 * t133 - t124 * t126;
-    const double t135 = p->derived.arm_phi_1_mass + (arm_psi_2_cos * t111 - arm_psi_2_sin * t113) - (t119 *
-        t129 - t118 * t130);
-    const double t136 = t114 - (t119 * t131 - t118 * t132);
-    const double t137 = t116 - (t119 * t133 - t118 * t134);
-    const double t138 = p->derived.arm_phi_1_mass + t115 - (t125 * t131 - t120 * t132);
-    const double t139 = t117 - (t125 * t133 - t120 * t134);
-    const double t140 = p->derived.arm_phi_1_mass + t105 - (t120 * t133 - t124 * t134);
-    const double t141 = arm_phi_1_sin * t139;
-    const double t142 = arm_phi_1_cos * t138 - t141;
-    const double t143 = arm_phi_1_cos * t139;
-    const double t144 = t143 - arm_phi_1_sin * t140;
-    const double t145 = arm_phi_1_cos * t142 - arm_phi_1_sin * t144;
-    const double t146 = arm_phi_1_cos * t144 + arm_phi_1_sin * t142;
-    const double t147 = arm_phi_1_cos * (t141 + arm_phi_1_cos * t140) + arm_phi_1_sin * (t143 + arm_phi_1_sin *
-        t138);
-    const double t148 = arm_phi_1_cos * t136 - arm_phi_1_sin * t137;
-    const double t149 = arm_phi_1_cos * t137 + arm_phi_1_sin * t136;
-    const double t150 = arm_theta_1_sin * t149;
-    const double t151 = arm_theta_1_cos * t147 - t150;
-    const double t152 = arm_theta_1_cos * t149;
-    const double t153 = t152 - arm_theta_1_sin * t135;
-    const double t154 = arm_theta_1_cos * t153 + arm_theta_1_sin * t151;
-    const double t155 = arm_theta_1_cos * (t150 + arm_theta_1_cos * t135) + arm_theta_1_sin * (t152 + arm_theta_1_sin *
-        t147);
-    const double t156 = arm_theta_1_cos * t146 - arm_theta_1_sin * t148;
-    const double t157 = arm_theta_1_cos * t148 + arm_theta_1_sin * t146;
-    const double t158 = arm_psi_1_sin * t157;
-    const double t159 = arm_psi_1_cos * t155 - t158;
-    const double t160 = arm_psi_1_cos * t157;
-    const double t161 = t160 - arm_psi_1_sin * t145;
-    const double t162 = arm_psi_1_cos * t161 + arm_psi_1_sin * t159;
-    const double t163 = arm_psi_1_cos * (t158 + arm_psi_1_cos * t145) + arm_psi_1_sin * (t160 + arm_psi_1_sin *
-        t155);
-    const double arm_psi_U_force_x = p->derived.constant_1 * t162;
-    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t156 + arm_psi_1_sin * t154);
-    const double t164 = p->derived.constant_1 * t163;
-    const double t165 = p->derived.constant_1 * arm_psi_U_force_z;
+    const double t105 = t104 * (t95 - t94 * t103);
+    const double t106 = t103 * t105 - t94 * t102;
+    const double t107 = t104 * (t101 - t96 * t103);
+    const double t108 = t103 * t107 - t96 * t102;
+    const double t109 = t104 * (t96 - t100 * t103);
+    const double t110 = t103 * t109 - t100 * t102;
+    const double t111 = p->derived.arm_phi_1_mass + (t84 - t89) - (t95 * t105 - t94 * t106);
+    const double t112 = t91 - (t95 * t107 - t94 * t108);
+    const double t113 = t92 - (t95 * t109 - t94 * t110);
+    const double t114 = p->derived.arm_phi_1_mass + t90 - (t101 * t107 - t96 * t108);
+    const double t115 = t93 - (t101 * t109 - t96 * t110);
+    const double t116 = p->derived.arm_phi_1_mass + t83 - (t96 * t109 - t100 * t110);
+    const double t117 = arm_phi_1_cos * (t115 + t115) + arm_phi_1_sin * (t114 - t116);
+    const double t118 = arm_phi_1_sin * t117;
+    const double t119 = t114 - t118;
+    const double t120 = t116 + t118;
+    const double t121 = arm_phi_1_cos * t117 - t115;
+    const double t122 = arm_phi_1_cos * t112 - arm_phi_1_sin * t113;
+    const double t123 = arm_phi_1_cos * t113 + arm_phi_1_sin * t112;
+    const double t124 = arm_theta_1_cos * (t123 + t123) + arm_theta_1_sin * (t120 - t111);
+    const double t125 = arm_theta_1_sin * t124;
+    const double t126 = t111 + t125;
+    const double t127 = arm_theta_1_cos * t124 - t123;
+    const double t128 = arm_theta_1_cos * t121 - arm_theta_1_sin * t122;
+    const double t129 = arm_theta_1_cos * t122 + arm_theta_1_sin * t121;
+    const double t130 = arm_psi_1_cos * (t129 + t129) + arm_psi_1_sin * (t126 - t119);
+    const double t131 = arm_psi_1_sin * t130;
+    const double t132 = t119 + t131;
+    const double t133 = arm_psi_1_cos * t130 - t129;
+    const double arm_psi_U_force_x = p->derived.constant_1 * t133;
+    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t128 + arm_psi_1_sin * t127);
+    const double t134 = p->derived.constant_1 * t132;
+    const double t135 = p->derived.constant_1 * arm_psi_U_force_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t164;
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t164;
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t134;
+    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t134;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t166 = t165 * arm_psi_D_inverse;
-    const double t167 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t168 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t169 = t162 - arm_psi_U_force_x * t168;
-    const double t170 = arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_inertia_yy + p->derived.constant_1 *
-        (p->derived.constant_1 * (arm_theta_1_cos * t151 - arm_theta_1_sin * t153)) - t165 * t166)) + arm_psi_sin *
-        (p->derived.arm_psi_inertia_xx * arm_psi_sin);
-    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t165 * t167 - p->derived.constant_1 *
-        (arm_psi_1_cos * t154 - arm_psi_1_sin * t156))) + arm_psi_cos * (arm_psi_cos * (t165 * t168 - arm_psi_U_force_z));
-    const double t171 = arm_psi_cos * (arm_psi_sin * t169 + arm_psi_cos * (p->derived.arm_psi_mass + t163 -
-        arm_psi_U_force_y * t168)) + arm_psi_sin * (arm_psi_cos * t169 + arm_psi_sin * (p->derived.arm_psi_mass +
-        (arm_psi_1_cos * t159 - arm_psi_1_sin * t161) - arm_psi_U_force_x * t167));
+    const double t136 = t135 * arm_psi_D_inverse;
+    const double t137 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t138 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t139 = t133 - arm_psi_U_force_x * t138;
+    const double t140 = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * (p->derived.constant_1 * (t120 -
+        t125)) - t135 * t136;
+    const double t141 = p->derived.arm_psi_mass + t132 - arm_psi_U_force_y * t138;
+    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t135 * t137 - p->derived.constant_1 *
+        (arm_psi_1_cos * t127 - arm_psi_1_sin * t128))) + arm_psi_cos * (arm_psi_cos * (t135 * t138 - arm_psi_U_force_z));
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + t170;
+    const double column_psi_U_moment_z = p->Izz_col + (t140 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        t140)));
+    const double t142 = p->m_col + (t141 + arm_psi_sin * (arm_psi_cos * (t139 + t139) + arm_psi_sin * (p->derived.arm_psi_mass +
+        (t126 - t131) - arm_psi_U_force_x * t137 - t141)));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t172 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t143 = column_psi_U_force_z * column_psi_D_inverse;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + t171 - column_psi_U_force_z * t172);
+    const double base_z_U_force_z = p->m_base + (t142 - column_psi_U_force_z * t143);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* effector_z: force left for the joint, inward */
+    /* arm_phi_3: force left for the joint, inward */
     const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
     const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
     const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
-    /* arm_phi_3: force left for the joint, inward */
-    const double t173 = arm_theta_3_sin * t46;
-    const double t174 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
-        qd[9] + t173);
-    const double t175 = arm_phi_3_sin * t174 + arm_phi_3_cos * t45;
-    const double t176 = arm_phi_3_sin * t45 - arm_phi_3_cos * t174;
-    const double t177 = t47 * (arm_phi_3_carried_moment_y + t175);
-    const double t178 = t47 * (t176 - arm_phi_3_carried_moment_z);
-    const double t179 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t178;
-    const double t180 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t177;
-    const double t181 = arm_phi_3_cos * t179 - arm_phi_3_sin * t180;
-    const double t182 = arm_phi_3_sin * t179 + arm_phi_3_cos * t180;
-    const double t183 = arm_phi_3_sin * t176 + arm_phi_3_cos * t175;
-    const double t184 = arm_phi_3_cos * t176 - arm_phi_3_sin * t175;
-    const double t185 = arm_theta_3_cos * t182 - arm_theta_3_sin * arm_phi_3_load_force_x;
-    const double t186 = arm_theta_3_sin * t182 + arm_theta_3_cos * arm_phi_3_load_force_x;
-    const double t187 = arm_theta_3_sin * t184 - arm_theta_3_cos * t46;
-    const double t188 = arm_psi_3_sin * t186 + arm_psi_3_cos * t181;
+    const double t144 = arm_theta_3_sin * t36;
+    const double t145 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
+        qd[9] + t144);
+    const double t146 = t37 * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t145 + arm_phi_3_cos * t35));
+    const double t147 = t37 * (arm_phi_3_sin * t35 - arm_phi_3_cos * t145 - arm_phi_3_carried_moment_z);
+    const double t148 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t147;
+    const double t149 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t146;
+    const double t150 = arm_phi_3_cos * t148 - arm_phi_3_sin * t149;
+    const double t151 = arm_phi_3_sin * t148 + arm_phi_3_cos * t149;
+    const double t152 = arm_theta_3_cos * t151 - arm_theta_3_sin * arm_phi_3_load_force_x;
+    const double t153 = arm_theta_3_sin * t151 + arm_theta_3_cos * arm_phi_3_load_force_x;
+    const double t154 = arm_theta_3_sin * t145 + arm_theta_3_cos * t36;
+    const double t155 = arm_psi_3_sin * t153 + arm_psi_3_cos * t150;
     /* arm_phi_2: force left for the joint, inward */
-    const double t189 = arm_theta_2_sin * t44;
-    const double t190 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
-        qd[6] + t189);
-    const double t191 = arm_phi_2_sin * t190 + arm_phi_2_cos * t43;
-    const double t192 = arm_phi_2_sin * t43 - arm_phi_2_cos * t190;
-    const double t193 = arm_phi_2_load_moment_y + (arm_psi_3_sin * t187 - arm_psi_3_cos * t183 - p->derived.arm_element_length *
-        t185) + t191;
-    const double t194 = p->derived.constant_19 * (t44 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t183 +
-        arm_psi_3_cos * t187)));
-    const double t195 = t79 * (t192 - (arm_phi_2_load_moment_z + (t173 + arm_theta_3_cos * t184 + p->derived.arm_element_length *
-        t188)) - t78 * t193);
-    const double t196 = t78 * t195 - t77 * t193;
-    const double t197 = arm_phi_2_load_force_x + (arm_psi_3_cos * t186 - arm_psi_3_sin * t181) + (t70 * t195 -
-        t69 * t196);
-    const double t198 = arm_phi_2_load_force_y + t188 + (t76 * t195 - t71 * t196);
-    const double t199 = arm_phi_2_load_force_z + t185 + (t71 * t195 - t75 * t196);
-    const double t200 = arm_phi_2_cos * t198 - arm_phi_2_sin * t199;
-    const double t201 = arm_phi_2_sin * t198 + arm_phi_2_cos * t199;
-    const double t202 = arm_phi_2_sin * t192 + arm_phi_2_cos * t191;
-    const double t203 = arm_phi_2_cos * t192 - arm_phi_2_sin * t191;
-    const double t204 = arm_theta_2_cos * t201 - arm_theta_2_sin * t197;
-    const double t205 = arm_theta_2_sin * t201 + arm_theta_2_cos * t197;
-    const double t206 = arm_theta_2_sin * t203 - arm_theta_2_cos * t44;
-    const double t207 = arm_psi_2_sin * t205 + arm_psi_2_cos * t200;
+    const double t156 = arm_theta_2_sin * t34;
+    const double t157 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
+        qd[6] + t156);
+    const double t158 = arm_phi_2_load_moment_y - (arm_psi_3_sin * t154 + arm_psi_3_cos * t35 + p->derived.arm_element_length *
+        t152) + (arm_phi_2_sin * t157 + arm_phi_2_cos * t33);
+    const double t159 = p->derived.constant_20 * (t34 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t35 -
+        arm_psi_3_cos * t154)));
+    const double t160 = t61 * (arm_phi_2_sin * t33 - arm_phi_2_cos * t157 - (arm_phi_2_load_moment_z + (t144 -
+        arm_theta_3_cos * t145 + p->derived.arm_element_length * t155)) - t60 * t158);
+    const double t161 = t60 * t160 - t59 * t158;
+    const double t162 = arm_phi_2_load_force_x + (arm_psi_3_cos * t153 - arm_psi_3_sin * t150) + (t52 * t160 -
+        t51 * t161);
+    const double t163 = arm_phi_2_load_force_y + t155 + (t58 * t160 - t53 * t161);
+    const double t164 = arm_phi_2_load_force_z + t152 + (t53 * t160 - t57 * t161);
+    const double t165 = arm_phi_2_cos * t163 - arm_phi_2_sin * t164;
+    const double t166 = arm_phi_2_sin * t163 + arm_phi_2_cos * t164;
+    const double t167 = arm_theta_2_cos * t166 - arm_theta_2_sin * t162;
+    const double t168 = arm_theta_2_sin * t166 + arm_theta_2_cos * t162;
+    const double t169 = arm_theta_2_sin * t157 + arm_theta_2_cos * t34;
+    const double t170 = arm_psi_2_sin * t168 + arm_psi_2_cos * t165;
     /* arm_phi_1: force left for the joint, inward */
-    const double t208 = arm_theta_1_sin * t42;
-    const double t209 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
-        qd[3] + t208);
-    const double t210 = arm_phi_1_sin * t209 + arm_phi_1_cos * t41;
-    const double t211 = arm_phi_1_sin * t41 - arm_phi_1_cos * t209;
-    const double t212 = arm_phi_1_load_moment_y + (arm_psi_2_sin * t206 - arm_psi_2_cos * t202 - p->derived.arm_element_length *
-        t204) + t210;
-    const double t213 = p->derived.constant_19 * (t42 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t202 +
-        arm_psi_2_cos * t206)));
-    const double t214 = t128 * (t211 - (arm_phi_1_load_moment_z + (t189 + arm_theta_2_cos * t203 + p->derived.arm_element_length *
-        t207)) - t127 * t212);
-    const double t215 = t127 * t214 - t126 * t212;
-    const double t216 = arm_phi_1_load_force_x + (arm_psi_2_cos * t205 - arm_psi_2_sin * t200) + (t119 * t214 -
-        t118 * t215);
-    const double t217 = arm_phi_1_load_force_y + t207 + (t125 * t214 - t120 * t215);
-    const double t218 = arm_phi_1_load_force_z + t204 + (t120 * t214 - t124 * t215);
-    const double t219 = arm_phi_1_cos * t217 - arm_phi_1_sin * t218;
-    const double t220 = arm_phi_1_sin * t217 + arm_phi_1_cos * t218;
-    const double t221 = arm_phi_1_sin * t211 + arm_phi_1_cos * t210;
-    const double t222 = arm_phi_1_cos * t211 - arm_phi_1_sin * t210;
-    const double t223 = arm_theta_1_sin * t220 + arm_theta_1_cos * t216;
-    const double t224 = arm_theta_1_sin * t222 - arm_theta_1_cos * t42;
-    const double t225 = arm_psi_1_sin * t223 + arm_psi_1_cos * t219;
-    const double t226 = arm_psi_load_moment_z + (t208 + arm_theta_1_cos * t222 + p->derived.constant_1 * t225);
+    const double t171 = arm_theta_1_sin * t32;
+    const double t172 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
+        qd[3] + t171);
+    const double t173 = arm_phi_1_load_moment_y - (arm_psi_2_sin * t169 + arm_psi_2_cos * t33 + p->derived.arm_element_length *
+        t167) + (arm_phi_1_sin * t172 + arm_phi_1_cos * t31);
+    const double t174 = p->derived.constant_20 * (t32 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t33 -
+        arm_psi_2_cos * t169)));
+    const double t175 = t104 * (arm_phi_1_sin * t31 - arm_phi_1_cos * t172 - (arm_phi_1_load_moment_z + (t156 -
+        arm_theta_2_cos * t157 + p->derived.arm_element_length * t170)) - t103 * t173);
+    const double t176 = t103 * t175 - t102 * t173;
+    const double t177 = arm_phi_1_load_force_x + (arm_psi_2_cos * t168 - arm_psi_2_sin * t165) + (t95 * t175 -
+        t94 * t176);
+    const double t178 = arm_phi_1_load_force_y + t170 + (t101 * t175 - t96 * t176);
+    const double t179 = arm_phi_1_load_force_z + t167 + (t96 * t175 - t100 * t176);
+    const double t180 = arm_phi_1_cos * t178 - arm_phi_1_sin * t179;
+    const double t181 = arm_phi_1_sin * t178 + arm_phi_1_cos * t179;
+    const double t182 = arm_theta_1_sin * t181 + arm_theta_1_cos * t177;
+    const double t183 = arm_theta_1_sin * t172 + arm_theta_1_cos * t32;
+    const double t184 = arm_psi_1_sin * t182 + arm_psi_1_cos * t180;
     /* arm_psi: force left for the joint, inward */
-    const double t227 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t223 - arm_psi_1_sin * t219) -
-        t167 * t226) + arm_psi_cos * (arm_psi_load_force_y + t225 - t168 * t226);
-    const double t228 = arm_psi_cos * (arm_psi_load_moment_y + (arm_psi_1_sin * t224 - arm_psi_1_cos * t221 -
-        p->derived.constant_1 * (arm_theta_1_cos * t220 - arm_theta_1_sin * t216)) + t166 * t226);
+    const double t185 = arm_psi_load_moment_z + (t171 - arm_theta_1_cos * t172 + p->derived.constant_1 * t184);
+    const double t186 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t182 - arm_psi_1_sin * t180) -
+        t137 * t185) + arm_psi_cos * (arm_psi_load_force_y + t184 - t138 * t185);
+    const double t187 = arm_psi_cos * (arm_psi_load_moment_y - (arm_psi_1_sin * t183 + arm_psi_1_cos * t31 +
+        p->derived.constant_1 * (arm_theta_1_cos * t181 - arm_theta_1_sin * t177)) + t136 * t185);
     /* column_psi: force left for the joint, inward */
-    const double t229 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t221 + arm_psi_1_cos * t224)) + t228);
+    const double t188 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t31 - arm_psi_1_cos * t183)) + t187);
     /* base_z: acceleration, outward */
-    const double t230 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        (p->derived.column_psi_load_force_z + t227 + t172 * t229)));
+    const double t189 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        (p->derived.column_psi_load_force_z + t186 + t143 * t188)));
     /* column_psi: acceleration, outward */
-    const double t231 = t172 * t230 + column_psi_D_inverse * t229;
+    const double t190 = t143 * t189 + column_psi_D_inverse * t188;
+    const double t191 = arm_psi_sin * t190;
+    const double t192 = arm_psi_cos * t190;
+    const double t193 = arm_psi_sin * t189;
+    const double t194 = arm_psi_cos * t189;
     /* arm_psi: acceleration, outward */
-    const double t232 = arm_psi_sin * t230;
-    const double t233 = arm_psi_cos * t230;
-    const double t234 = arm_psi_sin * t231;
-    const double t235 = arm_psi_cos * t231;
-    const double t236 = t167 * t232 + t168 * t233 + t166 * t235 - arm_psi_D_inverse * t226;
+    const double t195 = t137 * t193 + t138 * t194 + t136 * t192 - arm_psi_D_inverse * t185;
+    const double t196 = p->derived.constant_1 * t192;
+    const double t197 = arm_psi_1_sin * t192 + arm_psi_1_cos * t191;
+    const double t198 = p->derived.constant_1 * t195 - t194;
+    const double t199 = arm_psi_1_sin * t198 - arm_psi_1_cos * t193;
+    const double t200 = arm_psi_1_sin * t193 + arm_psi_1_cos * t198;
+    const double t201 = arm_theta_1_sin * t199 - arm_theta_1_cos * t196;
+    const double t202 = arm_theta_1_sin * t196 + arm_theta_1_cos * t199;
     /* arm_phi_1: acceleration, outward */
-    const double t237 = p->derived.constant_1 * t235;
-    const double t238 = p->derived.constant_1 * t236 - t233;
-    const double t239 = arm_psi_1_sin * t238 - arm_psi_1_cos * t232;
-    const double t240 = arm_psi_1_sin * t232 + arm_psi_1_cos * t238;
-    const double t241 = arm_theta_1_sin * t239 - arm_theta_1_cos * t237;
-    const double t242 = arm_theta_1_sin * t237 + arm_theta_1_cos * t239;
-    const double t243 = arm_phi_1_sin * t241 + arm_phi_1_cos * t240;
-    const double t244 = arm_phi_1_cos * t241 - arm_phi_1_sin * t240;
-    const double t245 = t215 - (t130 * t242 + t132 * t243 + t134 * t244);
-    const double t246 = t214 - (t129 * t242 + t131 * t243 + t133 * t244);
-    const double t247 = arm_psi_1_sin * t235 + arm_psi_1_cos * t234;
-    const double t248 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t245 + arm_phi_1_cos * t246 - (arm_theta_1_sin *
-        t247 + arm_theta_1_cos * t236));
+    const double t203 = arm_phi_1_sin * t201 + arm_phi_1_cos * t200;
+    const double t204 = arm_phi_1_cos * t201 - arm_phi_1_sin * t200;
+    const double t205 = t176 - (t106 * t202 + t108 * t203 + t110 * t204);
+    const double t206 = t175 - (t105 * t202 + t107 * t203 + t109 * t204);
+    const double t207 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t205 + arm_phi_1_cos * t206 - (arm_theta_1_sin *
+        t197 + arm_theta_1_cos * t195));
+    const double t208 = arm_psi_2_sin * t205 - arm_psi_2_cos * t174;
+    const double t209 = t203 + p->derived.arm_element_length * t206;
+    const double t210 = t204 - p->derived.arm_element_length * t205;
+    const double t211 = arm_psi_2_sin * t209 + arm_psi_2_cos * t202;
+    const double t212 = arm_psi_2_cos * t209 - arm_psi_2_sin * t202;
+    const double t213 = arm_theta_2_sin * t211 + arm_theta_2_cos * t210;
+    const double t214 = arm_theta_2_cos * t211 - arm_theta_2_sin * t210;
     /* arm_phi_2: acceleration, outward */
-    const double t249 = t243 + p->derived.arm_element_length * t246;
-    const double t250 = t244 - p->derived.arm_element_length * t245;
-    const double t251 = arm_psi_2_sin * t249 + arm_psi_2_cos * t242;
-    const double t252 = arm_psi_2_cos * t249 - arm_psi_2_sin * t242;
-    const double t253 = arm_theta_2_sin * t251 + arm_theta_2_cos * t250;
-    const double t254 = arm_theta_2_cos * t251 - arm_theta_2_sin * t250;
-    const double t255 = arm_phi_2_sin * t253 + arm_phi_2_cos * t252;
-    const double t256 = arm_phi_2_cos * t253 - arm_phi_2_sin * t252;
-    const double t257 = t196 - (t81 * t254 + t83 * t255 + t85 * t256);
-    const double t258 = t195 - (t80 * t254 + t82 * t255 + t84 * t256);
-    const double t259 = arm_psi_2_sin * t245 - arm_psi_2_cos * t213;
-    const double t260 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t257 + arm_phi_2_cos * t258 - (arm_theta_2_sin *
-        t259 + arm_theta_2_cos * t246));
+    const double t215 = arm_phi_2_sin * t213 + arm_phi_2_cos * t212;
+    const double t216 = arm_phi_2_cos * t213 - arm_phi_2_sin * t212;
+    const double t217 = t161 - (t63 * t214 + t65 * t215 + t67 * t216);
+    const double t218 = t160 - (t62 * t214 + t64 * t215 + t66 * t216);
+    const double t219 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t217 + arm_phi_2_cos * t218 - (arm_theta_2_sin *
+        t208 + arm_theta_2_cos * t206));
+    const double t220 = arm_psi_3_sin * t217 - arm_psi_3_cos * t159;
+    const double t221 = t215 + p->derived.arm_element_length * t218;
+    const double t222 = t216 - p->derived.arm_element_length * t217;
+    const double t223 = arm_psi_3_sin * t221 + arm_psi_3_cos * t214;
+    const double t224 = arm_psi_3_cos * t221 - arm_psi_3_sin * t214;
+    const double t225 = arm_theta_3_sin * t223 + arm_theta_3_cos * t222;
     /* arm_phi_3: acceleration, outward */
-    const double t261 = t255 + p->derived.arm_element_length * t258;
-    const double t262 = t256 - p->derived.arm_element_length * t257;
-    const double t263 = arm_psi_3_sin * t261 + arm_psi_3_cos * t254;
-    const double t264 = arm_psi_3_cos * t261 - arm_psi_3_sin * t254;
-    const double t265 = arm_theta_3_sin * t263 + arm_theta_3_cos * t262;
-    const double t266 = t48 * (arm_phi_3_cos * t265 - arm_phi_3_sin * t264) - t177;
-    const double t267 = t178 - t48 * (arm_phi_3_sin * t265 + arm_phi_3_cos * t264);
-    const double t268 = arm_psi_3_sin * t257 - arm_psi_3_cos * t194;
-    const double t269 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t266 + arm_phi_3_cos * t267 - (arm_theta_3_sin *
-        t268 + arm_theta_3_cos * t258));
-    qdd[0] = -t230;
-    qdd[1] = t231;
-    qdd[2] = t236;
-    qdd[3] = t248;
-    qdd[4] = arm_phi_1_cos * t245 - arm_phi_1_sin * t246 - (arm_psi_1_cos * t235 - arm_psi_1_sin * t234);
-    qdd[5] = arm_theta_1_sin * t248 - (t213 + (arm_theta_1_cos * t247 - arm_theta_1_sin * t236));
-    qdd[6] = t260;
-    qdd[7] = arm_phi_2_cos * t257 - arm_phi_2_sin * t258 - (arm_psi_2_sin * t213 + arm_psi_2_cos * t245);
-    qdd[8] = arm_theta_2_sin * t260 - (t194 + (arm_theta_2_cos * t259 - arm_theta_2_sin * t246));
-    qdd[9] = t269;
-    qdd[10] = arm_phi_3_cos * t266 - arm_phi_3_sin * t267 - (arm_psi_3_sin * t194 + arm_psi_3_cos * t257);
-    qdd[11] = arm_theta_3_sin * t269 - (p->derived.constant_18 * (arm_phi_3_bias_moment_x + t46) + (arm_theta_3_cos *
-        t268 - arm_theta_3_sin * t258));
-    qdd[12] = -(arm_theta_3_cos * t263 - arm_theta_3_sin * t262 + effector_z_load_force_z * p->derived.effector_z_D_inverse);
+    const double t226 = t38 * (arm_phi_3_cos * t225 - arm_phi_3_sin * t224) - t146;
+    const double t227 = t147 - t38 * (arm_phi_3_sin * t225 + arm_phi_3_cos * t224);
+    const double t228 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t226 + arm_phi_3_cos * t227 - (arm_theta_3_sin *
+        t220 + arm_theta_3_cos * t218));
+    qdd[0] = -t189;
+    qdd[1] = t190;
+    qdd[2] = t195;
+    qdd[3] = t207;
+    qdd[4] = arm_phi_1_cos * t205 - arm_phi_1_sin * t206 - (arm_psi_1_cos * t192 - arm_psi_1_sin * t191);
+    qdd[5] = arm_theta_1_sin * t207 - (t174 + (arm_theta_1_cos * t197 - arm_theta_1_sin * t195));
+    qdd[6] = t219;
+    qdd[7] = arm_phi_2_cos * t217 - arm_phi_2_sin * t218 - (arm_psi_2_sin * t174 + arm_psi_2_cos * t205);
+    qdd[8] = arm_theta_2_sin * t219 - (t159 + (arm_theta_2_cos * t208 - arm_theta_2_sin * t206));
+    qdd[9] = t228;
+    qdd[10] = arm_phi_3_cos * t226 - arm_phi_3_sin * t227 - (arm_psi_3_sin * t159 + arm_psi_3_cos * t217);
+    qdd[11] = arm_theta_3_sin * t228 - (p->derived.constant_19 * (arm_phi_3_bias_moment_x + t36) + (arm_theta_3_cos *
+        t220 - arm_theta_3_sin * t218));
+    qdd[12] = -(arm_theta_3_cos * t223 - arm_theta_3_sin * t222 + effector_z_load_force_z * p->derived.effector_z_D_inverse);
 }
 
 void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -3682,13 +3570,15 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
     const double t5 = arm_psi_w_x * qd[2];
+    const double t6 = arm_psi_w_x * arm_psi_w_y;
+    const double t7 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
     /* arm_psi_1: motion from arm_psi outward */
     const double arm_psi_1_sin = sin(q[3]);
     const double arm_psi_1_cos = cos(q[3]);
     const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t3 * arm_psi_1_sin;
-    const double t6 = arm_psi_ground_x_x * arm_psi_1_sin + t3 * arm_psi_1_cos;
+    const double t8 = arm_psi_ground_x_x * arm_psi_1_sin + t3 * arm_psi_1_cos;
     const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t4 * arm_psi_1_sin;
-    const double t7 = arm_psi_ground_y_x * arm_psi_1_sin + t4 * arm_psi_1_cos;
+    const double t9 = arm_psi_ground_y_x * arm_psi_1_sin + t4 * arm_psi_1_cos;
     const double arm_psi_1_ground_z_x = arm_psi_cos * arm_psi_1_sin + arm_psi_sin * arm_psi_1_cos;
     const double arm_psi_1_ground_z_y = arm_psi_cos * arm_psi_1_cos - arm_psi_sin * arm_psi_1_sin;
     const double arm_psi_1_position_x = p->derived.constant_1 * arm_psi_ground_x_x;
@@ -3696,23 +3586,22 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double arm_psi_1_position_z = arm_psi_position_z + p->derived.constant_1 * arm_psi_sin;
     const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
     const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
-    const double t8 = p->derived.constant_1 * qd[2];
-    const double t9 = p->derived.constant_1 * arm_psi_w_y;
-    const double t10 = arm_psi_v_y + t8;
-    const double arm_psi_1_v_x = arm_psi_1_sin * t10 + arm_psi_v_x * arm_psi_1_cos;
-    const double arm_psi_1_v_y = arm_psi_1_cos * t10 - arm_psi_v_x * arm_psi_1_sin;
-    const double t11 = qd[2] * t8 + arm_psi_w_y * t9;
-    const double t12 = arm_psi_w_x * t9;
-    const double arm_psi_1_bias_a_z = arm_psi_w_x * t8 + p->derived.constant_1 * t5;
-    const double arm_psi_1_bias_a_x = arm_psi_1_sin * t12 - arm_psi_1_cos * t11;
-    const double arm_psi_1_bias_a_y = arm_psi_1_sin * t11 + arm_psi_1_cos * t12;
-    const double t13 = arm_psi_bias_a_falling_x - t11;
-    const double t14 = arm_psi_bias_a_falling_y + t12;
-    const double arm_psi_1_bias_a_falling_x = arm_psi_1_sin * t14 + arm_psi_1_cos * t13;
-    const double arm_psi_1_bias_a_falling_y = arm_psi_1_cos * t14 - arm_psi_1_sin * t13;
+    const double t10 = p->derived.constant_1 * arm_psi_w_y;
+    const double t11 = arm_psi_v_y + p->derived.constant_1 * qd[2];
+    const double arm_psi_1_v_x = arm_psi_1_sin * t11 + arm_psi_v_x * arm_psi_1_cos;
+    const double arm_psi_1_v_y = arm_psi_1_cos * t11 - arm_psi_v_x * arm_psi_1_sin;
+    const double t12 = p->derived.constant_1 * t7;
+    const double t13 = p->derived.constant_1 * t6;
+    const double arm_psi_1_bias_a_z = p->derived.constant_1 * (t5 + t5);
+    const double arm_psi_1_bias_a_x = arm_psi_1_sin * t13 - arm_psi_1_cos * t12;
+    const double arm_psi_1_bias_a_y = arm_psi_1_sin * t12 + arm_psi_1_cos * t13;
+    const double t14 = arm_psi_bias_a_falling_x - t12;
+    const double t15 = arm_psi_bias_a_falling_y + t13;
+    const double arm_psi_1_bias_a_falling_x = arm_psi_1_sin * t15 + arm_psi_1_cos * t14;
+    const double arm_psi_1_bias_a_falling_y = arm_psi_1_cos * t15 - arm_psi_1_sin * t14;
     const double arm_psi_1_bias_wd_x = arm_psi_bias_wd_x * arm_psi_1_cos - t5 * arm_psi_1_sin + arm_psi_1_w_y *
         qd[3];
-    const double t15 = arm_psi_bias_wd_x * arm_psi_1_sin + t5 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
+    const double t16 = arm_psi_bias_wd_x * arm_psi_1_sin + t5 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
     const double arm_psi_1_w_z = qd[2] + qd[3];
     /* arm_theta_1: motion from arm_psi_1 outward */
     const double arm_theta_1_sin = sin(q[4]);
@@ -3725,24 +3614,24 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double arm_theta_1_ground_z_x = arm_psi_1_ground_z_x * arm_theta_1_cos;
     const double arm_theta_1_w_z = arm_psi_1_w_x * arm_theta_1_sin + arm_psi_1_w_z * arm_theta_1_cos;
     const double arm_theta_1_w_x = arm_psi_1_w_x * arm_theta_1_cos - arm_psi_1_w_z * arm_theta_1_sin;
-    const double arm_theta_1_v_z = arm_psi_1_v_x * arm_theta_1_sin - t9 * arm_theta_1_cos;
-    const double arm_theta_1_v_x = t9 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
-    const double t16 = arm_psi_1_bias_a_z * arm_theta_1_cos;
-    const double arm_theta_1_bias_a_z = arm_psi_1_bias_a_x * arm_theta_1_sin + t16;
-    const double t17 = arm_psi_1_bias_a_z * arm_theta_1_sin;
-    const double arm_theta_1_bias_a_x = arm_psi_1_bias_a_x * arm_theta_1_cos - t17;
-    const double arm_theta_1_bias_a_falling_z = t16 + arm_psi_1_bias_a_falling_x * arm_theta_1_sin;
-    const double arm_theta_1_bias_a_falling_x = arm_psi_1_bias_a_falling_x * arm_theta_1_cos - t17;
+    const double arm_theta_1_v_z = arm_psi_1_v_x * arm_theta_1_sin - t10 * arm_theta_1_cos;
+    const double arm_theta_1_v_x = t10 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
+    const double t17 = arm_psi_1_bias_a_z * arm_theta_1_cos;
+    const double arm_theta_1_bias_a_z = arm_psi_1_bias_a_x * arm_theta_1_sin + t17;
+    const double t18 = arm_psi_1_bias_a_z * arm_theta_1_sin;
+    const double arm_theta_1_bias_a_x = arm_psi_1_bias_a_x * arm_theta_1_cos - t18;
+    const double arm_theta_1_bias_a_falling_z = t17 + arm_psi_1_bias_a_falling_x * arm_theta_1_sin;
+    const double arm_theta_1_bias_a_falling_x = arm_psi_1_bias_a_falling_x * arm_theta_1_cos - t18;
     const double arm_theta_1_bias_wd_x = arm_psi_1_bias_wd_x * arm_theta_1_cos - arm_theta_1_w_z * qd[4];
     const double arm_theta_1_bias_wd_z = arm_psi_1_bias_wd_x * arm_theta_1_sin + arm_theta_1_w_x * qd[4];
     const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
     /* arm_phi_1: motion from arm_theta_1 outward */
     const double arm_phi_1_sin = sin(q[5]);
     const double arm_phi_1_cos = cos(q[5]);
-    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t6 * arm_phi_1_cos;
-    const double arm_phi_1_ground_x_z = t6 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t7 * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_z = t7 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
+    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t8 * arm_phi_1_cos;
+    const double arm_phi_1_ground_x_z = t8 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
+    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t9 * arm_phi_1_cos;
+    const double arm_phi_1_ground_y_z = t9 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
     const double arm_phi_1_ground_z_y = arm_theta_1_ground_z_z * arm_phi_1_sin + arm_psi_1_ground_z_y * arm_phi_1_cos;
     const double arm_phi_1_ground_z_z = arm_theta_1_ground_z_z * arm_phi_1_cos - arm_psi_1_ground_z_y * arm_phi_1_sin;
     const double arm_phi_1_w_y = arm_theta_1_w_z * arm_phi_1_sin + arm_theta_1_w_y * arm_phi_1_cos;
@@ -3755,11 +3644,16 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
         arm_phi_1_cos;
     const double arm_phi_1_bias_a_falling_z = arm_theta_1_bias_a_falling_z * arm_phi_1_cos - arm_psi_1_bias_a_falling_y *
         arm_phi_1_sin;
-    const double arm_phi_1_bias_wd_y = arm_theta_1_bias_wd_z * arm_phi_1_sin - t15 * arm_phi_1_cos + arm_phi_1_w_z *
+    const double arm_phi_1_bias_wd_y = arm_theta_1_bias_wd_z * arm_phi_1_sin - t16 * arm_phi_1_cos + arm_phi_1_w_z *
         qd[5];
-    const double arm_phi_1_bias_wd_z = t15 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
+    const double arm_phi_1_bias_wd_z = t16 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
         qd[5];
     const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
+    const double t19 = arm_phi_1_w_y * arm_phi_1_w_x;
+    const double t20 = arm_phi_1_w_z * arm_phi_1_w_z + arm_phi_1_w_y * arm_phi_1_w_y;
+    const double t21 = arm_phi_1_bias_wd_z + t19;
+    const double t22 = arm_phi_1_w_z * arm_phi_1_w_x;
+    const double t23 = t22 - arm_phi_1_bias_wd_y;
     /* arm_psi_2: motion from arm_phi_1 outward */
     const double arm_psi_2_sin = sin(q[6]);
     const double arm_psi_2_cos = cos(q[6]);
@@ -3774,27 +3668,23 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double arm_psi_2_position_z = arm_psi_1_position_z + p->derived.arm_element_length * arm_theta_1_ground_z_x;
     const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
     const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
-    const double t18 = p->derived.arm_element_length * arm_phi_1_w_z;
-    const double t19 = p->derived.arm_element_length * arm_phi_1_w_y;
-    const double t20 = arm_phi_1_v_y + t18;
-    const double arm_psi_2_v_z = arm_phi_1_v_z - t19;
-    const double arm_psi_2_v_x = arm_psi_2_sin * t20 + arm_theta_1_v_x * arm_psi_2_cos;
-    const double arm_psi_2_v_y = arm_psi_2_cos * t20 - arm_theta_1_v_x * arm_psi_2_sin;
-    const double t21 = arm_phi_1_w_z * t18 + arm_phi_1_w_y * t19;
-    const double t22 = arm_phi_1_w_x * t19;
-    const double t23 = arm_phi_1_w_x * t18;
-    const double t24 = p->derived.arm_element_length * arm_phi_1_bias_wd_z;
-    const double t25 = p->derived.arm_element_length * arm_phi_1_bias_wd_y;
-    const double t26 = arm_theta_1_bias_a_x - t21;
-    const double t27 = t22 + (arm_phi_1_bias_a_y + t24);
-    const double arm_psi_2_bias_a_z = t23 + (arm_phi_1_bias_a_z - t25);
-    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t27 + arm_psi_2_cos * t26;
-    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t27 - arm_psi_2_sin * t26;
-    const double t28 = arm_theta_1_bias_a_falling_x - t21;
-    const double t29 = t22 + (arm_phi_1_bias_a_falling_y + t24);
-    const double arm_psi_2_bias_a_falling_z = t23 + (arm_phi_1_bias_a_falling_z - t25);
-    const double arm_psi_2_bias_a_falling_x = arm_psi_2_sin * t29 + arm_psi_2_cos * t28;
-    const double arm_psi_2_bias_a_falling_y = arm_psi_2_cos * t29 - arm_psi_2_sin * t28;
+    const double t24 = arm_phi_1_v_y + p->derived.arm_element_length * arm_phi_1_w_z;
+    const double arm_psi_2_v_z = arm_phi_1_v_z - p->derived.arm_element_length * arm_phi_1_w_y;
+    const double arm_psi_2_v_x = arm_psi_2_sin * t24 + arm_theta_1_v_x * arm_psi_2_cos;
+    const double arm_psi_2_v_y = arm_psi_2_cos * t24 - arm_theta_1_v_x * arm_psi_2_sin;
+    const double t25 = p->derived.arm_element_length * t20;
+    const double t26 = p->derived.arm_element_length * t21;
+    const double t27 = p->derived.arm_element_length * t23;
+    const double t28 = arm_theta_1_bias_a_x - t25;
+    const double t29 = arm_phi_1_bias_a_y + t26;
+    const double arm_psi_2_bias_a_z = arm_phi_1_bias_a_z + t27;
+    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t29 + arm_psi_2_cos * t28;
+    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t29 - arm_psi_2_sin * t28;
+    const double t30 = arm_theta_1_bias_a_falling_x - t25;
+    const double t31 = arm_phi_1_bias_a_falling_y + t26;
+    const double arm_psi_2_bias_a_falling_z = arm_phi_1_bias_a_falling_z + t27;
+    const double arm_psi_2_bias_a_falling_x = arm_psi_2_sin * t31 + arm_psi_2_cos * t30;
+    const double arm_psi_2_bias_a_falling_y = arm_psi_2_cos * t31 - arm_psi_2_sin * t30;
     const double arm_psi_2_bias_wd_x = arm_phi_1_bias_wd_y * arm_psi_2_sin + arm_theta_1_bias_wd_x * arm_psi_2_cos +
         arm_psi_2_w_y * qd[6];
     const double arm_psi_2_bias_wd_y = arm_phi_1_bias_wd_y * arm_psi_2_cos - arm_theta_1_bias_wd_x * arm_psi_2_sin -
@@ -3854,6 +3744,11 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double arm_phi_2_bias_wd_z = arm_theta_2_bias_wd_z * arm_phi_2_cos - arm_psi_2_bias_wd_y * arm_phi_2_sin -
         arm_phi_2_w_y * qd[8];
     const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
+    const double t32 = arm_phi_2_w_y * arm_phi_2_w_x;
+    const double t33 = arm_phi_2_w_z * arm_phi_2_w_z + arm_phi_2_w_y * arm_phi_2_w_y;
+    const double t34 = arm_phi_2_bias_wd_z + t32;
+    const double t35 = arm_phi_2_w_z * arm_phi_2_w_x;
+    const double t36 = t35 - arm_phi_2_bias_wd_y;
     /* arm_psi_3: motion from arm_phi_2 outward */
     const double arm_psi_3_sin = sin(q[9]);
     const double arm_psi_3_cos = cos(q[9]);
@@ -3868,27 +3763,23 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double arm_psi_3_position_z = arm_psi_2_position_z + p->derived.arm_element_length * arm_theta_2_ground_z_x;
     const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
     const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
-    const double t30 = p->derived.arm_element_length * arm_phi_2_w_z;
-    const double t31 = p->derived.arm_element_length * arm_phi_2_w_y;
-    const double t32 = arm_phi_2_v_y + t30;
-    const double arm_psi_3_v_z = arm_phi_2_v_z - t31;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t32 + arm_theta_2_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t32 - arm_theta_2_v_x * arm_psi_3_sin;
-    const double t33 = arm_phi_2_w_z * t30 + arm_phi_2_w_y * t31;
-    const double t34 = arm_phi_2_w_x * t31;
-    const double t35 = arm_phi_2_w_x * t30;
-    const double t36 = p->derived.arm_element_length * arm_phi_2_bias_wd_z;
-    const double t37 = p->derived.arm_element_length * arm_phi_2_bias_wd_y;
-    const double t38 = arm_theta_2_bias_a_x - t33;
-    const double t39 = t34 + (arm_phi_2_bias_a_y + t36);
-    const double arm_psi_3_bias_a_z = t35 + (arm_phi_2_bias_a_z - t37);
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t39 + arm_psi_3_cos * t38;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t39 - arm_psi_3_sin * t38;
-    const double t40 = arm_theta_2_bias_a_falling_x - t33;
-    const double t41 = t34 + (arm_phi_2_bias_a_falling_y + t36);
-    const double arm_psi_3_bias_a_falling_z = t35 + (arm_phi_2_bias_a_falling_z - t37);
-    const double arm_psi_3_bias_a_falling_x = arm_psi_3_sin * t41 + arm_psi_3_cos * t40;
-    const double arm_psi_3_bias_a_falling_y = arm_psi_3_cos * t41 - arm_psi_3_sin * t40;
+    const double t37 = arm_phi_2_v_y + p->derived.arm_element_length * arm_phi_2_w_z;
+    const double arm_psi_3_v_z = arm_phi_2_v_z - p->derived.arm_element_length * arm_phi_2_w_y;
+    const double arm_psi_3_v_x = arm_psi_3_sin * t37 + arm_theta_2_v_x * arm_psi_3_cos;
+    const double arm_psi_3_v_y = arm_psi_3_cos * t37 - arm_theta_2_v_x * arm_psi_3_sin;
+    const double t38 = p->derived.arm_element_length * t33;
+    const double t39 = p->derived.arm_element_length * t34;
+    const double t40 = p->derived.arm_element_length * t36;
+    const double t41 = arm_theta_2_bias_a_x - t38;
+    const double t42 = arm_phi_2_bias_a_y + t39;
+    const double arm_psi_3_bias_a_z = arm_phi_2_bias_a_z + t40;
+    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t42 + arm_psi_3_cos * t41;
+    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t42 - arm_psi_3_sin * t41;
+    const double t43 = arm_theta_2_bias_a_falling_x - t38;
+    const double t44 = arm_phi_2_bias_a_falling_y + t39;
+    const double arm_psi_3_bias_a_falling_z = arm_phi_2_bias_a_falling_z + t40;
+    const double arm_psi_3_bias_a_falling_x = arm_psi_3_sin * t44 + arm_psi_3_cos * t43;
+    const double arm_psi_3_bias_a_falling_y = arm_psi_3_cos * t44 - arm_psi_3_sin * t43;
     const double arm_psi_3_bias_wd_x = arm_phi_2_bias_wd_y * arm_psi_3_sin + arm_theta_2_bias_wd_x * arm_psi_3_cos +
         arm_psi_3_w_y * qd[9];
     const double arm_psi_3_bias_wd_y = arm_phi_2_bias_wd_y * arm_psi_3_cos - arm_theta_2_bias_wd_x * arm_psi_3_sin -
@@ -3931,9 +3822,9 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
     const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
     const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t42 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t43 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t43 - t42;
+    const double t45 = arm_theta_3_w_y * arm_phi_3_sin;
+    const double t46 = arm_theta_3_w_z * arm_phi_3_cos;
+    const double arm_phi_3_w_z = t46 - t45;
     const double arm_phi_3_v_y = arm_theta_3_v_z * arm_phi_3_sin + arm_psi_3_v_y * arm_phi_3_cos;
     const double arm_phi_3_v_z = arm_theta_3_v_z * arm_phi_3_cos - arm_psi_3_v_y * arm_phi_3_sin;
     const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
@@ -3947,6 +3838,11 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double arm_phi_3_bias_wd_z = arm_theta_3_bias_wd_z * arm_phi_3_cos - arm_psi_3_bias_wd_y * arm_phi_3_sin -
         arm_phi_3_w_y * qd[11];
     const double arm_phi_3_w_x = arm_theta_3_w_x + qd[11];
+    const double t47 = arm_phi_3_w_y * arm_phi_3_w_x;
+    const double t48 = arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y * arm_phi_3_w_y;
+    const double t49 = arm_phi_3_bias_wd_z + t47;
+    const double t50 = arm_phi_3_w_z * arm_phi_3_w_x;
+    const double t51 = t50 - arm_phi_3_bias_wd_y;
     /* effector_z: motion from arm_phi_3 outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
     const double effector_z_ground_x_x = arm_psi_3_ground_x_y * arm_phi_3_sin - arm_theta_3_ground_x_z * arm_phi_3_cos;
@@ -3955,27 +3851,23 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double effector_z_position_x = arm_psi_3_position_x + arm_theta_3_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_3_position_y + arm_theta_3_ground_y_x * effector_z_shift_x;
     const double effector_z_position_z = arm_psi_3_position_z + arm_theta_3_ground_z_x * effector_z_shift_x;
-    const double effector_z_w_x = t42 - t43;
-    const double t44 = arm_phi_3_w_z * effector_z_shift_x;
-    const double t45 = arm_phi_3_w_y * effector_z_shift_x;
-    const double effector_z_v_y = arm_phi_3_v_y + t44;
-    const double effector_z_v_x = t45 - arm_phi_3_v_z;
-    const double t46 = arm_phi_3_w_z * t44 + arm_phi_3_w_y * t45;
-    const double t47 = arm_phi_3_w_x * t45;
-    const double t48 = arm_phi_3_w_x * t44;
-    const double t49 = arm_phi_3_bias_wd_z * effector_z_shift_x;
-    const double t50 = arm_phi_3_bias_wd_y * effector_z_shift_x;
-    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - t46;
-    const double effector_z_bias_a_falling_z = arm_theta_3_bias_a_falling_x - t46;
-    const double t51 = arm_phi_3_w_y * qd[12];
-    const double t52 = effector_z_w_x * qd[12];
-    const double t53 = t51 + t51;
-    const double t54 = t52 + t52;
+    const double effector_z_w_x = t45 - t46;
+    const double effector_z_v_y = arm_phi_3_v_y + arm_phi_3_w_z * effector_z_shift_x;
+    const double effector_z_v_x = arm_phi_3_w_y * effector_z_shift_x - arm_phi_3_v_z;
+    const double t52 = t48 * effector_z_shift_x;
+    const double t53 = t49 * effector_z_shift_x;
+    const double t54 = t51 * effector_z_shift_x;
+    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - t52;
+    const double effector_z_bias_a_falling_z = arm_theta_3_bias_a_falling_x - t52;
+    const double t55 = arm_phi_3_w_y * qd[12];
+    const double t56 = effector_z_w_x * qd[12];
+    const double t57 = t55 + t55;
+    const double t58 = t56 + t56;
     const double effector_z_v_z = arm_theta_3_v_x + qd[12];
-    const double effector_z_bias_a_x = t53 - (t48 + (arm_phi_3_bias_a_z - t50));
-    const double effector_z_bias_a_y = t47 + (arm_phi_3_bias_a_y + t49) - t54;
-    const double effector_z_bias_a_falling_x = t53 - (t48 + (arm_phi_3_bias_a_falling_z - t50));
-    const double effector_z_bias_a_falling_y = t47 + (arm_phi_3_bias_a_falling_y + t49) - t54;
+    const double effector_z_bias_a_x = t57 - (arm_phi_3_bias_a_z + t54);
+    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + t53 - t58;
+    const double effector_z_bias_a_falling_x = t57 - (arm_phi_3_bias_a_falling_z + t54);
+    const double effector_z_bias_a_falling_y = arm_phi_3_bias_a_falling_y + t53 - t58;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = effector_z_ground_x_x * effector_z_v_x + arm_phi_3_ground_x_y * effector_z_v_y +
         arm_theta_3_ground_x_x * effector_z_v_z;
@@ -3989,763 +3881,670 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
         arm_theta_3_ground_y_x * effector_z_bias_a_z;
     const double point_E_bias_z = effector_z_ground_z_x * effector_z_bias_a_x + arm_phi_3_ground_z_y * effector_z_bias_a_y +
         arm_theta_3_ground_z_x * effector_z_bias_a_z;
-    const double t55 = effector_z_position_x - arm_psi_3_position_x;
-    const double t56 = effector_z_position_y - arm_psi_3_position_y;
-    const double t57 = effector_z_position_z - arm_psi_3_position_z;
-    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t56 - arm_theta_3_ground_y_x * t55;
-    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t56 - arm_psi_3_ground_y_y * t55;
-    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t56 - arm_phi_2_ground_y_z * t55;
-    const double t58 = effector_z_position_x - arm_psi_2_position_x;
-    const double t59 = effector_z_position_y - arm_psi_2_position_y;
-    const double t60 = effector_z_position_z - arm_psi_2_position_z;
-    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t59 - arm_theta_2_ground_y_x * t58;
-    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t59 - arm_psi_2_ground_y_y * t58;
-    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t59 - arm_phi_1_ground_y_z * t58;
-    const double t61 = effector_z_position_x - arm_psi_1_position_x;
-    const double t62 = effector_z_position_y - arm_psi_1_position_y;
-    const double t63 = effector_z_position_z - arm_psi_1_position_z;
-    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t62 - arm_theta_1_ground_y_x * t61;
-    const double row_2_u_arm_theta_1 = t7 * t61 - t6 * t62;
-    const double row_2_u_arm_psi_1 = column_psi_cos * t61 + column_psi_sin * t62;
-    const double t64 = effector_z_position_z - arm_psi_position_z;
+    const double t59 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    const double t60 = effector_z_position_x - arm_psi_1_position_x;
+    const double t61 = effector_z_position_y - arm_psi_1_position_y;
+    const double t62 = effector_z_position_z - arm_psi_1_position_z;
+    const double row_2_u_arm_psi_1 = column_psi_cos * t60 + column_psi_sin * t61;
+    const double row_2_u_arm_theta_1 = t9 * t60 - t8 * t61;
+    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t61 - arm_theta_1_ground_y_x * t60;
+    const double t63 = effector_z_position_x - arm_psi_2_position_x;
+    const double t64 = effector_z_position_y - arm_psi_2_position_y;
+    const double t65 = effector_z_position_z - arm_psi_2_position_z;
+    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t64 - arm_phi_1_ground_y_z * t63;
+    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t64 - arm_psi_2_ground_y_y * t63;
+    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t64 - arm_theta_2_ground_y_x * t63;
+    const double t66 = effector_z_position_x - arm_psi_3_position_x;
+    const double t67 = effector_z_position_y - arm_psi_3_position_y;
+    const double t68 = effector_z_position_z - arm_psi_3_position_z;
+    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t67 - arm_phi_2_ground_y_z * t66;
+    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t67 - arm_psi_3_ground_y_y * t66;
+    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t67 - arm_theta_3_ground_y_x * t66;
     /* effector_z: composite pseudo-inertia of all beyond, inward */
-    const double t65 = p->m_E * effector_z_shift_x;
+    const double t69 = p->m_E * effector_z_shift_x;
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t65;
+    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t69;
+    const double arm_phi_3_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t69;
     /* arm_phi_3: bias forces c, inward */
-    const double t66 = p->derived.arm_psi_inertia_xx * arm_phi_3_w_x;
-    const double t67 = p->derived.arm_psi_inertia_yy * arm_phi_3_w_y;
-    const double t68 = p->derived.arm_psi_inertia_yy * arm_phi_3_w_z;
-    const double arm_phi_3_bias_moment_x = arm_phi_3_w_y * t68 - arm_phi_3_w_z * t67 + p->derived.arm_psi_inertia_xx *
-        arm_theta_3_bias_wd_x;
-    const double t69 = p->derived.arm_psi_moment_x * arm_phi_3_w_z;
-    const double t70 = p->derived.arm_psi_moment_x * arm_phi_3_w_y;
+    const double arm_phi_3_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_theta_3_bias_wd_x;
     /* arm_phi_2: bias forces c, inward */
-    const double t71 = p->derived.arm_phi_1_inertia_xx * arm_phi_2_w_x;
-    const double t72 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_y;
-    const double t73 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_z;
-    const double arm_phi_2_load_moment_x = arm_phi_2_w_y * t73 - arm_phi_2_w_z * t72 + p->derived.arm_phi_1_inertia_xx *
-        arm_theta_2_bias_wd_x;
-    const double t74 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_z;
-    const double t75 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_y;
+    const double arm_phi_2_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_2_bias_wd_x;
     /* arm_phi_1: bias forces c, inward */
-    const double t76 = p->derived.arm_phi_1_inertia_xx * arm_phi_1_w_x;
-    const double t77 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_y;
-    const double t78 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_z;
-    const double arm_phi_1_load_moment_x = arm_phi_1_w_y * t78 - arm_phi_1_w_z * t77 + p->derived.arm_phi_1_inertia_xx *
-        arm_theta_1_bias_wd_x;
-    const double t79 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_z;
-    const double t80 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_y;
+    const double arm_phi_1_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_1_bias_wd_x;
     /* arm_psi: bias forces c, inward */
-    const double t81 = p->derived.arm_psi_inertia_xx * arm_psi_w_x;
-    const double t82 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
-    const double t83 = p->derived.arm_psi_inertia_yy * qd[2];
-    const double arm_psi_load_moment_x = arm_psi_w_y * t83 - qd[2] * t82 + p->derived.arm_psi_inertia_xx *
-        arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = qd[2] * t81 - arm_psi_w_x * t83 - p->derived.arm_psi_inertia_yy *
-        t5;
-    const double t84 = p->derived.arm_psi_moment_x * arm_psi_w_y;
+    const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = t5 * p->derived.constant_6 - p->derived.arm_psi_inertia_yy * t5;
     /* springs -s (q - rest), dampers -d qd, and forces that the model names */
-    const double t85 = p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4];
-    const double t86 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5];
-    const double t87 = p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7];
-    const double t88 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8];
-    const double t89 = p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10];
-    const double t90 = p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi * qd[11];
+    const double t70 = p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4];
+    const double t71 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5];
+    const double t72 = p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7];
+    const double t73 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8];
+    const double t74 = p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10];
+    const double t75 = p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi * qd[11];
     /* row 1 (position level): u qdd + v = 0 */
-    const double t91 = (effector_z_position_x - p->xc) / p->a;
-    const double t92 = effector_z_position_y / p->b;
-    const double row_1_phi = t91 * t91 + t92 * t92 - 1.0;
-    const double t93 = point_E_xd * p->derived.constant_10;
-    const double t94 = t91 * t93;
-    const double t95 = point_E_yd * p->derived.constant_11;
-    const double t96 = t92 * t95;
-    const double row_1_psi = t94 + t94 + (t96 + t96);
-    const double t97 = t93 * t93 + t91 * (point_E_bias_x * p->derived.constant_10);
-    const double t98 = t95 * t95 + t92 * (point_E_bias_y * p->derived.constant_11);
-    const double row_1_v = t97 + t97 + (t98 + t98);
-    const double t99 = p->derived.constant_11 * (t92 + t92);
-    const double t100 = p->derived.constant_10 * (t91 + t91);
-    const double row_1_u_column_psi = effector_z_position_x * t99 - effector_z_position_y * t100;
-    const double t101 = column_psi_cos * t64 * t100 + column_psi_sin * t64 * t99;
-    const double t102 = column_psi_cos * t63 * t100 + column_psi_sin * t63 * t99;
-    const double row_1_u_arm_theta_1 = (t6 * t63 + arm_psi_1_ground_z_y * t61) * t99 - (arm_psi_1_ground_z_y *
-        t62 + t7 * t63) * t100;
-    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t63 - arm_theta_1_ground_z_x * t62) * t100 +
-        (arm_theta_1_ground_z_x * t61 - arm_theta_1_ground_x_x * t63) * t99;
-    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t60 - arm_phi_1_ground_z_z * t59) * t100 + (arm_phi_1_ground_z_z *
-        t58 - arm_phi_1_ground_x_z * t60) * t99;
-    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t60 - arm_psi_2_ground_z_y * t59) * t100 +
-        (arm_psi_2_ground_z_y * t58 - arm_psi_2_ground_x_y * t60) * t99;
-    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t60 - arm_theta_2_ground_z_x * t59) * t100 +
-        (arm_theta_2_ground_z_x * t58 - arm_theta_2_ground_x_x * t60) * t99;
-    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t57 - arm_phi_2_ground_z_z * t56) * t100 + (arm_phi_2_ground_z_z *
-        t55 - arm_phi_2_ground_x_z * t57) * t99;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t57 - arm_psi_3_ground_z_y * t56) * t100 +
-        (arm_psi_3_ground_z_y * t55 - arm_psi_3_ground_x_y * t57) * t99;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t57 - arm_theta_3_ground_z_x * t56) * t100 +
-        (arm_theta_3_ground_z_x * t55 - arm_theta_3_ground_x_x * t57) * t99;
-    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t100 + arm_theta_3_ground_y_x * t99;
+    const double t76 = (effector_z_position_x - p->xc) / p->a;
+    const double t77 = effector_z_position_y / p->b;
+    const double row_1_phi = t76 * t76 + t77 * t77 - 1.0;
+    const double t78 = point_E_xd * p->derived.constant_11;
+    const double t79 = t76 * t78;
+    const double t80 = point_E_yd * p->derived.constant_12;
+    const double t81 = t77 * t80;
+    const double row_1_psi = t79 + t79 + (t81 + t81);
+    const double t82 = t78 * t78 + t76 * (point_E_bias_x * p->derived.constant_11);
+    const double t83 = t80 * t80 + t77 * (point_E_bias_y * p->derived.constant_12);
+    const double row_1_v = t82 + t82 + (t83 + t83);
+    const double t84 = p->derived.constant_12 * (t77 + t77);
+    const double t85 = p->derived.constant_11 * (t76 + t76);
+    const double row_1_u_column_psi = effector_z_position_x * t84 - effector_z_position_y * t85;
+    const double t86 = column_psi_cos * t59 * t85 + column_psi_sin * t59 * t84;
+    const double t87 = column_psi_cos * t62 * t85 + column_psi_sin * t62 * t84;
+    const double row_1_u_arm_theta_1 = (t8 * t62 + arm_psi_1_ground_z_y * t60) * t84 - (arm_psi_1_ground_z_y *
+        t61 + t9 * t62) * t85;
+    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t62 - arm_theta_1_ground_z_x * t61) * t85 +
+        (arm_theta_1_ground_z_x * t60 - arm_theta_1_ground_x_x * t62) * t84;
+    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t65 - arm_phi_1_ground_z_z * t64) * t85 + (arm_phi_1_ground_z_z *
+        t63 - arm_phi_1_ground_x_z * t65) * t84;
+    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t65 - arm_psi_2_ground_z_y * t64) * t85 + (arm_psi_2_ground_z_y *
+        t63 - arm_psi_2_ground_x_y * t65) * t84;
+    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t65 - arm_theta_2_ground_z_x * t64) * t85 +
+        (arm_theta_2_ground_z_x * t63 - arm_theta_2_ground_x_x * t65) * t84;
+    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t68 - arm_phi_2_ground_z_z * t67) * t85 + (arm_phi_2_ground_z_z *
+        t66 - arm_phi_2_ground_x_z * t68) * t84;
+    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t68 - arm_psi_3_ground_z_y * t67) * t85 + (arm_psi_3_ground_z_y *
+        t66 - arm_psi_3_ground_x_y * t68) * t84;
+    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t68 - arm_theta_3_ground_z_x * t67) * t85 +
+        (arm_theta_3_ground_z_x * t66 - arm_theta_3_ground_x_x * t68) * t84;
+    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t85 + arm_theta_3_ground_y_x * t84;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t103 = t2 * (p->derived.constant_14 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t103 + t103);
+    const double t88 = t2 * (p->derived.constant_15 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t88 + t88);
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = arm_psi_w_x * t82 - arm_psi_w_y * t81 + p->derived.arm_psi_moment_x *
-        arm_psi_bias_a_falling_y;
-    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x *
-        qd[2]) + arm_psi_w_y * t84);
-    const double arm_psi_load_force_y = arm_psi_w_x * t84 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_moment_z = t6 * p->derived.constant_7 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
+        t7;
+    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t6 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
     /* arm_phi_1: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_1_load_moment_y = arm_phi_1_w_z * t76 - arm_phi_1_w_x * t78 + p->derived.arm_phi_1_inertia_yy *
+    const double arm_phi_1_load_moment_y = t22 * p->derived.constant_8 + p->derived.arm_phi_1_inertia_yy *
         arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_z;
-    const double arm_phi_1_load_moment_z = arm_phi_1_w_x * t77 - arm_phi_1_w_y * t76 + p->derived.arm_phi_1_inertia_yy *
+    const double arm_phi_1_load_moment_z = t19 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
         arm_phi_1_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_y;
-    const double arm_phi_1_load_force_x = p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - (arm_phi_1_w_z *
-        t79 + arm_phi_1_w_y * t80);
-    const double arm_phi_1_load_force_y = arm_phi_1_w_x * t80 + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_z +
-        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_y;
-    const double arm_phi_1_load_force_z = arm_phi_1_w_x * t79 - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_y +
-        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_z;
+    const double arm_phi_1_load_force_x = p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - p->derived.arm_phi_1_moment_x *
+        t20;
+    const double arm_phi_1_load_force_y = p->derived.arm_phi_1_moment_x * t21 + p->derived.arm_phi_1_mass *
+        arm_phi_1_bias_a_falling_y;
+    const double arm_phi_1_load_force_z = p->derived.arm_phi_1_moment_x * t23 + p->derived.arm_phi_1_mass *
+        arm_phi_1_bias_a_falling_z;
     /* arm_phi_2: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_2_load_moment_y = arm_phi_2_w_z * t71 - arm_phi_2_w_x * t73 + p->derived.arm_phi_1_inertia_yy *
+    const double arm_phi_2_load_moment_y = t35 * p->derived.constant_8 + p->derived.arm_phi_1_inertia_yy *
         arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_z;
-    const double arm_phi_2_load_moment_z = arm_phi_2_w_x * t72 - arm_phi_2_w_y * t71 + p->derived.arm_phi_1_inertia_yy *
+    const double arm_phi_2_load_moment_z = t32 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
         arm_phi_2_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_y;
-    const double arm_phi_2_load_force_x = p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - (arm_phi_2_w_z *
-        t74 + arm_phi_2_w_y * t75);
-    const double arm_phi_2_load_force_y = arm_phi_2_w_x * t75 + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_z +
-        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_y;
-    const double arm_phi_2_load_force_z = arm_phi_2_w_x * t74 - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_y +
-        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_z;
+    const double arm_phi_2_load_force_x = p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - p->derived.arm_phi_1_moment_x *
+        t33;
+    const double arm_phi_2_load_force_y = p->derived.arm_phi_1_moment_x * t34 + p->derived.arm_phi_1_mass *
+        arm_phi_2_bias_a_falling_y;
+    const double arm_phi_2_load_force_z = p->derived.arm_phi_1_moment_x * t36 + p->derived.arm_phi_1_mass *
+        arm_phi_2_bias_a_falling_z;
     /* arm_phi_3: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_3_load_moment_y = arm_phi_3_w_z * t66 - arm_phi_3_w_x * t68 + p->derived.arm_psi_inertia_yy *
-        arm_phi_3_bias_wd_y - p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
-    const double arm_phi_3_load_moment_z = arm_phi_3_w_x * t67 - arm_phi_3_w_y * t66 + p->derived.arm_psi_inertia_yy *
-        arm_phi_3_bias_wd_z + p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - (arm_phi_3_w_z *
-        t69 + arm_phi_3_w_y * t70);
-    const double arm_phi_3_load_force_y = arm_phi_3_w_x * t70 + p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_z +
-        p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_z = arm_phi_3_w_x * t69 - p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_y +
-        p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
+    const double arm_phi_3_load_moment_y = t50 * p->derived.constant_6 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y -
+        p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
+    const double arm_phi_3_load_moment_z = t47 * p->derived.constant_7 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z +
+        p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
+    const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - p->derived.arm_psi_moment_x *
+        t48;
+    const double arm_phi_3_load_force_y = p->derived.arm_psi_moment_x * t49 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
+    const double arm_phi_3_load_force_z = p->derived.arm_psi_moment_x * t51 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
     /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
     /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t104 = 1.0 / (p->derived.arm_psi_inertia_yy + effector_z_shift_x * t65);
+    const double t89 = 1.0 / arm_phi_3_inertia_beyond_yy;
     const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
-    const double t105 = arm_phi_3_moment_beyond_x * t104;
-    const double t106 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t105;
-    const double t107 = arm_phi_3_cos * t106;
-    const double t108 = arm_phi_3_sin * t106;
-    const double t109 = arm_phi_3_sin * t108 + arm_phi_3_cos * t107;
-    const double t110 = arm_phi_3_sin * t107 - arm_phi_3_cos * t108;
-    const double t111 = arm_theta_3_cos * t109;
-    const double t112 = p->derived.arm_psi_mass * arm_theta_3_sin;
-    const double t113 = arm_theta_3_sin * t112 + arm_theta_3_cos * t111;
-    const double t114 = arm_theta_3_sin * t111 - arm_theta_3_cos * t112;
-    const double t115 = arm_theta_3_cos * (p->derived.arm_psi_mass * arm_theta_3_cos) + arm_theta_3_sin *
-        (arm_theta_3_sin * t109);
-    const double t116 = arm_theta_3_cos * t110;
-    const double t117 = arm_theta_3_sin * t110;
-    const double t118 = arm_psi_3_sin * t117;
-    const double t119 = arm_psi_3_cos * t115 - t118;
-    const double t120 = arm_psi_3_cos * t117;
-    const double t121 = t120 - arm_psi_3_sin * t109;
-    const double t122 = arm_psi_3_cos * t121 + arm_psi_3_sin * t119;
-    const double t123 = arm_psi_3_cos * (t118 + arm_psi_3_cos * t109) + arm_psi_3_sin * (t120 + arm_psi_3_sin *
-        t115);
-    const double t124 = arm_psi_3_cos * t114 - arm_psi_3_sin * t116;
-    const double t125 = arm_psi_3_cos * t116 + arm_psi_3_sin * t114;
-    const double t126 = p->derived.arm_element_length * t124;
-    const double t127 = p->derived.arm_element_length * t122;
-    const double t128 = p->derived.arm_element_length * t125;
-    const double t129 = p->derived.arm_element_length * t123;
-    const double t130 = p->derived.arm_element_length * t113;
-    const double t131 = p->derived.arm_element_length * t128;
+    const double t90 = arm_phi_3_moment_beyond_x * t89;
+    const double t91 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t90;
+    const double t92 = arm_theta_3_sin * (t91 - p->derived.arm_psi_mass);
+    const double t93 = arm_theta_3_sin * t92;
+    const double t94 = t91 - t93;
+    const double t95 = p->derived.arm_psi_mass + t93;
+    const double t96 = arm_theta_3_cos * t92;
+    const double t97 = arm_psi_3_sin * (t95 - t91);
+    const double t98 = arm_psi_3_sin * t97;
+    const double t99 = t91 + t98;
+    const double t100 = arm_psi_3_cos * t97;
+    const double t101 = arm_psi_3_cos * t96;
+    const double t102 = arm_psi_3_sin * t96;
+    const double t103 = p->derived.arm_element_length * t101;
+    const double t104 = p->derived.arm_element_length * t100;
+    const double t105 = p->derived.arm_element_length * t102;
+    const double t106 = p->derived.arm_element_length * t99;
+    const double t107 = p->derived.arm_element_length * t94;
+    const double t108 = p->derived.arm_element_length * t105;
     /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t132 = p->derived.arm_phi_1_moment_x + t130;
-    const double t133 = p->derived.arm_phi_1_moment_x + t129;
-    const double t134 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t130);
-    const double t135 = t131 * t134;
-    const double t136 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t129 - t131 *
-        t135);
+    const double t109 = p->derived.arm_phi_1_moment_x + t107;
+    const double t110 = p->derived.arm_phi_1_moment_x + t106;
+    const double t111 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t107);
+    const double t112 = t108 * t111;
+    const double t113 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t106 - t108 *
+        t112);
     const double arm_theta_2_cos_inverse = 1.0 / arm_theta_2_cos;
-    const double t137 = t136 * (t127 - t126 * t135);
-    const double t138 = t135 * t137 - t126 * t134;
-    const double t139 = t136 * (t133 - t128 * t135);
-    const double t140 = t135 * t139 - t128 * t134;
-    const double t141 = t136 * (t128 - t132 * t135);
-    const double t142 = t135 * t141 - t132 * t134;
-    const double t143 = p->derived.arm_phi_1_mass + (arm_psi_3_cos * t119 - arm_psi_3_sin * t121) - (t127 *
-        t137 - t126 * t138);
-    const double t144 = t122 - (t127 * t139 - t126 * t140);
-    const double t145 = t124 - (t127 * t141 - t126 * t142);
-    const double t146 = p->derived.arm_phi_1_mass + t123 - (t133 * t139 - t128 * t140);
-    const double t147 = t125 - (t133 * t141 - t128 * t142);
-    const double t148 = p->derived.arm_phi_1_mass + t113 - (t128 * t141 - t132 * t142);
-    const double t149 = arm_phi_2_sin * t147;
-    const double t150 = arm_phi_2_cos * t146 - t149;
-    const double t151 = arm_phi_2_cos * t147;
-    const double t152 = t151 - arm_phi_2_sin * t148;
-    const double t153 = arm_phi_2_cos * t150 - arm_phi_2_sin * t152;
-    const double t154 = arm_phi_2_cos * t152 + arm_phi_2_sin * t150;
-    const double t155 = arm_phi_2_cos * (t149 + arm_phi_2_cos * t148) + arm_phi_2_sin * (t151 + arm_phi_2_sin *
-        t146);
-    const double t156 = arm_phi_2_cos * t144 - arm_phi_2_sin * t145;
-    const double t157 = arm_phi_2_cos * t145 + arm_phi_2_sin * t144;
-    const double t158 = arm_theta_2_sin * t157;
-    const double t159 = arm_theta_2_cos * t155 - t158;
-    const double t160 = arm_theta_2_cos * t157;
-    const double t161 = t160 - arm_theta_2_sin * t143;
-    const double t162 = arm_theta_2_cos * t159 - arm_theta_2_sin * t161;
-    const double t163 = arm_theta_2_cos * t161 + arm_theta_2_sin * t159;
-    const double t164 = arm_theta_2_cos * (t158 + arm_theta_2_cos * t143) + arm_theta_2_sin * (t160 + arm_theta_2_sin *
-        t155);
-    const double t165 = arm_theta_2_cos * t154 - arm_theta_2_sin * t156;
-    const double t166 = arm_theta_2_cos * t156 + arm_theta_2_sin * t154;
-    const double t167 = arm_psi_2_sin * t166;
-    const double t168 = arm_psi_2_cos * t164 - t167;
-    const double t169 = arm_psi_2_cos * t166;
-    const double t170 = t169 - arm_psi_2_sin * t153;
-    const double t171 = arm_psi_2_cos * t170 + arm_psi_2_sin * t168;
-    const double t172 = arm_psi_2_cos * (t167 + arm_psi_2_cos * t153) + arm_psi_2_sin * (t169 + arm_psi_2_sin *
-        t164);
-    const double t173 = arm_psi_2_cos * t163 - arm_psi_2_sin * t165;
-    const double t174 = arm_psi_2_cos * t165 + arm_psi_2_sin * t163;
-    const double t175 = p->derived.arm_element_length * t173;
-    const double t176 = p->derived.arm_element_length * t171;
-    const double t177 = p->derived.arm_element_length * t174;
-    const double t178 = p->derived.arm_element_length * t172;
-    const double t179 = p->derived.arm_element_length * t162;
-    const double t180 = p->derived.arm_element_length * t177;
+    const double t114 = t113 * (t104 - t103 * t112);
+    const double t115 = t112 * t114 - t103 * t111;
+    const double t116 = t113 * (t110 - t105 * t112);
+    const double t117 = t112 * t116 - t105 * t111;
+    const double t118 = t113 * (t105 - t109 * t112);
+    const double t119 = t112 * t118 - t109 * t111;
+    const double t120 = p->derived.arm_phi_1_mass + (t95 - t98) - (t104 * t114 - t103 * t115);
+    const double t121 = t100 - (t104 * t116 - t103 * t117);
+    const double t122 = t101 - (t104 * t118 - t103 * t119);
+    const double t123 = p->derived.arm_phi_1_mass + t99 - (t110 * t116 - t105 * t117);
+    const double t124 = t102 - (t110 * t118 - t105 * t119);
+    const double t125 = p->derived.arm_phi_1_mass + t94 - (t105 * t118 - t109 * t119);
+    const double t126 = arm_phi_2_cos * (t124 + t124) + arm_phi_2_sin * (t123 - t125);
+    const double t127 = arm_phi_2_sin * t126;
+    const double t128 = t123 - t127;
+    const double t129 = t125 + t127;
+    const double t130 = arm_phi_2_cos * t126 - t124;
+    const double t131 = arm_phi_2_cos * t121 - arm_phi_2_sin * t122;
+    const double t132 = arm_phi_2_cos * t122 + arm_phi_2_sin * t121;
+    const double t133 = arm_theta_2_cos * (t132 + t132) + arm_theta_2_sin * (t129 - t120);
+    const double t134 = arm_theta_2_sin * t133;
+    const double t135 = t129 - t134;
+    const double t136 = t120 + t134;
+    const double t137 = arm_theta_2_cos * t133 - t132;
+    const double t138 = arm_theta_2_cos * t130 - arm_theta_2_sin * t131;
+    const double t139 = arm_theta_2_cos * t131 + arm_theta_2_sin * t130;
+    const double t140 = arm_psi_2_cos * (t139 + t139) + arm_psi_2_sin * (t136 - t128);
+    const double t141 = arm_psi_2_sin * t140;
+    const double t142 = t128 + t141;
+    const double t143 = arm_psi_2_cos * t140 - t139;
+    const double t144 = arm_psi_2_cos * t137 - arm_psi_2_sin * t138;
+    const double t145 = arm_psi_2_cos * t138 + arm_psi_2_sin * t137;
+    const double t146 = p->derived.arm_element_length * t144;
+    const double t147 = p->derived.arm_element_length * t143;
+    const double t148 = p->derived.arm_element_length * t145;
+    const double t149 = p->derived.arm_element_length * t142;
+    const double t150 = p->derived.arm_element_length * t135;
+    const double t151 = p->derived.arm_element_length * t148;
     /* arm_phi_1 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t181 = p->derived.arm_phi_1_moment_x + t179;
-    const double t182 = p->derived.arm_phi_1_moment_x + t178;
-    const double t183 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t179);
-    const double t184 = t180 * t183;
-    const double t185 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t178 - t180 *
-        t184);
+    const double t152 = p->derived.arm_phi_1_moment_x + t150;
+    const double t153 = p->derived.arm_phi_1_moment_x + t149;
+    const double t154 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t150);
+    const double t155 = t151 * t154;
+    const double t156 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t149 - t151 *
+        t155);
     const double arm_theta_1_cos_inverse = 1.0 / arm_theta_1_cos;
-    const double t186 = t185 * (t176 - t175 * t184);
-    const double t187 = t184 * t186 - t175 * t183;
-    const double t188 = t185 * (t182 - t177 * t184);
-    const double t189 = t184 * t188 - t177 * t183;
-    const double t190 = t185 * (t177 - t181 * t184);
-    const double t191 = t184 * t190 - t181 * t183;
-    const double t192 = p->derived.arm_phi_1_mass + (arm_psi_2_cos * t168 - arm_psi_2_sin * t170) - (t176 *
-        t186 - t175 * t187);
-    const double t193 = t171 - (t176 * t188 - t175 * t189);
-    const double t194 = t173 - (t176 * t190 - t175 * t191);
-    const double t195 = p->derived.arm_phi_1_mass + t172 - (t182 * t188 - t177 * t189);
-    const double t196 = t174 - (t182 * t190 - t177 * t191);
-    const double t197 = p->derived.arm_phi_1_mass + t162 - (t177 * t190 - t181 * t191);
-    const double t198 = arm_phi_1_sin * t196;
-    const double t199 = arm_phi_1_cos * t195 - t198;
-    const double t200 = arm_phi_1_cos * t196;
-    const double t201 = t200 - arm_phi_1_sin * t197;
-    const double t202 = arm_phi_1_cos * t199 - arm_phi_1_sin * t201;
-    const double t203 = arm_phi_1_cos * t201 + arm_phi_1_sin * t199;
-    const double t204 = arm_phi_1_cos * (t198 + arm_phi_1_cos * t197) + arm_phi_1_sin * (t200 + arm_phi_1_sin *
-        t195);
-    const double t205 = arm_phi_1_cos * t193 - arm_phi_1_sin * t194;
-    const double t206 = arm_phi_1_cos * t194 + arm_phi_1_sin * t193;
-    const double t207 = arm_theta_1_sin * t206;
-    const double t208 = arm_theta_1_cos * t204 - t207;
-    const double t209 = arm_theta_1_cos * t206;
-    const double t210 = t209 - arm_theta_1_sin * t192;
-    const double t211 = arm_theta_1_cos * t210 + arm_theta_1_sin * t208;
-    const double t212 = arm_theta_1_cos * (t207 + arm_theta_1_cos * t192) + arm_theta_1_sin * (t209 + arm_theta_1_sin *
-        t204);
-    const double t213 = arm_theta_1_cos * t203 - arm_theta_1_sin * t205;
-    const double t214 = arm_theta_1_cos * t205 + arm_theta_1_sin * t203;
-    const double t215 = arm_psi_1_sin * t214;
-    const double t216 = arm_psi_1_cos * t212 - t215;
-    const double t217 = arm_psi_1_cos * t214;
-    const double t218 = t217 - arm_psi_1_sin * t202;
-    const double t219 = arm_psi_1_cos * t218 + arm_psi_1_sin * t216;
-    const double t220 = arm_psi_1_cos * (t215 + arm_psi_1_cos * t202) + arm_psi_1_sin * (t217 + arm_psi_1_sin *
-        t212);
-    const double arm_psi_U_force_x = p->derived.constant_1 * t219;
-    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t213 + arm_psi_1_sin * t211);
-    const double t221 = p->derived.constant_1 * t220;
-    const double t222 = p->derived.constant_1 * arm_psi_U_force_z;
+    const double t157 = t156 * (t147 - t146 * t155);
+    const double t158 = t155 * t157 - t146 * t154;
+    const double t159 = t156 * (t153 - t148 * t155);
+    const double t160 = t155 * t159 - t148 * t154;
+    const double t161 = t156 * (t148 - t152 * t155);
+    const double t162 = t155 * t161 - t152 * t154;
+    const double t163 = p->derived.arm_phi_1_mass + (t136 - t141) - (t147 * t157 - t146 * t158);
+    const double t164 = t143 - (t147 * t159 - t146 * t160);
+    const double t165 = t144 - (t147 * t161 - t146 * t162);
+    const double t166 = p->derived.arm_phi_1_mass + t142 - (t153 * t159 - t148 * t160);
+    const double t167 = t145 - (t153 * t161 - t148 * t162);
+    const double t168 = p->derived.arm_phi_1_mass + t135 - (t148 * t161 - t152 * t162);
+    const double t169 = arm_phi_1_cos * (t167 + t167) + arm_phi_1_sin * (t166 - t168);
+    const double t170 = arm_phi_1_sin * t169;
+    const double t171 = t166 - t170;
+    const double t172 = t168 + t170;
+    const double t173 = arm_phi_1_cos * t169 - t167;
+    const double t174 = arm_phi_1_cos * t164 - arm_phi_1_sin * t165;
+    const double t175 = arm_phi_1_cos * t165 + arm_phi_1_sin * t164;
+    const double t176 = arm_theta_1_cos * (t175 + t175) + arm_theta_1_sin * (t172 - t163);
+    const double t177 = arm_theta_1_sin * t176;
+    const double t178 = t163 + t177;
+    const double t179 = arm_theta_1_cos * t176 - t175;
+    const double t180 = arm_theta_1_cos * t173 - arm_theta_1_sin * t174;
+    const double t181 = arm_theta_1_cos * t174 + arm_theta_1_sin * t173;
+    const double t182 = arm_psi_1_cos * (t181 + t181) + arm_psi_1_sin * (t178 - t171);
+    const double t183 = arm_psi_1_sin * t182;
+    const double t184 = t171 + t183;
+    const double t185 = arm_psi_1_cos * t182 - t181;
+    const double arm_psi_U_force_x = p->derived.constant_1 * t185;
+    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t180 + arm_psi_1_sin * t179);
+    const double t186 = p->derived.constant_1 * t184;
+    const double t187 = p->derived.constant_1 * arm_psi_U_force_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t221;
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t221;
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t186;
+    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t186;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t223 = t222 * arm_psi_D_inverse;
-    const double t224 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t225 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t226 = t219 - arm_psi_U_force_x * t225;
-    const double t227 = arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_inertia_yy + p->derived.constant_1 *
-        (p->derived.constant_1 * (arm_theta_1_cos * t208 - arm_theta_1_sin * t210)) - t222 * t223)) + arm_psi_sin *
-        (p->derived.arm_psi_inertia_xx * arm_psi_sin);
-    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t222 * t224 - p->derived.constant_1 *
-        (arm_psi_1_cos * t211 - arm_psi_1_sin * t213))) + arm_psi_cos * (arm_psi_cos * (t222 * t225 - arm_psi_U_force_z));
-    const double t228 = arm_psi_cos * (arm_psi_sin * t226 + arm_psi_cos * (p->derived.arm_psi_mass + t220 -
-        arm_psi_U_force_y * t225)) + arm_psi_sin * (arm_psi_cos * t226 + arm_psi_sin * (p->derived.arm_psi_mass +
-        (arm_psi_1_cos * t216 - arm_psi_1_sin * t218) - arm_psi_U_force_x * t224));
+    const double t188 = t187 * arm_psi_D_inverse;
+    const double t189 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t190 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t191 = t185 - arm_psi_U_force_x * t190;
+    const double t192 = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * (p->derived.constant_1 * (t172 -
+        t177)) - t187 * t188;
+    const double t193 = p->derived.arm_psi_mass + t184 - arm_psi_U_force_y * t190;
+    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t187 * t189 - p->derived.constant_1 *
+        (arm_psi_1_cos * t179 - arm_psi_1_sin * t180))) + arm_psi_cos * (arm_psi_cos * (t187 * t190 - arm_psi_U_force_z));
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + t227;
+    const double column_psi_U_moment_z = p->Izz_col + (t192 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        t192)));
+    const double t194 = p->m_col + (t193 + arm_psi_sin * (arm_psi_cos * (t191 + t191) + arm_psi_sin * (p->derived.arm_psi_mass +
+        (t178 - t183) - arm_psi_U_force_x * t189 - t193)));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t229 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t195 = column_psi_U_force_z * column_psi_D_inverse;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + t228 - column_psi_U_force_z * t229);
+    const double base_z_U_force_z = p->m_base + (t194 - column_psi_U_force_z * t195);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* effector_z: force left for the joint, inward */
+    /* arm_phi_3: force left for the joint, inward */
     const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
     const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
     const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
-    /* arm_phi_3: force left for the joint, inward */
-    const double t230 = arm_theta_3_sin * t90;
-    const double t231 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
-        qd[9] + t230);
-    const double t232 = arm_phi_3_sin * t231 + arm_phi_3_cos * t89;
-    const double t233 = arm_phi_3_sin * t89 - arm_phi_3_cos * t231;
-    const double t234 = t104 * (arm_phi_3_carried_moment_y + t232);
-    const double t235 = t104 * (t233 - arm_phi_3_carried_moment_z);
-    const double t236 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t235;
-    const double t237 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t234;
-    const double t238 = arm_phi_3_cos * t236 - arm_phi_3_sin * t237;
-    const double t239 = arm_phi_3_sin * t236 + arm_phi_3_cos * t237;
-    const double t240 = arm_phi_3_sin * t233 + arm_phi_3_cos * t232;
-    const double t241 = arm_phi_3_cos * t233 - arm_phi_3_sin * t232;
-    const double t242 = arm_theta_3_cos * t239 - arm_theta_3_sin * arm_phi_3_load_force_x;
-    const double t243 = arm_theta_3_sin * t239 + arm_theta_3_cos * arm_phi_3_load_force_x;
-    const double t244 = arm_theta_3_sin * t241 - arm_theta_3_cos * t90;
-    const double t245 = arm_psi_3_sin * t243 + arm_psi_3_cos * t238;
+    const double t196 = arm_theta_3_sin * t75;
+    const double t197 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
+        qd[9] + t196);
+    const double t198 = t89 * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t197 + arm_phi_3_cos * t74));
+    const double t199 = t89 * (arm_phi_3_sin * t74 - arm_phi_3_cos * t197 - arm_phi_3_carried_moment_z);
+    const double t200 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t199;
+    const double t201 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t198;
+    const double t202 = arm_phi_3_cos * t200 - arm_phi_3_sin * t201;
+    const double t203 = arm_phi_3_sin * t200 + arm_phi_3_cos * t201;
+    const double t204 = arm_theta_3_cos * t203 - arm_theta_3_sin * arm_phi_3_load_force_x;
+    const double t205 = arm_theta_3_sin * t203 + arm_theta_3_cos * arm_phi_3_load_force_x;
+    const double t206 = arm_theta_3_sin * t197 + arm_theta_3_cos * t75;
+    const double t207 = arm_psi_3_sin * t205 + arm_psi_3_cos * t202;
     /* arm_phi_2: force left for the joint, inward */
-    const double t246 = arm_theta_2_sin * t88;
-    const double t247 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
-        qd[6] + t246);
-    const double t248 = arm_phi_2_sin * t247 + arm_phi_2_cos * t87;
-    const double t249 = arm_phi_2_sin * t87 - arm_phi_2_cos * t247;
-    const double t250 = arm_phi_2_load_moment_y + (arm_psi_3_sin * t244 - arm_psi_3_cos * t240 - p->derived.arm_element_length *
-        t242) + t248;
-    const double t251 = p->derived.constant_19 * (t88 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t240 +
-        arm_psi_3_cos * t244)));
-    const double t252 = t136 * (t249 - (arm_phi_2_load_moment_z + (t230 + arm_theta_3_cos * t241 + p->derived.arm_element_length *
-        t245)) - t135 * t250);
-    const double t253 = t135 * t252 - t134 * t250;
-    const double t254 = arm_phi_2_load_force_x + (arm_psi_3_cos * t243 - arm_psi_3_sin * t238) + (t127 * t252 -
-        t126 * t253);
-    const double t255 = arm_phi_2_load_force_y + t245 + (t133 * t252 - t128 * t253);
-    const double t256 = arm_phi_2_load_force_z + t242 + (t128 * t252 - t132 * t253);
-    const double t257 = arm_phi_2_cos * t255 - arm_phi_2_sin * t256;
-    const double t258 = arm_phi_2_sin * t255 + arm_phi_2_cos * t256;
-    const double t259 = arm_phi_2_sin * t249 + arm_phi_2_cos * t248;
-    const double t260 = arm_phi_2_cos * t249 - arm_phi_2_sin * t248;
-    const double t261 = arm_theta_2_cos * t258 - arm_theta_2_sin * t254;
-    const double t262 = arm_theta_2_sin * t258 + arm_theta_2_cos * t254;
-    const double t263 = arm_theta_2_sin * t260 - arm_theta_2_cos * t88;
-    const double t264 = arm_psi_2_sin * t262 + arm_psi_2_cos * t257;
+    const double t208 = arm_theta_2_sin * t73;
+    const double t209 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
+        qd[6] + t208);
+    const double t210 = arm_phi_2_load_moment_y - (arm_psi_3_sin * t206 + arm_psi_3_cos * t74 + p->derived.arm_element_length *
+        t204) + (arm_phi_2_sin * t209 + arm_phi_2_cos * t72);
+    const double t211 = p->derived.constant_20 * (t73 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t74 -
+        arm_psi_3_cos * t206)));
+    const double t212 = t113 * (arm_phi_2_sin * t72 - arm_phi_2_cos * t209 - (arm_phi_2_load_moment_z + (t196 -
+        arm_theta_3_cos * t197 + p->derived.arm_element_length * t207)) - t112 * t210);
+    const double t213 = t112 * t212 - t111 * t210;
+    const double t214 = arm_phi_2_load_force_x + (arm_psi_3_cos * t205 - arm_psi_3_sin * t202) + (t104 * t212 -
+        t103 * t213);
+    const double t215 = arm_phi_2_load_force_y + t207 + (t110 * t212 - t105 * t213);
+    const double t216 = arm_phi_2_load_force_z + t204 + (t105 * t212 - t109 * t213);
+    const double t217 = arm_phi_2_cos * t215 - arm_phi_2_sin * t216;
+    const double t218 = arm_phi_2_sin * t215 + arm_phi_2_cos * t216;
+    const double t219 = arm_theta_2_cos * t218 - arm_theta_2_sin * t214;
+    const double t220 = arm_theta_2_sin * t218 + arm_theta_2_cos * t214;
+    const double t221 = arm_theta_2_sin * t209 + arm_theta_2_cos * t73;
+    const double t222 = arm_psi_2_sin * t220 + arm_psi_2_cos * t217;
     /* arm_phi_1: force left for the joint, inward */
-    const double t265 = arm_theta_1_sin * t86;
-    const double t266 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
-        qd[3] + t265);
-    const double t267 = arm_phi_1_sin * t266 + arm_phi_1_cos * t85;
-    const double t268 = arm_phi_1_sin * t85 - arm_phi_1_cos * t266;
-    const double t269 = arm_phi_1_load_moment_y + (arm_psi_2_sin * t263 - arm_psi_2_cos * t259 - p->derived.arm_element_length *
-        t261) + t267;
-    const double t270 = p->derived.constant_19 * (t86 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t259 +
-        arm_psi_2_cos * t263)));
-    const double t271 = t185 * (t268 - (arm_phi_1_load_moment_z + (t246 + arm_theta_2_cos * t260 + p->derived.arm_element_length *
-        t264)) - t184 * t269);
-    const double t272 = t184 * t271 - t183 * t269;
-    const double t273 = arm_phi_1_load_force_x + (arm_psi_2_cos * t262 - arm_psi_2_sin * t257) + (t176 * t271 -
-        t175 * t272);
-    const double t274 = arm_phi_1_load_force_y + t264 + (t182 * t271 - t177 * t272);
-    const double t275 = arm_phi_1_load_force_z + t261 + (t177 * t271 - t181 * t272);
-    const double t276 = arm_phi_1_cos * t274 - arm_phi_1_sin * t275;
-    const double t277 = arm_phi_1_sin * t274 + arm_phi_1_cos * t275;
-    const double t278 = arm_phi_1_sin * t268 + arm_phi_1_cos * t267;
-    const double t279 = arm_phi_1_cos * t268 - arm_phi_1_sin * t267;
-    const double t280 = arm_theta_1_sin * t277 + arm_theta_1_cos * t273;
-    const double t281 = arm_theta_1_sin * t279 - arm_theta_1_cos * t86;
-    const double t282 = arm_psi_1_sin * t280 + arm_psi_1_cos * t276;
-    const double t283 = arm_psi_load_moment_z + (t265 + arm_theta_1_cos * t279 + p->derived.constant_1 * t282);
+    const double t223 = arm_theta_1_sin * t71;
+    const double t224 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
+        qd[3] + t223);
+    const double t225 = arm_phi_1_load_moment_y - (arm_psi_2_sin * t221 + arm_psi_2_cos * t72 + p->derived.arm_element_length *
+        t219) + (arm_phi_1_sin * t224 + arm_phi_1_cos * t70);
+    const double t226 = p->derived.constant_20 * (t71 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t72 -
+        arm_psi_2_cos * t221)));
+    const double t227 = t156 * (arm_phi_1_sin * t70 - arm_phi_1_cos * t224 - (arm_phi_1_load_moment_z + (t208 -
+        arm_theta_2_cos * t209 + p->derived.arm_element_length * t222)) - t155 * t225);
+    const double t228 = t155 * t227 - t154 * t225;
+    const double t229 = arm_phi_1_load_force_x + (arm_psi_2_cos * t220 - arm_psi_2_sin * t217) + (t147 * t227 -
+        t146 * t228);
+    const double t230 = arm_phi_1_load_force_y + t222 + (t153 * t227 - t148 * t228);
+    const double t231 = arm_phi_1_load_force_z + t219 + (t148 * t227 - t152 * t228);
+    const double t232 = arm_phi_1_cos * t230 - arm_phi_1_sin * t231;
+    const double t233 = arm_phi_1_sin * t230 + arm_phi_1_cos * t231;
+    const double t234 = arm_theta_1_sin * t233 + arm_theta_1_cos * t229;
+    const double t235 = arm_theta_1_sin * t224 + arm_theta_1_cos * t71;
+    const double t236 = arm_psi_1_sin * t234 + arm_psi_1_cos * t232;
     /* arm_psi: force left for the joint, inward */
-    const double t284 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t280 - arm_psi_1_sin * t276) -
-        t224 * t283) + arm_psi_cos * (arm_psi_load_force_y + t282 - t225 * t283);
-    const double t285 = arm_psi_cos * (arm_psi_load_moment_y + (arm_psi_1_sin * t281 - arm_psi_1_cos * t278 -
-        p->derived.constant_1 * (arm_theta_1_cos * t277 - arm_theta_1_sin * t273)) + t223 * t283);
+    const double t237 = arm_psi_load_moment_z + (t223 - arm_theta_1_cos * t224 + p->derived.constant_1 * t236);
+    const double t238 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t234 - arm_psi_1_sin * t232) -
+        t189 * t237) + arm_psi_cos * (arm_psi_load_force_y + t236 - t190 * t237);
+    const double t239 = arm_psi_cos * (arm_psi_load_moment_y - (arm_psi_1_sin * t235 + arm_psi_1_cos * t70 +
+        p->derived.constant_1 * (arm_theta_1_cos * t233 - arm_theta_1_sin * t229)) + t188 * t237);
     /* column_psi: force left for the joint, inward */
-    const double t286 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t278 + arm_psi_1_cos * t281)) + t285);
+    const double t240 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t70 - arm_psi_1_cos * t235)) + t239);
     /* base_z: acceleration, outward */
-    const double t287 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        (p->derived.column_psi_load_force_z + t284 + t229 * t286)));
+    const double t241 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        (p->derived.column_psi_load_force_z + t238 + t195 * t240)));
     /* column_psi: acceleration, outward */
-    const double t288 = t229 * t287 + column_psi_D_inverse * t286;
+    const double t242 = t195 * t241 + column_psi_D_inverse * t240;
+    const double t243 = arm_psi_sin * t242;
+    const double t244 = arm_psi_cos * t242;
+    const double t245 = arm_psi_sin * t241;
+    const double t246 = arm_psi_cos * t241;
     /* arm_psi: acceleration, outward */
-    const double t289 = arm_psi_sin * t287;
-    const double t290 = arm_psi_cos * t287;
-    const double t291 = arm_psi_sin * t288;
-    const double t292 = arm_psi_cos * t288;
-    const double t293 = t224 * t289 + t225 * t290 + t223 * t292 - arm_psi_D_inverse * t283;
+    const double t247 = t189 * t245 + t190 * t246 + t188 * t244 - arm_psi_D_inverse * t237;
+    const double t248 = p->derived.constant_1 * t244;
+    const double t249 = arm_psi_1_sin * t244 + arm_psi_1_cos * t243;
+    const double t250 = p->derived.constant_1 * t247 - t246;
+    const double t251 = arm_psi_1_sin * t250 - arm_psi_1_cos * t245;
+    const double t252 = arm_psi_1_sin * t245 + arm_psi_1_cos * t250;
+    const double t253 = arm_theta_1_sin * t251 - arm_theta_1_cos * t248;
+    const double t254 = arm_theta_1_sin * t248 + arm_theta_1_cos * t251;
     /* arm_phi_1: acceleration, outward */
-    const double t294 = p->derived.constant_1 * t292;
-    const double t295 = p->derived.constant_1 * t293 - t290;
-    const double t296 = arm_psi_1_sin * t295 - arm_psi_1_cos * t289;
-    const double t297 = arm_psi_1_sin * t289 + arm_psi_1_cos * t295;
-    const double t298 = arm_theta_1_sin * t296 - arm_theta_1_cos * t294;
-    const double t299 = arm_theta_1_sin * t294 + arm_theta_1_cos * t296;
-    const double t300 = arm_phi_1_sin * t298 + arm_phi_1_cos * t297;
-    const double t301 = arm_phi_1_cos * t298 - arm_phi_1_sin * t297;
-    const double t302 = t272 - (t187 * t299 + t189 * t300 + t191 * t301);
-    const double t303 = t271 - (t186 * t299 + t188 * t300 + t190 * t301);
-    const double t304 = arm_psi_1_sin * t292 + arm_psi_1_cos * t291;
-    const double t305 = arm_phi_1_cos * t302 - arm_phi_1_sin * t303 - (arm_psi_1_cos * t292 - arm_psi_1_sin *
-        t291);
-    const double t306 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t302 + arm_phi_1_cos * t303 - (arm_theta_1_sin *
-        t304 + arm_theta_1_cos * t293));
-    const double t307 = arm_theta_1_sin * t306 - (t270 + (arm_theta_1_cos * t304 - arm_theta_1_sin * t293));
+    const double t255 = arm_phi_1_sin * t253 + arm_phi_1_cos * t252;
+    const double t256 = arm_phi_1_cos * t253 - arm_phi_1_sin * t252;
+    const double t257 = t228 - (t158 * t254 + t160 * t255 + t162 * t256);
+    const double t258 = t227 - (t157 * t254 + t159 * t255 + t161 * t256);
+    const double t259 = arm_phi_1_cos * t257 - arm_phi_1_sin * t258 - (arm_psi_1_cos * t244 - arm_psi_1_sin *
+        t243);
+    const double t260 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t257 + arm_phi_1_cos * t258 - (arm_theta_1_sin *
+        t249 + arm_theta_1_cos * t247));
+    const double t261 = arm_theta_1_sin * t260 - (t226 + (arm_theta_1_cos * t249 - arm_theta_1_sin * t247));
+    const double t262 = arm_psi_2_sin * t257 - arm_psi_2_cos * t226;
+    const double t263 = t255 + p->derived.arm_element_length * t258;
+    const double t264 = t256 - p->derived.arm_element_length * t257;
+    const double t265 = arm_psi_2_sin * t263 + arm_psi_2_cos * t254;
+    const double t266 = arm_psi_2_cos * t263 - arm_psi_2_sin * t254;
+    const double t267 = arm_theta_2_sin * t265 + arm_theta_2_cos * t264;
+    const double t268 = arm_theta_2_cos * t265 - arm_theta_2_sin * t264;
     /* arm_phi_2: acceleration, outward */
-    const double t308 = t300 + p->derived.arm_element_length * t303;
-    const double t309 = t301 - p->derived.arm_element_length * t302;
-    const double t310 = arm_psi_2_sin * t308 + arm_psi_2_cos * t299;
-    const double t311 = arm_psi_2_cos * t308 - arm_psi_2_sin * t299;
-    const double t312 = arm_theta_2_sin * t310 + arm_theta_2_cos * t309;
-    const double t313 = arm_theta_2_cos * t310 - arm_theta_2_sin * t309;
-    const double t314 = arm_phi_2_sin * t312 + arm_phi_2_cos * t311;
-    const double t315 = arm_phi_2_cos * t312 - arm_phi_2_sin * t311;
-    const double t316 = t253 - (t138 * t313 + t140 * t314 + t142 * t315);
-    const double t317 = t252 - (t137 * t313 + t139 * t314 + t141 * t315);
-    const double t318 = arm_psi_2_sin * t302 - arm_psi_2_cos * t270;
-    const double t319 = arm_phi_2_cos * t316 - arm_phi_2_sin * t317 - (arm_psi_2_sin * t270 + arm_psi_2_cos *
-        t302);
-    const double t320 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t316 + arm_phi_2_cos * t317 - (arm_theta_2_sin *
-        t318 + arm_theta_2_cos * t303));
-    const double t321 = arm_theta_2_sin * t320 - (t251 + (arm_theta_2_cos * t318 - arm_theta_2_sin * t303));
+    const double t269 = arm_phi_2_sin * t267 + arm_phi_2_cos * t266;
+    const double t270 = arm_phi_2_cos * t267 - arm_phi_2_sin * t266;
+    const double t271 = t213 - (t115 * t268 + t117 * t269 + t119 * t270);
+    const double t272 = t212 - (t114 * t268 + t116 * t269 + t118 * t270);
+    const double t273 = arm_phi_2_cos * t271 - arm_phi_2_sin * t272 - (arm_psi_2_sin * t226 + arm_psi_2_cos *
+        t257);
+    const double t274 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t271 + arm_phi_2_cos * t272 - (arm_theta_2_sin *
+        t262 + arm_theta_2_cos * t258));
+    const double t275 = arm_theta_2_sin * t274 - (t211 + (arm_theta_2_cos * t262 - arm_theta_2_sin * t258));
+    const double t276 = arm_psi_3_sin * t271 - arm_psi_3_cos * t211;
+    const double t277 = t269 + p->derived.arm_element_length * t272;
+    const double t278 = t270 - p->derived.arm_element_length * t271;
+    const double t279 = arm_psi_3_sin * t277 + arm_psi_3_cos * t268;
+    const double t280 = arm_psi_3_cos * t277 - arm_psi_3_sin * t268;
+    const double t281 = arm_theta_3_sin * t279 + arm_theta_3_cos * t278;
     /* arm_phi_3: acceleration, outward */
-    const double t322 = t314 + p->derived.arm_element_length * t317;
-    const double t323 = t315 - p->derived.arm_element_length * t316;
-    const double t324 = arm_psi_3_sin * t322 + arm_psi_3_cos * t313;
-    const double t325 = arm_psi_3_cos * t322 - arm_psi_3_sin * t313;
-    const double t326 = arm_theta_3_sin * t324 + arm_theta_3_cos * t323;
-    const double t327 = t105 * (arm_phi_3_cos * t326 - arm_phi_3_sin * t325) - t234;
-    const double t328 = t235 - t105 * (arm_phi_3_sin * t326 + arm_phi_3_cos * t325);
-    const double t329 = arm_psi_3_sin * t316 - arm_psi_3_cos * t251;
-    const double t330 = arm_phi_3_cos * t327 - arm_phi_3_sin * t328 - (arm_psi_3_sin * t251 + arm_psi_3_cos *
-        t316);
-    const double t331 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t327 + arm_phi_3_cos * t328 - (arm_theta_3_sin *
-        t329 + arm_theta_3_cos * t317));
-    const double t332 = arm_theta_3_sin * t331 - (p->derived.constant_18 * (arm_phi_3_bias_moment_x + t90) +
-        (arm_theta_3_cos * t329 - arm_theta_3_sin * t317));
+    const double t282 = t90 * (arm_phi_3_cos * t281 - arm_phi_3_sin * t280) - t198;
+    const double t283 = t199 - t90 * (arm_phi_3_sin * t281 + arm_phi_3_cos * t280);
+    const double t284 = arm_phi_3_cos * t282 - arm_phi_3_sin * t283 - (arm_psi_3_sin * t211 + arm_psi_3_cos *
+        t271);
+    const double t285 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t282 + arm_phi_3_cos * t283 - (arm_theta_3_sin *
+        t276 + arm_theta_3_cos * t272));
+    const double t286 = arm_theta_3_sin * t285 - (p->derived.constant_19 * (arm_phi_3_bias_moment_x + t75) +
+        (arm_theta_3_cos * t276 - arm_theta_3_sin * t272));
     /* effector_z: acceleration, outward */
-    const double t333 = arm_theta_3_cos * t324 - arm_theta_3_sin * t323 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t287 = arm_theta_3_cos * t279 - arm_theta_3_sin * t278 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
     /* arm_phi_3: force left for the joint, inward */
-    const double t334 = arm_theta_3_sin * row_1_u_arm_phi_3;
-    const double t335 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t334);
-    const double t336 = arm_phi_3_sin * t335 + arm_phi_3_cos * row_1_u_arm_theta_3;
-    const double t337 = arm_phi_3_cos * t335 - arm_phi_3_sin * row_1_u_arm_theta_3;
-    const double t338 = t104 * t336;
-    const double t339 = t104 * t337;
-    const double t340 = arm_phi_3_moment_beyond_x * t339;
-    const double t341 = arm_phi_3_moment_beyond_x * t338;
-    const double t342 = arm_phi_3_sin * t341 + arm_phi_3_cos * t340;
-    const double t343 = arm_phi_3_sin * t340 - arm_phi_3_cos * t341;
-    const double t344 = arm_phi_3_cos * t336 - arm_phi_3_sin * t337;
-    const double t345 = arm_phi_3_sin * t336 + arm_phi_3_cos * t337;
-    const double t346 = arm_theta_3_cos * t343 - arm_theta_3_sin * row_1_u_effector_z;
-    const double t347 = arm_theta_3_sin * t343 + arm_theta_3_cos * row_1_u_effector_z;
-    const double t348 = arm_theta_3_sin * t345 + arm_theta_3_cos * row_1_u_arm_phi_3;
-    const double t349 = arm_psi_3_sin * t347 + arm_psi_3_cos * t342;
+    const double t288 = arm_theta_3_sin * row_1_u_arm_phi_3;
+    const double t289 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t288);
+    const double t290 = t89 * (arm_phi_3_sin * t289 + arm_phi_3_cos * row_1_u_arm_theta_3);
+    const double t291 = t89 * (arm_phi_3_cos * t289 - arm_phi_3_sin * row_1_u_arm_theta_3);
+    const double t292 = arm_phi_3_moment_beyond_x * t291;
+    const double t293 = arm_phi_3_moment_beyond_x * t290;
+    const double t294 = arm_phi_3_sin * t293 + arm_phi_3_cos * t292;
+    const double t295 = arm_phi_3_sin * t292 - arm_phi_3_cos * t293;
+    const double t296 = arm_theta_3_cos * t295 - arm_theta_3_sin * row_1_u_effector_z;
+    const double t297 = arm_theta_3_sin * t295 + arm_theta_3_cos * row_1_u_effector_z;
+    const double t298 = arm_theta_3_sin * t289 + arm_theta_3_cos * row_1_u_arm_phi_3;
+    const double t299 = arm_psi_3_sin * t297 + arm_psi_3_cos * t294;
     /* arm_phi_2: force left for the joint, inward */
-    const double t350 = arm_theta_2_sin * row_1_u_arm_phi_2;
-    const double t351 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t350);
-    const double t352 = arm_phi_2_sin * t351 + arm_phi_2_cos * row_1_u_arm_theta_2;
-    const double t353 = arm_phi_2_cos * t351 - arm_phi_2_sin * row_1_u_arm_theta_2;
-    const double t354 = t352 - (arm_psi_3_sin * t348 + arm_psi_3_cos * t344 - p->derived.arm_element_length *
-        t346);
-    const double t355 = p->derived.constant_19 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t348 - arm_psi_3_sin *
-        t344));
-    const double t356 = t136 * (t353 - (arm_theta_3_cos * t345 - t334 + p->derived.arm_element_length * t349) +
-        t135 * t354);
-    const double t357 = t134 * t354 + t135 * t356;
-    const double t358 = arm_psi_3_cos * t347 - arm_psi_3_sin * t342 + (t127 * t356 - t126 * t357);
-    const double t359 = t349 + (t133 * t356 - t128 * t357);
-    const double t360 = t346 + (t128 * t356 - t132 * t357);
-    const double t361 = arm_phi_2_cos * t359 - arm_phi_2_sin * t360;
-    const double t362 = arm_phi_2_sin * t359 + arm_phi_2_cos * t360;
-    const double t363 = arm_phi_2_cos * t352 - arm_phi_2_sin * t353;
-    const double t364 = arm_phi_2_sin * t352 + arm_phi_2_cos * t353;
-    const double t365 = arm_theta_2_cos * t362 - arm_theta_2_sin * t358;
-    const double t366 = arm_theta_2_sin * t362 + arm_theta_2_cos * t358;
-    const double t367 = arm_theta_2_sin * t364 + arm_theta_2_cos * row_1_u_arm_phi_2;
-    const double t368 = arm_psi_2_sin * t366 + arm_psi_2_cos * t361;
+    const double t300 = arm_theta_2_sin * row_1_u_arm_phi_2;
+    const double t301 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t300);
+    const double t302 = arm_phi_2_sin * t301 + arm_phi_2_cos * row_1_u_arm_theta_2 - (arm_psi_3_sin * t298 +
+        arm_psi_3_cos * row_1_u_arm_theta_3 - p->derived.arm_element_length * t296);
+    const double t303 = p->derived.constant_20 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t298 - arm_psi_3_sin *
+        row_1_u_arm_theta_3));
+    const double t304 = t113 * (arm_phi_2_cos * t301 - arm_phi_2_sin * row_1_u_arm_theta_2 - (arm_theta_3_cos *
+        t289 - t288 + p->derived.arm_element_length * t299) + t112 * t302);
+    const double t305 = t111 * t302 + t112 * t304;
+    const double t306 = arm_psi_3_cos * t297 - arm_psi_3_sin * t294 + (t104 * t304 - t103 * t305);
+    const double t307 = t299 + (t110 * t304 - t105 * t305);
+    const double t308 = t296 + (t105 * t304 - t109 * t305);
+    const double t309 = arm_phi_2_cos * t307 - arm_phi_2_sin * t308;
+    const double t310 = arm_phi_2_sin * t307 + arm_phi_2_cos * t308;
+    const double t311 = arm_theta_2_cos * t310 - arm_theta_2_sin * t306;
+    const double t312 = arm_theta_2_sin * t310 + arm_theta_2_cos * t306;
+    const double t313 = arm_theta_2_sin * t301 + arm_theta_2_cos * row_1_u_arm_phi_2;
+    const double t314 = arm_psi_2_sin * t312 + arm_psi_2_cos * t309;
     /* arm_phi_1: force left for the joint, inward */
-    const double t369 = arm_theta_1_sin * row_1_u_arm_phi_1;
-    const double t370 = arm_theta_1_cos_inverse * (t369 - t102);
-    const double t371 = arm_phi_1_sin * t370 + arm_phi_1_cos * row_1_u_arm_theta_1;
-    const double t372 = arm_phi_1_cos * t370 - arm_phi_1_sin * row_1_u_arm_theta_1;
-    const double t373 = t371 - (arm_psi_2_sin * t367 + arm_psi_2_cos * t363 - p->derived.arm_element_length *
-        t365);
-    const double t374 = p->derived.constant_19 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t367 - arm_psi_2_sin *
-        t363));
-    const double t375 = t185 * (t372 - (arm_theta_2_cos * t364 - t350 + p->derived.arm_element_length * t368) +
-        t184 * t373);
-    const double t376 = t183 * t373 + t184 * t375;
-    const double t377 = arm_psi_2_cos * t366 - arm_psi_2_sin * t361 + (t176 * t375 - t175 * t376);
-    const double t378 = t368 + (t182 * t375 - t177 * t376);
-    const double t379 = t365 + (t177 * t375 - t181 * t376);
-    const double t380 = arm_phi_1_cos * t378 - arm_phi_1_sin * t379;
-    const double t381 = arm_phi_1_sin * t378 + arm_phi_1_cos * t379;
-    const double t382 = arm_phi_1_cos * t371 - arm_phi_1_sin * t372;
-    const double t383 = arm_phi_1_sin * t371 + arm_phi_1_cos * t372;
-    const double t384 = arm_theta_1_sin * t381 + arm_theta_1_cos * t377;
-    const double t385 = arm_theta_1_sin * t383 + arm_theta_1_cos * row_1_u_arm_phi_1;
-    const double t386 = arm_psi_1_sin * t384 + arm_psi_1_cos * t380;
+    const double t315 = arm_theta_1_sin * row_1_u_arm_phi_1;
+    const double t316 = arm_theta_1_cos_inverse * (t315 - t87);
+    const double t317 = arm_phi_1_sin * t316 + arm_phi_1_cos * row_1_u_arm_theta_1 - (arm_psi_2_sin * t313 +
+        arm_psi_2_cos * row_1_u_arm_theta_2 - p->derived.arm_element_length * t311);
+    const double t318 = p->derived.constant_20 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t313 - arm_psi_2_sin *
+        row_1_u_arm_theta_2));
+    const double t319 = t156 * (arm_phi_1_cos * t316 - arm_phi_1_sin * row_1_u_arm_theta_1 - (arm_theta_2_cos *
+        t301 - t300 + p->derived.arm_element_length * t314) + t155 * t317);
+    const double t320 = t154 * t317 + t155 * t319;
+    const double t321 = arm_psi_2_cos * t312 - arm_psi_2_sin * t309 + (t147 * t319 - t146 * t320);
+    const double t322 = t314 + (t153 * t319 - t148 * t320);
+    const double t323 = t311 + (t148 * t319 - t152 * t320);
+    const double t324 = arm_phi_1_cos * t322 - arm_phi_1_sin * t323;
+    const double t325 = arm_phi_1_sin * t322 + arm_phi_1_cos * t323;
+    const double t326 = arm_theta_1_sin * t325 + arm_theta_1_cos * t321;
+    const double t327 = arm_theta_1_sin * t316 + arm_theta_1_cos * row_1_u_arm_phi_1;
+    const double t328 = arm_psi_1_sin * t326 + arm_psi_1_cos * t324;
     /* arm_psi: force left for the joint, inward */
-    const double t387 = t101 + (arm_theta_1_cos * t383 - t369 + p->derived.constant_1 * t386);
-    const double t388 = arm_psi_sin * (arm_psi_1_cos * t385 - arm_psi_1_sin * t382) + arm_psi_cos * (arm_psi_1_sin *
-        t385 + arm_psi_1_cos * t382 - p->derived.constant_1 * (arm_theta_1_cos * t381 - arm_theta_1_sin *
-        t377) + t223 * t387);
+    const double t329 = t86 + (arm_theta_1_cos * t316 - t315 + p->derived.constant_1 * t328);
+    const double t330 = arm_psi_sin * (arm_psi_1_cos * t327 - arm_psi_1_sin * row_1_u_arm_theta_1) + arm_psi_cos *
+        (arm_psi_1_sin * t327 + arm_psi_1_cos * row_1_u_arm_theta_1 - p->derived.constant_1 * (arm_theta_1_cos *
+        t325 - arm_theta_1_sin * t321) + t188 * t329);
     /* column_psi: force left for the joint, inward */
-    const double t389 = row_1_u_column_psi - t388;
-    const double t390 = arm_psi_sin * (arm_psi_1_cos * t384 - arm_psi_1_sin * t380 - t224 * t387) + arm_psi_cos *
-        (t386 - t225 * t387) + t229 * t389;
+    const double t331 = row_1_u_column_psi - t330;
+    const double t332 = arm_psi_sin * (arm_psi_1_cos * t326 - arm_psi_1_sin * t324 - t189 * t329) + arm_psi_cos *
+        (t328 - t190 * t329) + t195 * t331;
     /* base_z: acceleration, outward */
-    const double t391 = base_z_D_inverse * t390;
+    const double t333 = base_z_D_inverse * t332;
     /* column_psi: acceleration, outward */
-    const double t392 = t229 * t391 + column_psi_D_inverse * t389;
+    const double t334 = t195 * t333 + column_psi_D_inverse * t331;
+    const double t335 = arm_psi_sin * t334;
+    const double t336 = arm_psi_cos * t334;
+    const double t337 = arm_psi_sin * t333;
+    const double t338 = arm_psi_cos * t333;
     /* arm_psi: acceleration, outward */
-    const double t393 = arm_psi_sin * t391;
-    const double t394 = arm_psi_cos * t391;
-    const double t395 = arm_psi_sin * t392;
-    const double t396 = arm_psi_cos * t392;
-    const double t397 = t224 * t393 + t225 * t394 + t223 * t396 - arm_psi_D_inverse * t387;
+    const double t339 = t189 * t337 + t190 * t338 + t188 * t336 - arm_psi_D_inverse * t329;
+    const double t340 = p->derived.constant_1 * t336;
+    const double t341 = arm_psi_1_sin * t336 + arm_psi_1_cos * t335;
+    const double t342 = p->derived.constant_1 * t339 - t338;
+    const double t343 = arm_psi_1_sin * t342 - arm_psi_1_cos * t337;
+    const double t344 = arm_psi_1_sin * t337 + arm_psi_1_cos * t342;
+    const double t345 = arm_theta_1_sin * t343 - arm_theta_1_cos * t340;
+    const double t346 = arm_theta_1_sin * t340 + arm_theta_1_cos * t343;
     /* arm_phi_1: acceleration, outward */
-    const double t398 = p->derived.constant_1 * t396;
-    const double t399 = p->derived.constant_1 * t397 - t394;
-    const double t400 = arm_psi_1_sin * t399 - arm_psi_1_cos * t393;
-    const double t401 = arm_psi_1_sin * t393 + arm_psi_1_cos * t399;
-    const double t402 = arm_theta_1_sin * t400 - arm_theta_1_cos * t398;
-    const double t403 = arm_theta_1_sin * t398 + arm_theta_1_cos * t400;
-    const double t404 = arm_phi_1_sin * t402 + arm_phi_1_cos * t401;
-    const double t405 = arm_phi_1_cos * t402 - arm_phi_1_sin * t401;
-    const double t406 = t376 - (t187 * t403 + t189 * t404 + t191 * t405);
-    const double t407 = t375 - (t186 * t403 + t188 * t404 + t190 * t405);
-    const double t408 = arm_psi_1_sin * t396 + arm_psi_1_cos * t395;
-    const double t409 = arm_phi_1_cos * t406 - arm_phi_1_sin * t407 - (arm_psi_1_cos * t396 - arm_psi_1_sin *
-        t395);
-    const double t410 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t406 + arm_phi_1_cos * t407 - (arm_theta_1_sin *
-        t408 + arm_theta_1_cos * t397));
-    const double t411 = t374 - (arm_theta_1_cos * t408 - arm_theta_1_sin * t397) + arm_theta_1_sin * t410;
+    const double t347 = arm_phi_1_sin * t345 + arm_phi_1_cos * t344;
+    const double t348 = arm_phi_1_cos * t345 - arm_phi_1_sin * t344;
+    const double t349 = t320 - (t158 * t346 + t160 * t347 + t162 * t348);
+    const double t350 = t319 - (t157 * t346 + t159 * t347 + t161 * t348);
+    const double t351 = arm_phi_1_cos * t349 - arm_phi_1_sin * t350 - (arm_psi_1_cos * t336 - arm_psi_1_sin *
+        t335);
+    const double t352 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t349 + arm_phi_1_cos * t350 - (arm_theta_1_sin *
+        t341 + arm_theta_1_cos * t339));
+    const double t353 = t318 - (arm_theta_1_cos * t341 - arm_theta_1_sin * t339) + arm_theta_1_sin * t352;
+    const double t354 = arm_psi_2_sin * t349 + arm_psi_2_cos * t318;
+    const double t355 = t347 + p->derived.arm_element_length * t350;
+    const double t356 = t348 - p->derived.arm_element_length * t349;
+    const double t357 = arm_psi_2_sin * t355 + arm_psi_2_cos * t346;
+    const double t358 = arm_psi_2_cos * t355 - arm_psi_2_sin * t346;
+    const double t359 = arm_theta_2_sin * t357 + arm_theta_2_cos * t356;
+    const double t360 = arm_theta_2_cos * t357 - arm_theta_2_sin * t356;
     /* arm_phi_2: acceleration, outward */
-    const double t412 = t404 + p->derived.arm_element_length * t407;
-    const double t413 = t405 - p->derived.arm_element_length * t406;
-    const double t414 = arm_psi_2_sin * t412 + arm_psi_2_cos * t403;
-    const double t415 = arm_psi_2_cos * t412 - arm_psi_2_sin * t403;
-    const double t416 = arm_theta_2_sin * t414 + arm_theta_2_cos * t413;
-    const double t417 = arm_theta_2_cos * t414 - arm_theta_2_sin * t413;
-    const double t418 = arm_phi_2_sin * t416 + arm_phi_2_cos * t415;
-    const double t419 = arm_phi_2_cos * t416 - arm_phi_2_sin * t415;
-    const double t420 = t357 - (t138 * t417 + t140 * t418 + t142 * t419);
-    const double t421 = t356 - (t137 * t417 + t139 * t418 + t141 * t419);
-    const double t422 = arm_psi_2_sin * t406 + arm_psi_2_cos * t374;
-    const double t423 = arm_phi_2_cos * t420 - arm_phi_2_sin * t421 - (arm_psi_2_cos * t406 - arm_psi_2_sin *
-        t374);
-    const double t424 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t420 + arm_phi_2_cos * t421 - (arm_theta_2_sin *
-        t422 + arm_theta_2_cos * t407));
-    const double t425 = t355 - (arm_theta_2_cos * t422 - arm_theta_2_sin * t407) + arm_theta_2_sin * t424;
+    const double t361 = arm_phi_2_sin * t359 + arm_phi_2_cos * t358;
+    const double t362 = arm_phi_2_cos * t359 - arm_phi_2_sin * t358;
+    const double t363 = t305 - (t115 * t360 + t117 * t361 + t119 * t362);
+    const double t364 = t304 - (t114 * t360 + t116 * t361 + t118 * t362);
+    const double t365 = arm_phi_2_cos * t363 - arm_phi_2_sin * t364 - (arm_psi_2_cos * t349 - arm_psi_2_sin *
+        t318);
+    const double t366 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t363 + arm_phi_2_cos * t364 - (arm_theta_2_sin *
+        t354 + arm_theta_2_cos * t350));
+    const double t367 = t303 - (arm_theta_2_cos * t354 - arm_theta_2_sin * t350) + arm_theta_2_sin * t366;
+    const double t368 = arm_psi_3_sin * t363 + arm_psi_3_cos * t303;
+    const double t369 = t361 + p->derived.arm_element_length * t364;
+    const double t370 = t362 - p->derived.arm_element_length * t363;
+    const double t371 = arm_psi_3_sin * t369 + arm_psi_3_cos * t360;
+    const double t372 = arm_psi_3_cos * t369 - arm_psi_3_sin * t360;
+    const double t373 = arm_theta_3_sin * t371 + arm_theta_3_cos * t370;
     /* arm_phi_3: acceleration, outward */
-    const double t426 = t418 + p->derived.arm_element_length * t421;
-    const double t427 = t419 - p->derived.arm_element_length * t420;
-    const double t428 = arm_psi_3_sin * t426 + arm_psi_3_cos * t417;
-    const double t429 = arm_psi_3_cos * t426 - arm_psi_3_sin * t417;
-    const double t430 = arm_theta_3_sin * t428 + arm_theta_3_cos * t427;
-    const double t431 = t338 + t105 * (arm_phi_3_cos * t430 - arm_phi_3_sin * t429);
-    const double t432 = t339 - t105 * (arm_phi_3_sin * t430 + arm_phi_3_cos * t429);
-    const double t433 = arm_psi_3_sin * t420 + arm_psi_3_cos * t355;
-    const double t434 = arm_phi_3_cos * t431 - arm_phi_3_sin * t432 - (arm_psi_3_cos * t420 - arm_psi_3_sin *
-        t355);
-    const double t435 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t431 + arm_phi_3_cos * t432 - (arm_theta_3_sin *
-        t433 + arm_theta_3_cos * t421));
-    const double t436 = row_1_u_arm_phi_3 * p->derived.constant_18 - (arm_theta_3_cos * t433 - arm_theta_3_sin *
-        t421) + arm_theta_3_sin * t435;
+    const double t374 = t290 + t90 * (arm_phi_3_cos * t373 - arm_phi_3_sin * t372);
+    const double t375 = t291 - t90 * (arm_phi_3_sin * t373 + arm_phi_3_cos * t372);
+    const double t376 = arm_phi_3_cos * t374 - arm_phi_3_sin * t375 - (arm_psi_3_cos * t363 - arm_psi_3_sin *
+        t303);
+    const double t377 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t374 + arm_phi_3_cos * t375 - (arm_theta_3_sin *
+        t368 + arm_theta_3_cos * t364));
+    const double t378 = row_1_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos * t368 - arm_theta_3_sin *
+        t364) + arm_theta_3_sin * t377;
     /* effector_z: acceleration, outward */
-    const double t437 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t428 - arm_theta_3_sin *
+    const double t379 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t371 - arm_theta_3_sin *
+        t370);
+    /* arm_phi_3: force left for the joint, inward */
+    const double t380 = arm_theta_3_sin * row_2_u_arm_phi_3;
+    const double t381 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t380);
+    const double t382 = t89 * (arm_phi_3_sin * t381 + arm_phi_3_cos * row_2_u_arm_theta_3);
+    const double t383 = t89 * (arm_phi_3_cos * t381 - arm_phi_3_sin * row_2_u_arm_theta_3);
+    const double t384 = arm_phi_3_moment_beyond_x * t383;
+    const double t385 = arm_phi_3_moment_beyond_x * t382;
+    const double t386 = arm_phi_3_sin * t385 + arm_phi_3_cos * t384;
+    const double t387 = arm_phi_3_sin * t384 - arm_phi_3_cos * t385;
+    const double t388 = arm_theta_3_cos * t387 - arm_theta_3_sin * arm_theta_3_ground_z_x;
+    const double t389 = arm_theta_3_sin * t387 + arm_theta_3_cos * arm_theta_3_ground_z_x;
+    const double t390 = arm_theta_3_sin * t381 + arm_theta_3_cos * row_2_u_arm_phi_3;
+    const double t391 = arm_psi_3_sin * t389 + arm_psi_3_cos * t386;
+    /* arm_phi_2: force left for the joint, inward */
+    const double t392 = arm_theta_2_sin * row_2_u_arm_phi_2;
+    const double t393 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t392);
+    const double t394 = arm_phi_2_sin * t393 + arm_phi_2_cos * row_2_u_arm_theta_2 - (arm_psi_3_sin * t390 +
+        arm_psi_3_cos * row_2_u_arm_theta_3 - p->derived.arm_element_length * t388);
+    const double t395 = p->derived.constant_20 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t390 - arm_psi_3_sin *
+        row_2_u_arm_theta_3));
+    const double t396 = t113 * (arm_phi_2_cos * t393 - arm_phi_2_sin * row_2_u_arm_theta_2 - (arm_theta_3_cos *
+        t381 - t380 + p->derived.arm_element_length * t391) + t112 * t394);
+    const double t397 = t111 * t394 + t112 * t396;
+    const double t398 = arm_psi_3_cos * t389 - arm_psi_3_sin * t386 + (t104 * t396 - t103 * t397);
+    const double t399 = t391 + (t110 * t396 - t105 * t397);
+    const double t400 = t388 + (t105 * t396 - t109 * t397);
+    const double t401 = arm_phi_2_cos * t399 - arm_phi_2_sin * t400;
+    const double t402 = arm_phi_2_sin * t399 + arm_phi_2_cos * t400;
+    const double t403 = arm_theta_2_cos * t402 - arm_theta_2_sin * t398;
+    const double t404 = arm_theta_2_sin * t402 + arm_theta_2_cos * t398;
+    const double t405 = arm_theta_2_sin * t393 + arm_theta_2_cos * row_2_u_arm_phi_2;
+    const double t406 = arm_psi_2_sin * t404 + arm_psi_2_cos * t401;
+    /* arm_phi_1: force left for the joint, inward */
+    const double t407 = arm_theta_1_sin * row_2_u_arm_phi_1;
+    const double t408 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t407);
+    const double t409 = arm_phi_1_sin * t408 + arm_phi_1_cos * row_2_u_arm_theta_1 - (arm_psi_2_sin * t405 +
+        arm_psi_2_cos * row_2_u_arm_theta_2 - p->derived.arm_element_length * t403);
+    const double t410 = p->derived.constant_20 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t405 - arm_psi_2_sin *
+        row_2_u_arm_theta_2));
+    const double t411 = t156 * (arm_phi_1_cos * t408 - arm_phi_1_sin * row_2_u_arm_theta_1 - (arm_theta_2_cos *
+        t393 - t392 + p->derived.arm_element_length * t406) + t155 * t409);
+    const double t412 = t154 * t409 + t155 * t411;
+    const double t413 = arm_psi_2_cos * t404 - arm_psi_2_sin * t401 + (t147 * t411 - t146 * t412);
+    const double t414 = t406 + (t153 * t411 - t148 * t412);
+    const double t415 = t403 + (t148 * t411 - t152 * t412);
+    const double t416 = arm_phi_1_cos * t414 - arm_phi_1_sin * t415;
+    const double t417 = arm_phi_1_sin * t414 + arm_phi_1_cos * t415;
+    const double t418 = arm_theta_1_sin * t417 + arm_theta_1_cos * t413;
+    const double t419 = arm_theta_1_sin * t408 + arm_theta_1_cos * row_2_u_arm_phi_1;
+    const double t420 = arm_psi_1_sin * t418 + arm_psi_1_cos * t416;
+    /* arm_psi: force left for the joint, inward */
+    const double t421 = row_2_u_arm_psi - (arm_theta_1_cos * t408 - t407 + p->derived.constant_1 * t420);
+    const double t422 = arm_psi_sin * (arm_psi_1_cos * t419 - arm_psi_1_sin * row_2_u_arm_theta_1) + arm_psi_cos *
+        (arm_psi_1_sin * t419 + arm_psi_1_cos * row_2_u_arm_theta_1 - p->derived.constant_1 * (arm_theta_1_cos *
+        t417 - arm_theta_1_sin * t413) - t188 * t421);
+    /* column_psi: force left for the joint, inward */
+    const double t423 = arm_psi_sin * (arm_psi_1_cos * t418 - arm_psi_1_sin * t416 + t189 * t421) + arm_psi_cos *
+        (t420 + t190 * t421) - t195 * t422;
+    /* base_z: acceleration, outward */
+    const double t424 = base_z_D_inverse * (1.0 - t423);
+    /* column_psi: acceleration, outward */
+    const double t425 = t195 * t424 + column_psi_D_inverse * t422;
+    const double t426 = arm_psi_sin * t425;
+    const double t427 = arm_psi_cos * t425;
+    const double t428 = arm_psi_sin * t424;
+    const double t429 = arm_psi_cos * t424;
+    /* arm_psi: acceleration, outward */
+    const double t430 = arm_psi_D_inverse * t421 - (t189 * t428 + t190 * t429 + t188 * t427);
+    const double t431 = p->derived.constant_1 * t427;
+    const double t432 = arm_psi_1_sin * t427 + arm_psi_1_cos * t426;
+    const double t433 = t429 + p->derived.constant_1 * t430;
+    const double t434 = arm_psi_1_sin * t433 + arm_psi_1_cos * t428;
+    const double t435 = arm_psi_1_cos * t433 - arm_psi_1_sin * t428;
+    const double t436 = arm_theta_1_sin * t434 + arm_theta_1_cos * t431;
+    const double t437 = arm_theta_1_cos * t434 - arm_theta_1_sin * t431;
+    /* arm_phi_1: acceleration, outward */
+    const double t438 = arm_phi_1_sin * t436 + arm_phi_1_cos * t435;
+    const double t439 = arm_phi_1_cos * t436 - arm_phi_1_sin * t435;
+    const double t440 = t412 - (t158 * t437 + t160 * t438 + t162 * t439);
+    const double t441 = t411 - (t157 * t437 + t159 * t438 + t161 * t439);
+    const double t442 = arm_phi_1_cos * t440 - arm_phi_1_sin * t441 - (arm_psi_1_sin * t426 - arm_psi_1_cos *
         t427);
-    /* arm_phi_3: force left for the joint, inward */
-    const double t438 = arm_theta_3_sin * row_2_u_arm_phi_3;
-    const double t439 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t438);
-    const double t440 = arm_phi_3_sin * t439 + arm_phi_3_cos * row_2_u_arm_theta_3;
-    const double t441 = arm_phi_3_cos * t439 - arm_phi_3_sin * row_2_u_arm_theta_3;
-    const double t442 = t104 * t440;
-    const double t443 = t104 * t441;
-    const double t444 = arm_phi_3_moment_beyond_x * t443;
-    const double t445 = arm_phi_3_moment_beyond_x * t442;
-    const double t446 = arm_phi_3_sin * t445 + arm_phi_3_cos * t444;
-    const double t447 = arm_phi_3_sin * t444 - arm_phi_3_cos * t445;
-    const double t448 = arm_phi_3_cos * t440 - arm_phi_3_sin * t441;
-    const double t449 = arm_phi_3_sin * t440 + arm_phi_3_cos * t441;
-    const double t450 = arm_theta_3_cos * t447 - arm_theta_3_sin * arm_theta_3_ground_z_x;
-    const double t451 = arm_theta_3_sin * t447 + arm_theta_3_cos * arm_theta_3_ground_z_x;
-    const double t452 = arm_theta_3_sin * t449 + arm_theta_3_cos * row_2_u_arm_phi_3;
-    const double t453 = arm_psi_3_sin * t451 + arm_psi_3_cos * t446;
-    /* arm_phi_2: force left for the joint, inward */
-    const double t454 = arm_theta_2_sin * row_2_u_arm_phi_2;
-    const double t455 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t454);
-    const double t456 = arm_phi_2_sin * t455 + arm_phi_2_cos * row_2_u_arm_theta_2;
-    const double t457 = arm_phi_2_cos * t455 - arm_phi_2_sin * row_2_u_arm_theta_2;
-    const double t458 = t456 - (arm_psi_3_sin * t452 + arm_psi_3_cos * t448 - p->derived.arm_element_length *
-        t450);
-    const double t459 = p->derived.constant_19 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t452 - arm_psi_3_sin *
-        t448));
-    const double t460 = t136 * (t457 - (arm_theta_3_cos * t449 - t438 + p->derived.arm_element_length * t453) +
-        t135 * t458);
-    const double t461 = t134 * t458 + t135 * t460;
-    const double t462 = arm_psi_3_cos * t451 - arm_psi_3_sin * t446 + (t127 * t460 - t126 * t461);
-    const double t463 = t453 + (t133 * t460 - t128 * t461);
-    const double t464 = t450 + (t128 * t460 - t132 * t461);
-    const double t465 = arm_phi_2_cos * t463 - arm_phi_2_sin * t464;
-    const double t466 = arm_phi_2_sin * t463 + arm_phi_2_cos * t464;
-    const double t467 = arm_phi_2_cos * t456 - arm_phi_2_sin * t457;
-    const double t468 = arm_phi_2_sin * t456 + arm_phi_2_cos * t457;
-    const double t469 = arm_theta_2_cos * t466 - arm_theta_2_sin * t462;
-    const double t470 = arm_theta_2_sin * t466 + arm_theta_2_cos * t462;
-    const double t471 = arm_theta_2_sin * t468 + arm_theta_2_cos * row_2_u_arm_phi_2;
-    const double t472 = arm_psi_2_sin * t470 + arm_psi_2_cos * t465;
-    /* arm_phi_1: force left for the joint, inward */
-    const double t473 = arm_theta_1_sin * row_2_u_arm_phi_1;
-    const double t474 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t473);
-    const double t475 = arm_phi_1_sin * t474 + arm_phi_1_cos * row_2_u_arm_theta_1;
-    const double t476 = arm_phi_1_cos * t474 - arm_phi_1_sin * row_2_u_arm_theta_1;
-    const double t477 = t475 - (arm_psi_2_sin * t471 + arm_psi_2_cos * t467 - p->derived.arm_element_length *
-        t469);
-    const double t478 = p->derived.constant_19 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t471 - arm_psi_2_sin *
-        t467));
-    const double t479 = t185 * (t476 - (arm_theta_2_cos * t468 - t454 + p->derived.arm_element_length * t472) +
-        t184 * t477);
-    const double t480 = t183 * t477 + t184 * t479;
-    const double t481 = arm_psi_2_cos * t470 - arm_psi_2_sin * t465 + (t176 * t479 - t175 * t480);
-    const double t482 = t472 + (t182 * t479 - t177 * t480);
-    const double t483 = t469 + (t177 * t479 - t181 * t480);
-    const double t484 = arm_phi_1_cos * t482 - arm_phi_1_sin * t483;
-    const double t485 = arm_phi_1_sin * t482 + arm_phi_1_cos * t483;
-    const double t486 = arm_phi_1_cos * t475 - arm_phi_1_sin * t476;
-    const double t487 = arm_phi_1_sin * t475 + arm_phi_1_cos * t476;
-    const double t488 = arm_theta_1_sin * t485 + arm_theta_1_cos * t481;
-    const double t489 = arm_theta_1_sin * t487 + arm_theta_1_cos * row_2_u_arm_phi_1;
-    const double t490 = arm_psi_1_sin * t488 + arm_psi_1_cos * t484;
-    /* arm_psi: force left for the joint, inward */
-    const double t491 = row_2_u_arm_psi - (arm_theta_1_cos * t487 - t473 + p->derived.constant_1 * t490);
-    const double t492 = arm_psi_sin * (arm_psi_1_cos * t489 - arm_psi_1_sin * t486) + arm_psi_cos * (arm_psi_1_sin *
-        t489 + arm_psi_1_cos * t486 - p->derived.constant_1 * (arm_theta_1_cos * t485 - arm_theta_1_sin *
-        t481) - t223 * t491);
-    /* column_psi: force left for the joint, inward */
-    const double t493 = arm_psi_sin * (arm_psi_1_cos * t488 - arm_psi_1_sin * t484 + t224 * t491) + arm_psi_cos *
-        (t490 + t225 * t491) - t229 * t492;
-    /* base_z: acceleration, outward */
-    const double t494 = base_z_D_inverse * (1.0 - t493);
-    /* column_psi: acceleration, outward */
-    const double t495 = t229 * t494 + column_psi_D_inverse * t492;
-    /* arm_psi: acceleration, outward */
-    const double t496 = arm_psi_sin * t494;
-    const double t497 = arm_psi_cos * t494;
-    const double t498 = arm_psi_sin * t495;
-    const double t499 = arm_psi_cos * t495;
-    const double t500 = arm_psi_D_inverse * t491 - (t224 * t496 + t225 * t497 + t223 * t499);
-    /* arm_phi_1: acceleration, outward */
-    const double t501 = p->derived.constant_1 * t499;
-    const double t502 = t497 + p->derived.constant_1 * t500;
-    const double t503 = arm_psi_1_sin * t502 + arm_psi_1_cos * t496;
-    const double t504 = arm_psi_1_cos * t502 - arm_psi_1_sin * t496;
-    const double t505 = arm_theta_1_sin * t503 + arm_theta_1_cos * t501;
-    const double t506 = arm_theta_1_cos * t503 - arm_theta_1_sin * t501;
-    const double t507 = arm_phi_1_sin * t505 + arm_phi_1_cos * t504;
-    const double t508 = arm_phi_1_cos * t505 - arm_phi_1_sin * t504;
-    const double t509 = t480 - (t187 * t506 + t189 * t507 + t191 * t508);
-    const double t510 = t479 - (t186 * t506 + t188 * t507 + t190 * t508);
-    const double t511 = arm_psi_1_sin * t499 + arm_psi_1_cos * t498;
-    const double t512 = arm_phi_1_cos * t509 - arm_phi_1_sin * t510 - (arm_psi_1_sin * t498 - arm_psi_1_cos *
-        t499);
-    const double t513 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t509 + arm_phi_1_cos * t510 - (arm_theta_1_cos *
-        t500 - arm_theta_1_sin * t511));
-    const double t514 = t478 + (arm_theta_1_sin * t500 + arm_theta_1_cos * t511) + arm_theta_1_sin * t513;
+    const double t443 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t440 + arm_phi_1_cos * t441 - (arm_theta_1_cos *
+        t430 - arm_theta_1_sin * t432));
+    const double t444 = t410 + (arm_theta_1_sin * t430 + arm_theta_1_cos * t432) + arm_theta_1_sin * t443;
+    const double t445 = arm_psi_2_sin * t440 + arm_psi_2_cos * t410;
+    const double t446 = t438 + p->derived.arm_element_length * t441;
+    const double t447 = t439 - p->derived.arm_element_length * t440;
+    const double t448 = arm_psi_2_sin * t446 + arm_psi_2_cos * t437;
+    const double t449 = arm_psi_2_cos * t446 - arm_psi_2_sin * t437;
+    const double t450 = arm_theta_2_sin * t448 + arm_theta_2_cos * t447;
+    const double t451 = arm_theta_2_cos * t448 - arm_theta_2_sin * t447;
     /* arm_phi_2: acceleration, outward */
-    const double t515 = t507 + p->derived.arm_element_length * t510;
-    const double t516 = t508 - p->derived.arm_element_length * t509;
-    const double t517 = arm_psi_2_sin * t515 + arm_psi_2_cos * t506;
-    const double t518 = arm_psi_2_cos * t515 - arm_psi_2_sin * t506;
-    const double t519 = arm_theta_2_sin * t517 + arm_theta_2_cos * t516;
-    const double t520 = arm_theta_2_cos * t517 - arm_theta_2_sin * t516;
-    const double t521 = arm_phi_2_sin * t519 + arm_phi_2_cos * t518;
-    const double t522 = arm_phi_2_cos * t519 - arm_phi_2_sin * t518;
-    const double t523 = t461 - (t138 * t520 + t140 * t521 + t142 * t522);
-    const double t524 = t460 - (t137 * t520 + t139 * t521 + t141 * t522);
-    const double t525 = arm_psi_2_sin * t509 + arm_psi_2_cos * t478;
-    const double t526 = arm_phi_2_cos * t523 - arm_phi_2_sin * t524 - (arm_psi_2_cos * t509 - arm_psi_2_sin *
-        t478);
-    const double t527 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t523 + arm_phi_2_cos * t524 - (arm_theta_2_sin *
-        t525 + arm_theta_2_cos * t510));
-    const double t528 = t459 - (arm_theta_2_cos * t525 - arm_theta_2_sin * t510) + arm_theta_2_sin * t527;
+    const double t452 = arm_phi_2_sin * t450 + arm_phi_2_cos * t449;
+    const double t453 = arm_phi_2_cos * t450 - arm_phi_2_sin * t449;
+    const double t454 = t397 - (t115 * t451 + t117 * t452 + t119 * t453);
+    const double t455 = t396 - (t114 * t451 + t116 * t452 + t118 * t453);
+    const double t456 = arm_phi_2_cos * t454 - arm_phi_2_sin * t455 - (arm_psi_2_cos * t440 - arm_psi_2_sin *
+        t410);
+    const double t457 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t454 + arm_phi_2_cos * t455 - (arm_theta_2_sin *
+        t445 + arm_theta_2_cos * t441));
+    const double t458 = t395 - (arm_theta_2_cos * t445 - arm_theta_2_sin * t441) + arm_theta_2_sin * t457;
+    const double t459 = arm_psi_3_sin * t454 + arm_psi_3_cos * t395;
+    const double t460 = t452 + p->derived.arm_element_length * t455;
+    const double t461 = t453 - p->derived.arm_element_length * t454;
+    const double t462 = arm_psi_3_sin * t460 + arm_psi_3_cos * t451;
+    const double t463 = arm_psi_3_cos * t460 - arm_psi_3_sin * t451;
+    const double t464 = arm_theta_3_sin * t462 + arm_theta_3_cos * t461;
     /* arm_phi_3: acceleration, outward */
-    const double t529 = t521 + p->derived.arm_element_length * t524;
-    const double t530 = t522 - p->derived.arm_element_length * t523;
-    const double t531 = arm_psi_3_sin * t529 + arm_psi_3_cos * t520;
-    const double t532 = arm_psi_3_cos * t529 - arm_psi_3_sin * t520;
-    const double t533 = arm_theta_3_sin * t531 + arm_theta_3_cos * t530;
-    const double t534 = t442 + t105 * (arm_phi_3_cos * t533 - arm_phi_3_sin * t532);
-    const double t535 = t443 - t105 * (arm_phi_3_sin * t533 + arm_phi_3_cos * t532);
-    const double t536 = arm_psi_3_sin * t523 + arm_psi_3_cos * t459;
-    const double t537 = arm_phi_3_cos * t534 - arm_phi_3_sin * t535 - (arm_psi_3_cos * t523 - arm_psi_3_sin *
-        t459);
-    const double t538 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t534 + arm_phi_3_cos * t535 - (arm_theta_3_sin *
-        t536 + arm_theta_3_cos * t524));
-    const double t539 = row_2_u_arm_phi_3 * p->derived.constant_18 - (arm_theta_3_cos * t536 - arm_theta_3_sin *
-        t524) + arm_theta_3_sin * t538;
+    const double t465 = t382 + t90 * (arm_phi_3_cos * t464 - arm_phi_3_sin * t463);
+    const double t466 = t383 - t90 * (arm_phi_3_sin * t464 + arm_phi_3_cos * t463);
+    const double t467 = arm_phi_3_cos * t465 - arm_phi_3_sin * t466 - (arm_psi_3_cos * t454 - arm_psi_3_sin *
+        t395);
+    const double t468 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t465 + arm_phi_3_cos * t466 - (arm_theta_3_sin *
+        t459 + arm_theta_3_cos * t455));
+    const double t469 = row_2_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos * t459 - arm_theta_3_sin *
+        t455) + arm_theta_3_sin * t468;
     /* effector_z: acceleration, outward */
-    const double t540 = arm_theta_3_ground_z_x * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t531 -
-        arm_theta_3_sin * t530);
+    const double t470 = arm_theta_3_ground_z_x * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t462 -
+        arm_theta_3_sin * t461);
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t541 = row_1_u_column_psi * t288 - t101 * t293 - t102 * t306 + row_1_u_arm_theta_1 * t305 +
-        row_1_u_arm_phi_1 * t307 + row_1_u_arm_psi_2 * t320 + row_1_u_arm_theta_2 * t319;
-    const double t542 = row_1_phi * p->derived.constant_13 + (row_1_v + row_1_psi * p->derived.constant_12) +
-        (t541 + row_1_u_arm_phi_2 * t321 + row_1_u_arm_psi_3 * t331 + row_1_u_arm_theta_3 * t330 + row_1_u_arm_phi_3 *
-        t332 - row_1_u_effector_z * t333);
-    const double t543 = row_1_u_column_psi * t392 - t101 * t397 - t102 * t410 + row_1_u_arm_theta_1 * t409 +
-        row_1_u_arm_phi_1 * t411 + row_1_u_arm_psi_2 * t424 + row_1_u_arm_theta_2 * t423;
-    const double t544 = t543 + row_1_u_arm_phi_2 * t425 + row_1_u_arm_psi_3 * t435 + row_1_u_arm_theta_3 *
-        t434 + row_1_u_arm_phi_3 * t436 + row_1_u_effector_z * t437;
-    const double t545 = row_2_u_arm_psi * t293 - t287 + row_2_u_arm_psi_1 * t306 + row_2_u_arm_theta_1 * t305 +
-        row_2_u_arm_phi_1 * t307 + row_2_u_arm_psi_2 * t320 + row_2_u_arm_theta_2 * t319;
-    const double t546 = row_2_v + p->derived.constant_12 * row_2_psi + (t545 + row_2_u_arm_phi_2 * t321 +
-        row_2_u_arm_psi_3 * t331 + row_2_u_arm_theta_3 * t330 + row_2_u_arm_phi_3 * t332 - arm_theta_3_ground_z_x *
-        t333);
-    const double t547 = row_2_u_arm_psi * t397 - t391 + row_2_u_arm_psi_1 * t410 + row_2_u_arm_theta_1 * t409 +
-        row_2_u_arm_phi_1 * t411 + row_2_u_arm_psi_2 * t424 + row_2_u_arm_theta_2 * t423;
-    const double t548 = t547 + row_2_u_arm_phi_2 * t425 + row_2_u_arm_psi_3 * t435 + row_2_u_arm_theta_3 *
-        t434 + row_2_u_arm_phi_3 * t436 + arm_theta_3_ground_z_x * t437;
-    const double t549 = t494 + row_2_u_arm_psi * t500 + row_2_u_arm_psi_1 * t513 + row_2_u_arm_theta_1 * t512 +
-        row_2_u_arm_phi_1 * t514 + row_2_u_arm_psi_2 * t527 + row_2_u_arm_theta_2 * t526;
-    const double t550 = t549 + row_2_u_arm_phi_2 * t528 + row_2_u_arm_psi_3 * t538 + row_2_u_arm_theta_3 *
-        t537 + row_2_u_arm_phi_3 * t539 + arm_theta_3_ground_z_x * t540;
-    const double row_1_pivot_inverse = (t544 * 1e-12 < t544 ? 1.0 / t544 : 0.0);
-    const double t551 = t548 * row_1_pivot_inverse;
-    const double t552 = t550 - t548 * t551;
-    const double row_2_pivot_inverse = (t550 * 1e-12 < t552 ? 1.0 / t552 : 0.0);
-    const double row_2_lambda = (t542 * t551 - t546) * row_2_pivot_inverse;
-    const double t553 = row_1_pivot_inverse * (t542 + t548 * row_2_lambda);
-    qdd[0] = t391 * t553 - t287 + t494 * row_2_lambda;
-    qdd[1] = t288 - t392 * t553 - t495 * row_2_lambda;
-    qdd[2] = t293 - t397 * t553 + t500 * row_2_lambda;
-    qdd[3] = t306 - t410 * t553 + t513 * row_2_lambda;
-    qdd[4] = t305 - t409 * t553 + t512 * row_2_lambda;
-    qdd[5] = t307 - t411 * t553 + t514 * row_2_lambda;
-    qdd[6] = t320 - t424 * t553 + t527 * row_2_lambda;
-    qdd[7] = t319 - t423 * t553 + t526 * row_2_lambda;
-    qdd[8] = t321 - t425 * t553 + t528 * row_2_lambda;
-    qdd[9] = t331 - t435 * t553 + t538 * row_2_lambda;
-    qdd[10] = t330 - t434 * t553 + t537 * row_2_lambda;
-    qdd[11] = t332 - t436 * t553 + t539 * row_2_lambda;
-    qdd[12] = t540 * row_2_lambda - (t333 + t437 * t553);
+    const double t471 = row_1_u_column_psi * t242 - t86 * t247 - t87 * t260 + row_1_u_arm_theta_1 * t259 +
+        row_1_u_arm_phi_1 * t261 + row_1_u_arm_psi_2 * t274 + row_1_u_arm_theta_2 * t273;
+    const double t472 = row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13) +
+        (t471 + row_1_u_arm_phi_2 * t275 + row_1_u_arm_psi_3 * t285 + row_1_u_arm_theta_3 * t284 + row_1_u_arm_phi_3 *
+        t286 - row_1_u_effector_z * t287);
+    const double t473 = row_1_u_column_psi * t334 - t86 * t339 - t87 * t352 + row_1_u_arm_theta_1 * t351 +
+        row_1_u_arm_phi_1 * t353 + row_1_u_arm_psi_2 * t366 + row_1_u_arm_theta_2 * t365;
+    const double t474 = t473 + row_1_u_arm_phi_2 * t367 + row_1_u_arm_psi_3 * t377 + row_1_u_arm_theta_3 *
+        t376 + row_1_u_arm_phi_3 * t378 + row_1_u_effector_z * t379;
+    const double t475 = row_2_u_arm_psi * t247 - t241 + row_2_u_arm_psi_1 * t260 + row_2_u_arm_theta_1 * t259 +
+        row_2_u_arm_phi_1 * t261 + row_2_u_arm_psi_2 * t274 + row_2_u_arm_theta_2 * t273;
+    const double t476 = row_2_v + p->derived.constant_13 * row_2_psi + (t475 + row_2_u_arm_phi_2 * t275 +
+        row_2_u_arm_psi_3 * t285 + row_2_u_arm_theta_3 * t284 + row_2_u_arm_phi_3 * t286 - arm_theta_3_ground_z_x *
+        t287);
+    const double t477 = row_2_u_arm_psi * t339 - t333 + row_2_u_arm_psi_1 * t352 + row_2_u_arm_theta_1 * t351 +
+        row_2_u_arm_phi_1 * t353 + row_2_u_arm_psi_2 * t366 + row_2_u_arm_theta_2 * t365;
+    const double t478 = t477 + row_2_u_arm_phi_2 * t367 + row_2_u_arm_psi_3 * t377 + row_2_u_arm_theta_3 *
+        t376 + row_2_u_arm_phi_3 * t378 + arm_theta_3_ground_z_x * t379;
+    const double t479 = t424 + row_2_u_arm_psi * t430 + row_2_u_arm_psi_1 * t443 + row_2_u_arm_theta_1 * t442 +
+        row_2_u_arm_phi_1 * t444 + row_2_u_arm_psi_2 * t457 + row_2_u_arm_theta_2 * t456;
+    const double t480 = t479 + row_2_u_arm_phi_2 * t458 + row_2_u_arm_psi_3 * t468 + row_2_u_arm_theta_3 *
+        t467 + row_2_u_arm_phi_3 * t469 + arm_theta_3_ground_z_x * t470;
+    const double row_1_pivot_inverse = (t474 * 1e-12 < t474 ? 1.0 / t474 : 0.0);
+    const double t481 = t478 * row_1_pivot_inverse;
+    const double t482 = t480 - t478 * t481;
+    const double row_2_pivot_inverse = (t480 * 1e-12 < t482 ? 1.0 / t482 : 0.0);
+    const double row_2_lambda = (t472 * t481 - t476) * row_2_pivot_inverse;
+    const double t483 = row_1_pivot_inverse * (t472 + t478 * row_2_lambda);
+    qdd[0] = t333 * t483 - t241 + t424 * row_2_lambda;
+    qdd[1] = t242 - t334 * t483 - t425 * row_2_lambda;
+    qdd[2] = t247 - t339 * t483 + t430 * row_2_lambda;
+    qdd[3] = t260 - t352 * t483 + t443 * row_2_lambda;
+    qdd[4] = t259 - t351 * t483 + t442 * row_2_lambda;
+    qdd[5] = t261 - t353 * t483 + t444 * row_2_lambda;
+    qdd[6] = t274 - t366 * t483 + t457 * row_2_lambda;
+    qdd[7] = t273 - t365 * t483 + t456 * row_2_lambda;
+    qdd[8] = t275 - t367 * t483 + t458 * row_2_lambda;
+    qdd[9] = t285 - t377 * t483 + t468 * row_2_lambda;
+    qdd[10] = t284 - t376 * t483 + t467 * row_2_lambda;
+    qdd[11] = t286 - t378 * t483 + t469 * row_2_lambda;
+    qdd[12] = t470 * row_2_lambda - (t287 + t379 * t483);
 }
 
 void manipulator_flexible_force(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -4772,13 +4571,15 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
     const double t5 = arm_psi_w_x * qd[2];
+    const double t6 = arm_psi_w_x * arm_psi_w_y;
+    const double t7 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
     /* arm_psi_1: motion from arm_psi outward */
     const double arm_psi_1_sin = sin(q[3]);
     const double arm_psi_1_cos = cos(q[3]);
     const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t3 * arm_psi_1_sin;
-    const double t6 = arm_psi_ground_x_x * arm_psi_1_sin + t3 * arm_psi_1_cos;
+    const double t8 = arm_psi_ground_x_x * arm_psi_1_sin + t3 * arm_psi_1_cos;
     const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t4 * arm_psi_1_sin;
-    const double t7 = arm_psi_ground_y_x * arm_psi_1_sin + t4 * arm_psi_1_cos;
+    const double t9 = arm_psi_ground_y_x * arm_psi_1_sin + t4 * arm_psi_1_cos;
     const double arm_psi_1_ground_z_x = arm_psi_cos * arm_psi_1_sin + arm_psi_sin * arm_psi_1_cos;
     const double arm_psi_1_ground_z_y = arm_psi_cos * arm_psi_1_cos - arm_psi_sin * arm_psi_1_sin;
     const double arm_psi_1_position_x = p->derived.constant_1 * arm_psi_ground_x_x;
@@ -4786,23 +4587,22 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double arm_psi_1_position_z = arm_psi_position_z + p->derived.constant_1 * arm_psi_sin;
     const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
     const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
-    const double t8 = p->derived.constant_1 * qd[2];
-    const double t9 = p->derived.constant_1 * arm_psi_w_y;
-    const double t10 = arm_psi_v_y + t8;
-    const double arm_psi_1_v_x = arm_psi_1_sin * t10 + arm_psi_v_x * arm_psi_1_cos;
-    const double arm_psi_1_v_y = arm_psi_1_cos * t10 - arm_psi_v_x * arm_psi_1_sin;
-    const double t11 = qd[2] * t8 + arm_psi_w_y * t9;
-    const double t12 = arm_psi_w_x * t9;
-    const double arm_psi_1_bias_a_z = arm_psi_w_x * t8 + p->derived.constant_1 * t5;
-    const double arm_psi_1_bias_a_x = arm_psi_1_sin * t12 - arm_psi_1_cos * t11;
-    const double arm_psi_1_bias_a_y = arm_psi_1_sin * t11 + arm_psi_1_cos * t12;
-    const double t13 = arm_psi_bias_a_falling_x - t11;
-    const double t14 = arm_psi_bias_a_falling_y + t12;
-    const double arm_psi_1_bias_a_falling_x = arm_psi_1_sin * t14 + arm_psi_1_cos * t13;
-    const double arm_psi_1_bias_a_falling_y = arm_psi_1_cos * t14 - arm_psi_1_sin * t13;
+    const double t10 = p->derived.constant_1 * arm_psi_w_y;
+    const double t11 = arm_psi_v_y + p->derived.constant_1 * qd[2];
+    const double arm_psi_1_v_x = arm_psi_1_sin * t11 + arm_psi_v_x * arm_psi_1_cos;
+    const double arm_psi_1_v_y = arm_psi_1_cos * t11 - arm_psi_v_x * arm_psi_1_sin;
+    const double t12 = p->derived.constant_1 * t7;
+    const double t13 = p->derived.constant_1 * t6;
+    const double arm_psi_1_bias_a_z = p->derived.constant_1 * (t5 + t5);
+    const double arm_psi_1_bias_a_x = arm_psi_1_sin * t13 - arm_psi_1_cos * t12;
+    const double arm_psi_1_bias_a_y = arm_psi_1_sin * t12 + arm_psi_1_cos * t13;
+    const double t14 = arm_psi_bias_a_falling_x - t12;
+    const double t15 = arm_psi_bias_a_falling_y + t13;
+    const double arm_psi_1_bias_a_falling_x = arm_psi_1_sin * t15 + arm_psi_1_cos * t14;
+    const double arm_psi_1_bias_a_falling_y = arm_psi_1_cos * t15 - arm_psi_1_sin * t14;
     const double arm_psi_1_bias_wd_x = arm_psi_bias_wd_x * arm_psi_1_cos - t5 * arm_psi_1_sin + arm_psi_1_w_y *
         qd[3];
-    const double t15 = arm_psi_bias_wd_x * arm_psi_1_sin + t5 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
+    const double t16 = arm_psi_bias_wd_x * arm_psi_1_sin + t5 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
     const double arm_psi_1_w_z = qd[2] + qd[3];
     /* arm_theta_1: motion from arm_psi_1 outward */
     const double arm_theta_1_sin = sin(q[4]);
@@ -4815,24 +4615,24 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double arm_theta_1_ground_z_x = arm_psi_1_ground_z_x * arm_theta_1_cos;
     const double arm_theta_1_w_z = arm_psi_1_w_x * arm_theta_1_sin + arm_psi_1_w_z * arm_theta_1_cos;
     const double arm_theta_1_w_x = arm_psi_1_w_x * arm_theta_1_cos - arm_psi_1_w_z * arm_theta_1_sin;
-    const double arm_theta_1_v_z = arm_psi_1_v_x * arm_theta_1_sin - t9 * arm_theta_1_cos;
-    const double arm_theta_1_v_x = t9 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
-    const double t16 = arm_psi_1_bias_a_z * arm_theta_1_cos;
-    const double arm_theta_1_bias_a_z = arm_psi_1_bias_a_x * arm_theta_1_sin + t16;
-    const double t17 = arm_psi_1_bias_a_z * arm_theta_1_sin;
-    const double arm_theta_1_bias_a_x = arm_psi_1_bias_a_x * arm_theta_1_cos - t17;
-    const double arm_theta_1_bias_a_falling_z = t16 + arm_psi_1_bias_a_falling_x * arm_theta_1_sin;
-    const double arm_theta_1_bias_a_falling_x = arm_psi_1_bias_a_falling_x * arm_theta_1_cos - t17;
+    const double arm_theta_1_v_z = arm_psi_1_v_x * arm_theta_1_sin - t10 * arm_theta_1_cos;
+    const double arm_theta_1_v_x = t10 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
+    const double t17 = arm_psi_1_bias_a_z * arm_theta_1_cos;
+    const double arm_theta_1_bias_a_z = arm_psi_1_bias_a_x * arm_theta_1_sin + t17;
+    const double t18 = arm_psi_1_bias_a_z * arm_theta_1_sin;
+    const double arm_theta_1_bias_a_x = arm_psi_1_bias_a_x * arm_theta_1_cos - t18;
+    const double arm_theta_1_bias_a_falling_z = t17 + arm_psi_1_bias_a_falling_x * arm_theta_1_sin;
+    const double arm_theta_1_bias_a_falling_x = arm_psi_1_bias_a_falling_x * arm_theta_1_cos - t18;
     const double arm_theta_1_bias_wd_x = arm_psi_1_bias_wd_x * arm_theta_1_cos - arm_theta_1_w_z * qd[4];
     const double arm_theta_1_bias_wd_z = arm_psi_1_bias_wd_x * arm_theta_1_sin + arm_theta_1_w_x * qd[4];
     const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
     /* arm_phi_1: motion from arm_theta_1 outward */
     const double arm_phi_1_sin = sin(q[5]);
     const double arm_phi_1_cos = cos(q[5]);
-    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t6 * arm_phi_1_cos;
-    const double arm_phi_1_ground_x_z = t6 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t7 * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_z = t7 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
+    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t8 * arm_phi_1_cos;
+    const double arm_phi_1_ground_x_z = t8 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
+    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t9 * arm_phi_1_cos;
+    const double arm_phi_1_ground_y_z = t9 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
     const double arm_phi_1_ground_z_y = arm_theta_1_ground_z_z * arm_phi_1_sin + arm_psi_1_ground_z_y * arm_phi_1_cos;
     const double arm_phi_1_ground_z_z = arm_theta_1_ground_z_z * arm_phi_1_cos - arm_psi_1_ground_z_y * arm_phi_1_sin;
     const double arm_phi_1_w_y = arm_theta_1_w_z * arm_phi_1_sin + arm_theta_1_w_y * arm_phi_1_cos;
@@ -4845,11 +4645,16 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
         arm_phi_1_cos;
     const double arm_phi_1_bias_a_falling_z = arm_theta_1_bias_a_falling_z * arm_phi_1_cos - arm_psi_1_bias_a_falling_y *
         arm_phi_1_sin;
-    const double arm_phi_1_bias_wd_y = arm_theta_1_bias_wd_z * arm_phi_1_sin - t15 * arm_phi_1_cos + arm_phi_1_w_z *
+    const double arm_phi_1_bias_wd_y = arm_theta_1_bias_wd_z * arm_phi_1_sin - t16 * arm_phi_1_cos + arm_phi_1_w_z *
         qd[5];
-    const double arm_phi_1_bias_wd_z = t15 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
+    const double arm_phi_1_bias_wd_z = t16 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
         qd[5];
     const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
+    const double t19 = arm_phi_1_w_y * arm_phi_1_w_x;
+    const double t20 = arm_phi_1_w_z * arm_phi_1_w_z + arm_phi_1_w_y * arm_phi_1_w_y;
+    const double t21 = arm_phi_1_bias_wd_z + t19;
+    const double t22 = arm_phi_1_w_z * arm_phi_1_w_x;
+    const double t23 = t22 - arm_phi_1_bias_wd_y;
     /* arm_psi_2: motion from arm_phi_1 outward */
     const double arm_psi_2_sin = sin(q[6]);
     const double arm_psi_2_cos = cos(q[6]);
@@ -4864,27 +4669,23 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double arm_psi_2_position_z = arm_psi_1_position_z + p->derived.arm_element_length * arm_theta_1_ground_z_x;
     const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
     const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
-    const double t18 = p->derived.arm_element_length * arm_phi_1_w_z;
-    const double t19 = p->derived.arm_element_length * arm_phi_1_w_y;
-    const double t20 = arm_phi_1_v_y + t18;
-    const double arm_psi_2_v_z = arm_phi_1_v_z - t19;
-    const double arm_psi_2_v_x = arm_psi_2_sin * t20 + arm_theta_1_v_x * arm_psi_2_cos;
-    const double arm_psi_2_v_y = arm_psi_2_cos * t20 - arm_theta_1_v_x * arm_psi_2_sin;
-    const double t21 = arm_phi_1_w_z * t18 + arm_phi_1_w_y * t19;
-    const double t22 = arm_phi_1_w_x * t19;
-    const double t23 = arm_phi_1_w_x * t18;
-    const double t24 = p->derived.arm_element_length * arm_phi_1_bias_wd_z;
-    const double t25 = p->derived.arm_element_length * arm_phi_1_bias_wd_y;
-    const double t26 = arm_theta_1_bias_a_x - t21;
-    const double t27 = t22 + (arm_phi_1_bias_a_y + t24);
-    const double arm_psi_2_bias_a_z = t23 + (arm_phi_1_bias_a_z - t25);
-    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t27 + arm_psi_2_cos * t26;
-    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t27 - arm_psi_2_sin * t26;
-    const double t28 = arm_theta_1_bias_a_falling_x - t21;
-    const double t29 = t22 + (arm_phi_1_bias_a_falling_y + t24);
-    const double arm_psi_2_bias_a_falling_z = t23 + (arm_phi_1_bias_a_falling_z - t25);
-    const double arm_psi_2_bias_a_falling_x = arm_psi_2_sin * t29 + arm_psi_2_cos * t28;
-    const double arm_psi_2_bias_a_falling_y = arm_psi_2_cos * t29 - arm_psi_2_sin * t28;
+    const double t24 = arm_phi_1_v_y + p->derived.arm_element_length * arm_phi_1_w_z;
+    const double arm_psi_2_v_z = arm_phi_1_v_z - p->derived.arm_element_length * arm_phi_1_w_y;
+    const double arm_psi_2_v_x = arm_psi_2_sin * t24 + arm_theta_1_v_x * arm_psi_2_cos;
+    const double arm_psi_2_v_y = arm_psi_2_cos * t24 - arm_theta_1_v_x * arm_psi_2_sin;
+    const double t25 = p->derived.arm_element_length * t20;
+    const double t26 = p->derived.arm_element_length * t21;
+    const double t27 = p->derived.arm_element_length * t23;
+    const double t28 = arm_theta_1_bias_a_x - t25;
+    const double t29 = arm_phi_1_bias_a_y + t26;
+    const double arm_psi_2_bias_a_z = arm_phi_1_bias_a_z + t27;
+    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t29 + arm_psi_2_cos * t28;
+    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t29 - arm_psi_2_sin * t28;
+    const double t30 = arm_theta_1_bias_a_falling_x - t25;
+    const double t31 = arm_phi_1_bias_a_falling_y + t26;
+    const double arm_psi_2_bias_a_falling_z = arm_phi_1_bias_a_falling_z + t27;
+    const double arm_psi_2_bias_a_falling_x = arm_psi_2_sin * t31 + arm_psi_2_cos * t30;
+    const double arm_psi_2_bias_a_falling_y = arm_psi_2_cos * t31 - arm_psi_2_sin * t30;
     const double arm_psi_2_bias_wd_x = arm_phi_1_bias_wd_y * arm_psi_2_sin + arm_theta_1_bias_wd_x * arm_psi_2_cos +
         arm_psi_2_w_y * qd[6];
     const double arm_psi_2_bias_wd_y = arm_phi_1_bias_wd_y * arm_psi_2_cos - arm_theta_1_bias_wd_x * arm_psi_2_sin -
@@ -4944,6 +4745,11 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double arm_phi_2_bias_wd_z = arm_theta_2_bias_wd_z * arm_phi_2_cos - arm_psi_2_bias_wd_y * arm_phi_2_sin -
         arm_phi_2_w_y * qd[8];
     const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
+    const double t32 = arm_phi_2_w_y * arm_phi_2_w_x;
+    const double t33 = arm_phi_2_w_z * arm_phi_2_w_z + arm_phi_2_w_y * arm_phi_2_w_y;
+    const double t34 = arm_phi_2_bias_wd_z + t32;
+    const double t35 = arm_phi_2_w_z * arm_phi_2_w_x;
+    const double t36 = t35 - arm_phi_2_bias_wd_y;
     /* arm_psi_3: motion from arm_phi_2 outward */
     const double arm_psi_3_sin = sin(q[9]);
     const double arm_psi_3_cos = cos(q[9]);
@@ -4958,27 +4764,23 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double arm_psi_3_position_z = arm_psi_2_position_z + p->derived.arm_element_length * arm_theta_2_ground_z_x;
     const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
     const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
-    const double t30 = p->derived.arm_element_length * arm_phi_2_w_z;
-    const double t31 = p->derived.arm_element_length * arm_phi_2_w_y;
-    const double t32 = arm_phi_2_v_y + t30;
-    const double arm_psi_3_v_z = arm_phi_2_v_z - t31;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t32 + arm_theta_2_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t32 - arm_theta_2_v_x * arm_psi_3_sin;
-    const double t33 = arm_phi_2_w_z * t30 + arm_phi_2_w_y * t31;
-    const double t34 = arm_phi_2_w_x * t31;
-    const double t35 = arm_phi_2_w_x * t30;
-    const double t36 = p->derived.arm_element_length * arm_phi_2_bias_wd_z;
-    const double t37 = p->derived.arm_element_length * arm_phi_2_bias_wd_y;
-    const double t38 = arm_theta_2_bias_a_x - t33;
-    const double t39 = t34 + (arm_phi_2_bias_a_y + t36);
-    const double arm_psi_3_bias_a_z = t35 + (arm_phi_2_bias_a_z - t37);
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t39 + arm_psi_3_cos * t38;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t39 - arm_psi_3_sin * t38;
-    const double t40 = arm_theta_2_bias_a_falling_x - t33;
-    const double t41 = t34 + (arm_phi_2_bias_a_falling_y + t36);
-    const double arm_psi_3_bias_a_falling_z = t35 + (arm_phi_2_bias_a_falling_z - t37);
-    const double arm_psi_3_bias_a_falling_x = arm_psi_3_sin * t41 + arm_psi_3_cos * t40;
-    const double arm_psi_3_bias_a_falling_y = arm_psi_3_cos * t41 - arm_psi_3_sin * t40;
+    const double t37 = arm_phi_2_v_y + p->derived.arm_element_length * arm_phi_2_w_z;
+    const double arm_psi_3_v_z = arm_phi_2_v_z - p->derived.arm_element_length * arm_phi_2_w_y;
+    const double arm_psi_3_v_x = arm_psi_3_sin * t37 + arm_theta_2_v_x * arm_psi_3_cos;
+    const double arm_psi_3_v_y = arm_psi_3_cos * t37 - arm_theta_2_v_x * arm_psi_3_sin;
+    const double t38 = p->derived.arm_element_length * t33;
+    const double t39 = p->derived.arm_element_length * t34;
+    const double t40 = p->derived.arm_element_length * t36;
+    const double t41 = arm_theta_2_bias_a_x - t38;
+    const double t42 = arm_phi_2_bias_a_y + t39;
+    const double arm_psi_3_bias_a_z = arm_phi_2_bias_a_z + t40;
+    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t42 + arm_psi_3_cos * t41;
+    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t42 - arm_psi_3_sin * t41;
+    const double t43 = arm_theta_2_bias_a_falling_x - t38;
+    const double t44 = arm_phi_2_bias_a_falling_y + t39;
+    const double arm_psi_3_bias_a_falling_z = arm_phi_2_bias_a_falling_z + t40;
+    const double arm_psi_3_bias_a_falling_x = arm_psi_3_sin * t44 + arm_psi_3_cos * t43;
+    const double arm_psi_3_bias_a_falling_y = arm_psi_3_cos * t44 - arm_psi_3_sin * t43;
     const double arm_psi_3_bias_wd_x = arm_phi_2_bias_wd_y * arm_psi_3_sin + arm_theta_2_bias_wd_x * arm_psi_3_cos +
         arm_psi_3_w_y * qd[9];
     const double arm_psi_3_bias_wd_y = arm_phi_2_bias_wd_y * arm_psi_3_cos - arm_theta_2_bias_wd_x * arm_psi_3_sin -
@@ -5021,9 +4823,9 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
     const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
     const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t42 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t43 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t43 - t42;
+    const double t45 = arm_theta_3_w_y * arm_phi_3_sin;
+    const double t46 = arm_theta_3_w_z * arm_phi_3_cos;
+    const double arm_phi_3_w_z = t46 - t45;
     const double arm_phi_3_v_y = arm_theta_3_v_z * arm_phi_3_sin + arm_psi_3_v_y * arm_phi_3_cos;
     const double arm_phi_3_v_z = arm_theta_3_v_z * arm_phi_3_cos - arm_psi_3_v_y * arm_phi_3_sin;
     const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
@@ -5037,6 +4839,11 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double arm_phi_3_bias_wd_z = arm_theta_3_bias_wd_z * arm_phi_3_cos - arm_psi_3_bias_wd_y * arm_phi_3_sin -
         arm_phi_3_w_y * qd[11];
     const double arm_phi_3_w_x = arm_theta_3_w_x + qd[11];
+    const double t47 = arm_phi_3_w_y * arm_phi_3_w_x;
+    const double t48 = arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y * arm_phi_3_w_y;
+    const double t49 = arm_phi_3_bias_wd_z + t47;
+    const double t50 = arm_phi_3_w_z * arm_phi_3_w_x;
+    const double t51 = t50 - arm_phi_3_bias_wd_y;
     /* effector_z: motion from arm_phi_3 outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
     const double effector_z_ground_x_x = arm_psi_3_ground_x_y * arm_phi_3_sin - arm_theta_3_ground_x_z * arm_phi_3_cos;
@@ -5045,27 +4852,23 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double effector_z_position_x = arm_psi_3_position_x + arm_theta_3_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_3_position_y + arm_theta_3_ground_y_x * effector_z_shift_x;
     const double effector_z_position_z = arm_psi_3_position_z + arm_theta_3_ground_z_x * effector_z_shift_x;
-    const double effector_z_w_x = t42 - t43;
-    const double t44 = arm_phi_3_w_z * effector_z_shift_x;
-    const double t45 = arm_phi_3_w_y * effector_z_shift_x;
-    const double effector_z_v_y = arm_phi_3_v_y + t44;
-    const double effector_z_v_x = t45 - arm_phi_3_v_z;
-    const double t46 = arm_phi_3_w_z * t44 + arm_phi_3_w_y * t45;
-    const double t47 = arm_phi_3_w_x * t45;
-    const double t48 = arm_phi_3_w_x * t44;
-    const double t49 = arm_phi_3_bias_wd_z * effector_z_shift_x;
-    const double t50 = arm_phi_3_bias_wd_y * effector_z_shift_x;
-    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - t46;
-    const double effector_z_bias_a_falling_z = arm_theta_3_bias_a_falling_x - t46;
-    const double t51 = arm_phi_3_w_y * qd[12];
-    const double t52 = effector_z_w_x * qd[12];
-    const double t53 = t51 + t51;
-    const double t54 = t52 + t52;
+    const double effector_z_w_x = t45 - t46;
+    const double effector_z_v_y = arm_phi_3_v_y + arm_phi_3_w_z * effector_z_shift_x;
+    const double effector_z_v_x = arm_phi_3_w_y * effector_z_shift_x - arm_phi_3_v_z;
+    const double t52 = t48 * effector_z_shift_x;
+    const double t53 = t49 * effector_z_shift_x;
+    const double t54 = t51 * effector_z_shift_x;
+    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - t52;
+    const double effector_z_bias_a_falling_z = arm_theta_3_bias_a_falling_x - t52;
+    const double t55 = arm_phi_3_w_y * qd[12];
+    const double t56 = effector_z_w_x * qd[12];
+    const double t57 = t55 + t55;
+    const double t58 = t56 + t56;
     const double effector_z_v_z = arm_theta_3_v_x + qd[12];
-    const double effector_z_bias_a_x = t53 - (t48 + (arm_phi_3_bias_a_z - t50));
-    const double effector_z_bias_a_y = t47 + (arm_phi_3_bias_a_y + t49) - t54;
-    const double effector_z_bias_a_falling_x = t53 - (t48 + (arm_phi_3_bias_a_falling_z - t50));
-    const double effector_z_bias_a_falling_y = t47 + (arm_phi_3_bias_a_falling_y + t49) - t54;
+    const double effector_z_bias_a_x = t57 - (arm_phi_3_bias_a_z + t54);
+    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + t53 - t58;
+    const double effector_z_bias_a_falling_x = t57 - (arm_phi_3_bias_a_falling_z + t54);
+    const double effector_z_bias_a_falling_y = arm_phi_3_bias_a_falling_y + t53 - t58;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = effector_z_ground_x_x * effector_z_v_x + arm_phi_3_ground_x_y * effector_z_v_y +
         arm_theta_3_ground_x_x * effector_z_v_z;
@@ -5079,757 +4882,664 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
         arm_theta_3_ground_y_x * effector_z_bias_a_z;
     const double point_E_bias_z = effector_z_ground_z_x * effector_z_bias_a_x + arm_phi_3_ground_z_y * effector_z_bias_a_y +
         arm_theta_3_ground_z_x * effector_z_bias_a_z;
-    const double t55 = effector_z_position_x - arm_psi_3_position_x;
-    const double t56 = effector_z_position_y - arm_psi_3_position_y;
-    const double t57 = effector_z_position_z - arm_psi_3_position_z;
-    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t56 - arm_theta_3_ground_y_x * t55;
-    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t56 - arm_psi_3_ground_y_y * t55;
-    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t56 - arm_phi_2_ground_y_z * t55;
-    const double t58 = effector_z_position_x - arm_psi_2_position_x;
-    const double t59 = effector_z_position_y - arm_psi_2_position_y;
-    const double t60 = effector_z_position_z - arm_psi_2_position_z;
-    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t59 - arm_theta_2_ground_y_x * t58;
-    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t59 - arm_psi_2_ground_y_y * t58;
-    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t59 - arm_phi_1_ground_y_z * t58;
-    const double t61 = effector_z_position_x - arm_psi_1_position_x;
-    const double t62 = effector_z_position_y - arm_psi_1_position_y;
-    const double t63 = effector_z_position_z - arm_psi_1_position_z;
-    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t62 - arm_theta_1_ground_y_x * t61;
-    const double row_2_u_arm_theta_1 = t7 * t61 - t6 * t62;
-    const double row_2_u_arm_psi_1 = column_psi_cos * t61 + column_psi_sin * t62;
-    const double t64 = effector_z_position_z - arm_psi_position_z;
+    const double t59 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    const double t60 = effector_z_position_x - arm_psi_1_position_x;
+    const double t61 = effector_z_position_y - arm_psi_1_position_y;
+    const double t62 = effector_z_position_z - arm_psi_1_position_z;
+    const double row_2_u_arm_psi_1 = column_psi_cos * t60 + column_psi_sin * t61;
+    const double row_2_u_arm_theta_1 = t9 * t60 - t8 * t61;
+    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t61 - arm_theta_1_ground_y_x * t60;
+    const double t63 = effector_z_position_x - arm_psi_2_position_x;
+    const double t64 = effector_z_position_y - arm_psi_2_position_y;
+    const double t65 = effector_z_position_z - arm_psi_2_position_z;
+    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t64 - arm_phi_1_ground_y_z * t63;
+    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t64 - arm_psi_2_ground_y_y * t63;
+    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t64 - arm_theta_2_ground_y_x * t63;
+    const double t66 = effector_z_position_x - arm_psi_3_position_x;
+    const double t67 = effector_z_position_y - arm_psi_3_position_y;
+    const double t68 = effector_z_position_z - arm_psi_3_position_z;
+    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t67 - arm_phi_2_ground_y_z * t66;
+    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t67 - arm_psi_3_ground_y_y * t66;
+    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t67 - arm_theta_3_ground_y_x * t66;
     /* effector_z: composite pseudo-inertia of all beyond, inward */
-    const double t65 = p->m_E * effector_z_shift_x;
+    const double t69 = p->m_E * effector_z_shift_x;
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t65;
+    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t69;
+    const double arm_phi_3_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t69;
     /* arm_phi_3: bias forces c, inward */
-    const double t66 = p->derived.arm_psi_inertia_xx * arm_phi_3_w_x;
-    const double t67 = p->derived.arm_psi_inertia_yy * arm_phi_3_w_y;
-    const double t68 = p->derived.arm_psi_inertia_yy * arm_phi_3_w_z;
-    const double arm_phi_3_bias_moment_x = arm_phi_3_w_y * t68 - arm_phi_3_w_z * t67 + p->derived.arm_psi_inertia_xx *
-        arm_theta_3_bias_wd_x;
-    const double t69 = p->derived.arm_psi_moment_x * arm_phi_3_w_z;
-    const double t70 = p->derived.arm_psi_moment_x * arm_phi_3_w_y;
+    const double arm_phi_3_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_theta_3_bias_wd_x;
     /* arm_phi_2: bias forces c, inward */
-    const double t71 = p->derived.arm_phi_1_inertia_xx * arm_phi_2_w_x;
-    const double t72 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_y;
-    const double t73 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_z;
-    const double arm_phi_2_load_moment_x = arm_phi_2_w_y * t73 - arm_phi_2_w_z * t72 + p->derived.arm_phi_1_inertia_xx *
-        arm_theta_2_bias_wd_x;
-    const double t74 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_z;
-    const double t75 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_y;
+    const double arm_phi_2_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_2_bias_wd_x;
     /* arm_phi_1: bias forces c, inward */
-    const double t76 = p->derived.arm_phi_1_inertia_xx * arm_phi_1_w_x;
-    const double t77 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_y;
-    const double t78 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_z;
-    const double arm_phi_1_load_moment_x = arm_phi_1_w_y * t78 - arm_phi_1_w_z * t77 + p->derived.arm_phi_1_inertia_xx *
-        arm_theta_1_bias_wd_x;
-    const double t79 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_z;
-    const double t80 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_y;
+    const double arm_phi_1_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_1_bias_wd_x;
     /* arm_psi: bias forces c, inward */
-    const double t81 = p->derived.arm_psi_inertia_xx * arm_psi_w_x;
-    const double t82 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
-    const double t83 = p->derived.arm_psi_inertia_yy * qd[2];
-    const double arm_psi_load_moment_x = arm_psi_w_y * t83 - qd[2] * t82 + p->derived.arm_psi_inertia_xx *
-        arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = qd[2] * t81 - arm_psi_w_x * t83 - p->derived.arm_psi_inertia_yy *
-        t5;
-    const double t84 = p->derived.arm_psi_moment_x * arm_psi_w_y;
+    const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = t5 * p->derived.constant_6 - p->derived.arm_psi_inertia_yy * t5;
     /* springs -s (q - rest), dampers -d qd, and forces that the model names */
-    const double t85 = p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4];
-    const double t86 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5];
-    const double t87 = p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7];
-    const double t88 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8];
-    const double t89 = p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10];
-    const double t90 = p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi * qd[11];
+    const double t70 = p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4];
+    const double t71 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5];
+    const double t72 = p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7];
+    const double t73 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8];
+    const double t74 = p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10];
+    const double t75 = p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi * qd[11];
     /* row 1 (position level): u qdd + v = 0 */
-    const double t91 = (effector_z_position_x - p->xc) / p->a;
-    const double t92 = effector_z_position_y / p->b;
-    const double row_1_phi = t91 * t91 + t92 * t92 - 1.0;
-    const double t93 = point_E_xd * p->derived.constant_10;
-    const double t94 = t91 * t93;
-    const double t95 = point_E_yd * p->derived.constant_11;
-    const double t96 = t92 * t95;
-    const double row_1_psi = t94 + t94 + (t96 + t96);
-    const double t97 = t93 * t93 + t91 * (point_E_bias_x * p->derived.constant_10);
-    const double t98 = t95 * t95 + t92 * (point_E_bias_y * p->derived.constant_11);
-    const double row_1_v = t97 + t97 + (t98 + t98);
-    const double t99 = p->derived.constant_11 * (t92 + t92);
-    const double t100 = p->derived.constant_10 * (t91 + t91);
-    const double row_1_u_column_psi = effector_z_position_x * t99 - effector_z_position_y * t100;
-    const double t101 = column_psi_cos * t64 * t100 + column_psi_sin * t64 * t99;
-    const double t102 = column_psi_cos * t63 * t100 + column_psi_sin * t63 * t99;
-    const double row_1_u_arm_theta_1 = (t6 * t63 + arm_psi_1_ground_z_y * t61) * t99 - (arm_psi_1_ground_z_y *
-        t62 + t7 * t63) * t100;
-    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t63 - arm_theta_1_ground_z_x * t62) * t100 +
-        (arm_theta_1_ground_z_x * t61 - arm_theta_1_ground_x_x * t63) * t99;
-    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t60 - arm_phi_1_ground_z_z * t59) * t100 + (arm_phi_1_ground_z_z *
-        t58 - arm_phi_1_ground_x_z * t60) * t99;
-    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t60 - arm_psi_2_ground_z_y * t59) * t100 +
-        (arm_psi_2_ground_z_y * t58 - arm_psi_2_ground_x_y * t60) * t99;
-    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t60 - arm_theta_2_ground_z_x * t59) * t100 +
-        (arm_theta_2_ground_z_x * t58 - arm_theta_2_ground_x_x * t60) * t99;
-    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t57 - arm_phi_2_ground_z_z * t56) * t100 + (arm_phi_2_ground_z_z *
-        t55 - arm_phi_2_ground_x_z * t57) * t99;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t57 - arm_psi_3_ground_z_y * t56) * t100 +
-        (arm_psi_3_ground_z_y * t55 - arm_psi_3_ground_x_y * t57) * t99;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t57 - arm_theta_3_ground_z_x * t56) * t100 +
-        (arm_theta_3_ground_z_x * t55 - arm_theta_3_ground_x_x * t57) * t99;
-    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t100 + arm_theta_3_ground_y_x * t99;
+    const double t76 = (effector_z_position_x - p->xc) / p->a;
+    const double t77 = effector_z_position_y / p->b;
+    const double row_1_phi = t76 * t76 + t77 * t77 - 1.0;
+    const double t78 = point_E_xd * p->derived.constant_11;
+    const double t79 = t76 * t78;
+    const double t80 = point_E_yd * p->derived.constant_12;
+    const double t81 = t77 * t80;
+    const double row_1_psi = t79 + t79 + (t81 + t81);
+    const double t82 = t78 * t78 + t76 * (point_E_bias_x * p->derived.constant_11);
+    const double t83 = t80 * t80 + t77 * (point_E_bias_y * p->derived.constant_12);
+    const double row_1_v = t82 + t82 + (t83 + t83);
+    const double t84 = p->derived.constant_12 * (t77 + t77);
+    const double t85 = p->derived.constant_11 * (t76 + t76);
+    const double row_1_u_column_psi = effector_z_position_x * t84 - effector_z_position_y * t85;
+    const double t86 = column_psi_cos * t59 * t85 + column_psi_sin * t59 * t84;
+    const double t87 = column_psi_cos * t62 * t85 + column_psi_sin * t62 * t84;
+    const double row_1_u_arm_theta_1 = (t8 * t62 + arm_psi_1_ground_z_y * t60) * t84 - (arm_psi_1_ground_z_y *
+        t61 + t9 * t62) * t85;
+    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t62 - arm_theta_1_ground_z_x * t61) * t85 +
+        (arm_theta_1_ground_z_x * t60 - arm_theta_1_ground_x_x * t62) * t84;
+    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t65 - arm_phi_1_ground_z_z * t64) * t85 + (arm_phi_1_ground_z_z *
+        t63 - arm_phi_1_ground_x_z * t65) * t84;
+    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t65 - arm_psi_2_ground_z_y * t64) * t85 + (arm_psi_2_ground_z_y *
+        t63 - arm_psi_2_ground_x_y * t65) * t84;
+    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t65 - arm_theta_2_ground_z_x * t64) * t85 +
+        (arm_theta_2_ground_z_x * t63 - arm_theta_2_ground_x_x * t65) * t84;
+    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t68 - arm_phi_2_ground_z_z * t67) * t85 + (arm_phi_2_ground_z_z *
+        t66 - arm_phi_2_ground_x_z * t68) * t84;
+    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t68 - arm_psi_3_ground_z_y * t67) * t85 + (arm_psi_3_ground_z_y *
+        t66 - arm_psi_3_ground_x_y * t68) * t84;
+    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t68 - arm_theta_3_ground_z_x * t67) * t85 +
+        (arm_theta_3_ground_z_x * t66 - arm_theta_3_ground_x_x * t68) * t84;
+    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t85 + arm_theta_3_ground_y_x * t84;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t103 = t2 * (p->derived.constant_14 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t103 + t103);
+    const double t88 = t2 * (p->derived.constant_15 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t88 + t88);
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = arm_psi_w_x * t82 - arm_psi_w_y * t81 + p->derived.arm_psi_moment_x *
-        arm_psi_bias_a_falling_y;
-    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x *
-        qd[2]) + arm_psi_w_y * t84);
-    const double arm_psi_load_force_y = arm_psi_w_x * t84 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_moment_z = t6 * p->derived.constant_7 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
+        t7;
+    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t6 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
     /* arm_phi_1: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_1_load_moment_y = arm_phi_1_w_z * t76 - arm_phi_1_w_x * t78 + p->derived.arm_phi_1_inertia_yy *
+    const double arm_phi_1_load_moment_y = t22 * p->derived.constant_8 + p->derived.arm_phi_1_inertia_yy *
         arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_z;
-    const double arm_phi_1_load_moment_z = arm_phi_1_w_x * t77 - arm_phi_1_w_y * t76 + p->derived.arm_phi_1_inertia_yy *
+    const double arm_phi_1_load_moment_z = t19 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
         arm_phi_1_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_y;
-    const double arm_phi_1_load_force_x = p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - (arm_phi_1_w_z *
-        t79 + arm_phi_1_w_y * t80);
-    const double arm_phi_1_load_force_y = arm_phi_1_w_x * t80 + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_z +
-        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_y;
-    const double arm_phi_1_load_force_z = arm_phi_1_w_x * t79 - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_y +
-        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_z;
+    const double arm_phi_1_load_force_x = p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - p->derived.arm_phi_1_moment_x *
+        t20;
+    const double arm_phi_1_load_force_y = p->derived.arm_phi_1_moment_x * t21 + p->derived.arm_phi_1_mass *
+        arm_phi_1_bias_a_falling_y;
+    const double arm_phi_1_load_force_z = p->derived.arm_phi_1_moment_x * t23 + p->derived.arm_phi_1_mass *
+        arm_phi_1_bias_a_falling_z;
     /* arm_phi_2: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_2_load_moment_y = arm_phi_2_w_z * t71 - arm_phi_2_w_x * t73 + p->derived.arm_phi_1_inertia_yy *
+    const double arm_phi_2_load_moment_y = t35 * p->derived.constant_8 + p->derived.arm_phi_1_inertia_yy *
         arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_z;
-    const double arm_phi_2_load_moment_z = arm_phi_2_w_x * t72 - arm_phi_2_w_y * t71 + p->derived.arm_phi_1_inertia_yy *
+    const double arm_phi_2_load_moment_z = t32 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
         arm_phi_2_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_y;
-    const double arm_phi_2_load_force_x = p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - (arm_phi_2_w_z *
-        t74 + arm_phi_2_w_y * t75);
-    const double arm_phi_2_load_force_y = arm_phi_2_w_x * t75 + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_z +
-        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_y;
-    const double arm_phi_2_load_force_z = arm_phi_2_w_x * t74 - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_y +
-        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_z;
+    const double arm_phi_2_load_force_x = p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - p->derived.arm_phi_1_moment_x *
+        t33;
+    const double arm_phi_2_load_force_y = p->derived.arm_phi_1_moment_x * t34 + p->derived.arm_phi_1_mass *
+        arm_phi_2_bias_a_falling_y;
+    const double arm_phi_2_load_force_z = p->derived.arm_phi_1_moment_x * t36 + p->derived.arm_phi_1_mass *
+        arm_phi_2_bias_a_falling_z;
     /* arm_phi_3: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_3_load_moment_y = arm_phi_3_w_z * t66 - arm_phi_3_w_x * t68 + p->derived.arm_psi_inertia_yy *
-        arm_phi_3_bias_wd_y - p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
-    const double arm_phi_3_load_moment_z = arm_phi_3_w_x * t67 - arm_phi_3_w_y * t66 + p->derived.arm_psi_inertia_yy *
-        arm_phi_3_bias_wd_z + p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - (arm_phi_3_w_z *
-        t69 + arm_phi_3_w_y * t70);
-    const double arm_phi_3_load_force_y = arm_phi_3_w_x * t70 + p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_z +
-        p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_z = arm_phi_3_w_x * t69 - p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_y +
-        p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
+    const double arm_phi_3_load_moment_y = t50 * p->derived.constant_6 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y -
+        p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
+    const double arm_phi_3_load_moment_z = t47 * p->derived.constant_7 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z +
+        p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
+    const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - p->derived.arm_psi_moment_x *
+        t48;
+    const double arm_phi_3_load_force_y = p->derived.arm_psi_moment_x * t49 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
+    const double arm_phi_3_load_force_z = p->derived.arm_psi_moment_x * t51 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
     /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
     /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t104 = 1.0 / (p->derived.arm_psi_inertia_yy + effector_z_shift_x * t65);
+    const double t89 = 1.0 / arm_phi_3_inertia_beyond_yy;
     const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
-    const double t105 = arm_phi_3_moment_beyond_x * t104;
-    const double t106 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t105;
-    const double t107 = arm_phi_3_cos * t106;
-    const double t108 = arm_phi_3_sin * t106;
-    const double t109 = arm_phi_3_sin * t108 + arm_phi_3_cos * t107;
-    const double t110 = arm_phi_3_sin * t107 - arm_phi_3_cos * t108;
-    const double t111 = arm_theta_3_cos * t109;
-    const double t112 = p->derived.arm_psi_mass * arm_theta_3_sin;
-    const double t113 = arm_theta_3_sin * t112 + arm_theta_3_cos * t111;
-    const double t114 = arm_theta_3_sin * t111 - arm_theta_3_cos * t112;
-    const double t115 = arm_theta_3_cos * (p->derived.arm_psi_mass * arm_theta_3_cos) + arm_theta_3_sin *
-        (arm_theta_3_sin * t109);
-    const double t116 = arm_theta_3_cos * t110;
-    const double t117 = arm_theta_3_sin * t110;
-    const double t118 = arm_psi_3_sin * t117;
-    const double t119 = arm_psi_3_cos * t115 - t118;
-    const double t120 = arm_psi_3_cos * t117;
-    const double t121 = t120 - arm_psi_3_sin * t109;
-    const double t122 = arm_psi_3_cos * t121 + arm_psi_3_sin * t119;
-    const double t123 = arm_psi_3_cos * (t118 + arm_psi_3_cos * t109) + arm_psi_3_sin * (t120 + arm_psi_3_sin *
-        t115);
-    const double t124 = arm_psi_3_cos * t114 - arm_psi_3_sin * t116;
-    const double t125 = arm_psi_3_cos * t116 + arm_psi_3_sin * t114;
-    const double t126 = p->derived.arm_element_length * t124;
-    const double t127 = p->derived.arm_element_length * t122;
-    const double t128 = p->derived.arm_element_length * t125;
-    const double t129 = p->derived.arm_element_length * t123;
-    const double t130 = p->derived.arm_element_length * t113;
-    const double t131 = p->derived.arm_element_length * t128;
+    const double t90 = arm_phi_3_moment_beyond_x * t89;
+    const double t91 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t90;
+    const double t92 = arm_theta_3_sin * (t91 - p->derived.arm_psi_mass);
+    const double t93 = arm_theta_3_sin * t92;
+    const double t94 = t91 - t93;
+    const double t95 = p->derived.arm_psi_mass + t93;
+    const double t96 = arm_theta_3_cos * t92;
+    const double t97 = arm_psi_3_sin * (t95 - t91);
+    const double t98 = arm_psi_3_sin * t97;
+    const double t99 = t91 + t98;
+    const double t100 = arm_psi_3_cos * t97;
+    const double t101 = arm_psi_3_cos * t96;
+    const double t102 = arm_psi_3_sin * t96;
+    const double t103 = p->derived.arm_element_length * t101;
+    const double t104 = p->derived.arm_element_length * t100;
+    const double t105 = p->derived.arm_element_length * t102;
+    const double t106 = p->derived.arm_element_length * t99;
+    const double t107 = p->derived.arm_element_length * t94;
+    const double t108 = p->derived.arm_element_length * t105;
     /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t132 = p->derived.arm_phi_1_moment_x + t130;
-    const double t133 = p->derived.arm_phi_1_moment_x + t129;
-    const double t134 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t130);
-    const double t135 = t131 * t134;
-    const double t136 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t129 - t131 *
-        t135);
+    const double t109 = p->derived.arm_phi_1_moment_x + t107;
+    const double t110 = p->derived.arm_phi_1_moment_x + t106;
+    const double t111 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t107);
+    const double t112 = t108 * t111;
+    const double t113 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t106 - t108 *
+        t112);
     const double arm_theta_2_cos_inverse = 1.0 / arm_theta_2_cos;
-    const double t137 = t136 * (t127 - t126 * t135);
-    const double t138 = t135 * t137 - t126 * t134;
-    const double t139 = t136 * (t133 - t128 * t135);
-    const double t140 = t135 * t139 - t128 * t134;
-    const double t141 = t136 * (t128 - t132 * t135);
-    const double t142 = t135 * t141 - t132 * t134;
-    const double t143 = p->derived.arm_phi_1_mass + (arm_psi_3_cos * t119 - arm_psi_3_sin * t121) - (t127 *
-        t137 - t126 * t138);
-    const double t144 = t122 - (t127 * t139 - t126 * t140);
-    const double t145 = t124 - (t127 * t141 - t126 * t142);
-    const double t146 = p->derived.arm_phi_1_mass + t123 - (t133 * t139 - t128 * t140);
-    const double t147 = t125 - (t133 * t141 - t128 * t142);
-    const double t148 = p->derived.arm_phi_1_mass + t113 - (t128 * t141 - t132 * t142);
-    const double t149 = arm_phi_2_sin * t147;
-    const double t150 = arm_phi_2_cos * t146 - t149;
-    const double t151 = arm_phi_2_cos * t147;
-    const double t152 = t151 - arm_phi_2_sin * t148;
-    const double t153 = arm_phi_2_cos * t150 - arm_phi_2_sin * t152;
-    const double t154 = arm_phi_2_cos * t152 + arm_phi_2_sin * t150;
-    const double t155 = arm_phi_2_cos * (t149 + arm_phi_2_cos * t148) + arm_phi_2_sin * (t151 + arm_phi_2_sin *
-        t146);
-    const double t156 = arm_phi_2_cos * t144 - arm_phi_2_sin * t145;
-    const double t157 = arm_phi_2_cos * t145 + arm_phi_2_sin * t144;
-    const double t158 = arm_theta_2_sin * t157;
-    const double t159 = arm_theta_2_cos * t155 - t158;
-    const double t160 = arm_theta_2_cos * t157;
-    const double t161 = t160 - arm_theta_2_sin * t143;
-    const double t162 = arm_theta_2_cos * t159 - arm_theta_2_sin * t161;
-    const double t163 = arm_theta_2_cos * t161 + arm_theta_2_sin * t159;
-    const double t164 = arm_theta_2_cos * (t158 + arm_theta_2_cos * t143) + arm_theta_2_sin * (t160 + arm_theta_2_sin *
-        t155);
-    const double t165 = arm_theta_2_cos * t154 - arm_theta_2_sin * t156;
-    const double t166 = arm_theta_2_cos * t156 + arm_theta_2_sin * t154;
-    const double t167 = arm_psi_2_sin * t166;
-    const double t168 = arm_psi_2_cos * t164 - t167;
-    const double t169 = arm_psi_2_cos * t166;
-    const double t170 = t169 - arm_psi_2_sin * t153;
-    const double t171 = arm_psi_2_cos * t170 + arm_psi_2_sin * t168;
-    const double t172 = arm_psi_2_cos * (t167 + arm_psi_2_cos * t153) + arm_psi_2_sin * (t169 + arm_psi_2_sin *
-        t164);
-    const double t173 = arm_psi_2_cos * t163 - arm_psi_2_sin * t165;
-    const double t174 = arm_psi_2_cos * t165 + arm_psi_2_sin * t163;
-    const double t175 = p->derived.arm_element_length * t173;
-    const double t176 = p->derived.arm_element_length * t171;
-    const double t177 = p->derived.arm_element_length * t174;
-    const double t178 = p->derived.arm_element_length * t172;
-    const double t179 = p->derived.arm_element_length * t162;
-    const double t180 = p->derived.arm_element_length * t177;
+    const double t114 = t113 * (t104 - t103 * t112);
+    const double t115 = t112 * t114 - t103 * t111;
+    const double t116 = t113 * (t110 - t105 * t112);
+    const double t117 = t112 * t116 - t105 * t111;
+    const double t118 = t113 * (t105 - t109 * t112);
+    const double t119 = t112 * t118 - t109 * t111;
+    const double t120 = p->derived.arm_phi_1_mass + (t95 - t98) - (t104 * t114 - t103 * t115);
+    const double t121 = t100 - (t104 * t116 - t103 * t117);
+    const double t122 = t101 - (t104 * t118 - t103 * t119);
+    const double t123 = p->derived.arm_phi_1_mass + t99 - (t110 * t116 - t105 * t117);
+    const double t124 = t102 - (t110 * t118 - t105 * t119);
+    const double t125 = p->derived.arm_phi_1_mass + t94 - (t105 * t118 - t109 * t119);
+    const double t126 = arm_phi_2_cos * (t124 + t124) + arm_phi_2_sin * (t123 - t125);
+    const double t127 = arm_phi_2_sin * t126;
+    const double t128 = t123 - t127;
+    const double t129 = t125 + t127;
+    const double t130 = arm_phi_2_cos * t126 - t124;
+    const double t131 = arm_phi_2_cos * t121 - arm_phi_2_sin * t122;
+    const double t132 = arm_phi_2_cos * t122 + arm_phi_2_sin * t121;
+    const double t133 = arm_theta_2_cos * (t132 + t132) + arm_theta_2_sin * (t129 - t120);
+    const double t134 = arm_theta_2_sin * t133;
+    const double t135 = t129 - t134;
+    const double t136 = t120 + t134;
+    const double t137 = arm_theta_2_cos * t133 - t132;
+    const double t138 = arm_theta_2_cos * t130 - arm_theta_2_sin * t131;
+    const double t139 = arm_theta_2_cos * t131 + arm_theta_2_sin * t130;
+    const double t140 = arm_psi_2_cos * (t139 + t139) + arm_psi_2_sin * (t136 - t128);
+    const double t141 = arm_psi_2_sin * t140;
+    const double t142 = t128 + t141;
+    const double t143 = arm_psi_2_cos * t140 - t139;
+    const double t144 = arm_psi_2_cos * t137 - arm_psi_2_sin * t138;
+    const double t145 = arm_psi_2_cos * t138 + arm_psi_2_sin * t137;
+    const double t146 = p->derived.arm_element_length * t144;
+    const double t147 = p->derived.arm_element_length * t143;
+    const double t148 = p->derived.arm_element_length * t145;
+    const double t149 = p->derived.arm_element_length * t142;
+    const double t150 = p->derived.arm_element_length * t135;
+    const double t151 = p->derived.arm_element_length * t148;
     /* arm_phi_1 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t181 = p->derived.arm_phi_1_moment_x + t179;
-    const double t182 = p->derived.arm_phi_1_moment_x + t178;
-    const double t183 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t179);
-    const double t184 = t180 * t183;
-    const double t185 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t178 - t180 *
-        t184);
+    const double t152 = p->derived.arm_phi_1_moment_x + t150;
+    const double t153 = p->derived.arm_phi_1_moment_x + t149;
+    const double t154 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t150);
+    const double t155 = t151 * t154;
+    const double t156 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t149 - t151 *
+        t155);
     const double arm_theta_1_cos_inverse = 1.0 / arm_theta_1_cos;
-    const double t186 = t185 * (t176 - t175 * t184);
-    const double t187 = t184 * t186 - t175 * t183;
-    const double t188 = t185 * (t182 - t177 * t184);
-    const double t189 = t184 * t188 - t177 * t183;
-    const double t190 = t185 * (t177 - t181 * t184);
-    const double t191 = t184 * t190 - t181 * t183;
-    const double t192 = p->derived.arm_phi_1_mass + (arm_psi_2_cos * t168 - arm_psi_2_sin * t170) - (t176 *
-        t186 - t175 * t187);
-    const double t193 = t171 - (t176 * t188 - t175 * t189);
-    const double t194 = t173 - (t176 * t190 - t175 * t191);
-    const double t195 = p->derived.arm_phi_1_mass + t172 - (t182 * t188 - t177 * t189);
-    const double t196 = t174 - (t182 * t190 - t177 * t191);
-    const double t197 = p->derived.arm_phi_1_mass + t162 - (t177 * t190 - t181 * t191);
-    const double t198 = arm_phi_1_sin * t196;
-    const double t199 = arm_phi_1_cos * t195 - t198;
-    const double t200 = arm_phi_1_cos * t196;
-    const double t201 = t200 - arm_phi_1_sin * t197;
-    const double t202 = arm_phi_1_cos * t199 - arm_phi_1_sin * t201;
-    const double t203 = arm_phi_1_cos * t201 + arm_phi_1_sin * t199;
-    const double t204 = arm_phi_1_cos * (t198 + arm_phi_1_cos * t197) + arm_phi_1_sin * (t200 + arm_phi_1_sin *
-        t195);
-    const double t205 = arm_phi_1_cos * t193 - arm_phi_1_sin * t194;
-    const double t206 = arm_phi_1_cos * t194 + arm_phi_1_sin * t193;
-    const double t207 = arm_theta_1_sin * t206;
-    const double t208 = arm_theta_1_cos * t204 - t207;
-    const double t209 = arm_theta_1_cos * t206;
-    const double t210 = t209 - arm_theta_1_sin * t192;
-    const double t211 = arm_theta_1_cos * t210 + arm_theta_1_sin * t208;
-    const double t212 = arm_theta_1_cos * (t207 + arm_theta_1_cos * t192) + arm_theta_1_sin * (t209 + arm_theta_1_sin *
-        t204);
-    const double t213 = arm_theta_1_cos * t203 - arm_theta_1_sin * t205;
-    const double t214 = arm_theta_1_cos * t205 + arm_theta_1_sin * t203;
-    const double t215 = arm_psi_1_sin * t214;
-    const double t216 = arm_psi_1_cos * t212 - t215;
-    const double t217 = arm_psi_1_cos * t214;
-    const double t218 = t217 - arm_psi_1_sin * t202;
-    const double t219 = arm_psi_1_cos * t218 + arm_psi_1_sin * t216;
-    const double t220 = arm_psi_1_cos * (t215 + arm_psi_1_cos * t202) + arm_psi_1_sin * (t217 + arm_psi_1_sin *
-        t212);
-    const double arm_psi_U_force_x = p->derived.constant_1 * t219;
-    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t213 + arm_psi_1_sin * t211);
-    const double t221 = p->derived.constant_1 * t220;
-    const double t222 = p->derived.constant_1 * arm_psi_U_force_z;
+    const double t157 = t156 * (t147 - t146 * t155);
+    const double t158 = t155 * t157 - t146 * t154;
+    const double t159 = t156 * (t153 - t148 * t155);
+    const double t160 = t155 * t159 - t148 * t154;
+    const double t161 = t156 * (t148 - t152 * t155);
+    const double t162 = t155 * t161 - t152 * t154;
+    const double t163 = p->derived.arm_phi_1_mass + (t136 - t141) - (t147 * t157 - t146 * t158);
+    const double t164 = t143 - (t147 * t159 - t146 * t160);
+    const double t165 = t144 - (t147 * t161 - t146 * t162);
+    const double t166 = p->derived.arm_phi_1_mass + t142 - (t153 * t159 - t148 * t160);
+    const double t167 = t145 - (t153 * t161 - t148 * t162);
+    const double t168 = p->derived.arm_phi_1_mass + t135 - (t148 * t161 - t152 * t162);
+    const double t169 = arm_phi_1_cos * (t167 + t167) + arm_phi_1_sin * (t166 - t168);
+    const double t170 = arm_phi_1_sin * t169;
+    const double t171 = t166 - t170;
+    const double t172 = t168 + t170;
+    const double t173 = arm_phi_1_cos * t169 - t167;
+    const double t174 = arm_phi_1_cos * t164 - arm_phi_1_sin * t165;
+    const double t175 = arm_phi_1_cos * t165 + arm_phi_1_sin * t164;
+    const double t176 = arm_theta_1_cos * (t175 + t175) + arm_theta_1_sin * (t172 - t163);
+    const double t177 = arm_theta_1_sin * t176;
+    const double t178 = t163 + t177;
+    const double t179 = arm_theta_1_cos * t176 - t175;
+    const double t180 = arm_theta_1_cos * t173 - arm_theta_1_sin * t174;
+    const double t181 = arm_theta_1_cos * t174 + arm_theta_1_sin * t173;
+    const double t182 = arm_psi_1_cos * (t181 + t181) + arm_psi_1_sin * (t178 - t171);
+    const double t183 = arm_psi_1_sin * t182;
+    const double t184 = t171 + t183;
+    const double t185 = arm_psi_1_cos * t182 - t181;
+    const double arm_psi_U_force_x = p->derived.constant_1 * t185;
+    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t180 + arm_psi_1_sin * t179);
+    const double t186 = p->derived.constant_1 * t184;
+    const double t187 = p->derived.constant_1 * arm_psi_U_force_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t221;
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t221;
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t186;
+    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t186;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t223 = t222 * arm_psi_D_inverse;
-    const double t224 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t225 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t226 = t219 - arm_psi_U_force_x * t225;
-    const double t227 = arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_inertia_yy + p->derived.constant_1 *
-        (p->derived.constant_1 * (arm_theta_1_cos * t208 - arm_theta_1_sin * t210)) - t222 * t223)) + arm_psi_sin *
-        (p->derived.arm_psi_inertia_xx * arm_psi_sin);
-    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t222 * t224 - p->derived.constant_1 *
-        (arm_psi_1_cos * t211 - arm_psi_1_sin * t213))) + arm_psi_cos * (arm_psi_cos * (t222 * t225 - arm_psi_U_force_z));
-    const double t228 = arm_psi_cos * (arm_psi_sin * t226 + arm_psi_cos * (p->derived.arm_psi_mass + t220 -
-        arm_psi_U_force_y * t225)) + arm_psi_sin * (arm_psi_cos * t226 + arm_psi_sin * (p->derived.arm_psi_mass +
-        (arm_psi_1_cos * t216 - arm_psi_1_sin * t218) - arm_psi_U_force_x * t224));
+    const double t188 = t187 * arm_psi_D_inverse;
+    const double t189 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t190 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t191 = t185 - arm_psi_U_force_x * t190;
+    const double t192 = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * (p->derived.constant_1 * (t172 -
+        t177)) - t187 * t188;
+    const double t193 = p->derived.arm_psi_mass + t184 - arm_psi_U_force_y * t190;
+    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t187 * t189 - p->derived.constant_1 *
+        (arm_psi_1_cos * t179 - arm_psi_1_sin * t180))) + arm_psi_cos * (arm_psi_cos * (t187 * t190 - arm_psi_U_force_z));
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + t227;
+    const double column_psi_U_moment_z = p->Izz_col + (t192 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        t192)));
+    const double t194 = p->m_col + (t193 + arm_psi_sin * (arm_psi_cos * (t191 + t191) + arm_psi_sin * (p->derived.arm_psi_mass +
+        (t178 - t183) - arm_psi_U_force_x * t189 - t193)));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t229 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t195 = column_psi_U_force_z * column_psi_D_inverse;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + t228 - column_psi_U_force_z * t229);
+    const double base_z_U_force_z = p->m_base + (t194 - column_psi_U_force_z * t195);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* effector_z: force left for the joint, inward */
+    /* arm_phi_3: force left for the joint, inward */
     const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
     const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
     const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
-    /* arm_phi_3: force left for the joint, inward */
-    const double t230 = arm_theta_3_sin * t90;
-    const double t231 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
-        qd[9] + t230);
-    const double t232 = arm_phi_3_sin * t231 + arm_phi_3_cos * t89;
-    const double t233 = arm_phi_3_sin * t89 - arm_phi_3_cos * t231;
-    const double t234 = t104 * (arm_phi_3_carried_moment_y + t232);
-    const double t235 = t104 * (t233 - arm_phi_3_carried_moment_z);
-    const double t236 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t235;
-    const double t237 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t234;
-    const double t238 = arm_phi_3_cos * t236 - arm_phi_3_sin * t237;
-    const double t239 = arm_phi_3_sin * t236 + arm_phi_3_cos * t237;
-    const double t240 = arm_phi_3_sin * t233 + arm_phi_3_cos * t232;
-    const double t241 = arm_phi_3_cos * t233 - arm_phi_3_sin * t232;
-    const double t242 = arm_theta_3_cos * t239 - arm_theta_3_sin * arm_phi_3_load_force_x;
-    const double t243 = arm_theta_3_sin * t239 + arm_theta_3_cos * arm_phi_3_load_force_x;
-    const double t244 = arm_theta_3_sin * t241 - arm_theta_3_cos * t90;
-    const double t245 = arm_psi_3_sin * t243 + arm_psi_3_cos * t238;
+    const double t196 = arm_theta_3_sin * t75;
+    const double t197 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
+        qd[9] + t196);
+    const double t198 = t89 * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t197 + arm_phi_3_cos * t74));
+    const double t199 = t89 * (arm_phi_3_sin * t74 - arm_phi_3_cos * t197 - arm_phi_3_carried_moment_z);
+    const double t200 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t199;
+    const double t201 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t198;
+    const double t202 = arm_phi_3_cos * t200 - arm_phi_3_sin * t201;
+    const double t203 = arm_phi_3_sin * t200 + arm_phi_3_cos * t201;
+    const double t204 = arm_theta_3_cos * t203 - arm_theta_3_sin * arm_phi_3_load_force_x;
+    const double t205 = arm_theta_3_sin * t203 + arm_theta_3_cos * arm_phi_3_load_force_x;
+    const double t206 = arm_theta_3_sin * t197 + arm_theta_3_cos * t75;
+    const double t207 = arm_psi_3_sin * t205 + arm_psi_3_cos * t202;
     /* arm_phi_2: force left for the joint, inward */
-    const double t246 = arm_theta_2_sin * t88;
-    const double t247 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
-        qd[6] + t246);
-    const double t248 = arm_phi_2_sin * t247 + arm_phi_2_cos * t87;
-    const double t249 = arm_phi_2_sin * t87 - arm_phi_2_cos * t247;
-    const double t250 = arm_phi_2_load_moment_y + (arm_psi_3_sin * t244 - arm_psi_3_cos * t240 - p->derived.arm_element_length *
-        t242) + t248;
-    const double t251 = p->derived.constant_19 * (t88 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t240 +
-        arm_psi_3_cos * t244)));
-    const double t252 = t136 * (t249 - (arm_phi_2_load_moment_z + (t230 + arm_theta_3_cos * t241 + p->derived.arm_element_length *
-        t245)) - t135 * t250);
-    const double t253 = t135 * t252 - t134 * t250;
-    const double t254 = arm_phi_2_load_force_x + (arm_psi_3_cos * t243 - arm_psi_3_sin * t238) + (t127 * t252 -
-        t126 * t253);
-    const double t255 = arm_phi_2_load_force_y + t245 + (t133 * t252 - t128 * t253);
-    const double t256 = arm_phi_2_load_force_z + t242 + (t128 * t252 - t132 * t253);
-    const double t257 = arm_phi_2_cos * t255 - arm_phi_2_sin * t256;
-    const double t258 = arm_phi_2_sin * t255 + arm_phi_2_cos * t256;
-    const double t259 = arm_phi_2_sin * t249 + arm_phi_2_cos * t248;
-    const double t260 = arm_phi_2_cos * t249 - arm_phi_2_sin * t248;
-    const double t261 = arm_theta_2_cos * t258 - arm_theta_2_sin * t254;
-    const double t262 = arm_theta_2_sin * t258 + arm_theta_2_cos * t254;
-    const double t263 = arm_theta_2_sin * t260 - arm_theta_2_cos * t88;
-    const double t264 = arm_psi_2_sin * t262 + arm_psi_2_cos * t257;
+    const double t208 = arm_theta_2_sin * t73;
+    const double t209 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
+        qd[6] + t208);
+    const double t210 = arm_phi_2_load_moment_y - (arm_psi_3_sin * t206 + arm_psi_3_cos * t74 + p->derived.arm_element_length *
+        t204) + (arm_phi_2_sin * t209 + arm_phi_2_cos * t72);
+    const double t211 = p->derived.constant_20 * (t73 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t74 -
+        arm_psi_3_cos * t206)));
+    const double t212 = t113 * (arm_phi_2_sin * t72 - arm_phi_2_cos * t209 - (arm_phi_2_load_moment_z + (t196 -
+        arm_theta_3_cos * t197 + p->derived.arm_element_length * t207)) - t112 * t210);
+    const double t213 = t112 * t212 - t111 * t210;
+    const double t214 = arm_phi_2_load_force_x + (arm_psi_3_cos * t205 - arm_psi_3_sin * t202) + (t104 * t212 -
+        t103 * t213);
+    const double t215 = arm_phi_2_load_force_y + t207 + (t110 * t212 - t105 * t213);
+    const double t216 = arm_phi_2_load_force_z + t204 + (t105 * t212 - t109 * t213);
+    const double t217 = arm_phi_2_cos * t215 - arm_phi_2_sin * t216;
+    const double t218 = arm_phi_2_sin * t215 + arm_phi_2_cos * t216;
+    const double t219 = arm_theta_2_cos * t218 - arm_theta_2_sin * t214;
+    const double t220 = arm_theta_2_sin * t218 + arm_theta_2_cos * t214;
+    const double t221 = arm_theta_2_sin * t209 + arm_theta_2_cos * t73;
+    const double t222 = arm_psi_2_sin * t220 + arm_psi_2_cos * t217;
     /* arm_phi_1: force left for the joint, inward */
-    const double t265 = arm_theta_1_sin * t86;
-    const double t266 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
-        qd[3] + t265);
-    const double t267 = arm_phi_1_sin * t266 + arm_phi_1_cos * t85;
-    const double t268 = arm_phi_1_sin * t85 - arm_phi_1_cos * t266;
-    const double t269 = arm_phi_1_load_moment_y + (arm_psi_2_sin * t263 - arm_psi_2_cos * t259 - p->derived.arm_element_length *
-        t261) + t267;
-    const double t270 = p->derived.constant_19 * (t86 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t259 +
-        arm_psi_2_cos * t263)));
-    const double t271 = t185 * (t268 - (arm_phi_1_load_moment_z + (t246 + arm_theta_2_cos * t260 + p->derived.arm_element_length *
-        t264)) - t184 * t269);
-    const double t272 = t184 * t271 - t183 * t269;
-    const double t273 = arm_phi_1_load_force_x + (arm_psi_2_cos * t262 - arm_psi_2_sin * t257) + (t176 * t271 -
-        t175 * t272);
-    const double t274 = arm_phi_1_load_force_y + t264 + (t182 * t271 - t177 * t272);
-    const double t275 = arm_phi_1_load_force_z + t261 + (t177 * t271 - t181 * t272);
-    const double t276 = arm_phi_1_cos * t274 - arm_phi_1_sin * t275;
-    const double t277 = arm_phi_1_sin * t274 + arm_phi_1_cos * t275;
-    const double t278 = arm_phi_1_sin * t268 + arm_phi_1_cos * t267;
-    const double t279 = arm_phi_1_cos * t268 - arm_phi_1_sin * t267;
-    const double t280 = arm_theta_1_sin * t277 + arm_theta_1_cos * t273;
-    const double t281 = arm_theta_1_sin * t279 - arm_theta_1_cos * t86;
-    const double t282 = arm_psi_1_sin * t280 + arm_psi_1_cos * t276;
-    const double t283 = arm_psi_load_moment_z + (t265 + arm_theta_1_cos * t279 + p->derived.constant_1 * t282);
+    const double t223 = arm_theta_1_sin * t71;
+    const double t224 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
+        qd[3] + t223);
+    const double t225 = arm_phi_1_load_moment_y - (arm_psi_2_sin * t221 + arm_psi_2_cos * t72 + p->derived.arm_element_length *
+        t219) + (arm_phi_1_sin * t224 + arm_phi_1_cos * t70);
+    const double t226 = p->derived.constant_20 * (t71 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t72 -
+        arm_psi_2_cos * t221)));
+    const double t227 = t156 * (arm_phi_1_sin * t70 - arm_phi_1_cos * t224 - (arm_phi_1_load_moment_z + (t208 -
+        arm_theta_2_cos * t209 + p->derived.arm_element_length * t222)) - t155 * t225);
+    const double t228 = t155 * t227 - t154 * t225;
+    const double t229 = arm_phi_1_load_force_x + (arm_psi_2_cos * t220 - arm_psi_2_sin * t217) + (t147 * t227 -
+        t146 * t228);
+    const double t230 = arm_phi_1_load_force_y + t222 + (t153 * t227 - t148 * t228);
+    const double t231 = arm_phi_1_load_force_z + t219 + (t148 * t227 - t152 * t228);
+    const double t232 = arm_phi_1_cos * t230 - arm_phi_1_sin * t231;
+    const double t233 = arm_phi_1_sin * t230 + arm_phi_1_cos * t231;
+    const double t234 = arm_theta_1_sin * t233 + arm_theta_1_cos * t229;
+    const double t235 = arm_theta_1_sin * t224 + arm_theta_1_cos * t71;
+    const double t236 = arm_psi_1_sin * t234 + arm_psi_1_cos * t232;
     /* arm_psi: force left for the joint, inward */
-    const double t284 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t280 - arm_psi_1_sin * t276) -
-        t224 * t283) + arm_psi_cos * (arm_psi_load_force_y + t282 - t225 * t283);
-    const double t285 = arm_psi_cos * (arm_psi_load_moment_y + (arm_psi_1_sin * t281 - arm_psi_1_cos * t278 -
-        p->derived.constant_1 * (arm_theta_1_cos * t277 - arm_theta_1_sin * t273)) + t223 * t283);
+    const double t237 = arm_psi_load_moment_z + (t223 - arm_theta_1_cos * t224 + p->derived.constant_1 * t236);
+    const double t238 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t234 - arm_psi_1_sin * t232) -
+        t189 * t237) + arm_psi_cos * (arm_psi_load_force_y + t236 - t190 * t237);
+    const double t239 = arm_psi_cos * (arm_psi_load_moment_y - (arm_psi_1_sin * t235 + arm_psi_1_cos * t70 +
+        p->derived.constant_1 * (arm_theta_1_cos * t233 - arm_theta_1_sin * t229)) + t188 * t237);
     /* column_psi: force left for the joint, inward */
-    const double t286 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t278 + arm_psi_1_cos * t281)) + t285);
+    const double t240 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t70 - arm_psi_1_cos * t235)) + t239);
     /* base_z: acceleration, outward */
-    const double t287 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        (p->derived.column_psi_load_force_z + t284 + t229 * t286)));
+    const double t241 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        (p->derived.column_psi_load_force_z + t238 + t195 * t240)));
     /* column_psi: acceleration, outward */
-    const double t288 = t229 * t287 + column_psi_D_inverse * t286;
+    const double t242 = t195 * t241 + column_psi_D_inverse * t240;
+    const double t243 = arm_psi_sin * t242;
+    const double t244 = arm_psi_cos * t242;
+    const double t245 = arm_psi_sin * t241;
+    const double t246 = arm_psi_cos * t241;
     /* arm_psi: acceleration, outward */
-    const double t289 = arm_psi_sin * t287;
-    const double t290 = arm_psi_cos * t287;
-    const double t291 = arm_psi_sin * t288;
-    const double t292 = arm_psi_cos * t288;
-    const double t293 = t224 * t289 + t225 * t290 + t223 * t292 - arm_psi_D_inverse * t283;
+    const double t247 = t189 * t245 + t190 * t246 + t188 * t244 - arm_psi_D_inverse * t237;
+    const double t248 = p->derived.constant_1 * t244;
+    const double t249 = arm_psi_1_sin * t244 + arm_psi_1_cos * t243;
+    const double t250 = p->derived.constant_1 * t247 - t246;
+    const double t251 = arm_psi_1_sin * t250 - arm_psi_1_cos * t245;
+    const double t252 = arm_psi_1_sin * t245 + arm_psi_1_cos * t250;
+    const double t253 = arm_theta_1_sin * t251 - arm_theta_1_cos * t248;
+    const double t254 = arm_theta_1_sin * t248 + arm_theta_1_cos * t251;
     /* arm_phi_1: acceleration, outward */
-    const double t294 = p->derived.constant_1 * t292;
-    const double t295 = p->derived.constant_1 * t293 - t290;
-    const double t296 = arm_psi_1_sin * t295 - arm_psi_1_cos * t289;
-    const double t297 = arm_psi_1_sin * t289 + arm_psi_1_cos * t295;
-    const double t298 = arm_theta_1_sin * t296 - arm_theta_1_cos * t294;
-    const double t299 = arm_theta_1_sin * t294 + arm_theta_1_cos * t296;
-    const double t300 = arm_phi_1_sin * t298 + arm_phi_1_cos * t297;
-    const double t301 = arm_phi_1_cos * t298 - arm_phi_1_sin * t297;
-    const double t302 = t272 - (t187 * t299 + t189 * t300 + t191 * t301);
-    const double t303 = t271 - (t186 * t299 + t188 * t300 + t190 * t301);
-    const double t304 = arm_psi_1_sin * t292 + arm_psi_1_cos * t291;
-    const double t305 = arm_phi_1_cos * t302 - arm_phi_1_sin * t303 - (arm_psi_1_cos * t292 - arm_psi_1_sin *
-        t291);
-    const double t306 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t302 + arm_phi_1_cos * t303 - (arm_theta_1_sin *
-        t304 + arm_theta_1_cos * t293));
-    const double t307 = arm_theta_1_sin * t306 - (t270 + (arm_theta_1_cos * t304 - arm_theta_1_sin * t293));
+    const double t255 = arm_phi_1_sin * t253 + arm_phi_1_cos * t252;
+    const double t256 = arm_phi_1_cos * t253 - arm_phi_1_sin * t252;
+    const double t257 = t228 - (t158 * t254 + t160 * t255 + t162 * t256);
+    const double t258 = t227 - (t157 * t254 + t159 * t255 + t161 * t256);
+    const double t259 = arm_phi_1_cos * t257 - arm_phi_1_sin * t258 - (arm_psi_1_cos * t244 - arm_psi_1_sin *
+        t243);
+    const double t260 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t257 + arm_phi_1_cos * t258 - (arm_theta_1_sin *
+        t249 + arm_theta_1_cos * t247));
+    const double t261 = arm_theta_1_sin * t260 - (t226 + (arm_theta_1_cos * t249 - arm_theta_1_sin * t247));
+    const double t262 = arm_psi_2_sin * t257 - arm_psi_2_cos * t226;
+    const double t263 = t255 + p->derived.arm_element_length * t258;
+    const double t264 = t256 - p->derived.arm_element_length * t257;
+    const double t265 = arm_psi_2_sin * t263 + arm_psi_2_cos * t254;
+    const double t266 = arm_psi_2_cos * t263 - arm_psi_2_sin * t254;
+    const double t267 = arm_theta_2_sin * t265 + arm_theta_2_cos * t264;
+    const double t268 = arm_theta_2_cos * t265 - arm_theta_2_sin * t264;
     /* arm_phi_2: acceleration, outward */
-    const double t308 = t300 + p->derived.arm_element_length * t303;
-    const double t309 = t301 - p->derived.arm_element_length * t302;
-    const double t310 = arm_psi_2_sin * t308 + arm_psi_2_cos * t299;
-    const double t311 = arm_psi_2_cos * t308 - arm_psi_2_sin * t299;
-    const double t312 = arm_theta_2_sin * t310 + arm_theta_2_cos * t309;
-    const double t313 = arm_theta_2_cos * t310 - arm_theta_2_sin * t309;
-    const double t314 = arm_phi_2_sin * t312 + arm_phi_2_cos * t311;
-    const double t315 = arm_phi_2_cos * t312 - arm_phi_2_sin * t311;
-    const double t316 = t253 - (t138 * t313 + t140 * t314 + t142 * t315);
-    const double t317 = t252 - (t137 * t313 + t139 * t314 + t141 * t315);
-    const double t318 = arm_psi_2_sin * t302 - arm_psi_2_cos * t270;
-    const double t319 = arm_phi_2_cos * t316 - arm_phi_2_sin * t317 - (arm_psi_2_sin * t270 + arm_psi_2_cos *
-        t302);
-    const double t320 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t316 + arm_phi_2_cos * t317 - (arm_theta_2_sin *
-        t318 + arm_theta_2_cos * t303));
-    const double t321 = arm_theta_2_sin * t320 - (t251 + (arm_theta_2_cos * t318 - arm_theta_2_sin * t303));
+    const double t269 = arm_phi_2_sin * t267 + arm_phi_2_cos * t266;
+    const double t270 = arm_phi_2_cos * t267 - arm_phi_2_sin * t266;
+    const double t271 = t213 - (t115 * t268 + t117 * t269 + t119 * t270);
+    const double t272 = t212 - (t114 * t268 + t116 * t269 + t118 * t270);
+    const double t273 = arm_phi_2_cos * t271 - arm_phi_2_sin * t272 - (arm_psi_2_sin * t226 + arm_psi_2_cos *
+        t257);
+    const double t274 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t271 + arm_phi_2_cos * t272 - (arm_theta_2_sin *
+        t262 + arm_theta_2_cos * t258));
+    const double t275 = arm_theta_2_sin * t274 - (t211 + (arm_theta_2_cos * t262 - arm_theta_2_sin * t258));
+    const double t276 = arm_psi_3_sin * t271 - arm_psi_3_cos * t211;
+    const double t277 = t269 + p->derived.arm_element_length * t272;
+    const double t278 = t270 - p->derived.arm_element_length * t271;
+    const double t279 = arm_psi_3_sin * t277 + arm_psi_3_cos * t268;
+    const double t280 = arm_psi_3_cos * t277 - arm_psi_3_sin * t268;
+    const double t281 = arm_theta_3_sin * t279 + arm_theta_3_cos * t278;
     /* arm_phi_3: acceleration, outward */
-    const double t322 = t314 + p->derived.arm_element_length * t317;
-    const double t323 = t315 - p->derived.arm_element_length * t316;
-    const double t324 = arm_psi_3_sin * t322 + arm_psi_3_cos * t313;
-    const double t325 = arm_psi_3_cos * t322 - arm_psi_3_sin * t313;
-    const double t326 = arm_theta_3_sin * t324 + arm_theta_3_cos * t323;
-    const double t327 = t105 * (arm_phi_3_cos * t326 - arm_phi_3_sin * t325) - t234;
-    const double t328 = t235 - t105 * (arm_phi_3_sin * t326 + arm_phi_3_cos * t325);
-    const double t329 = arm_psi_3_sin * t316 - arm_psi_3_cos * t251;
-    const double t330 = arm_phi_3_cos * t327 - arm_phi_3_sin * t328 - (arm_psi_3_sin * t251 + arm_psi_3_cos *
-        t316);
-    const double t331 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t327 + arm_phi_3_cos * t328 - (arm_theta_3_sin *
-        t329 + arm_theta_3_cos * t317));
-    const double t332 = arm_theta_3_sin * t331 - (p->derived.constant_18 * (arm_phi_3_bias_moment_x + t90) +
-        (arm_theta_3_cos * t329 - arm_theta_3_sin * t317));
+    const double t282 = t90 * (arm_phi_3_cos * t281 - arm_phi_3_sin * t280) - t198;
+    const double t283 = t199 - t90 * (arm_phi_3_sin * t281 + arm_phi_3_cos * t280);
+    const double t284 = arm_phi_3_cos * t282 - arm_phi_3_sin * t283 - (arm_psi_3_sin * t211 + arm_psi_3_cos *
+        t271);
+    const double t285 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t282 + arm_phi_3_cos * t283 - (arm_theta_3_sin *
+        t276 + arm_theta_3_cos * t272));
+    const double t286 = arm_theta_3_sin * t285 - (p->derived.constant_19 * (arm_phi_3_bias_moment_x + t75) +
+        (arm_theta_3_cos * t276 - arm_theta_3_sin * t272));
     /* effector_z: acceleration, outward */
-    const double t333 = arm_theta_3_cos * t324 - arm_theta_3_sin * t323 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t287 = arm_theta_3_cos * t279 - arm_theta_3_sin * t278 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
     /* arm_phi_3: force left for the joint, inward */
-    const double t334 = arm_theta_3_sin * row_1_u_arm_phi_3;
-    const double t335 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t334);
-    const double t336 = arm_phi_3_sin * t335 + arm_phi_3_cos * row_1_u_arm_theta_3;
-    const double t337 = arm_phi_3_cos * t335 - arm_phi_3_sin * row_1_u_arm_theta_3;
-    const double t338 = t104 * t336;
-    const double t339 = t104 * t337;
-    const double t340 = arm_phi_3_moment_beyond_x * t339;
-    const double t341 = arm_phi_3_moment_beyond_x * t338;
-    const double t342 = arm_phi_3_sin * t341 + arm_phi_3_cos * t340;
-    const double t343 = arm_phi_3_sin * t340 - arm_phi_3_cos * t341;
-    const double t344 = arm_phi_3_cos * t336 - arm_phi_3_sin * t337;
-    const double t345 = arm_phi_3_sin * t336 + arm_phi_3_cos * t337;
-    const double t346 = arm_theta_3_cos * t343 - arm_theta_3_sin * row_1_u_effector_z;
-    const double t347 = arm_theta_3_sin * t343 + arm_theta_3_cos * row_1_u_effector_z;
-    const double t348 = arm_theta_3_sin * t345 + arm_theta_3_cos * row_1_u_arm_phi_3;
-    const double t349 = arm_psi_3_sin * t347 + arm_psi_3_cos * t342;
+    const double t288 = arm_theta_3_sin * row_1_u_arm_phi_3;
+    const double t289 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t288);
+    const double t290 = t89 * (arm_phi_3_sin * t289 + arm_phi_3_cos * row_1_u_arm_theta_3);
+    const double t291 = t89 * (arm_phi_3_cos * t289 - arm_phi_3_sin * row_1_u_arm_theta_3);
+    const double t292 = arm_phi_3_moment_beyond_x * t291;
+    const double t293 = arm_phi_3_moment_beyond_x * t290;
+    const double t294 = arm_phi_3_sin * t293 + arm_phi_3_cos * t292;
+    const double t295 = arm_phi_3_sin * t292 - arm_phi_3_cos * t293;
+    const double t296 = arm_theta_3_cos * t295 - arm_theta_3_sin * row_1_u_effector_z;
+    const double t297 = arm_theta_3_sin * t295 + arm_theta_3_cos * row_1_u_effector_z;
+    const double t298 = arm_theta_3_sin * t289 + arm_theta_3_cos * row_1_u_arm_phi_3;
+    const double t299 = arm_psi_3_sin * t297 + arm_psi_3_cos * t294;
     /* arm_phi_2: force left for the joint, inward */
-    const double t350 = arm_theta_2_sin * row_1_u_arm_phi_2;
-    const double t351 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t350);
-    const double t352 = arm_phi_2_sin * t351 + arm_phi_2_cos * row_1_u_arm_theta_2;
-    const double t353 = arm_phi_2_cos * t351 - arm_phi_2_sin * row_1_u_arm_theta_2;
-    const double t354 = t352 - (arm_psi_3_sin * t348 + arm_psi_3_cos * t344 - p->derived.arm_element_length *
-        t346);
-    const double t355 = p->derived.constant_19 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t348 - arm_psi_3_sin *
-        t344));
-    const double t356 = t136 * (t353 - (arm_theta_3_cos * t345 - t334 + p->derived.arm_element_length * t349) +
-        t135 * t354);
-    const double t357 = t134 * t354 + t135 * t356;
-    const double t358 = arm_psi_3_cos * t347 - arm_psi_3_sin * t342 + (t127 * t356 - t126 * t357);
-    const double t359 = t349 + (t133 * t356 - t128 * t357);
-    const double t360 = t346 + (t128 * t356 - t132 * t357);
-    const double t361 = arm_phi_2_cos * t359 - arm_phi_2_sin * t360;
-    const double t362 = arm_phi_2_sin * t359 + arm_phi_2_cos * t360;
-    const double t363 = arm_phi_2_cos * t352 - arm_phi_2_sin * t353;
-    const double t364 = arm_phi_2_sin * t352 + arm_phi_2_cos * t353;
-    const double t365 = arm_theta_2_cos * t362 - arm_theta_2_sin * t358;
-    const double t366 = arm_theta_2_sin * t362 + arm_theta_2_cos * t358;
-    const double t367 = arm_theta_2_sin * t364 + arm_theta_2_cos * row_1_u_arm_phi_2;
-    const double t368 = arm_psi_2_sin * t366 + arm_psi_2_cos * t361;
+    const double t300 = arm_theta_2_sin * row_1_u_arm_phi_2;
+    const double t301 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t300);
+    const double t302 = arm_phi_2_sin * t301 + arm_phi_2_cos * row_1_u_arm_theta_2 - (arm_psi_3_sin * t298 +
+        arm_psi_3_cos * row_1_u_arm_theta_3 - p->derived.arm_element_length * t296);
+    const double t303 = p->derived.constant_20 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t298 - arm_psi_3_sin *
+        row_1_u_arm_theta_3));
+    const double t304 = t113 * (arm_phi_2_cos * t301 - arm_phi_2_sin * row_1_u_arm_theta_2 - (arm_theta_3_cos *
+        t289 - t288 + p->derived.arm_element_length * t299) + t112 * t302);
+    const double t305 = t111 * t302 + t112 * t304;
+    const double t306 = arm_psi_3_cos * t297 - arm_psi_3_sin * t294 + (t104 * t304 - t103 * t305);
+    const double t307 = t299 + (t110 * t304 - t105 * t305);
+    const double t308 = t296 + (t105 * t304 - t109 * t305);
+    const double t309 = arm_phi_2_cos * t307 - arm_phi_2_sin * t308;
+    const double t310 = arm_phi_2_sin * t307 + arm_phi_2_cos * t308;
+    const double t311 = arm_theta_2_cos * t310 - arm_theta_2_sin * t306;
+    const double t312 = arm_theta_2_sin * t310 + arm_theta_2_cos * t306;
+    const double t313 = arm_theta_2_sin * t301 + arm_theta_2_cos * row_1_u_arm_phi_2;
+    const double t314 = arm_psi_2_sin * t312 + arm_psi_2_cos * t309;
     /* arm_phi_1: force left for the joint, inward */
-    const double t369 = arm_theta_1_sin * row_1_u_arm_phi_1;
-    const double t370 = arm_theta_1_cos_inverse * (t369 - t102);
-    const double t371 = arm_phi_1_sin * t370 + arm_phi_1_cos * row_1_u_arm_theta_1;
-    const double t372 = arm_phi_1_cos * t370 - arm_phi_1_sin * row_1_u_arm_theta_1;
-    const double t373 = t371 - (arm_psi_2_sin * t367 + arm_psi_2_cos * t363 - p->derived.arm_element_length *
-        t365);
-    const double t374 = p->derived.constant_19 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t367 - arm_psi_2_sin *
-        t363));
-    const double t375 = t185 * (t372 - (arm_theta_2_cos * t364 - t350 + p->derived.arm_element_length * t368) +
-        t184 * t373);
-    const double t376 = t183 * t373 + t184 * t375;
-    const double t377 = arm_psi_2_cos * t366 - arm_psi_2_sin * t361 + (t176 * t375 - t175 * t376);
-    const double t378 = t368 + (t182 * t375 - t177 * t376);
-    const double t379 = t365 + (t177 * t375 - t181 * t376);
-    const double t380 = arm_phi_1_cos * t378 - arm_phi_1_sin * t379;
-    const double t381 = arm_phi_1_sin * t378 + arm_phi_1_cos * t379;
-    const double t382 = arm_phi_1_cos * t371 - arm_phi_1_sin * t372;
-    const double t383 = arm_phi_1_sin * t371 + arm_phi_1_cos * t372;
-    const double t384 = arm_theta_1_sin * t381 + arm_theta_1_cos * t377;
-    const double t385 = arm_theta_1_sin * t383 + arm_theta_1_cos * row_1_u_arm_phi_1;
-    const double t386 = arm_psi_1_sin * t384 + arm_psi_1_cos * t380;
+    const double t315 = arm_theta_1_sin * row_1_u_arm_phi_1;
+    const double t316 = arm_theta_1_cos_inverse * (t315 - t87);
+    const double t317 = arm_phi_1_sin * t316 + arm_phi_1_cos * row_1_u_arm_theta_1 - (arm_psi_2_sin * t313 +
+        arm_psi_2_cos * row_1_u_arm_theta_2 - p->derived.arm_element_length * t311);
+    const double t318 = p->derived.constant_20 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t313 - arm_psi_2_sin *
+        row_1_u_arm_theta_2));
+    const double t319 = t156 * (arm_phi_1_cos * t316 - arm_phi_1_sin * row_1_u_arm_theta_1 - (arm_theta_2_cos *
+        t301 - t300 + p->derived.arm_element_length * t314) + t155 * t317);
+    const double t320 = t154 * t317 + t155 * t319;
+    const double t321 = arm_psi_2_cos * t312 - arm_psi_2_sin * t309 + (t147 * t319 - t146 * t320);
+    const double t322 = t314 + (t153 * t319 - t148 * t320);
+    const double t323 = t311 + (t148 * t319 - t152 * t320);
+    const double t324 = arm_phi_1_cos * t322 - arm_phi_1_sin * t323;
+    const double t325 = arm_phi_1_sin * t322 + arm_phi_1_cos * t323;
+    const double t326 = arm_theta_1_sin * t325 + arm_theta_1_cos * t321;
+    const double t327 = arm_theta_1_sin * t316 + arm_theta_1_cos * row_1_u_arm_phi_1;
+    const double t328 = arm_psi_1_sin * t326 + arm_psi_1_cos * t324;
     /* arm_psi: force left for the joint, inward */
-    const double t387 = t101 + (arm_theta_1_cos * t383 - t369 + p->derived.constant_1 * t386);
-    const double t388 = arm_psi_sin * (arm_psi_1_cos * t385 - arm_psi_1_sin * t382) + arm_psi_cos * (arm_psi_1_sin *
-        t385 + arm_psi_1_cos * t382 - p->derived.constant_1 * (arm_theta_1_cos * t381 - arm_theta_1_sin *
-        t377) + t223 * t387);
+    const double t329 = t86 + (arm_theta_1_cos * t316 - t315 + p->derived.constant_1 * t328);
+    const double t330 = arm_psi_sin * (arm_psi_1_cos * t327 - arm_psi_1_sin * row_1_u_arm_theta_1) + arm_psi_cos *
+        (arm_psi_1_sin * t327 + arm_psi_1_cos * row_1_u_arm_theta_1 - p->derived.constant_1 * (arm_theta_1_cos *
+        t325 - arm_theta_1_sin * t321) + t188 * t329);
     /* column_psi: force left for the joint, inward */
-    const double t389 = row_1_u_column_psi - t388;
-    const double t390 = arm_psi_sin * (arm_psi_1_cos * t384 - arm_psi_1_sin * t380 - t224 * t387) + arm_psi_cos *
-        (t386 - t225 * t387) + t229 * t389;
+    const double t331 = row_1_u_column_psi - t330;
+    const double t332 = arm_psi_sin * (arm_psi_1_cos * t326 - arm_psi_1_sin * t324 - t189 * t329) + arm_psi_cos *
+        (t328 - t190 * t329) + t195 * t331;
     /* base_z: acceleration, outward */
-    const double t391 = base_z_D_inverse * t390;
+    const double t333 = base_z_D_inverse * t332;
     /* column_psi: acceleration, outward */
-    const double t392 = t229 * t391 + column_psi_D_inverse * t389;
+    const double t334 = t195 * t333 + column_psi_D_inverse * t331;
+    const double t335 = arm_psi_sin * t334;
+    const double t336 = arm_psi_cos * t334;
+    const double t337 = arm_psi_sin * t333;
+    const double t338 = arm_psi_cos * t333;
     /* arm_psi: acceleration, outward */
-    const double t393 = arm_psi_sin * t391;
-    const double t394 = arm_psi_cos * t391;
-    const double t395 = arm_psi_sin * t392;
-    const double t396 = arm_psi_cos * t392;
-    const double t397 = t224 * t393 + t225 * t394 + t223 * t396 - arm_psi_D_inverse * t387;
+    const double t339 = t189 * t337 + t190 * t338 + t188 * t336 - arm_psi_D_inverse * t329;
+    const double t340 = p->derived.constant_1 * t336;
+    const double t341 = arm_psi_1_sin * t336 + arm_psi_1_cos * t335;
+    const double t342 = p->derived.constant_1 * t339 - t338;
+    const double t343 = arm_psi_1_sin * t342 - arm_psi_1_cos * t337;
+    const double t344 = arm_psi_1_sin * t337 + arm_psi_1_cos * t342;
+    const double t345 = arm_theta_1_sin * t343 - arm_theta_1_cos * t340;
+    const double t346 = arm_theta_1_sin * t340 + arm_theta_1_cos * t343;
     /* arm_phi_1: acceleration, outward */
-    const double t398 = p->derived.constant_1 * t396;
-    const double t399 = p->derived.constant_1 * t397 - t394;
-    const double t400 = arm_psi_1_sin * t399 - arm_psi_1_cos * t393;
-    const double t401 = arm_psi_1_sin * t393 + arm_psi_1_cos * t399;
-    const double t402 = arm_theta_1_sin * t400 - arm_theta_1_cos * t398;
-    const double t403 = arm_theta_1_sin * t398 + arm_theta_1_cos * t400;
-    const double t404 = arm_phi_1_sin * t402 + arm_phi_1_cos * t401;
-    const double t405 = arm_phi_1_cos * t402 - arm_phi_1_sin * t401;
-    const double t406 = t376 - (t187 * t403 + t189 * t404 + t191 * t405);
-    const double t407 = t375 - (t186 * t403 + t188 * t404 + t190 * t405);
-    const double t408 = arm_psi_1_sin * t396 + arm_psi_1_cos * t395;
-    const double t409 = arm_phi_1_cos * t406 - arm_phi_1_sin * t407 - (arm_psi_1_cos * t396 - arm_psi_1_sin *
-        t395);
-    const double t410 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t406 + arm_phi_1_cos * t407 - (arm_theta_1_sin *
-        t408 + arm_theta_1_cos * t397));
-    const double t411 = t374 - (arm_theta_1_cos * t408 - arm_theta_1_sin * t397) + arm_theta_1_sin * t410;
+    const double t347 = arm_phi_1_sin * t345 + arm_phi_1_cos * t344;
+    const double t348 = arm_phi_1_cos * t345 - arm_phi_1_sin * t344;
+    const double t349 = t320 - (t158 * t346 + t160 * t347 + t162 * t348);
+    const double t350 = t319 - (t157 * t346 + t159 * t347 + t161 * t348);
+    const double t351 = arm_phi_1_cos * t349 - arm_phi_1_sin * t350 - (arm_psi_1_cos * t336 - arm_psi_1_sin *
+        t335);
+    const double t352 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t349 + arm_phi_1_cos * t350 - (arm_theta_1_sin *
+        t341 + arm_theta_1_cos * t339));
+    const double t353 = t318 - (arm_theta_1_cos * t341 - arm_theta_1_sin * t339) + arm_theta_1_sin * t352;
+    const double t354 = arm_psi_2_sin * t349 + arm_psi_2_cos * t318;
+    const double t355 = t347 + p->derived.arm_element_length * t350;
+    const double t356 = t348 - p->derived.arm_element_length * t349;
+    const double t357 = arm_psi_2_sin * t355 + arm_psi_2_cos * t346;
+    const double t358 = arm_psi_2_cos * t355 - arm_psi_2_sin * t346;
+    const double t359 = arm_theta_2_sin * t357 + arm_theta_2_cos * t356;
+    const double t360 = arm_theta_2_cos * t357 - arm_theta_2_sin * t356;
     /* arm_phi_2: acceleration, outward */
-    const double t412 = t404 + p->derived.arm_element_length * t407;
-    const double t413 = t405 - p->derived.arm_element_length * t406;
-    const double t414 = arm_psi_2_sin * t412 + arm_psi_2_cos * t403;
-    const double t415 = arm_psi_2_cos * t412 - arm_psi_2_sin * t403;
-    const double t416 = arm_theta_2_sin * t414 + arm_theta_2_cos * t413;
-    const double t417 = arm_theta_2_cos * t414 - arm_theta_2_sin * t413;
-    const double t418 = arm_phi_2_sin * t416 + arm_phi_2_cos * t415;
-    const double t419 = arm_phi_2_cos * t416 - arm_phi_2_sin * t415;
-    const double t420 = t357 - (t138 * t417 + t140 * t418 + t142 * t419);
-    const double t421 = t356 - (t137 * t417 + t139 * t418 + t141 * t419);
-    const double t422 = arm_psi_2_sin * t406 + arm_psi_2_cos * t374;
-    const double t423 = arm_phi_2_cos * t420 - arm_phi_2_sin * t421 - (arm_psi_2_cos * t406 - arm_psi_2_sin *
-        t374);
-    const double t424 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t420 + arm_phi_2_cos * t421 - (arm_theta_2_sin *
-        t422 + arm_theta_2_cos * t407));
-    const double t425 = t355 - (arm_theta_2_cos * t422 - arm_theta_2_sin * t407) + arm_theta_2_sin * t424;
+    const double t361 = arm_phi_2_sin * t359 + arm_phi_2_cos * t358;
+    const double t362 = arm_phi_2_cos * t359 - arm_phi_2_sin * t358;
+    const double t363 = t305 - (t115 * t360 + t117 * t361 + t119 * t362);
+    const double t364 = t304 - (t114 * t360 + t116 * t361 + t118 * t362);
+    const double t365 = arm_phi_2_cos * t363 - arm_phi_2_sin * t364 - (arm_psi_2_cos * t349 - arm_psi_2_sin *
+        t318);
+    const double t366 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t363 + arm_phi_2_cos * t364 - (arm_theta_2_sin *
+        t354 + arm_theta_2_cos * t350));
+    const double t367 = t303 - (arm_theta_2_cos * t354 - arm_theta_2_sin * t350) + arm_theta_2_sin * t366;
+    const double t368 = arm_psi_3_sin * t363 + arm_psi_3_cos * t303;
+    const double t369 = t361 + p->derived.arm_element_length * t364;
+    const double t370 = t362 - p->derived.arm_element_length * t363;
+    const double t371 = arm_psi_3_sin * t369 + arm_psi_3_cos * t360;
+    const double t372 = arm_psi_3_cos * t369 - arm_psi_3_sin * t360;
+    const double t373 = arm_theta_3_sin * t371 + arm_theta_3_cos * t370;
     /* arm_phi_3: acceleration, outward */
-    const double t426 = t418 + p->derived.arm_element_length * t421;
-    const double t427 = t419 - p->derived.arm_element_length * t420;
-    const double t428 = arm_psi_3_sin * t426 + arm_psi_3_cos * t417;
-    const double t429 = arm_psi_3_cos * t426 - arm_psi_3_sin * t417;
-    const double t430 = arm_theta_3_sin * t428 + arm_theta_3_cos * t427;
-    const double t431 = t338 + t105 * (arm_phi_3_cos * t430 - arm_phi_3_sin * t429);
-    const double t432 = t339 - t105 * (arm_phi_3_sin * t430 + arm_phi_3_cos * t429);
-    const double t433 = arm_psi_3_sin * t420 + arm_psi_3_cos * t355;
-    const double t434 = arm_phi_3_cos * t431 - arm_phi_3_sin * t432 - (arm_psi_3_cos * t420 - arm_psi_3_sin *
-        t355);
-    const double t435 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t431 + arm_phi_3_cos * t432 - (arm_theta_3_sin *
-        t433 + arm_theta_3_cos * t421));
-    const double t436 = row_1_u_arm_phi_3 * p->derived.constant_18 - (arm_theta_3_cos * t433 - arm_theta_3_sin *
-        t421) + arm_theta_3_sin * t435;
+    const double t374 = t290 + t90 * (arm_phi_3_cos * t373 - arm_phi_3_sin * t372);
+    const double t375 = t291 - t90 * (arm_phi_3_sin * t373 + arm_phi_3_cos * t372);
+    const double t376 = arm_phi_3_cos * t374 - arm_phi_3_sin * t375 - (arm_psi_3_cos * t363 - arm_psi_3_sin *
+        t303);
+    const double t377 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t374 + arm_phi_3_cos * t375 - (arm_theta_3_sin *
+        t368 + arm_theta_3_cos * t364));
+    const double t378 = row_1_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos * t368 - arm_theta_3_sin *
+        t364) + arm_theta_3_sin * t377;
     /* effector_z: acceleration, outward */
-    const double t437 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t428 - arm_theta_3_sin *
-        t427);
+    const double t379 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t371 - arm_theta_3_sin *
+        t370);
     /* arm_phi_3: force left for the joint, inward */
-    const double t438 = arm_theta_3_sin * row_2_u_arm_phi_3;
-    const double t439 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t438);
-    const double t440 = arm_phi_3_sin * t439 + arm_phi_3_cos * row_2_u_arm_theta_3;
-    const double t441 = arm_phi_3_cos * t439 - arm_phi_3_sin * row_2_u_arm_theta_3;
-    const double t442 = t104 * t440;
-    const double t443 = t104 * t441;
-    const double t444 = arm_phi_3_moment_beyond_x * t443;
-    const double t445 = arm_phi_3_moment_beyond_x * t442;
-    const double t446 = arm_phi_3_sin * t445 + arm_phi_3_cos * t444;
-    const double t447 = arm_phi_3_sin * t444 - arm_phi_3_cos * t445;
-    const double t448 = arm_phi_3_cos * t440 - arm_phi_3_sin * t441;
-    const double t449 = arm_phi_3_sin * t440 + arm_phi_3_cos * t441;
-    const double t450 = arm_theta_3_cos * t447 - arm_theta_3_sin * arm_theta_3_ground_z_x;
-    const double t451 = arm_theta_3_sin * t447 + arm_theta_3_cos * arm_theta_3_ground_z_x;
-    const double t452 = arm_theta_3_sin * t449 + arm_theta_3_cos * row_2_u_arm_phi_3;
-    const double t453 = arm_psi_3_sin * t451 + arm_psi_3_cos * t446;
+    const double t380 = arm_theta_3_sin * row_2_u_arm_phi_3;
+    const double t381 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t380);
+    const double t382 = t89 * (arm_phi_3_sin * t381 + arm_phi_3_cos * row_2_u_arm_theta_3);
+    const double t383 = t89 * (arm_phi_3_cos * t381 - arm_phi_3_sin * row_2_u_arm_theta_3);
+    const double t384 = arm_phi_3_moment_beyond_x * t383;
+    const double t385 = arm_phi_3_moment_beyond_x * t382;
+    const double t386 = arm_phi_3_sin * t385 + arm_phi_3_cos * t384;
+    const double t387 = arm_phi_3_sin * t384 - arm_phi_3_cos * t385;
+    const double t388 = arm_theta_3_cos * t387 - arm_theta_3_sin * arm_theta_3_ground_z_x;
+    const double t389 = arm_theta_3_sin * t387 + arm_theta_3_cos * arm_theta_3_ground_z_x;
+    const double t390 = arm_theta_3_sin * t381 + arm_theta_3_cos * row_2_u_arm_phi_3;
+    const double t391 = arm_psi_3_sin * t389 + arm_psi_3_cos * t386;
     /* arm_phi_2: force left for the joint, inward */
-    const double t454 = arm_theta_2_sin * row_2_u_arm_phi_2;
-    const double t455 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t454);
-    const double t456 = arm_phi_2_sin * t455 + arm_phi_2_cos * row_2_u_arm_theta_2;
-    const double t457 = arm_phi_2_cos * t455 - arm_phi_2_sin * row_2_u_arm_theta_2;
-    const double t458 = t456 - (arm_psi_3_sin * t452 + arm_psi_3_cos * t448 - p->derived.arm_element_length *
-        t450);
-    const double t459 = p->derived.constant_19 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t452 - arm_psi_3_sin *
-        t448));
-    const double t460 = t136 * (t457 - (arm_theta_3_cos * t449 - t438 + p->derived.arm_element_length * t453) +
-        t135 * t458);
-    const double t461 = t134 * t458 + t135 * t460;
-    const double t462 = arm_psi_3_cos * t451 - arm_psi_3_sin * t446 + (t127 * t460 - t126 * t461);
-    const double t463 = t453 + (t133 * t460 - t128 * t461);
-    const double t464 = t450 + (t128 * t460 - t132 * t461);
-    const double t465 = arm_phi_2_cos * t463 - arm_phi_2_sin * t464;
-    const double t466 = arm_phi_2_sin * t463 + arm_phi_2_cos * t464;
-    const double t467 = arm_phi_2_cos * t456 - arm_phi_2_sin * t457;
-    const double t468 = arm_phi_2_sin * t456 + arm_phi_2_cos * t457;
-    const double t469 = arm_theta_2_cos * t466 - arm_theta_2_sin * t462;
-    const double t470 = arm_theta_2_sin * t466 + arm_theta_2_cos * t462;
-    const double t471 = arm_theta_2_sin * t468 + arm_theta_2_cos * row_2_u_arm_phi_2;
-    const double t472 = arm_psi_2_sin * t470 + arm_psi_2_cos * t465;
+    const double t392 = arm_theta_2_sin * row_2_u_arm_phi_2;
+    const double t393 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t392);
+    const double t394 = arm_phi_2_sin * t393 + arm_phi_2_cos * row_2_u_arm_theta_2 - (arm_psi_3_sin * t390 +
+        arm_psi_3_cos * row_2_u_arm_theta_3 - p->derived.arm_element_length * t388);
+    const double t395 = p->derived.constant_20 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t390 - arm_psi_3_sin *
+        row_2_u_arm_theta_3));
+    const double t396 = t113 * (arm_phi_2_cos * t393 - arm_phi_2_sin * row_2_u_arm_theta_2 - (arm_theta_3_cos *
+        t381 - t380 + p->derived.arm_element_length * t391) + t112 * t394);
+    const double t397 = t111 * t394 + t112 * t396;
+    const double t398 = arm_psi_3_cos * t389 - arm_psi_3_sin * t386 + (t104 * t396 - t103 * t397);
+    const double t399 = t391 + (t110 * t396 - t105 * t397);
+    const double t400 = t388 + (t105 * t396 - t109 * t397);
+    const double t401 = arm_phi_2_cos * t399 - arm_phi_2_sin * t400;
+    const double t402 = arm_phi_2_sin * t399 + arm_phi_2_cos * t400;
+    const double t403 = arm_theta_2_cos * t402 - arm_theta_2_sin * t398;
+    const double t404 = arm_theta_2_sin * t402 + arm_theta_2_cos * t398;
+    const double t405 = arm_theta_2_sin * t393 + arm_theta_2_cos * row_2_u_arm_phi_2;
+    const double t406 = arm_psi_2_sin * t404 + arm_psi_2_cos * t401;
     /* arm_phi_1: force left for the joint, inward */
-    const double t473 = arm_theta_1_sin * row_2_u_arm_phi_1;
-    const double t474 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t473);
-    const double t475 = arm_phi_1_sin * t474 + arm_phi_1_cos * row_2_u_arm_theta_1;
-    const double t476 = arm_phi_1_cos * t474 - arm_phi_1_sin * row_2_u_arm_theta_1;
-    const double t477 = t475 - (arm_psi_2_sin * t471 + arm_psi_2_cos * t467 - p->derived.arm_element_length *
-        t469);
-    const double t478 = p->derived.constant_19 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t471 - arm_psi_2_sin *
-        t467));
-    const double t479 = t185 * (t476 - (arm_theta_2_cos * t468 - t454 + p->derived.arm_element_length * t472) +
-        t184 * t477);
-    const double t480 = t183 * t477 + t184 * t479;
-    const double t481 = arm_psi_2_cos * t470 - arm_psi_2_sin * t465 + (t176 * t479 - t175 * t480);
-    const double t482 = t472 + (t182 * t479 - t177 * t480);
-    const double t483 = t469 + (t177 * t479 - t181 * t480);
-    const double t484 = arm_phi_1_cos * t482 - arm_phi_1_sin * t483;
-    const double t485 = arm_phi_1_sin * t482 + arm_phi_1_cos * t483;
-    const double t486 = arm_phi_1_cos * t475 - arm_phi_1_sin * t476;
-    const double t487 = arm_phi_1_sin * t475 + arm_phi_1_cos * t476;
-    const double t488 = arm_theta_1_sin * t485 + arm_theta_1_cos * t481;
-    const double t489 = arm_theta_1_sin * t487 + arm_theta_1_cos * row_2_u_arm_phi_1;
-    const double t490 = arm_psi_1_sin * t488 + arm_psi_1_cos * t484;
+    const double t407 = arm_theta_1_sin * row_2_u_arm_phi_1;
+    const double t408 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t407);
+    const double t409 = arm_phi_1_sin * t408 + arm_phi_1_cos * row_2_u_arm_theta_1 - (arm_psi_2_sin * t405 +
+        arm_psi_2_cos * row_2_u_arm_theta_2 - p->derived.arm_element_length * t403);
+    const double t410 = p->derived.constant_20 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t405 - arm_psi_2_sin *
+        row_2_u_arm_theta_2));
+    const double t411 = t156 * (arm_phi_1_cos * t408 - arm_phi_1_sin * row_2_u_arm_theta_1 - (arm_theta_2_cos *
+        t393 - t392 + p->derived.arm_element_length * t406) + t155 * t409);
+    const double t412 = t154 * t409 + t155 * t411;
+    const double t413 = arm_psi_2_cos * t404 - arm_psi_2_sin * t401 + (t147 * t411 - t146 * t412);
+    const double t414 = t406 + (t153 * t411 - t148 * t412);
+    const double t415 = t403 + (t148 * t411 - t152 * t412);
+    const double t416 = arm_phi_1_cos * t414 - arm_phi_1_sin * t415;
+    const double t417 = arm_phi_1_sin * t414 + arm_phi_1_cos * t415;
+    const double t418 = arm_theta_1_sin * t417 + arm_theta_1_cos * t413;
+    const double t419 = arm_theta_1_sin * t408 + arm_theta_1_cos * row_2_u_arm_phi_1;
+    const double t420 = arm_psi_1_sin * t418 + arm_psi_1_cos * t416;
     /* arm_psi: force left for the joint, inward */
-    const double t491 = row_2_u_arm_psi - (arm_theta_1_cos * t487 - t473 + p->derived.constant_1 * t490);
-    const double t492 = arm_psi_sin * (arm_psi_1_cos * t489 - arm_psi_1_sin * t486) + arm_psi_cos * (arm_psi_1_sin *
-        t489 + arm_psi_1_cos * t486 - p->derived.constant_1 * (arm_theta_1_cos * t485 - arm_theta_1_sin *
-        t481) - t223 * t491);
+    const double t421 = row_2_u_arm_psi - (arm_theta_1_cos * t408 - t407 + p->derived.constant_1 * t420);
+    const double t422 = arm_psi_sin * (arm_psi_1_cos * t419 - arm_psi_1_sin * row_2_u_arm_theta_1) + arm_psi_cos *
+        (arm_psi_1_sin * t419 + arm_psi_1_cos * row_2_u_arm_theta_1 - p->derived.constant_1 * (arm_theta_1_cos *
+        t417 - arm_theta_1_sin * t413) - t188 * t421);
     /* column_psi: force left for the joint, inward */
-    const double t493 = arm_psi_sin * (arm_psi_1_cos * t488 - arm_psi_1_sin * t484 + t224 * t491) + arm_psi_cos *
-        (t490 + t225 * t491) - t229 * t492;
+    const double t423 = arm_psi_sin * (arm_psi_1_cos * t418 - arm_psi_1_sin * t416 + t189 * t421) + arm_psi_cos *
+        (t420 + t190 * t421) - t195 * t422;
     /* base_z: acceleration, outward */
-    const double t494 = base_z_D_inverse * (1.0 - t493);
+    const double t424 = base_z_D_inverse * (1.0 - t423);
     /* column_psi: acceleration, outward */
-    const double t495 = t229 * t494 + column_psi_D_inverse * t492;
+    const double t425 = t195 * t424 + column_psi_D_inverse * t422;
+    const double t426 = arm_psi_sin * t425;
+    const double t427 = arm_psi_cos * t425;
+    const double t428 = arm_psi_sin * t424;
+    const double t429 = arm_psi_cos * t424;
     /* arm_psi: acceleration, outward */
-    const double t496 = arm_psi_sin * t494;
-    const double t497 = arm_psi_cos * t494;
-    const double t498 = arm_psi_sin * t495;
-    const double t499 = arm_psi_cos * t495;
-    const double t500 = arm_psi_D_inverse * t491 - (t224 * t496 + t225 * t497 + t223 * t499);
+    const double t430 = arm_psi_D_inverse * t421 - (t189 * t428 + t190 * t429 + t188 * t427);
+    const double t431 = p->derived.constant_1 * t427;
+    const double t432 = arm_psi_1_sin * t427 + arm_psi_1_cos * t426;
+    const double t433 = t429 + p->derived.constant_1 * t430;
+    const double t434 = arm_psi_1_sin * t433 + arm_psi_1_cos * t428;
+    const double t435 = arm_psi_1_cos * t433 - arm_psi_1_sin * t428;
+    const double t436 = arm_theta_1_sin * t434 + arm_theta_1_cos * t431;
+    const double t437 = arm_theta_1_cos * t434 - arm_theta_1_sin * t431;
     /* arm_phi_1: acceleration, outward */
-    const double t501 = p->derived.constant_1 * t499;
-    const double t502 = t497 + p->derived.constant_1 * t500;
-    const double t503 = arm_psi_1_sin * t502 + arm_psi_1_cos * t496;
-    const double t504 = arm_psi_1_cos * t502 - arm_psi_1_sin * t496;
-    const double t505 = arm_theta_1_sin * t503 + arm_theta_1_cos * t501;
-    const double t506 = arm_theta_1_cos * t503 - arm_theta_1_sin * t501;
-    const double t507 = arm_phi_1_sin * t505 + arm_phi_1_cos * t504;
-    const double t508 = arm_phi_1_cos * t505 - arm_phi_1_sin * t504;
-    const double t509 = t480 - (t187 * t506 + t189 * t507 + t191 * t508);
-    const double t510 = t479 - (t186 * t506 + t188 * t507 + t190 * t508);
-    const double t511 = arm_psi_1_sin * t499 + arm_psi_1_cos * t498;
-    const double t512 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t509 + arm_phi_1_cos * t510 - (arm_theta_1_cos *
-        t500 - arm_theta_1_sin * t511));
+    const double t438 = arm_phi_1_sin * t436 + arm_phi_1_cos * t435;
+    const double t439 = arm_phi_1_cos * t436 - arm_phi_1_sin * t435;
+    const double t440 = t412 - (t158 * t437 + t160 * t438 + t162 * t439);
+    const double t441 = t411 - (t157 * t437 + t159 * t438 + t161 * t439);
+    const double t442 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t440 + arm_phi_1_cos * t441 - (arm_theta_1_cos *
+        t430 - arm_theta_1_sin * t432));
+    const double t443 = arm_psi_2_sin * t440 + arm_psi_2_cos * t410;
+    const double t444 = t438 + p->derived.arm_element_length * t441;
+    const double t445 = t439 - p->derived.arm_element_length * t440;
+    const double t446 = arm_psi_2_sin * t444 + arm_psi_2_cos * t437;
+    const double t447 = arm_psi_2_cos * t444 - arm_psi_2_sin * t437;
+    const double t448 = arm_theta_2_sin * t446 + arm_theta_2_cos * t445;
+    const double t449 = arm_theta_2_cos * t446 - arm_theta_2_sin * t445;
     /* arm_phi_2: acceleration, outward */
-    const double t513 = t507 + p->derived.arm_element_length * t510;
-    const double t514 = t508 - p->derived.arm_element_length * t509;
-    const double t515 = arm_psi_2_sin * t513 + arm_psi_2_cos * t506;
-    const double t516 = arm_psi_2_cos * t513 - arm_psi_2_sin * t506;
-    const double t517 = arm_theta_2_sin * t515 + arm_theta_2_cos * t514;
-    const double t518 = arm_theta_2_cos * t515 - arm_theta_2_sin * t514;
-    const double t519 = arm_phi_2_sin * t517 + arm_phi_2_cos * t516;
-    const double t520 = arm_phi_2_cos * t517 - arm_phi_2_sin * t516;
-    const double t521 = t461 - (t138 * t518 + t140 * t519 + t142 * t520);
-    const double t522 = t460 - (t137 * t518 + t139 * t519 + t141 * t520);
-    const double t523 = arm_psi_2_sin * t509 + arm_psi_2_cos * t478;
-    const double t524 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t521 + arm_phi_2_cos * t522 - (arm_theta_2_sin *
-        t523 + arm_theta_2_cos * t510));
+    const double t450 = arm_phi_2_sin * t448 + arm_phi_2_cos * t447;
+    const double t451 = arm_phi_2_cos * t448 - arm_phi_2_sin * t447;
+    const double t452 = t397 - (t115 * t449 + t117 * t450 + t119 * t451);
+    const double t453 = t396 - (t114 * t449 + t116 * t450 + t118 * t451);
+    const double t454 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t452 + arm_phi_2_cos * t453 - (arm_theta_2_sin *
+        t443 + arm_theta_2_cos * t441));
+    const double t455 = arm_psi_3_sin * t452 + arm_psi_3_cos * t395;
+    const double t456 = t450 + p->derived.arm_element_length * t453;
+    const double t457 = t451 - p->derived.arm_element_length * t452;
+    const double t458 = arm_psi_3_sin * t456 + arm_psi_3_cos * t449;
+    const double t459 = arm_psi_3_cos * t456 - arm_psi_3_sin * t449;
+    const double t460 = arm_theta_3_sin * t458 + arm_theta_3_cos * t457;
     /* arm_phi_3: acceleration, outward */
-    const double t525 = t519 + p->derived.arm_element_length * t522;
-    const double t526 = t520 - p->derived.arm_element_length * t521;
-    const double t527 = arm_psi_3_sin * t525 + arm_psi_3_cos * t518;
-    const double t528 = arm_psi_3_cos * t525 - arm_psi_3_sin * t518;
-    const double t529 = arm_theta_3_sin * t527 + arm_theta_3_cos * t526;
-    const double t530 = t442 + t105 * (arm_phi_3_cos * t529 - arm_phi_3_sin * t528);
-    const double t531 = t443 - t105 * (arm_phi_3_sin * t529 + arm_phi_3_cos * t528);
-    const double t532 = arm_psi_3_sin * t521 + arm_psi_3_cos * t459;
-    const double t533 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t530 + arm_phi_3_cos * t531 - (arm_theta_3_sin *
-        t532 + arm_theta_3_cos * t522));
+    const double t461 = t382 + t90 * (arm_phi_3_cos * t460 - arm_phi_3_sin * t459);
+    const double t462 = t383 - t90 * (arm_phi_3_sin * t460 + arm_phi_3_cos * t459);
+    const double t463 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t461 + arm_phi_3_cos * t462 - (arm_theta_3_sin *
+        t455 + arm_theta_3_cos * t453));
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t534 = row_1_u_column_psi * t288 - t101 * t293 - t102 * t306 + row_1_u_arm_theta_1 * t305 +
-        row_1_u_arm_phi_1 * t307 + row_1_u_arm_psi_2 * t320 + row_1_u_arm_theta_2 * t319;
-    const double t535 = row_1_phi * p->derived.constant_13 + (row_1_v + row_1_psi * p->derived.constant_12) +
-        (t534 + row_1_u_arm_phi_2 * t321 + row_1_u_arm_psi_3 * t331 + row_1_u_arm_theta_3 * t330 + row_1_u_arm_phi_3 *
-        t332 - row_1_u_effector_z * t333);
-    const double t536 = row_1_u_column_psi * t392 - t101 * t397 - t102 * t410 + row_1_u_arm_theta_1 * t409 +
-        row_1_u_arm_phi_1 * t411 + row_1_u_arm_psi_2 * t424 + row_1_u_arm_theta_2 * t423;
-    const double t537 = t536 + row_1_u_arm_phi_2 * t425 + row_1_u_arm_psi_3 * t435 + row_1_u_arm_theta_3 *
-        t434 + row_1_u_arm_phi_3 * t436 + row_1_u_effector_z * t437;
-    const double t538 = row_2_u_arm_psi * t293 - t287 + row_2_u_arm_psi_1 * t306 + row_2_u_arm_theta_1 * t305 +
-        row_2_u_arm_phi_1 * t307 + row_2_u_arm_psi_2 * t320 + row_2_u_arm_theta_2 * t319;
-    const double t539 = row_2_v + p->derived.constant_12 * row_2_psi + (t538 + row_2_u_arm_phi_2 * t321 +
-        row_2_u_arm_psi_3 * t331 + row_2_u_arm_theta_3 * t330 + row_2_u_arm_phi_3 * t332 - arm_theta_3_ground_z_x *
-        t333);
-    const double t540 = row_2_u_arm_psi * t397 - t391 + row_2_u_arm_psi_1 * t410 + row_2_u_arm_theta_1 * t409 +
-        row_2_u_arm_phi_1 * t411 + row_2_u_arm_psi_2 * t424 + row_2_u_arm_theta_2 * t423;
-    const double t541 = t540 + row_2_u_arm_phi_2 * t425 + row_2_u_arm_psi_3 * t435 + row_2_u_arm_theta_3 *
-        t434 + row_2_u_arm_phi_3 * t436 + arm_theta_3_ground_z_x * t437;
-    const double t542 = t494 + row_2_u_arm_psi * t500 + row_2_u_arm_psi_1 * t512 + row_2_u_arm_theta_1 * (arm_phi_1_cos *
-        t509 - arm_phi_1_sin * t510 - (arm_psi_1_sin * t498 - arm_psi_1_cos * t499));
-    const double t543 = t542 + row_2_u_arm_phi_1 * (t478 + (arm_theta_1_sin * t500 + arm_theta_1_cos * t511) +
-        arm_theta_1_sin * t512) + row_2_u_arm_psi_2 * t524 + row_2_u_arm_theta_2 * (arm_phi_2_cos * t521 -
-        arm_phi_2_sin * t522 - (arm_psi_2_cos * t509 - arm_psi_2_sin * t478));
-    const double t544 = t543 + row_2_u_arm_phi_2 * (t459 - (arm_theta_2_cos * t523 - arm_theta_2_sin * t510) +
-        arm_theta_2_sin * t524) + row_2_u_arm_psi_3 * t533 + row_2_u_arm_theta_3 * (arm_phi_3_cos * t530 -
-        arm_phi_3_sin * t531 - (arm_psi_3_cos * t521 - arm_psi_3_sin * t459));
-    const double t545 = t544 + row_2_u_arm_phi_3 * (row_2_u_arm_phi_3 * p->derived.constant_18 - (arm_theta_3_cos *
-        t532 - arm_theta_3_sin * t522) + arm_theta_3_sin * t533) + arm_theta_3_ground_z_x * (arm_theta_3_ground_z_x *
-        p->derived.effector_z_D_inverse - (arm_theta_3_cos * t527 - arm_theta_3_sin * t526));
-    const double row_1_pivot_inverse = (t537 * 1e-12 < t537 ? 1.0 / t537 : 0.0);
-    const double t546 = t541 * row_1_pivot_inverse;
-    const double t547 = t545 - t541 * t546;
-    const double row_2_pivot_inverse = (t545 * 1e-12 < t547 ? 1.0 / t547 : 0.0);
-    const double row_2_lambda = (t535 * t546 - t539) * row_2_pivot_inverse;
-    const double t548 = row_1_pivot_inverse * (t535 + t541 * row_2_lambda);
+    const double t464 = row_1_u_column_psi * t242 - t86 * t247 - t87 * t260 + row_1_u_arm_theta_1 * t259 +
+        row_1_u_arm_phi_1 * t261 + row_1_u_arm_psi_2 * t274 + row_1_u_arm_theta_2 * t273;
+    const double t465 = row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13) +
+        (t464 + row_1_u_arm_phi_2 * t275 + row_1_u_arm_psi_3 * t285 + row_1_u_arm_theta_3 * t284 + row_1_u_arm_phi_3 *
+        t286 - row_1_u_effector_z * t287);
+    const double t466 = row_1_u_column_psi * t334 - t86 * t339 - t87 * t352 + row_1_u_arm_theta_1 * t351 +
+        row_1_u_arm_phi_1 * t353 + row_1_u_arm_psi_2 * t366 + row_1_u_arm_theta_2 * t365;
+    const double t467 = t466 + row_1_u_arm_phi_2 * t367 + row_1_u_arm_psi_3 * t377 + row_1_u_arm_theta_3 *
+        t376 + row_1_u_arm_phi_3 * t378 + row_1_u_effector_z * t379;
+    const double t468 = row_2_u_arm_psi * t247 - t241 + row_2_u_arm_psi_1 * t260 + row_2_u_arm_theta_1 * t259 +
+        row_2_u_arm_phi_1 * t261 + row_2_u_arm_psi_2 * t274 + row_2_u_arm_theta_2 * t273;
+    const double t469 = row_2_v + p->derived.constant_13 * row_2_psi + (t468 + row_2_u_arm_phi_2 * t275 +
+        row_2_u_arm_psi_3 * t285 + row_2_u_arm_theta_3 * t284 + row_2_u_arm_phi_3 * t286 - arm_theta_3_ground_z_x *
+        t287);
+    const double t470 = row_2_u_arm_psi * t339 - t333 + row_2_u_arm_psi_1 * t352 + row_2_u_arm_theta_1 * t351 +
+        row_2_u_arm_phi_1 * t353 + row_2_u_arm_psi_2 * t366 + row_2_u_arm_theta_2 * t365;
+    const double t471 = t470 + row_2_u_arm_phi_2 * t367 + row_2_u_arm_psi_3 * t377 + row_2_u_arm_theta_3 *
+        t376 + row_2_u_arm_phi_3 * t378 + arm_theta_3_ground_z_x * t379;
+    const double t472 = t424 + row_2_u_arm_psi * t430 + row_2_u_arm_psi_1 * t442 + row_2_u_arm_theta_1 * (arm_phi_1_cos *
+        t440 - arm_phi_1_sin * t441 - (arm_psi_1_sin * t426 - arm_psi_1_cos * t427));
+    const double t473 = t472 + row_2_u_arm_phi_1 * (t410 + (arm_theta_1_sin * t430 + arm_theta_1_cos * t432) +
+        arm_theta_1_sin * t442) + row_2_u_arm_psi_2 * t454 + row_2_u_arm_theta_2 * (arm_phi_2_cos * t452 -
+        arm_phi_2_sin * t453 - (arm_psi_2_cos * t440 - arm_psi_2_sin * t410));
+    const double t474 = t473 + row_2_u_arm_phi_2 * (t395 - (arm_theta_2_cos * t443 - arm_theta_2_sin * t441) +
+        arm_theta_2_sin * t454) + row_2_u_arm_psi_3 * t463 + row_2_u_arm_theta_3 * (arm_phi_3_cos * t461 -
+        arm_phi_3_sin * t462 - (arm_psi_3_cos * t452 - arm_psi_3_sin * t395));
+    const double t475 = t474 + row_2_u_arm_phi_3 * (row_2_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos *
+        t455 - arm_theta_3_sin * t453) + arm_theta_3_sin * t463) + arm_theta_3_ground_z_x * (arm_theta_3_ground_z_x *
+        p->derived.effector_z_D_inverse - (arm_theta_3_cos * t458 - arm_theta_3_sin * t457));
+    const double row_1_pivot_inverse = (t467 * 1e-12 < t467 ? 1.0 / t467 : 0.0);
+    const double t476 = t471 * row_1_pivot_inverse;
+    const double t477 = t475 - t471 * t476;
+    const double row_2_pivot_inverse = (t475 * 1e-12 < t477 ? 1.0 / t477 : 0.0);
+    const double row_2_lambda = (t465 * t476 - t469) * row_2_pivot_inverse;
+    const double t478 = row_1_pivot_inverse * (t465 + t471 * row_2_lambda);
     force[0] = row_2_lambda;
-    force[1] = -row_1_u_column_psi * t548;
-    force[2] = t101 * t548 + row_2_u_arm_psi * row_2_lambda;
-    force[3] = t102 * t548 + row_2_u_arm_psi_1 * row_2_lambda;
-    force[4] = row_2_u_arm_theta_1 * row_2_lambda - row_1_u_arm_theta_1 * t548;
-    force[5] = row_2_u_arm_phi_1 * row_2_lambda - row_1_u_arm_phi_1 * t548;
-    force[6] = row_2_u_arm_psi_2 * row_2_lambda - row_1_u_arm_psi_2 * t548;
-    force[7] = row_2_u_arm_theta_2 * row_2_lambda - row_1_u_arm_theta_2 * t548;
-    force[8] = row_2_u_arm_phi_2 * row_2_lambda - row_1_u_arm_phi_2 * t548;
-    force[9] = row_2_u_arm_psi_3 * row_2_lambda - row_1_u_arm_psi_3 * t548;
-    force[10] = row_2_u_arm_theta_3 * row_2_lambda - row_1_u_arm_theta_3 * t548;
-    force[11] = row_2_u_arm_phi_3 * row_2_lambda - row_1_u_arm_phi_3 * t548;
-    force[12] = arm_theta_3_ground_z_x * row_2_lambda - row_1_u_effector_z * t548;
+    force[1] = -row_1_u_column_psi * t478;
+    force[2] = t86 * t478 + row_2_u_arm_psi * row_2_lambda;
+    force[3] = t87 * t478 + row_2_u_arm_psi_1 * row_2_lambda;
+    force[4] = row_2_u_arm_theta_1 * row_2_lambda - row_1_u_arm_theta_1 * t478;
+    force[5] = row_2_u_arm_phi_1 * row_2_lambda - row_1_u_arm_phi_1 * t478;
+    force[6] = row_2_u_arm_psi_2 * row_2_lambda - row_1_u_arm_psi_2 * t478;
+    force[7] = row_2_u_arm_theta_2 * row_2_lambda - row_1_u_arm_theta_2 * t478;
+    force[8] = row_2_u_arm_phi_2 * row_2_lambda - row_1_u_arm_phi_2 * t478;
+    force[9] = row_2_u_arm_psi_3 * row_2_lambda - row_1_u_arm_psi_3 * t478;
+    force[10] = row_2_u_arm_theta_3 * row_2_lambda - row_1_u_arm_theta_3 * t478;
+    force[11] = row_2_u_arm_phi_3 * row_2_lambda - row_1_u_arm_phi_3 * t478;
+    force[12] = arm_theta_3_ground_z_x * row_2_lambda - row_1_u_effector_z * t478;
 }
 
 void manipulator_flexible_equations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -5858,13 +5568,15 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
     const double t5 = arm_psi_w_x * qd[2];
+    const double t6 = arm_psi_w_x * arm_psi_w_y;
+    const double t7 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
     /* arm_psi_1: motion from arm_psi outward */
     const double arm_psi_1_sin = sin(q[3]);
     const double arm_psi_1_cos = cos(q[3]);
     const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t3 * arm_psi_1_sin;
-    const double t6 = arm_psi_ground_x_x * arm_psi_1_sin + t3 * arm_psi_1_cos;
+    const double t8 = arm_psi_ground_x_x * arm_psi_1_sin + t3 * arm_psi_1_cos;
     const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t4 * arm_psi_1_sin;
-    const double t7 = arm_psi_ground_y_x * arm_psi_1_sin + t4 * arm_psi_1_cos;
+    const double t9 = arm_psi_ground_y_x * arm_psi_1_sin + t4 * arm_psi_1_cos;
     const double arm_psi_1_ground_z_x = arm_psi_cos * arm_psi_1_sin + arm_psi_sin * arm_psi_1_cos;
     const double arm_psi_1_ground_z_y = arm_psi_cos * arm_psi_1_cos - arm_psi_sin * arm_psi_1_sin;
     const double arm_psi_1_position_x = p->derived.constant_1 * arm_psi_ground_x_x;
@@ -5872,23 +5584,22 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double arm_psi_1_position_z = arm_psi_position_z + p->derived.constant_1 * arm_psi_sin;
     const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
     const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
-    const double t8 = p->derived.constant_1 * qd[2];
-    const double t9 = p->derived.constant_1 * arm_psi_w_y;
-    const double t10 = arm_psi_v_y + t8;
-    const double arm_psi_1_v_x = arm_psi_1_sin * t10 + arm_psi_v_x * arm_psi_1_cos;
-    const double arm_psi_1_v_y = arm_psi_1_cos * t10 - arm_psi_v_x * arm_psi_1_sin;
-    const double t11 = qd[2] * t8 + arm_psi_w_y * t9;
-    const double t12 = arm_psi_w_x * t9;
-    const double arm_psi_1_bias_a_z = arm_psi_w_x * t8 + p->derived.constant_1 * t5;
-    const double arm_psi_1_bias_a_x = arm_psi_1_sin * t12 - arm_psi_1_cos * t11;
-    const double arm_psi_1_bias_a_y = arm_psi_1_sin * t11 + arm_psi_1_cos * t12;
-    const double t13 = arm_psi_bias_a_falling_x - t11;
-    const double t14 = arm_psi_bias_a_falling_y + t12;
-    const double arm_psi_1_bias_a_falling_x = arm_psi_1_sin * t14 + arm_psi_1_cos * t13;
-    const double arm_psi_1_bias_a_falling_y = arm_psi_1_cos * t14 - arm_psi_1_sin * t13;
+    const double t10 = p->derived.constant_1 * arm_psi_w_y;
+    const double t11 = arm_psi_v_y + p->derived.constant_1 * qd[2];
+    const double arm_psi_1_v_x = arm_psi_1_sin * t11 + arm_psi_v_x * arm_psi_1_cos;
+    const double arm_psi_1_v_y = arm_psi_1_cos * t11 - arm_psi_v_x * arm_psi_1_sin;
+    const double t12 = p->derived.constant_1 * t7;
+    const double t13 = p->derived.constant_1 * t6;
+    const double arm_psi_1_bias_a_z = p->derived.constant_1 * (t5 + t5);
+    const double arm_psi_1_bias_a_x = arm_psi_1_sin * t13 - arm_psi_1_cos * t12;
+    const double arm_psi_1_bias_a_y = arm_psi_1_sin * t12 + arm_psi_1_cos * t13;
+    const double t14 = arm_psi_bias_a_falling_x - t12;
+    const double t15 = arm_psi_bias_a_falling_y + t13;
+    const double arm_psi_1_bias_a_falling_x = arm_psi_1_sin * t15 + arm_psi_1_cos * t14;
+    const double arm_psi_1_bias_a_falling_y = arm_psi_1_cos * t15 - arm_psi_1_sin * t14;
     const double arm_psi_1_bias_wd_x = arm_psi_bias_wd_x * arm_psi_1_cos - t5 * arm_psi_1_sin + arm_psi_1_w_y *
         qd[3];
-    const double t15 = arm_psi_bias_wd_x * arm_psi_1_sin + t5 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
+    const double t16 = arm_psi_bias_wd_x * arm_psi_1_sin + t5 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
     const double arm_psi_1_w_z = qd[2] + qd[3];
     /* arm_theta_1: motion from arm_psi_1 outward */
     const double arm_theta_1_sin = sin(q[4]);
@@ -5901,24 +5612,24 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double arm_theta_1_ground_z_x = arm_psi_1_ground_z_x * arm_theta_1_cos;
     const double arm_theta_1_w_z = arm_psi_1_w_x * arm_theta_1_sin + arm_psi_1_w_z * arm_theta_1_cos;
     const double arm_theta_1_w_x = arm_psi_1_w_x * arm_theta_1_cos - arm_psi_1_w_z * arm_theta_1_sin;
-    const double arm_theta_1_v_z = arm_psi_1_v_x * arm_theta_1_sin - t9 * arm_theta_1_cos;
-    const double arm_theta_1_v_x = t9 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
-    const double t16 = arm_psi_1_bias_a_z * arm_theta_1_cos;
-    const double arm_theta_1_bias_a_z = arm_psi_1_bias_a_x * arm_theta_1_sin + t16;
-    const double t17 = arm_psi_1_bias_a_z * arm_theta_1_sin;
-    const double arm_theta_1_bias_a_x = arm_psi_1_bias_a_x * arm_theta_1_cos - t17;
-    const double arm_theta_1_bias_a_falling_z = t16 + arm_psi_1_bias_a_falling_x * arm_theta_1_sin;
-    const double arm_theta_1_bias_a_falling_x = arm_psi_1_bias_a_falling_x * arm_theta_1_cos - t17;
+    const double arm_theta_1_v_z = arm_psi_1_v_x * arm_theta_1_sin - t10 * arm_theta_1_cos;
+    const double arm_theta_1_v_x = t10 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
+    const double t17 = arm_psi_1_bias_a_z * arm_theta_1_cos;
+    const double arm_theta_1_bias_a_z = arm_psi_1_bias_a_x * arm_theta_1_sin + t17;
+    const double t18 = arm_psi_1_bias_a_z * arm_theta_1_sin;
+    const double arm_theta_1_bias_a_x = arm_psi_1_bias_a_x * arm_theta_1_cos - t18;
+    const double arm_theta_1_bias_a_falling_z = t17 + arm_psi_1_bias_a_falling_x * arm_theta_1_sin;
+    const double arm_theta_1_bias_a_falling_x = arm_psi_1_bias_a_falling_x * arm_theta_1_cos - t18;
     const double arm_theta_1_bias_wd_x = arm_psi_1_bias_wd_x * arm_theta_1_cos - arm_theta_1_w_z * qd[4];
     const double arm_theta_1_bias_wd_z = arm_psi_1_bias_wd_x * arm_theta_1_sin + arm_theta_1_w_x * qd[4];
     const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
     /* arm_phi_1: motion from arm_theta_1 outward */
     const double arm_phi_1_sin = sin(q[5]);
     const double arm_phi_1_cos = cos(q[5]);
-    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t6 * arm_phi_1_cos;
-    const double arm_phi_1_ground_x_z = t6 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t7 * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_z = t7 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
+    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t8 * arm_phi_1_cos;
+    const double arm_phi_1_ground_x_z = t8 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
+    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t9 * arm_phi_1_cos;
+    const double arm_phi_1_ground_y_z = t9 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
     const double arm_phi_1_ground_z_y = arm_theta_1_ground_z_z * arm_phi_1_sin + arm_psi_1_ground_z_y * arm_phi_1_cos;
     const double arm_phi_1_ground_z_z = arm_theta_1_ground_z_z * arm_phi_1_cos - arm_psi_1_ground_z_y * arm_phi_1_sin;
     const double arm_phi_1_w_y = arm_theta_1_w_z * arm_phi_1_sin + arm_theta_1_w_y * arm_phi_1_cos;
@@ -5931,11 +5642,16 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         arm_phi_1_cos;
     const double arm_phi_1_bias_a_falling_z = arm_theta_1_bias_a_falling_z * arm_phi_1_cos - arm_psi_1_bias_a_falling_y *
         arm_phi_1_sin;
-    const double arm_phi_1_bias_wd_y = arm_theta_1_bias_wd_z * arm_phi_1_sin - t15 * arm_phi_1_cos + arm_phi_1_w_z *
+    const double arm_phi_1_bias_wd_y = arm_theta_1_bias_wd_z * arm_phi_1_sin - t16 * arm_phi_1_cos + arm_phi_1_w_z *
         qd[5];
-    const double arm_phi_1_bias_wd_z = t15 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
+    const double arm_phi_1_bias_wd_z = t16 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
         qd[5];
     const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
+    const double t19 = arm_phi_1_w_y * arm_phi_1_w_x;
+    const double t20 = arm_phi_1_w_z * arm_phi_1_w_z + arm_phi_1_w_y * arm_phi_1_w_y;
+    const double t21 = arm_phi_1_bias_wd_z + t19;
+    const double t22 = arm_phi_1_w_z * arm_phi_1_w_x;
+    const double t23 = t22 - arm_phi_1_bias_wd_y;
     /* arm_psi_2: motion from arm_phi_1 outward */
     const double arm_psi_2_sin = sin(q[6]);
     const double arm_psi_2_cos = cos(q[6]);
@@ -5950,27 +5666,23 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double arm_psi_2_position_z = arm_psi_1_position_z + p->derived.arm_element_length * arm_theta_1_ground_z_x;
     const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
     const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
-    const double t18 = p->derived.arm_element_length * arm_phi_1_w_z;
-    const double t19 = p->derived.arm_element_length * arm_phi_1_w_y;
-    const double t20 = arm_phi_1_v_y + t18;
-    const double arm_psi_2_v_z = arm_phi_1_v_z - t19;
-    const double arm_psi_2_v_x = arm_psi_2_sin * t20 + arm_theta_1_v_x * arm_psi_2_cos;
-    const double arm_psi_2_v_y = arm_psi_2_cos * t20 - arm_theta_1_v_x * arm_psi_2_sin;
-    const double t21 = arm_phi_1_w_z * t18 + arm_phi_1_w_y * t19;
-    const double t22 = arm_phi_1_w_x * t19;
-    const double t23 = arm_phi_1_w_x * t18;
-    const double t24 = p->derived.arm_element_length * arm_phi_1_bias_wd_z;
-    const double t25 = p->derived.arm_element_length * arm_phi_1_bias_wd_y;
-    const double t26 = arm_theta_1_bias_a_x - t21;
-    const double t27 = t22 + (arm_phi_1_bias_a_y + t24);
-    const double arm_psi_2_bias_a_z = t23 + (arm_phi_1_bias_a_z - t25);
-    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t27 + arm_psi_2_cos * t26;
-    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t27 - arm_psi_2_sin * t26;
-    const double t28 = arm_theta_1_bias_a_falling_x - t21;
-    const double t29 = t22 + (arm_phi_1_bias_a_falling_y + t24);
-    const double arm_psi_2_bias_a_falling_z = t23 + (arm_phi_1_bias_a_falling_z - t25);
-    const double arm_psi_2_bias_a_falling_x = arm_psi_2_sin * t29 + arm_psi_2_cos * t28;
-    const double arm_psi_2_bias_a_falling_y = arm_psi_2_cos * t29 - arm_psi_2_sin * t28;
+    const double t24 = arm_phi_1_v_y + p->derived.arm_element_length * arm_phi_1_w_z;
+    const double arm_psi_2_v_z = arm_phi_1_v_z - p->derived.arm_element_length * arm_phi_1_w_y;
+    const double arm_psi_2_v_x = arm_psi_2_sin * t24 + arm_theta_1_v_x * arm_psi_2_cos;
+    const double arm_psi_2_v_y = arm_psi_2_cos * t24 - arm_theta_1_v_x * arm_psi_2_sin;
+    const double t25 = p->derived.arm_element_length * t20;
+    const double t26 = p->derived.arm_element_length * t21;
+    const double t27 = p->derived.arm_element_length * t23;
+    const double t28 = arm_theta_1_bias_a_x - t25;
+    const double t29 = arm_phi_1_bias_a_y + t26;
+    const double arm_psi_2_bias_a_z = arm_phi_1_bias_a_z + t27;
+    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t29 + arm_psi_2_cos * t28;
+    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t29 - arm_psi_2_sin * t28;
+    const double t30 = arm_theta_1_bias_a_falling_x - t25;
+    const double t31 = arm_phi_1_bias_a_falling_y + t26;
+    const double arm_psi_2_bias_a_falling_z = arm_phi_1_bias_a_falling_z + t27;
+    const double arm_psi_2_bias_a_falling_x = arm_psi_2_sin * t31 + arm_psi_2_cos * t30;
+    const double arm_psi_2_bias_a_falling_y = arm_psi_2_cos * t31 - arm_psi_2_sin * t30;
     const double arm_psi_2_bias_wd_x = arm_phi_1_bias_wd_y * arm_psi_2_sin + arm_theta_1_bias_wd_x * arm_psi_2_cos +
         arm_psi_2_w_y * qd[6];
     const double arm_psi_2_bias_wd_y = arm_phi_1_bias_wd_y * arm_psi_2_cos - arm_theta_1_bias_wd_x * arm_psi_2_sin -
@@ -6030,6 +5742,11 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double arm_phi_2_bias_wd_z = arm_theta_2_bias_wd_z * arm_phi_2_cos - arm_psi_2_bias_wd_y * arm_phi_2_sin -
         arm_phi_2_w_y * qd[8];
     const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
+    const double t32 = arm_phi_2_w_y * arm_phi_2_w_x;
+    const double t33 = arm_phi_2_w_z * arm_phi_2_w_z + arm_phi_2_w_y * arm_phi_2_w_y;
+    const double t34 = arm_phi_2_bias_wd_z + t32;
+    const double t35 = arm_phi_2_w_z * arm_phi_2_w_x;
+    const double t36 = t35 - arm_phi_2_bias_wd_y;
     /* arm_psi_3: motion from arm_phi_2 outward */
     const double arm_psi_3_sin = sin(q[9]);
     const double arm_psi_3_cos = cos(q[9]);
@@ -6044,27 +5761,23 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double arm_psi_3_position_z = arm_psi_2_position_z + p->derived.arm_element_length * arm_theta_2_ground_z_x;
     const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
     const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
-    const double t30 = p->derived.arm_element_length * arm_phi_2_w_z;
-    const double t31 = p->derived.arm_element_length * arm_phi_2_w_y;
-    const double t32 = arm_phi_2_v_y + t30;
-    const double arm_psi_3_v_z = arm_phi_2_v_z - t31;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t32 + arm_theta_2_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t32 - arm_theta_2_v_x * arm_psi_3_sin;
-    const double t33 = arm_phi_2_w_z * t30 + arm_phi_2_w_y * t31;
-    const double t34 = arm_phi_2_w_x * t31;
-    const double t35 = arm_phi_2_w_x * t30;
-    const double t36 = p->derived.arm_element_length * arm_phi_2_bias_wd_z;
-    const double t37 = p->derived.arm_element_length * arm_phi_2_bias_wd_y;
-    const double t38 = arm_theta_2_bias_a_x - t33;
-    const double t39 = t34 + (arm_phi_2_bias_a_y + t36);
-    const double arm_psi_3_bias_a_z = t35 + (arm_phi_2_bias_a_z - t37);
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t39 + arm_psi_3_cos * t38;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t39 - arm_psi_3_sin * t38;
-    const double t40 = arm_theta_2_bias_a_falling_x - t33;
-    const double t41 = t34 + (arm_phi_2_bias_a_falling_y + t36);
-    const double arm_psi_3_bias_a_falling_z = t35 + (arm_phi_2_bias_a_falling_z - t37);
-    const double arm_psi_3_bias_a_falling_x = arm_psi_3_sin * t41 + arm_psi_3_cos * t40;
-    const double arm_psi_3_bias_a_falling_y = arm_psi_3_cos * t41 - arm_psi_3_sin * t40;
+    const double t37 = arm_phi_2_v_y + p->derived.arm_element_length * arm_phi_2_w_z;
+    const double arm_psi_3_v_z = arm_phi_2_v_z - p->derived.arm_element_length * arm_phi_2_w_y;
+    const double arm_psi_3_v_x = arm_psi_3_sin * t37 + arm_theta_2_v_x * arm_psi_3_cos;
+    const double arm_psi_3_v_y = arm_psi_3_cos * t37 - arm_theta_2_v_x * arm_psi_3_sin;
+    const double t38 = p->derived.arm_element_length * t33;
+    const double t39 = p->derived.arm_element_length * t34;
+    const double t40 = p->derived.arm_element_length * t36;
+    const double t41 = arm_theta_2_bias_a_x - t38;
+    const double t42 = arm_phi_2_bias_a_y + t39;
+    const double arm_psi_3_bias_a_z = arm_phi_2_bias_a_z + t40;
+    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t42 + arm_psi_3_cos * t41;
+    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t42 - arm_psi_3_sin * t41;
+    const double t43 = arm_theta_2_bias_a_falling_x - t38;
+    const double t44 = arm_phi_2_bias_a_falling_y + t39;
+    const double arm_psi_3_bias_a_falling_z = arm_phi_2_bias_a_falling_z + t40;
+    const double arm_psi_3_bias_a_falling_x = arm_psi_3_sin * t44 + arm_psi_3_cos * t43;
+    const double arm_psi_3_bias_a_falling_y = arm_psi_3_cos * t44 - arm_psi_3_sin * t43;
     const double arm_psi_3_bias_wd_x = arm_phi_2_bias_wd_y * arm_psi_3_sin + arm_theta_2_bias_wd_x * arm_psi_3_cos +
         arm_psi_3_w_y * qd[9];
     const double arm_psi_3_bias_wd_y = arm_phi_2_bias_wd_y * arm_psi_3_cos - arm_theta_2_bias_wd_x * arm_psi_3_sin -
@@ -6107,9 +5820,9 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
     const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
     const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t42 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t43 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t43 - t42;
+    const double t45 = arm_theta_3_w_y * arm_phi_3_sin;
+    const double t46 = arm_theta_3_w_z * arm_phi_3_cos;
+    const double arm_phi_3_w_z = t46 - t45;
     const double arm_phi_3_v_y = arm_theta_3_v_z * arm_phi_3_sin + arm_psi_3_v_y * arm_phi_3_cos;
     const double arm_phi_3_v_z = arm_theta_3_v_z * arm_phi_3_cos - arm_psi_3_v_y * arm_phi_3_sin;
     const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
@@ -6123,6 +5836,11 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double arm_phi_3_bias_wd_z = arm_theta_3_bias_wd_z * arm_phi_3_cos - arm_psi_3_bias_wd_y * arm_phi_3_sin -
         arm_phi_3_w_y * qd[11];
     const double arm_phi_3_w_x = arm_theta_3_w_x + qd[11];
+    const double t47 = arm_phi_3_w_y * arm_phi_3_w_x;
+    const double t48 = arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y * arm_phi_3_w_y;
+    const double t49 = arm_phi_3_bias_wd_z + t47;
+    const double t50 = arm_phi_3_w_z * arm_phi_3_w_x;
+    const double t51 = t50 - arm_phi_3_bias_wd_y;
     /* effector_z: motion from arm_phi_3 outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
     const double effector_z_ground_x_x = arm_psi_3_ground_x_y * arm_phi_3_sin - arm_theta_3_ground_x_z * arm_phi_3_cos;
@@ -6131,27 +5849,23 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double effector_z_position_x = arm_psi_3_position_x + arm_theta_3_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_3_position_y + arm_theta_3_ground_y_x * effector_z_shift_x;
     const double effector_z_position_z = arm_psi_3_position_z + arm_theta_3_ground_z_x * effector_z_shift_x;
-    const double effector_z_w_x = t42 - t43;
-    const double t44 = arm_phi_3_w_z * effector_z_shift_x;
-    const double t45 = arm_phi_3_w_y * effector_z_shift_x;
-    const double effector_z_v_y = arm_phi_3_v_y + t44;
-    const double effector_z_v_x = t45 - arm_phi_3_v_z;
-    const double t46 = arm_phi_3_w_z * t44 + arm_phi_3_w_y * t45;
-    const double t47 = arm_phi_3_w_x * t45;
-    const double t48 = arm_phi_3_w_x * t44;
-    const double t49 = arm_phi_3_bias_wd_z * effector_z_shift_x;
-    const double t50 = arm_phi_3_bias_wd_y * effector_z_shift_x;
-    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - t46;
-    const double effector_z_bias_a_falling_z = arm_theta_3_bias_a_falling_x - t46;
-    const double t51 = arm_phi_3_w_y * qd[12];
-    const double t52 = effector_z_w_x * qd[12];
-    const double t53 = t51 + t51;
-    const double t54 = t52 + t52;
+    const double effector_z_w_x = t45 - t46;
+    const double effector_z_v_y = arm_phi_3_v_y + arm_phi_3_w_z * effector_z_shift_x;
+    const double effector_z_v_x = arm_phi_3_w_y * effector_z_shift_x - arm_phi_3_v_z;
+    const double t52 = t48 * effector_z_shift_x;
+    const double t53 = t49 * effector_z_shift_x;
+    const double t54 = t51 * effector_z_shift_x;
+    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - t52;
+    const double effector_z_bias_a_falling_z = arm_theta_3_bias_a_falling_x - t52;
+    const double t55 = arm_phi_3_w_y * qd[12];
+    const double t56 = effector_z_w_x * qd[12];
+    const double t57 = t55 + t55;
+    const double t58 = t56 + t56;
     const double effector_z_v_z = arm_theta_3_v_x + qd[12];
-    const double effector_z_bias_a_x = t53 - (t48 + (arm_phi_3_bias_a_z - t50));
-    const double effector_z_bias_a_y = t47 + (arm_phi_3_bias_a_y + t49) - t54;
-    const double effector_z_bias_a_falling_x = t53 - (t48 + (arm_phi_3_bias_a_falling_z - t50));
-    const double effector_z_bias_a_falling_y = t47 + (arm_phi_3_bias_a_falling_y + t49) - t54;
+    const double effector_z_bias_a_x = t57 - (arm_phi_3_bias_a_z + t54);
+    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + t53 - t58;
+    const double effector_z_bias_a_falling_x = t57 - (arm_phi_3_bias_a_falling_z + t54);
+    const double effector_z_bias_a_falling_y = arm_phi_3_bias_a_falling_y + t53 - t58;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = effector_z_ground_x_x * effector_z_v_x + arm_phi_3_ground_x_y * effector_z_v_y +
         arm_theta_3_ground_x_x * effector_z_v_z;
@@ -6165,144 +5879,121 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         arm_theta_3_ground_y_x * effector_z_bias_a_z;
     const double point_E_bias_z = effector_z_ground_z_x * effector_z_bias_a_x + arm_phi_3_ground_z_y * effector_z_bias_a_y +
         arm_theta_3_ground_z_x * effector_z_bias_a_z;
-    const double t55 = effector_z_position_x - arm_psi_3_position_x;
-    const double t56 = effector_z_position_y - arm_psi_3_position_y;
-    const double t57 = effector_z_position_z - arm_psi_3_position_z;
-    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t56 - arm_theta_3_ground_y_x * t55;
-    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t56 - arm_psi_3_ground_y_y * t55;
-    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t56 - arm_phi_2_ground_y_z * t55;
-    const double t58 = effector_z_position_x - arm_psi_2_position_x;
-    const double t59 = effector_z_position_y - arm_psi_2_position_y;
-    const double t60 = effector_z_position_z - arm_psi_2_position_z;
-    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t59 - arm_theta_2_ground_y_x * t58;
-    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t59 - arm_psi_2_ground_y_y * t58;
-    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t59 - arm_phi_1_ground_y_z * t58;
-    const double t61 = effector_z_position_x - arm_psi_1_position_x;
-    const double t62 = effector_z_position_y - arm_psi_1_position_y;
-    const double t63 = effector_z_position_z - arm_psi_1_position_z;
-    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t62 - arm_theta_1_ground_y_x * t61;
-    const double row_2_u_arm_theta_1 = t7 * t61 - t6 * t62;
-    const double row_2_u_arm_psi_1 = column_psi_cos * t61 + column_psi_sin * t62;
-    const double t64 = effector_z_position_z - arm_psi_position_z;
+    const double t59 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    const double t60 = effector_z_position_x - arm_psi_1_position_x;
+    const double t61 = effector_z_position_y - arm_psi_1_position_y;
+    const double t62 = effector_z_position_z - arm_psi_1_position_z;
+    const double row_2_u_arm_psi_1 = column_psi_cos * t60 + column_psi_sin * t61;
+    const double row_2_u_arm_theta_1 = t9 * t60 - t8 * t61;
+    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t61 - arm_theta_1_ground_y_x * t60;
+    const double t63 = effector_z_position_x - arm_psi_2_position_x;
+    const double t64 = effector_z_position_y - arm_psi_2_position_y;
+    const double t65 = effector_z_position_z - arm_psi_2_position_z;
+    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t64 - arm_phi_1_ground_y_z * t63;
+    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t64 - arm_psi_2_ground_y_y * t63;
+    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t64 - arm_theta_2_ground_y_x * t63;
+    const double t66 = effector_z_position_x - arm_psi_3_position_x;
+    const double t67 = effector_z_position_y - arm_psi_3_position_y;
+    const double t68 = effector_z_position_z - arm_psi_3_position_z;
+    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t67 - arm_phi_2_ground_y_z * t66;
+    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t67 - arm_psi_3_ground_y_y * t66;
+    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t67 - arm_theta_3_ground_y_x * t66;
     /* effector_z: composite pseudo-inertia of all beyond, inward */
-    const double t65 = p->m_E * effector_z_shift_x;
-    const double t66 = effector_z_shift_x * (0.5 * t65);
+    const double t69 = p->m_E * effector_z_shift_x;
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t65;
-    const double arm_phi_3_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (t66 + t66);
-    const double t67 = arm_phi_3_cos * arm_phi_3_inertia_beyond_yy;
-    const double t68 = arm_phi_3_sin * arm_phi_3_inertia_beyond_yy;
-    const double arm_theta_3_inertia_beyond_yy = arm_phi_3_sin * t68 + arm_phi_3_cos * t67;
-    const double arm_theta_3_inertia_beyond_yz = arm_phi_3_sin * t67 - arm_phi_3_cos * t68;
+    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t69;
+    const double arm_phi_3_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t69;
     /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
-    const double t69 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
+    const double t70 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
     const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
-    const double t70 = arm_theta_3_cos * arm_theta_3_inertia_beyond_yy;
-    const double t71 = p->derived.arm_psi_inertia_xx * arm_theta_3_sin;
-    const double t72 = p->derived.arm_psi_inertia_xx * arm_theta_3_cos;
-    const double arm_psi_3_inertia_beyond_zz = arm_theta_3_sin * t71 + arm_theta_3_cos * t70;
-    const double arm_psi_3_inertia_beyond_xz = arm_theta_3_sin * t70 - arm_theta_3_cos * t71;
-    const double arm_psi_3_inertia_beyond_xx = arm_theta_3_cos * t72 + arm_theta_3_sin * (arm_theta_3_sin *
-        arm_theta_3_inertia_beyond_yy);
-    const double arm_psi_3_inertia_beyond_yz = arm_theta_3_cos * arm_theta_3_inertia_beyond_yz;
-    const double arm_psi_3_inertia_beyond_xy = arm_theta_3_sin * arm_theta_3_inertia_beyond_yz;
+    const double t71 = arm_theta_3_sin * (arm_phi_3_inertia_beyond_yy - p->derived.arm_psi_inertia_xx);
+    const double t72 = arm_theta_3_sin * t71;
+    const double arm_psi_3_inertia_beyond_zz = arm_phi_3_inertia_beyond_yy - t72;
+    const double arm_psi_3_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + t72;
+    const double arm_psi_3_inertia_beyond_xz = arm_theta_3_cos * t71;
     /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
     const double t73 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
     const double arm_phi_2_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
-    const double t74 = arm_psi_3_sin * arm_psi_3_inertia_beyond_xy;
-    const double t75 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xx - t74;
-    const double t76 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xy;
-    const double t77 = t76 - arm_psi_3_sin * arm_theta_3_inertia_beyond_yy;
-    const double t78 = t74 + arm_psi_3_cos * arm_theta_3_inertia_beyond_yy;
-    const double t79 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xz - arm_psi_3_sin * arm_psi_3_inertia_beyond_yz;
-    const double arm_phi_2_inertia_beyond_yz = arm_psi_3_cos * arm_psi_3_inertia_beyond_yz + arm_psi_3_sin *
-        arm_psi_3_inertia_beyond_xz;
-    const double t80 = p->derived.arm_element_length * (t73 + p->derived.constant_3);
-    const double t81 = t80 + t80;
-    const double arm_phi_2_inertia_beyond_xy = arm_psi_3_cos * t77 + arm_psi_3_sin * t75 - p->derived.arm_element_length *
-        arm_phi_2_moment_beyond_y;
-    const double arm_phi_2_inertia_beyond_xz = t79 + p->derived.arm_element_length * t69;
+    const double t74 = arm_psi_3_sin * (arm_psi_3_inertia_beyond_xx - arm_phi_3_inertia_beyond_yy);
+    const double t75 = arm_psi_3_sin * t74;
+    const double t76 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xz;
+    const double arm_phi_2_inertia_beyond_yz = arm_psi_3_sin * arm_psi_3_inertia_beyond_xz;
+    const double t77 = t73 + p->derived.constant_2;
+    const double t78 = p->derived.arm_element_length * (t73 + t77);
+    const double arm_phi_2_inertia_beyond_xy = arm_psi_3_cos * t74 - p->derived.arm_element_length * arm_phi_2_moment_beyond_y;
+    const double arm_phi_2_inertia_beyond_xz = t76 + p->derived.arm_element_length * t70;
     /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + (t73 + p->derived.constant_2);
-    const double arm_phi_2_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_3_cos * t75 - arm_psi_3_sin *
-        t77);
-    const double arm_phi_2_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_cos * t78 + arm_psi_3_sin *
-        (t76 + arm_psi_3_sin * arm_psi_3_inertia_beyond_xx) + t81);
+    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + t77;
+    const double arm_phi_2_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_3_inertia_beyond_xx -
+        t75);
+    const double arm_phi_2_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_phi_3_inertia_beyond_yy +
+        t75 + t78);
     const double arm_phi_2_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_inertia_beyond_zz +
-        t81);
-    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t69 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
-    const double t82 = arm_phi_2_sin * arm_phi_2_moment_beyond_y;
-    const double t83 = arm_phi_2_cos * t69;
-    const double arm_theta_2_moment_beyond_z = t82 - t83;
-    const double t84 = arm_phi_2_sin * arm_phi_2_inertia_beyond_yz;
-    const double t85 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yy - t84;
-    const double t86 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yz;
-    const double t87 = t86 - arm_phi_2_sin * arm_phi_2_inertia_beyond_zz;
-    const double arm_theta_2_inertia_beyond_yy = arm_phi_2_cos * t85 - arm_phi_2_sin * t87;
-    const double arm_theta_2_inertia_beyond_yz = arm_phi_2_cos * t87 + arm_phi_2_sin * t85;
-    const double arm_theta_2_inertia_beyond_zz = arm_phi_2_cos * (t84 + arm_phi_2_cos * arm_phi_2_inertia_beyond_zz) +
-        arm_phi_2_sin * (t86 + arm_phi_2_sin * arm_phi_2_inertia_beyond_yy);
+        t78);
+    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t70 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
+    const double t79 = arm_phi_2_sin * arm_phi_2_moment_beyond_y;
+    const double t80 = arm_phi_2_cos * t70;
+    const double arm_theta_2_moment_beyond_z = t79 - t80;
+    const double t81 = arm_phi_2_cos * (arm_phi_2_inertia_beyond_yz + arm_phi_2_inertia_beyond_yz) + arm_phi_2_sin *
+        (arm_phi_2_inertia_beyond_yy - arm_phi_2_inertia_beyond_zz);
+    const double t82 = arm_phi_2_sin * t81;
+    const double arm_theta_2_inertia_beyond_yy = arm_phi_2_inertia_beyond_yy - t82;
+    const double arm_theta_2_inertia_beyond_zz = arm_phi_2_inertia_beyond_zz + t82;
+    const double arm_theta_2_inertia_beyond_yz = arm_phi_2_cos * t81 - arm_phi_2_inertia_beyond_yz;
     const double arm_theta_2_inertia_beyond_xy = arm_phi_2_cos * arm_phi_2_inertia_beyond_xy - arm_phi_2_sin *
         arm_phi_2_inertia_beyond_xz;
     const double arm_theta_2_inertia_beyond_xz = arm_phi_2_cos * arm_phi_2_inertia_beyond_xz + arm_phi_2_sin *
         arm_phi_2_inertia_beyond_xy;
     /* arm_theta_2: composite pseudo-inertia of all beyond, inward */
-    const double t88 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
-    const double t89 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
-    const double arm_psi_2_moment_beyond_z = t89 - t88;
+    const double t83 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
+    const double t84 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
+    const double arm_psi_2_moment_beyond_z = t84 - t83;
     const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_theta_2_cos *
         arm_phi_2_moment_beyond_x;
-    const double t90 = arm_theta_2_sin * arm_theta_2_inertia_beyond_xz;
-    const double t91 = arm_theta_2_cos * arm_theta_2_inertia_beyond_zz - t90;
-    const double t92 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz;
-    const double t93 = t92 - arm_theta_2_sin * arm_phi_2_inertia_beyond_xx;
-    const double t94 = t90 + arm_theta_2_cos * arm_phi_2_inertia_beyond_xx;
-    const double arm_psi_2_inertia_beyond_zz = arm_theta_2_cos * t91 - arm_theta_2_sin * t93;
-    const double arm_psi_2_inertia_beyond_xz = arm_theta_2_cos * t93 + arm_theta_2_sin * t91;
-    const double arm_psi_2_inertia_beyond_xx = arm_theta_2_cos * t94 + arm_theta_2_sin * (t92 + arm_theta_2_sin *
-        arm_theta_2_inertia_beyond_zz);
+    const double t85 = arm_theta_2_cos * (arm_theta_2_inertia_beyond_xz + arm_theta_2_inertia_beyond_xz) +
+        arm_theta_2_sin * (arm_theta_2_inertia_beyond_zz - arm_phi_2_inertia_beyond_xx);
+    const double t86 = arm_theta_2_sin * t85;
+    const double arm_psi_2_inertia_beyond_zz = arm_theta_2_inertia_beyond_zz - t86;
+    const double arm_psi_2_inertia_beyond_xx = arm_phi_2_inertia_beyond_xx + t86;
+    const double arm_psi_2_inertia_beyond_xz = arm_theta_2_cos * t85 - arm_theta_2_inertia_beyond_xz;
     const double arm_psi_2_inertia_beyond_yz = arm_theta_2_cos * arm_theta_2_inertia_beyond_yz - arm_theta_2_sin *
         arm_theta_2_inertia_beyond_xy;
     const double arm_psi_2_inertia_beyond_xy = arm_theta_2_cos * arm_theta_2_inertia_beyond_xy + arm_theta_2_sin *
         arm_theta_2_inertia_beyond_yz;
     /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
-    const double t95 = arm_psi_2_cos * arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y;
+    const double t87 = arm_psi_2_cos * arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y;
     const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
-    const double t96 = arm_psi_2_sin * arm_psi_2_inertia_beyond_xy;
-    const double t97 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xx - t96;
-    const double t98 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xy;
-    const double t99 = t98 - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
-    const double t100 = t96 + arm_psi_2_cos * arm_theta_2_inertia_beyond_yy;
-    const double t101 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xz - arm_psi_2_sin * arm_psi_2_inertia_beyond_yz;
+    const double t88 = arm_psi_2_cos * (arm_psi_2_inertia_beyond_xy + arm_psi_2_inertia_beyond_xy) + arm_psi_2_sin *
+        (arm_psi_2_inertia_beyond_xx - arm_theta_2_inertia_beyond_yy);
+    const double t89 = arm_psi_2_sin * t88;
+    const double t90 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xz - arm_psi_2_sin * arm_psi_2_inertia_beyond_yz;
     const double arm_phi_1_inertia_beyond_yz = arm_psi_2_cos * arm_psi_2_inertia_beyond_yz + arm_psi_2_sin *
         arm_psi_2_inertia_beyond_xz;
-    const double t102 = p->derived.arm_element_length * (t95 + p->derived.constant_5);
-    const double t103 = t102 + t102;
-    const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t99 + arm_psi_2_sin * t97 - p->derived.arm_element_length *
+    const double t91 = t87 + p->derived.constant_3;
+    const double t92 = p->derived.arm_element_length * (t87 + t91);
+    const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t88 - arm_psi_2_inertia_beyond_xy - p->derived.arm_element_length *
         arm_phi_1_moment_beyond_y;
-    const double arm_phi_1_inertia_beyond_xz = t101 - p->derived.arm_element_length * arm_psi_2_moment_beyond_z;
+    const double arm_phi_1_inertia_beyond_xz = t90 - p->derived.arm_element_length * arm_psi_2_moment_beyond_z;
     /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + (t95 + p->derived.constant_4);
-    const double arm_phi_1_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_2_cos * t97 - arm_psi_2_sin *
-        t99);
-    const double arm_phi_1_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_psi_2_cos * t100 + arm_psi_2_sin *
-        (t98 + arm_psi_2_sin * arm_psi_2_inertia_beyond_xx) + t103);
+    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + t91;
+    const double arm_phi_1_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_2_inertia_beyond_xx -
+        t89);
+    const double arm_phi_1_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_theta_2_inertia_beyond_yy +
+        t89 + t92);
     const double arm_phi_1_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_2_inertia_beyond_zz +
-        t103);
-    const double t104 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
-    const double t105 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
-    const double arm_theta_1_moment_beyond_y = t105 - t104;
-    const double t106 = arm_phi_1_sin * arm_phi_1_moment_beyond_y;
-    const double arm_theta_1_moment_beyond_z = t106 + arm_phi_1_cos * arm_psi_2_moment_beyond_z;
-    const double t107 = arm_phi_1_sin * arm_phi_1_inertia_beyond_yz;
-    const double t108 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yy - t107;
-    const double t109 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yz;
-    const double t110 = t109 - arm_phi_1_sin * arm_phi_1_inertia_beyond_zz;
-    const double arm_theta_1_inertia_beyond_yy = arm_phi_1_cos * t108 - arm_phi_1_sin * t110;
-    const double arm_theta_1_inertia_beyond_yz = arm_phi_1_cos * t110 + arm_phi_1_sin * t108;
-    const double arm_theta_1_inertia_beyond_zz = arm_phi_1_cos * (t107 + arm_phi_1_cos * arm_phi_1_inertia_beyond_zz) +
-        arm_phi_1_sin * (t109 + arm_phi_1_sin * arm_phi_1_inertia_beyond_yy);
+        t92);
+    const double t93 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
+    const double t94 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
+    const double arm_theta_1_moment_beyond_y = t94 - t93;
+    const double t95 = arm_phi_1_sin * arm_phi_1_moment_beyond_y;
+    const double arm_theta_1_moment_beyond_z = t95 + arm_phi_1_cos * arm_psi_2_moment_beyond_z;
+    const double t96 = arm_phi_1_cos * (arm_phi_1_inertia_beyond_yz + arm_phi_1_inertia_beyond_yz) + arm_phi_1_sin *
+        (arm_phi_1_inertia_beyond_yy - arm_phi_1_inertia_beyond_zz);
+    const double t97 = arm_phi_1_sin * t96;
+    const double arm_theta_1_inertia_beyond_yy = arm_phi_1_inertia_beyond_yy - t97;
+    const double arm_theta_1_inertia_beyond_zz = arm_phi_1_inertia_beyond_zz + t97;
+    const double arm_theta_1_inertia_beyond_yz = arm_phi_1_cos * t96 - arm_phi_1_inertia_beyond_yz;
     const double arm_theta_1_inertia_beyond_xy = arm_phi_1_cos * arm_phi_1_inertia_beyond_xy - arm_phi_1_sin *
         arm_phi_1_inertia_beyond_xz;
     const double arm_theta_1_inertia_beyond_xz = arm_phi_1_cos * arm_phi_1_inertia_beyond_xz + arm_phi_1_sin *
@@ -6312,329 +6003,306 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         arm_phi_1_moment_beyond_x;
     const double arm_psi_1_moment_beyond_x = arm_theta_1_sin * arm_theta_1_moment_beyond_z + arm_theta_1_cos *
         arm_phi_1_moment_beyond_x;
-    const double t111 = arm_theta_1_sin * arm_theta_1_inertia_beyond_xz;
-    const double t112 = arm_theta_1_cos * arm_theta_1_inertia_beyond_zz - t111;
-    const double t113 = arm_theta_1_cos * arm_theta_1_inertia_beyond_xz;
-    const double t114 = t113 - arm_theta_1_sin * arm_phi_1_inertia_beyond_xx;
-    const double t115 = t111 + arm_theta_1_cos * arm_phi_1_inertia_beyond_xx;
-    const double arm_psi_1_inertia_beyond_zz = arm_theta_1_cos * t112 - arm_theta_1_sin * t114;
-    const double arm_psi_1_inertia_beyond_xz = arm_theta_1_cos * t114 + arm_theta_1_sin * t112;
-    const double arm_psi_1_inertia_beyond_xx = arm_theta_1_cos * t115 + arm_theta_1_sin * (t113 + arm_theta_1_sin *
-        arm_theta_1_inertia_beyond_zz);
+    const double t98 = arm_theta_1_cos * (arm_theta_1_inertia_beyond_xz + arm_theta_1_inertia_beyond_xz) +
+        arm_theta_1_sin * (arm_theta_1_inertia_beyond_zz - arm_phi_1_inertia_beyond_xx);
+    const double t99 = arm_theta_1_sin * t98;
+    const double arm_psi_1_inertia_beyond_zz = arm_theta_1_inertia_beyond_zz - t99;
+    const double arm_psi_1_inertia_beyond_xx = arm_phi_1_inertia_beyond_xx + t99;
+    const double arm_psi_1_inertia_beyond_xz = arm_theta_1_cos * t98 - arm_theta_1_inertia_beyond_xz;
     const double arm_psi_1_inertia_beyond_yz = arm_theta_1_cos * arm_theta_1_inertia_beyond_yz - arm_theta_1_sin *
         arm_theta_1_inertia_beyond_xy;
     const double arm_psi_1_inertia_beyond_xy = arm_theta_1_cos * arm_theta_1_inertia_beyond_xy + arm_theta_1_sin *
         arm_theta_1_inertia_beyond_yz;
     /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
-    const double t116 = arm_psi_1_cos * arm_psi_1_moment_beyond_x;
-    const double t117 = t116 - arm_psi_1_sin * arm_theta_1_moment_beyond_y;
-    const double t118 = arm_psi_1_sin * arm_psi_1_moment_beyond_x;
-    const double arm_psi_moment_beyond_y = t118 + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
-    const double t119 = arm_psi_1_sin * arm_psi_1_inertia_beyond_xy;
-    const double t120 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xx - t119;
-    const double t121 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xy;
-    const double t122 = t121 - arm_psi_1_sin * arm_theta_1_inertia_beyond_yy;
-    const double t123 = t119 + arm_psi_1_cos * arm_theta_1_inertia_beyond_yy;
-    const double t124 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xz - arm_psi_1_sin * arm_psi_1_inertia_beyond_yz;
+    const double t100 = arm_psi_1_cos * arm_psi_1_moment_beyond_x;
+    const double t101 = t100 - arm_psi_1_sin * arm_theta_1_moment_beyond_y;
+    const double t102 = arm_psi_1_sin * arm_psi_1_moment_beyond_x;
+    const double arm_psi_moment_beyond_y = t102 + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
+    const double t103 = arm_psi_1_cos * (arm_psi_1_inertia_beyond_xy + arm_psi_1_inertia_beyond_xy) + arm_psi_1_sin *
+        (arm_psi_1_inertia_beyond_xx - arm_theta_1_inertia_beyond_yy);
+    const double t104 = arm_psi_1_sin * t103;
+    const double t105 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xz - arm_psi_1_sin * arm_psi_1_inertia_beyond_yz;
     const double arm_psi_inertia_beyond_yz = arm_psi_1_cos * arm_psi_1_inertia_beyond_yz + arm_psi_1_sin *
         arm_psi_1_inertia_beyond_xz;
-    const double t125 = p->derived.constant_1 * (t117 + p->derived.constant_7);
-    const double t126 = t125 + t125;
-    const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t122 + arm_psi_1_sin * t120 - p->derived.constant_1 *
+    const double t106 = t101 + p->derived.constant_4;
+    const double t107 = p->derived.constant_1 * (t101 + t106);
+    const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t103 - arm_psi_1_inertia_beyond_xy - p->derived.constant_1 *
         arm_psi_moment_beyond_y;
-    const double arm_psi_inertia_beyond_xz = t124 - p->derived.constant_1 * arm_psi_1_moment_beyond_z;
+    const double arm_psi_inertia_beyond_xz = t105 - p->derived.constant_1 * arm_psi_1_moment_beyond_z;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (t117 + p->derived.constant_6);
-    const double arm_psi_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + (arm_psi_1_cos * t120 - arm_psi_1_sin *
-        t122);
-    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (arm_psi_1_cos * t123 + arm_psi_1_sin *
-        (t121 + arm_psi_1_sin * arm_psi_1_inertia_beyond_xx) + t126);
+    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + t106;
+    const double arm_psi_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + (arm_psi_1_inertia_beyond_xx -
+        t104);
+    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (arm_theta_1_inertia_beyond_yy +
+        t104 + t107);
     const double arm_psi_inertia_beyond_zz = p->derived.arm_psi_inertia_yy + (arm_psi_1_inertia_beyond_zz +
-        t126);
+        t107);
     const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x - arm_psi_sin * arm_psi_moment_beyond_y;
-    const double t127 = arm_psi_cos * arm_psi_inertia_beyond_yz;
+    const double t108 = arm_psi_cos * arm_psi_inertia_beyond_yz;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
-    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_cos * (arm_psi_sin * arm_psi_inertia_beyond_xy +
-        arm_psi_cos * arm_psi_inertia_beyond_yy) + arm_psi_sin * (arm_psi_cos * arm_psi_inertia_beyond_xy +
-        arm_psi_sin * arm_psi_inertia_beyond_xx));
+    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_cos *
+        (arm_psi_inertia_beyond_xy + arm_psi_inertia_beyond_xy) + arm_psi_sin * (arm_psi_inertia_beyond_xx -
+        arm_psi_inertia_beyond_yy)));
     /* arm_psi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t128 = t104 - t105;
-    const double t129 = t116 + arm_psi_1_sin * t128;
+    const double t109 = t93 - t94;
+    const double t110 = t100 + arm_psi_1_sin * t109;
     /* arm_theta_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t130 = arm_psi_1_sin * arm_psi_1_moment_beyond_z;
+    const double t111 = arm_psi_1_sin * arm_psi_1_moment_beyond_z;
     /* arm_phi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t131 = t88 - t89;
-    const double t132 = arm_phi_1_cos * t131 - t106;
-    const double t133 = t105 + arm_phi_1_sin * t131;
-    const double t134 = arm_theta_1_sin * t133;
-    const double t135 = arm_psi_1_sin * t134 + arm_psi_1_cos * t132;
-    const double t136 = arm_psi_sin * (arm_psi_1_cos * t115 - arm_psi_1_sin * arm_theta_1_inertia_beyond_xy) +
-        arm_psi_cos * (arm_psi_1_sin * t115 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy - p->derived.constant_1 *
-        (arm_theta_1_cos * t133));
+    const double t112 = t83 - t84;
+    const double t113 = arm_phi_1_cos * t112 - t95;
+    const double t114 = t94 + arm_phi_1_sin * t112;
+    const double t115 = arm_theta_1_sin * t114;
+    const double t116 = arm_theta_1_cos * arm_theta_1_inertia_beyond_xz - arm_theta_1_sin * arm_phi_1_inertia_beyond_xx;
+    const double t117 = arm_theta_1_sin * arm_theta_1_inertia_beyond_xz + arm_theta_1_cos * arm_phi_1_inertia_beyond_xx;
+    const double t118 = arm_psi_1_sin * t115 + arm_psi_1_cos * t113;
+    const double t119 = arm_psi_sin * (arm_psi_1_cos * t117 - arm_psi_1_sin * arm_theta_1_inertia_beyond_xy) +
+        arm_psi_cos * (arm_psi_1_sin * t117 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy - p->derived.constant_1 *
+        (arm_theta_1_cos * t114));
     /* arm_psi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t137 = arm_psi_2_inertia_beyond_zz + p->derived.arm_element_length * t95;
-    const double t138 = arm_phi_1_cos * t95;
-    const double t139 = arm_phi_1_sin * t95;
-    const double t140 = t109 - arm_phi_1_sin * t137;
-    const double t141 = t107 + arm_phi_1_cos * t137;
-    const double t142 = arm_theta_1_sin * t139 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
-    const double t143 = arm_theta_1_cos * t141 - arm_theta_1_sin * t101;
-    const double t144 = arm_theta_1_sin * t141 + arm_theta_1_cos * t101;
-    const double t145 = arm_psi_1_sin * t142 + arm_psi_1_cos * t138;
-    const double t146 = arm_psi_sin * (arm_psi_1_cos * t144 - arm_psi_1_sin * t140) + arm_psi_cos * (arm_psi_1_sin *
-        t144 + arm_psi_1_cos * t140 - p->derived.constant_1 * (arm_theta_1_sin * arm_phi_1_moment_beyond_y +
-        arm_theta_1_cos * t139));
+    const double t120 = arm_psi_2_inertia_beyond_zz + p->derived.arm_element_length * t87;
+    const double t121 = arm_phi_1_cos * t87;
+    const double t122 = arm_phi_1_sin * t87;
+    const double t123 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yz - arm_phi_1_sin * t120;
+    const double t124 = arm_phi_1_sin * arm_phi_1_inertia_beyond_yz + arm_phi_1_cos * t120;
+    const double t125 = arm_theta_1_sin * t122 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
+    const double t126 = arm_theta_1_cos * t124 - arm_theta_1_sin * t90;
+    const double t127 = arm_theta_1_sin * t124 + arm_theta_1_cos * t90;
+    const double t128 = arm_psi_1_sin * t125 + arm_psi_1_cos * t121;
+    const double t129 = arm_psi_sin * (arm_psi_1_cos * t127 - arm_psi_1_sin * t123) + arm_psi_cos * (arm_psi_1_sin *
+        t127 + arm_psi_1_cos * t123 - p->derived.constant_1 * (arm_theta_1_sin * arm_phi_1_moment_beyond_y +
+        arm_theta_1_cos * t122));
     /* arm_theta_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t147 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
-    const double t148 = arm_psi_2_sin * arm_psi_2_moment_beyond_z;
-    const double t149 = t100 + p->derived.arm_element_length * arm_psi_2_moment_beyond_x;
-    const double t150 = arm_psi_2_inertia_beyond_yz + p->derived.arm_element_length * t148;
-    const double t151 = arm_phi_1_sin * arm_psi_2_moment_beyond_x + arm_phi_1_cos * t148;
-    const double t152 = arm_phi_1_sin * t148 - arm_phi_1_cos * arm_psi_2_moment_beyond_x;
-    const double t153 = arm_phi_1_cos * t149 - arm_phi_1_sin * t150;
-    const double t154 = arm_phi_1_sin * t149 + arm_phi_1_cos * t150;
-    const double t155 = arm_theta_1_sin * t152 + arm_theta_1_cos * t147;
-    const double t156 = arm_theta_1_cos * t154 - arm_theta_1_sin * t99;
-    const double t157 = arm_theta_1_sin * t154 + arm_theta_1_cos * t99;
-    const double t158 = arm_psi_1_sin * t155 + arm_psi_1_cos * t151;
-    const double t159 = arm_psi_sin * (arm_psi_1_cos * t157 - arm_psi_1_sin * t153) + arm_psi_cos * (arm_psi_1_sin *
-        t157 + arm_psi_1_cos * t153 - p->derived.constant_1 * (arm_theta_1_cos * t152 - arm_theta_1_sin *
-        t147));
+    const double t130 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
+    const double t131 = arm_psi_2_sin * arm_psi_2_moment_beyond_z;
+    const double t132 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xy - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
+    const double t133 = arm_psi_2_sin * arm_psi_2_inertia_beyond_xy + arm_psi_2_cos * arm_theta_2_inertia_beyond_yy +
+        p->derived.arm_element_length * arm_psi_2_moment_beyond_x;
+    const double t134 = arm_psi_2_inertia_beyond_yz + p->derived.arm_element_length * t131;
+    const double t135 = arm_phi_1_sin * arm_psi_2_moment_beyond_x + arm_phi_1_cos * t131;
+    const double t136 = arm_phi_1_sin * t131 - arm_phi_1_cos * arm_psi_2_moment_beyond_x;
+    const double t137 = arm_phi_1_cos * t133 - arm_phi_1_sin * t134;
+    const double t138 = arm_phi_1_sin * t133 + arm_phi_1_cos * t134;
+    const double t139 = arm_theta_1_sin * t136 + arm_theta_1_cos * t130;
+    const double t140 = arm_theta_1_cos * t138 - arm_theta_1_sin * t132;
+    const double t141 = arm_theta_1_sin * t138 + arm_theta_1_cos * t132;
+    const double t142 = arm_psi_1_sin * t139 + arm_psi_1_cos * t135;
+    const double t143 = arm_psi_sin * (arm_psi_1_cos * t141 - arm_psi_1_sin * t137) + arm_psi_cos * (arm_psi_1_sin *
+        t141 + arm_psi_1_cos * t137 - p->derived.constant_1 * (arm_theta_1_cos * t136 - arm_theta_1_sin *
+        t130));
     /* arm_phi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t160 = t83 - t82;
-    const double t161 = arm_theta_2_cos * arm_theta_2_moment_beyond_y;
-    const double t162 = arm_theta_2_sin * arm_theta_2_moment_beyond_y;
-    const double t163 = arm_psi_2_cos * t162 - arm_psi_2_sin * t160;
-    const double t164 = arm_psi_2_sin * t162 + arm_psi_2_cos * t160;
-    const double t165 = arm_psi_2_cos * t94 - arm_psi_2_sin * arm_theta_2_inertia_beyond_xy;
-    const double t166 = arm_psi_2_sin * t94 + arm_psi_2_cos * arm_theta_2_inertia_beyond_xy - p->derived.arm_element_length *
-        t161;
-    const double t167 = t93 + p->derived.arm_element_length * t164;
-    const double t168 = arm_phi_1_cos * t164 - arm_phi_1_sin * t161;
-    const double t169 = arm_phi_1_sin * t164 + arm_phi_1_cos * t161;
-    const double t170 = arm_phi_1_cos * t166 - arm_phi_1_sin * t167;
-    const double t171 = arm_phi_1_sin * t166 + arm_phi_1_cos * t167;
-    const double t172 = arm_theta_1_sin * t169 + arm_theta_1_cos * t163;
-    const double t173 = arm_theta_1_cos * t171 - arm_theta_1_sin * t165;
-    const double t174 = arm_theta_1_sin * t171 + arm_theta_1_cos * t165;
-    const double t175 = arm_psi_1_sin * t172 + arm_psi_1_cos * t168;
-    const double t176 = arm_psi_sin * (arm_psi_1_cos * t174 - arm_psi_1_sin * t170) + arm_psi_cos * (arm_psi_1_sin *
-        t174 + arm_psi_1_cos * t170 - p->derived.constant_1 * (arm_theta_1_cos * t169 - arm_theta_1_sin *
-        t163));
+    const double t144 = t80 - t79;
+    const double t145 = arm_theta_2_cos * arm_theta_2_moment_beyond_y;
+    const double t146 = arm_theta_2_sin * arm_theta_2_moment_beyond_y;
+    const double t147 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz - arm_theta_2_sin * arm_phi_2_inertia_beyond_xx;
+    const double t148 = arm_theta_2_sin * arm_theta_2_inertia_beyond_xz + arm_theta_2_cos * arm_phi_2_inertia_beyond_xx;
+    const double t149 = arm_psi_2_cos * t146 - arm_psi_2_sin * t144;
+    const double t150 = arm_psi_2_sin * t146 + arm_psi_2_cos * t144;
+    const double t151 = arm_psi_2_cos * t148 - arm_psi_2_sin * arm_theta_2_inertia_beyond_xy;
+    const double t152 = arm_psi_2_sin * t148 + arm_psi_2_cos * arm_theta_2_inertia_beyond_xy - p->derived.arm_element_length *
+        t145;
+    const double t153 = t147 + p->derived.arm_element_length * t150;
+    const double t154 = arm_phi_1_cos * t150 - arm_phi_1_sin * t145;
+    const double t155 = arm_phi_1_sin * t150 + arm_phi_1_cos * t145;
+    const double t156 = arm_phi_1_cos * t152 - arm_phi_1_sin * t153;
+    const double t157 = arm_phi_1_sin * t152 + arm_phi_1_cos * t153;
+    const double t158 = arm_theta_1_sin * t155 + arm_theta_1_cos * t149;
+    const double t159 = arm_theta_1_cos * t157 - arm_theta_1_sin * t151;
+    const double t160 = arm_theta_1_sin * t157 + arm_theta_1_cos * t151;
+    const double t161 = arm_psi_1_sin * t158 + arm_psi_1_cos * t154;
+    const double t162 = arm_psi_sin * (arm_psi_1_cos * t160 - arm_psi_1_sin * t156) + arm_psi_cos * (arm_psi_1_sin *
+        t160 + arm_psi_1_cos * t156 - p->derived.constant_1 * (arm_theta_1_cos * t155 - arm_theta_1_sin *
+        t149));
     /* arm_psi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t177 = arm_psi_3_inertia_beyond_zz + p->derived.arm_element_length * t73;
-    const double t178 = arm_phi_2_cos * t73;
-    const double t179 = arm_phi_2_sin * t73;
-    const double t180 = t86 - arm_phi_2_sin * t177;
-    const double t181 = t84 + arm_phi_2_cos * t177;
-    const double t182 = arm_theta_2_sin * arm_phi_2_moment_beyond_y + arm_theta_2_cos * t179;
-    const double t183 = arm_theta_2_sin * t179 - arm_theta_2_cos * arm_phi_2_moment_beyond_y;
-    const double t184 = arm_theta_2_cos * t181 - arm_theta_2_sin * t79;
-    const double t185 = arm_theta_2_sin * t181 + arm_theta_2_cos * t79;
-    const double t186 = arm_psi_2_cos * t183 - arm_psi_2_sin * t178;
-    const double t187 = arm_psi_2_sin * t183 + arm_psi_2_cos * t178;
-    const double t188 = arm_psi_2_cos * t185 - arm_psi_2_sin * t180;
-    const double t189 = arm_psi_2_sin * t185 + arm_psi_2_cos * t180 - p->derived.arm_element_length * t182;
-    const double t190 = t184 + p->derived.arm_element_length * t187;
-    const double t191 = arm_phi_1_cos * t187 - arm_phi_1_sin * t182;
-    const double t192 = arm_phi_1_sin * t187 + arm_phi_1_cos * t182;
-    const double t193 = arm_phi_1_cos * t189 - arm_phi_1_sin * t190;
-    const double t194 = arm_phi_1_sin * t189 + arm_phi_1_cos * t190;
-    const double t195 = arm_theta_1_sin * t192 + arm_theta_1_cos * t186;
-    const double t196 = arm_theta_1_cos * t194 - arm_theta_1_sin * t188;
-    const double t197 = arm_theta_1_sin * t194 + arm_theta_1_cos * t188;
-    const double t198 = arm_psi_1_sin * t195 + arm_psi_1_cos * t191;
-    const double t199 = arm_psi_sin * (arm_psi_1_cos * t197 - arm_psi_1_sin * t193) + arm_psi_cos * (arm_psi_1_sin *
-        t197 + arm_psi_1_cos * t193 - p->derived.constant_1 * (arm_theta_1_cos * t192 - arm_theta_1_sin *
-        t186));
+    const double t163 = arm_psi_3_inertia_beyond_zz + p->derived.arm_element_length * t73;
+    const double t164 = arm_phi_2_cos * t73;
+    const double t165 = arm_phi_2_sin * t73;
+    const double t166 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yz - arm_phi_2_sin * t163;
+    const double t167 = arm_phi_2_sin * arm_phi_2_inertia_beyond_yz + arm_phi_2_cos * t163;
+    const double t168 = arm_theta_2_sin * arm_phi_2_moment_beyond_y + arm_theta_2_cos * t165;
+    const double t169 = arm_theta_2_sin * t165 - arm_theta_2_cos * arm_phi_2_moment_beyond_y;
+    const double t170 = arm_theta_2_cos * t167 - arm_theta_2_sin * t76;
+    const double t171 = arm_theta_2_sin * t167 + arm_theta_2_cos * t76;
+    const double t172 = arm_psi_2_cos * t169 - arm_psi_2_sin * t164;
+    const double t173 = arm_psi_2_sin * t169 + arm_psi_2_cos * t164;
+    const double t174 = arm_psi_2_cos * t171 - arm_psi_2_sin * t166;
+    const double t175 = arm_psi_2_sin * t171 + arm_psi_2_cos * t166 - p->derived.arm_element_length * t168;
+    const double t176 = t170 + p->derived.arm_element_length * t173;
+    const double t177 = arm_phi_1_cos * t173 - arm_phi_1_sin * t168;
+    const double t178 = arm_phi_1_sin * t173 + arm_phi_1_cos * t168;
+    const double t179 = arm_phi_1_cos * t175 - arm_phi_1_sin * t176;
+    const double t180 = arm_phi_1_sin * t175 + arm_phi_1_cos * t176;
+    const double t181 = arm_theta_1_sin * t178 + arm_theta_1_cos * t172;
+    const double t182 = arm_theta_1_cos * t180 - arm_theta_1_sin * t174;
+    const double t183 = arm_theta_1_sin * t180 + arm_theta_1_cos * t174;
+    const double t184 = arm_psi_1_sin * t181 + arm_psi_1_cos * t177;
+    const double t185 = arm_psi_sin * (arm_psi_1_cos * t183 - arm_psi_1_sin * t179) + arm_psi_cos * (arm_psi_1_sin *
+        t183 + arm_psi_1_cos * t179 - p->derived.constant_1 * (arm_theta_1_cos * t178 - arm_theta_1_sin *
+        t172));
     /* arm_theta_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t200 = arm_psi_3_cos * t69;
-    const double t201 = arm_psi_3_sin * t69;
-    const double t202 = t78 + p->derived.arm_element_length * arm_psi_3_moment_beyond_x;
-    const double t203 = arm_psi_3_inertia_beyond_yz - p->derived.arm_element_length * t201;
-    const double t204 = arm_phi_2_sin * arm_psi_3_moment_beyond_x - arm_phi_2_cos * t201;
-    const double t205 = arm_phi_2_sin * t201 + arm_phi_2_cos * arm_psi_3_moment_beyond_x;
-    const double t206 = arm_phi_2_cos * t202 - arm_phi_2_sin * t203;
-    const double t207 = arm_phi_2_sin * t202 + arm_phi_2_cos * t203;
-    const double t208 = arm_theta_2_sin * t200 - arm_theta_2_cos * t205;
-    const double t209 = arm_theta_2_sin * t205 + arm_theta_2_cos * t200;
-    const double t210 = arm_theta_2_cos * t207 - arm_theta_2_sin * t77;
-    const double t211 = arm_theta_2_sin * t207 + arm_theta_2_cos * t77;
-    const double t212 = arm_psi_2_sin * t204 + arm_psi_2_cos * t209;
-    const double t213 = arm_psi_2_cos * t204 - arm_psi_2_sin * t209;
-    const double t214 = arm_psi_2_cos * t211 - arm_psi_2_sin * t206;
-    const double t215 = arm_psi_2_sin * t211 + arm_psi_2_cos * t206 - p->derived.arm_element_length * t208;
-    const double t216 = t210 + p->derived.arm_element_length * t213;
-    const double t217 = arm_phi_1_cos * t213 - arm_phi_1_sin * t208;
-    const double t218 = arm_phi_1_sin * t213 + arm_phi_1_cos * t208;
-    const double t219 = arm_phi_1_cos * t215 - arm_phi_1_sin * t216;
-    const double t220 = arm_phi_1_sin * t215 + arm_phi_1_cos * t216;
-    const double t221 = arm_theta_1_sin * t218 - arm_theta_1_cos * t212;
-    const double t222 = arm_theta_1_cos * t220 - arm_theta_1_sin * t214;
-    const double t223 = arm_theta_1_sin * t220 + arm_theta_1_cos * t214;
-    const double t224 = arm_psi_1_sin * t221 + arm_psi_1_cos * t217;
-    const double t225 = arm_psi_sin * (arm_psi_1_cos * t223 - arm_psi_1_sin * t219) + arm_psi_cos * (arm_psi_1_sin *
-        t223 + arm_psi_1_cos * t219 - p->derived.constant_1 * (arm_theta_1_sin * t212 + arm_theta_1_cos *
-        t218));
+    const double t186 = arm_psi_3_cos * t70;
+    const double t187 = arm_psi_3_sin * t70;
+    const double t188 = arm_psi_3_sin * arm_phi_3_inertia_beyond_yy;
+    const double t189 = p->derived.arm_element_length * t187;
+    const double t190 = arm_psi_3_cos * arm_phi_3_inertia_beyond_yy + p->derived.arm_element_length * arm_psi_3_moment_beyond_x;
+    const double t191 = arm_phi_2_sin * arm_psi_3_moment_beyond_x - arm_phi_2_cos * t187;
+    const double t192 = arm_phi_2_sin * t187 + arm_phi_2_cos * arm_psi_3_moment_beyond_x;
+    const double t193 = arm_phi_2_sin * t189 + arm_phi_2_cos * t190;
+    const double t194 = arm_phi_2_sin * t190 - arm_phi_2_cos * t189;
+    const double t195 = arm_theta_2_sin * t186 - arm_theta_2_cos * t192;
+    const double t196 = arm_theta_2_sin * t192 + arm_theta_2_cos * t186;
+    const double t197 = arm_theta_2_sin * t188 + arm_theta_2_cos * t194;
+    const double t198 = arm_theta_2_sin * t194 - arm_theta_2_cos * t188;
+    const double t199 = arm_psi_2_sin * t191 + arm_psi_2_cos * t196;
+    const double t200 = arm_psi_2_cos * t191 - arm_psi_2_sin * t196;
+    const double t201 = arm_psi_2_cos * t198 - arm_psi_2_sin * t193;
+    const double t202 = arm_psi_2_sin * t198 + arm_psi_2_cos * t193 - p->derived.arm_element_length * t195;
+    const double t203 = t197 + p->derived.arm_element_length * t200;
+    const double t204 = arm_phi_1_cos * t200 - arm_phi_1_sin * t195;
+    const double t205 = arm_phi_1_sin * t200 + arm_phi_1_cos * t195;
+    const double t206 = arm_phi_1_cos * t202 - arm_phi_1_sin * t203;
+    const double t207 = arm_phi_1_sin * t202 + arm_phi_1_cos * t203;
+    const double t208 = arm_theta_1_sin * t205 - arm_theta_1_cos * t199;
+    const double t209 = arm_theta_1_cos * t207 - arm_theta_1_sin * t201;
+    const double t210 = arm_theta_1_sin * t207 + arm_theta_1_cos * t201;
+    const double t211 = arm_psi_1_sin * t208 + arm_psi_1_cos * t204;
+    const double t212 = arm_psi_sin * (arm_psi_1_cos * t210 - arm_psi_1_sin * t206) + arm_psi_cos * (arm_psi_1_sin *
+        t210 + arm_psi_1_cos * t206 - p->derived.constant_1 * (arm_theta_1_sin * t199 + arm_theta_1_cos *
+        t205));
     /* arm_phi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t226 = arm_psi_3_cos * t72;
-    const double t227 = arm_psi_3_sin * t72;
-    const double t228 = arm_phi_2_sin * t71 + arm_phi_2_cos * t227;
-    const double t229 = arm_phi_2_sin * t227 - arm_phi_2_cos * t71;
-    const double t230 = arm_theta_2_cos * t229 - arm_theta_2_sin * t226;
-    const double t231 = arm_theta_2_sin * t229 + arm_theta_2_cos * t226;
-    const double t232 = arm_psi_2_cos * t231 - arm_psi_2_sin * t228;
-    const double t233 = arm_psi_2_sin * t231 + arm_psi_2_cos * t228;
-    const double t234 = arm_phi_1_cos * t233 - arm_phi_1_sin * t230;
-    const double t235 = arm_phi_1_sin * t233 + arm_phi_1_cos * t230;
-    const double t236 = arm_theta_1_cos * t235 - arm_theta_1_sin * t232;
-    const double t237 = arm_theta_1_sin * t235 + arm_theta_1_cos * t232;
+    const double t213 = p->derived.arm_psi_inertia_xx * arm_theta_3_sin;
+    const double t214 = p->derived.arm_psi_inertia_xx * arm_theta_3_cos;
+    const double t215 = arm_psi_3_cos * t214;
+    const double t216 = arm_psi_3_sin * t214;
+    const double t217 = arm_phi_2_sin * t213 + arm_phi_2_cos * t216;
+    const double t218 = arm_phi_2_sin * t216 - arm_phi_2_cos * t213;
+    const double t219 = arm_theta_2_cos * t218 - arm_theta_2_sin * t215;
+    const double t220 = arm_theta_2_sin * t218 + arm_theta_2_cos * t215;
+    const double t221 = arm_psi_2_cos * t220 - arm_psi_2_sin * t217;
+    const double t222 = arm_psi_2_sin * t220 + arm_psi_2_cos * t217;
+    const double t223 = arm_phi_1_cos * t222 - arm_phi_1_sin * t219;
+    const double t224 = arm_phi_1_sin * t222 + arm_phi_1_cos * t219;
+    const double t225 = arm_theta_1_cos * t224 - arm_theta_1_sin * t221;
+    const double t226 = arm_theta_1_sin * t224 + arm_theta_1_cos * t221;
     /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t238 = p->m_E * arm_theta_3_sin;
-    const double t239 = p->m_E * arm_theta_3_cos;
-    const double t240 = arm_psi_3_cos * t239;
-    const double t241 = arm_psi_3_sin * t239;
-    const double t242 = p->derived.arm_element_length * t238;
-    const double t243 = p->derived.arm_element_length * t241;
-    const double t244 = arm_phi_2_sin * t238 + arm_phi_2_cos * t241;
-    const double t245 = arm_phi_2_sin * t241 - arm_phi_2_cos * t238;
-    const double t246 = arm_phi_2_cos * t242 - arm_phi_2_sin * t243;
-    const double t247 = arm_phi_2_sin * t242 + arm_phi_2_cos * t243;
-    const double t248 = arm_theta_2_cos * t245 - arm_theta_2_sin * t240;
-    const double t249 = arm_theta_2_sin * t245 + arm_theta_2_cos * t240;
-    const double t250 = arm_theta_2_cos * t247;
-    const double t251 = arm_theta_2_sin * t247;
-    const double t252 = arm_psi_2_cos * t249 - arm_psi_2_sin * t244;
-    const double t253 = arm_psi_2_sin * t249 + arm_psi_2_cos * t244;
-    const double t254 = arm_psi_2_cos * t251 - arm_psi_2_sin * t246;
-    const double t255 = arm_psi_2_sin * t251 + arm_psi_2_cos * t246 - p->derived.arm_element_length * t248;
-    const double t256 = t250 + p->derived.arm_element_length * t253;
-    const double t257 = arm_phi_1_cos * t253 - arm_phi_1_sin * t248;
-    const double t258 = arm_phi_1_sin * t253 + arm_phi_1_cos * t248;
-    const double t259 = arm_phi_1_cos * t255 - arm_phi_1_sin * t256;
-    const double t260 = arm_phi_1_sin * t255 + arm_phi_1_cos * t256;
-    const double t261 = arm_theta_1_sin * t258 + arm_theta_1_cos * t252;
-    const double t262 = arm_theta_1_cos * t260 - arm_theta_1_sin * t254;
-    const double t263 = arm_theta_1_sin * t260 + arm_theta_1_cos * t254;
-    const double t264 = arm_psi_1_sin * t261 + arm_psi_1_cos * t257;
-    const double t265 = arm_psi_sin * (arm_psi_1_cos * t263 - arm_psi_1_sin * t259) + arm_psi_cos * (arm_psi_1_sin *
-        t263 + arm_psi_1_cos * t259 - p->derived.constant_1 * (arm_theta_1_cos * t258 - arm_theta_1_sin *
-        t252));
+    const double t227 = p->m_E * arm_theta_3_sin;
+    const double t228 = p->m_E * arm_theta_3_cos;
+    const double t229 = arm_psi_3_cos * t228;
+    const double t230 = arm_psi_3_sin * t228;
+    const double t231 = p->derived.arm_element_length * t227;
+    const double t232 = p->derived.arm_element_length * t230;
+    const double t233 = arm_phi_2_sin * t227 + arm_phi_2_cos * t230;
+    const double t234 = arm_phi_2_sin * t230 - arm_phi_2_cos * t227;
+    const double t235 = arm_phi_2_cos * t231 - arm_phi_2_sin * t232;
+    const double t236 = arm_phi_2_sin * t231 + arm_phi_2_cos * t232;
+    const double t237 = arm_theta_2_cos * t234 - arm_theta_2_sin * t229;
+    const double t238 = arm_theta_2_sin * t234 + arm_theta_2_cos * t229;
+    const double t239 = arm_theta_2_cos * t236;
+    const double t240 = arm_theta_2_sin * t236;
+    const double t241 = arm_psi_2_cos * t238 - arm_psi_2_sin * t233;
+    const double t242 = arm_psi_2_sin * t238 + arm_psi_2_cos * t233;
+    const double t243 = arm_psi_2_cos * t240 - arm_psi_2_sin * t235;
+    const double t244 = arm_psi_2_sin * t240 + arm_psi_2_cos * t235 - p->derived.arm_element_length * t237;
+    const double t245 = t239 + p->derived.arm_element_length * t242;
+    const double t246 = arm_phi_1_cos * t242 - arm_phi_1_sin * t237;
+    const double t247 = arm_phi_1_sin * t242 + arm_phi_1_cos * t237;
+    const double t248 = arm_phi_1_cos * t244 - arm_phi_1_sin * t245;
+    const double t249 = arm_phi_1_sin * t244 + arm_phi_1_cos * t245;
+    const double t250 = arm_theta_1_sin * t247 + arm_theta_1_cos * t241;
+    const double t251 = arm_theta_1_cos * t249 - arm_theta_1_sin * t243;
+    const double t252 = arm_theta_1_sin * t249 + arm_theta_1_cos * t243;
+    const double t253 = arm_psi_1_sin * t250 + arm_psi_1_cos * t246;
+    const double t254 = arm_psi_sin * (arm_psi_1_cos * t252 - arm_psi_1_sin * t248) + arm_psi_cos * (arm_psi_1_sin *
+        t252 + arm_psi_1_cos * t248 - p->derived.constant_1 * (arm_theta_1_cos * t247 - arm_theta_1_sin *
+        t241));
     /* arm_phi_3: bias forces c, inward */
-    const double t266 = p->derived.arm_psi_inertia_xx * arm_phi_3_w_x;
-    const double t267 = p->derived.arm_psi_inertia_yy * arm_phi_3_w_y;
-    const double t268 = p->derived.arm_psi_inertia_yy * arm_phi_3_w_z;
-    const double arm_phi_3_bias_moment_x = arm_phi_3_w_y * t268 - arm_phi_3_w_z * t267 + p->derived.arm_psi_inertia_xx *
-        arm_theta_3_bias_wd_x;
-    const double t269 = p->derived.arm_psi_moment_x * arm_phi_3_w_z;
-    const double t270 = p->derived.arm_psi_moment_x * arm_phi_3_w_y;
+    const double arm_phi_3_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_theta_3_bias_wd_x;
     /* arm_theta_3: bias forces c, inward */
-    const double t271 = arm_theta_3_sin * arm_phi_3_bias_moment_x;
+    const double t255 = arm_theta_3_sin * arm_phi_3_bias_moment_x;
     /* arm_phi_2: bias forces c, inward */
-    const double t272 = p->derived.arm_phi_1_inertia_xx * arm_phi_2_w_x;
-    const double t273 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_y;
-    const double t274 = p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_z;
-    const double arm_phi_2_load_moment_x = arm_phi_2_w_y * t274 - arm_phi_2_w_z * t273 + p->derived.arm_phi_1_inertia_xx *
-        arm_theta_2_bias_wd_x;
-    const double t275 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_z;
-    const double t276 = p->derived.arm_phi_1_moment_x * arm_phi_2_w_y;
+    const double arm_phi_2_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_2_bias_wd_x;
     /* arm_phi_1: bias forces c, inward */
-    const double t277 = p->derived.arm_phi_1_inertia_xx * arm_phi_1_w_x;
-    const double t278 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_y;
-    const double t279 = p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_z;
-    const double arm_phi_1_load_moment_x = arm_phi_1_w_y * t279 - arm_phi_1_w_z * t278 + p->derived.arm_phi_1_inertia_xx *
-        arm_theta_1_bias_wd_x;
-    const double t280 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_z;
-    const double t281 = p->derived.arm_phi_1_moment_x * arm_phi_1_w_y;
+    const double arm_phi_1_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_1_bias_wd_x;
     /* arm_psi: bias forces c, inward */
-    const double t282 = p->derived.arm_psi_inertia_xx * arm_psi_w_x;
-    const double t283 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
-    const double t284 = p->derived.arm_psi_inertia_yy * qd[2];
-    const double arm_psi_load_moment_x = arm_psi_w_y * t284 - qd[2] * t283 + p->derived.arm_psi_inertia_xx *
-        arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = qd[2] * t282 - arm_psi_w_x * t284 - p->derived.arm_psi_inertia_yy *
-        t5;
-    const double t285 = p->derived.arm_psi_moment_x * arm_psi_w_y;
+    const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = t5 * p->derived.constant_6 - p->derived.arm_psi_inertia_yy * t5;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t286 = (effector_z_position_x - p->xc) / p->a;
-    const double t287 = effector_z_position_y / p->b;
-    const double row_1_phi = t286 * t286 + t287 * t287 - 1.0;
-    const double t288 = point_E_xd * p->derived.constant_10;
-    const double t289 = t286 * t288;
-    const double t290 = point_E_yd * p->derived.constant_11;
-    const double t291 = t287 * t290;
-    const double row_1_psi = t289 + t289 + (t291 + t291);
-    const double t292 = t288 * t288 + t286 * (point_E_bias_x * p->derived.constant_10);
-    const double t293 = t290 * t290 + t287 * (point_E_bias_y * p->derived.constant_11);
-    const double row_1_v = t292 + t292 + (t293 + t293);
-    const double t294 = p->derived.constant_11 * (t287 + t287);
-    const double t295 = p->derived.constant_10 * (t286 + t286);
-    const double row_1_u_column_psi = effector_z_position_x * t294 - effector_z_position_y * t295;
-    const double row_1_u_arm_theta_1 = (t6 * t63 + arm_psi_1_ground_z_y * t61) * t294 - (arm_psi_1_ground_z_y *
-        t62 + t7 * t63) * t295;
-    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t63 - arm_theta_1_ground_z_x * t62) * t295 +
-        (arm_theta_1_ground_z_x * t61 - arm_theta_1_ground_x_x * t63) * t294;
-    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t60 - arm_phi_1_ground_z_z * t59) * t295 + (arm_phi_1_ground_z_z *
-        t58 - arm_phi_1_ground_x_z * t60) * t294;
-    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t60 - arm_psi_2_ground_z_y * t59) * t295 +
-        (arm_psi_2_ground_z_y * t58 - arm_psi_2_ground_x_y * t60) * t294;
-    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t60 - arm_theta_2_ground_z_x * t59) * t295 +
-        (arm_theta_2_ground_z_x * t58 - arm_theta_2_ground_x_x * t60) * t294;
-    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t57 - arm_phi_2_ground_z_z * t56) * t295 + (arm_phi_2_ground_z_z *
-        t55 - arm_phi_2_ground_x_z * t57) * t294;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t57 - arm_psi_3_ground_z_y * t56) * t295 +
-        (arm_psi_3_ground_z_y * t55 - arm_psi_3_ground_x_y * t57) * t294;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t57 - arm_theta_3_ground_z_x * t56) * t295 +
-        (arm_theta_3_ground_z_x * t55 - arm_theta_3_ground_x_x * t57) * t294;
-    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t295 + arm_theta_3_ground_y_x * t294;
+    const double t256 = (effector_z_position_x - p->xc) / p->a;
+    const double t257 = effector_z_position_y / p->b;
+    const double row_1_phi = t256 * t256 + t257 * t257 - 1.0;
+    const double t258 = point_E_xd * p->derived.constant_11;
+    const double t259 = t256 * t258;
+    const double t260 = point_E_yd * p->derived.constant_12;
+    const double t261 = t257 * t260;
+    const double row_1_psi = t259 + t259 + (t261 + t261);
+    const double t262 = t258 * t258 + t256 * (point_E_bias_x * p->derived.constant_11);
+    const double t263 = t260 * t260 + t257 * (point_E_bias_y * p->derived.constant_12);
+    const double row_1_v = t262 + t262 + (t263 + t263);
+    const double t264 = p->derived.constant_12 * (t257 + t257);
+    const double t265 = p->derived.constant_11 * (t256 + t256);
+    const double row_1_u_column_psi = effector_z_position_x * t264 - effector_z_position_y * t265;
+    const double row_1_u_arm_theta_1 = (t8 * t62 + arm_psi_1_ground_z_y * t60) * t264 - (arm_psi_1_ground_z_y *
+        t61 + t9 * t62) * t265;
+    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t62 - arm_theta_1_ground_z_x * t61) * t265 +
+        (arm_theta_1_ground_z_x * t60 - arm_theta_1_ground_x_x * t62) * t264;
+    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t65 - arm_phi_1_ground_z_z * t64) * t265 + (arm_phi_1_ground_z_z *
+        t63 - arm_phi_1_ground_x_z * t65) * t264;
+    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t65 - arm_psi_2_ground_z_y * t64) * t265 +
+        (arm_psi_2_ground_z_y * t63 - arm_psi_2_ground_x_y * t65) * t264;
+    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t65 - arm_theta_2_ground_z_x * t64) * t265 +
+        (arm_theta_2_ground_z_x * t63 - arm_theta_2_ground_x_x * t65) * t264;
+    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t68 - arm_phi_2_ground_z_z * t67) * t265 + (arm_phi_2_ground_z_z *
+        t66 - arm_phi_2_ground_x_z * t68) * t264;
+    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t68 - arm_psi_3_ground_z_y * t67) * t265 +
+        (arm_psi_3_ground_z_y * t66 - arm_psi_3_ground_x_y * t68) * t264;
+    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t68 - arm_theta_3_ground_z_x * t67) * t265 +
+        (arm_theta_3_ground_z_x * t66 - arm_theta_3_ground_x_x * t68) * t264;
+    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t265 + arm_theta_3_ground_y_x * t264;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t296 = t2 * (p->derived.constant_14 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t296 + t296);
+    const double t266 = t2 * (p->derived.constant_15 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t266 + t266);
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = arm_psi_w_x * t283 - arm_psi_w_y * t282 + p->derived.arm_psi_moment_x *
-        arm_psi_bias_a_falling_y;
-    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x *
-        qd[2]) + arm_psi_w_y * t285);
-    const double arm_psi_load_force_y = arm_psi_w_x * t285 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_moment_z = t6 * p->derived.constant_7 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
+        t7;
+    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t6 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
     /* arm_phi_1: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_1_load_moment_y = arm_phi_1_w_z * t277 - arm_phi_1_w_x * t279 + p->derived.arm_phi_1_inertia_yy *
+    const double arm_phi_1_load_moment_y = t22 * p->derived.constant_8 + p->derived.arm_phi_1_inertia_yy *
         arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_z;
-    const double arm_phi_1_load_moment_z = arm_phi_1_w_x * t278 - arm_phi_1_w_y * t277 + p->derived.arm_phi_1_inertia_yy *
+    const double arm_phi_1_load_moment_z = t19 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
         arm_phi_1_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_y;
-    const double arm_phi_1_load_force_x = p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - (arm_phi_1_w_z *
-        t280 + arm_phi_1_w_y * t281);
-    const double arm_phi_1_load_force_y = arm_phi_1_w_x * t281 + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_z +
-        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_y;
-    const double arm_phi_1_load_force_z = arm_phi_1_w_x * t280 - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_wd_y +
-        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_falling_z;
+    const double arm_phi_1_load_force_x = p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - p->derived.arm_phi_1_moment_x *
+        t20;
+    const double arm_phi_1_load_force_y = p->derived.arm_phi_1_moment_x * t21 + p->derived.arm_phi_1_mass *
+        arm_phi_1_bias_a_falling_y;
+    const double arm_phi_1_load_force_z = p->derived.arm_phi_1_moment_x * t23 + p->derived.arm_phi_1_mass *
+        arm_phi_1_bias_a_falling_z;
     /* arm_phi_2: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_2_load_moment_y = arm_phi_2_w_z * t272 - arm_phi_2_w_x * t274 + p->derived.arm_phi_1_inertia_yy *
+    const double arm_phi_2_load_moment_y = t35 * p->derived.constant_8 + p->derived.arm_phi_1_inertia_yy *
         arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_z;
-    const double arm_phi_2_load_moment_z = arm_phi_2_w_x * t273 - arm_phi_2_w_y * t272 + p->derived.arm_phi_1_inertia_yy *
+    const double arm_phi_2_load_moment_z = t32 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
         arm_phi_2_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_y;
-    const double arm_phi_2_load_force_x = p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - (arm_phi_2_w_z *
-        t275 + arm_phi_2_w_y * t276);
-    const double arm_phi_2_load_force_y = arm_phi_2_w_x * t276 + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_z +
-        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_y;
-    const double arm_phi_2_load_force_z = arm_phi_2_w_x * t275 - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_wd_y +
-        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_falling_z;
+    const double arm_phi_2_load_force_x = p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - p->derived.arm_phi_1_moment_x *
+        t33;
+    const double arm_phi_2_load_force_y = p->derived.arm_phi_1_moment_x * t34 + p->derived.arm_phi_1_mass *
+        arm_phi_2_bias_a_falling_y;
+    const double arm_phi_2_load_force_z = p->derived.arm_phi_1_moment_x * t36 + p->derived.arm_phi_1_mass *
+        arm_phi_2_bias_a_falling_z;
     /* arm_phi_3: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_3_load_moment_y = arm_phi_3_w_z * t266 - arm_phi_3_w_x * t268 + p->derived.arm_psi_inertia_yy *
-        arm_phi_3_bias_wd_y - p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
-    const double arm_phi_3_load_moment_z = arm_phi_3_w_x * t267 - arm_phi_3_w_y * t266 + p->derived.arm_psi_inertia_yy *
-        arm_phi_3_bias_wd_z + p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - (arm_phi_3_w_z *
-        t269 + arm_phi_3_w_y * t270);
-    const double arm_phi_3_load_force_y = arm_phi_3_w_x * t270 + p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_z +
-        p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_z = arm_phi_3_w_x * t269 - p->derived.arm_psi_moment_x * arm_phi_3_bias_wd_y +
-        p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
+    const double arm_phi_3_load_moment_y = t50 * p->derived.constant_6 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y -
+        p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
+    const double arm_phi_3_load_moment_z = t47 * p->derived.constant_7 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z +
+        p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
+    const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - p->derived.arm_psi_moment_x *
+        t48;
+    const double arm_phi_3_load_force_y = p->derived.arm_psi_moment_x * t49 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
+    const double arm_phi_3_load_force_z = p->derived.arm_psi_moment_x * t51 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
     /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    /* effector_z: force left for the joint, inward */
+    /* arm_phi_3: force left for the joint, inward */
     const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
     const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
@@ -6645,9 +6313,9 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         arm_phi_3_carried_force_z;
     const double arm_theta_3_carried_force_z = arm_phi_3_sin * arm_phi_3_carried_force_y + arm_phi_3_cos *
         arm_phi_3_carried_force_z;
-    const double t297 = arm_phi_3_sin * arm_phi_3_carried_moment_z;
-    const double t298 = arm_phi_3_cos * arm_phi_3_carried_moment_y;
-    const double arm_theta_3_carried_moment_y = t298 - t297;
+    const double t267 = arm_phi_3_sin * arm_phi_3_carried_moment_z;
+    const double t268 = arm_phi_3_cos * arm_phi_3_carried_moment_y;
+    const double arm_theta_3_carried_moment_y = t268 - t267;
     const double arm_theta_3_carried_moment_z = arm_phi_3_sin * arm_phi_3_carried_moment_y + arm_phi_3_cos *
         arm_phi_3_carried_moment_z;
     /* arm_theta_3: bias and gravity forces c + g, inward */
@@ -6655,30 +6323,30 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         arm_phi_3_carried_force_x;
     const double arm_psi_3_carried_force_x = arm_theta_3_sin * arm_theta_3_carried_force_z + arm_theta_3_cos *
         arm_phi_3_carried_force_x;
-    const double t299 = arm_theta_3_cos * arm_theta_3_carried_moment_z;
-    const double arm_psi_3_carried_moment_z = t299 - t271;
+    const double t269 = arm_theta_3_cos * arm_theta_3_carried_moment_z;
+    const double arm_psi_3_carried_moment_z = t269 - t255;
     const double arm_psi_3_carried_moment_x = arm_theta_3_cos * arm_phi_3_bias_moment_x + arm_theta_3_sin *
         arm_theta_3_carried_moment_z;
     /* arm_psi_3: bias and gravity forces c + g, inward */
-    const double t300 = arm_psi_3_sin * arm_psi_3_carried_force_x + arm_psi_3_cos * arm_theta_3_carried_force_y;
+    const double t270 = arm_psi_3_sin * arm_psi_3_carried_force_x + arm_psi_3_cos * arm_theta_3_carried_force_y;
     /* arm_phi_2: bias and gravity forces c + g, inward */
     const double arm_phi_2_carried_moment_x = arm_phi_2_load_moment_x + (arm_psi_3_cos * arm_psi_3_carried_moment_x -
         arm_psi_3_sin * arm_theta_3_carried_moment_y);
     const double arm_phi_2_carried_moment_y = arm_phi_2_load_moment_y + (arm_psi_3_sin * arm_psi_3_carried_moment_x +
         arm_psi_3_cos * arm_theta_3_carried_moment_y - p->derived.arm_element_length * arm_psi_3_carried_force_z);
     const double arm_phi_2_carried_moment_z = arm_phi_2_load_moment_z + (arm_psi_3_carried_moment_z + p->derived.arm_element_length *
-        t300);
+        t270);
     const double arm_phi_2_carried_force_x = arm_phi_2_load_force_x + (arm_psi_3_cos * arm_psi_3_carried_force_x -
         arm_psi_3_sin * arm_theta_3_carried_force_y);
-    const double arm_phi_2_carried_force_y = arm_phi_2_load_force_y + t300;
+    const double arm_phi_2_carried_force_y = arm_phi_2_load_force_y + t270;
     const double arm_phi_2_carried_force_z = arm_phi_2_load_force_z + arm_psi_3_carried_force_z;
     const double arm_theta_2_carried_force_y = arm_phi_2_cos * arm_phi_2_carried_force_y - arm_phi_2_sin *
         arm_phi_2_carried_force_z;
     const double arm_theta_2_carried_force_z = arm_phi_2_sin * arm_phi_2_carried_force_y + arm_phi_2_cos *
         arm_phi_2_carried_force_z;
-    const double t301 = arm_phi_2_sin * arm_phi_2_carried_moment_z;
-    const double t302 = arm_phi_2_cos * arm_phi_2_carried_moment_y;
-    const double arm_theta_2_carried_moment_y = t302 - t301;
+    const double t271 = arm_phi_2_sin * arm_phi_2_carried_moment_z;
+    const double t272 = arm_phi_2_cos * arm_phi_2_carried_moment_y;
+    const double arm_theta_2_carried_moment_y = t272 - t271;
     const double arm_theta_2_carried_moment_z = arm_phi_2_sin * arm_phi_2_carried_moment_y + arm_phi_2_cos *
         arm_phi_2_carried_moment_z;
     /* arm_theta_2: bias and gravity forces c + g, inward */
@@ -6686,31 +6354,31 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         arm_phi_2_carried_force_x;
     const double arm_psi_2_carried_force_x = arm_theta_2_sin * arm_theta_2_carried_force_z + arm_theta_2_cos *
         arm_phi_2_carried_force_x;
-    const double t303 = arm_theta_2_sin * arm_phi_2_carried_moment_x;
-    const double t304 = arm_theta_2_cos * arm_theta_2_carried_moment_z;
-    const double arm_psi_2_carried_moment_z = t304 - t303;
+    const double t273 = arm_theta_2_sin * arm_phi_2_carried_moment_x;
+    const double t274 = arm_theta_2_cos * arm_theta_2_carried_moment_z;
+    const double arm_psi_2_carried_moment_z = t274 - t273;
     const double arm_psi_2_carried_moment_x = arm_theta_2_sin * arm_theta_2_carried_moment_z + arm_theta_2_cos *
         arm_phi_2_carried_moment_x;
     /* arm_psi_2: bias and gravity forces c + g, inward */
-    const double t305 = arm_psi_2_sin * arm_psi_2_carried_force_x + arm_psi_2_cos * arm_theta_2_carried_force_y;
+    const double t275 = arm_psi_2_sin * arm_psi_2_carried_force_x + arm_psi_2_cos * arm_theta_2_carried_force_y;
     /* arm_phi_1: bias and gravity forces c + g, inward */
     const double arm_phi_1_carried_moment_x = arm_phi_1_load_moment_x + (arm_psi_2_cos * arm_psi_2_carried_moment_x -
         arm_psi_2_sin * arm_theta_2_carried_moment_y);
     const double arm_phi_1_carried_moment_y = arm_phi_1_load_moment_y + (arm_psi_2_sin * arm_psi_2_carried_moment_x +
         arm_psi_2_cos * arm_theta_2_carried_moment_y - p->derived.arm_element_length * arm_psi_2_carried_force_z);
     const double arm_phi_1_carried_moment_z = arm_phi_1_load_moment_z + (arm_psi_2_carried_moment_z + p->derived.arm_element_length *
-        t305);
+        t275);
     const double arm_phi_1_carried_force_x = arm_phi_1_load_force_x + (arm_psi_2_cos * arm_psi_2_carried_force_x -
         arm_psi_2_sin * arm_theta_2_carried_force_y);
-    const double arm_phi_1_carried_force_y = arm_phi_1_load_force_y + t305;
+    const double arm_phi_1_carried_force_y = arm_phi_1_load_force_y + t275;
     const double arm_phi_1_carried_force_z = arm_phi_1_load_force_z + arm_psi_2_carried_force_z;
     const double arm_theta_1_carried_force_y = arm_phi_1_cos * arm_phi_1_carried_force_y - arm_phi_1_sin *
         arm_phi_1_carried_force_z;
     const double arm_theta_1_carried_force_z = arm_phi_1_sin * arm_phi_1_carried_force_y + arm_phi_1_cos *
         arm_phi_1_carried_force_z;
-    const double t306 = arm_phi_1_sin * arm_phi_1_carried_moment_z;
-    const double t307 = arm_phi_1_cos * arm_phi_1_carried_moment_y;
-    const double arm_theta_1_carried_moment_y = t307 - t306;
+    const double t276 = arm_phi_1_sin * arm_phi_1_carried_moment_z;
+    const double t277 = arm_phi_1_cos * arm_phi_1_carried_moment_y;
+    const double arm_theta_1_carried_moment_y = t277 - t276;
     const double arm_theta_1_carried_moment_z = arm_phi_1_sin * arm_phi_1_carried_moment_y + arm_phi_1_cos *
         arm_phi_1_carried_moment_z;
     /* arm_theta_1: bias and gravity forces c + g, inward */
@@ -6718,23 +6386,23 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         arm_phi_1_carried_force_x;
     const double arm_psi_1_carried_force_x = arm_theta_1_sin * arm_theta_1_carried_force_z + arm_theta_1_cos *
         arm_phi_1_carried_force_x;
-    const double t308 = arm_theta_1_sin * arm_phi_1_carried_moment_x;
-    const double t309 = arm_theta_1_cos * arm_theta_1_carried_moment_z;
-    const double arm_psi_1_carried_moment_z = t309 - t308;
+    const double t278 = arm_theta_1_sin * arm_phi_1_carried_moment_x;
+    const double t279 = arm_theta_1_cos * arm_theta_1_carried_moment_z;
+    const double arm_psi_1_carried_moment_z = t279 - t278;
     const double arm_psi_1_carried_moment_x = arm_theta_1_sin * arm_theta_1_carried_moment_z + arm_theta_1_cos *
         arm_phi_1_carried_moment_x;
     /* arm_psi_1: bias and gravity forces c + g, inward */
-    const double t310 = arm_psi_1_sin * arm_psi_1_carried_force_x + arm_psi_1_cos * arm_theta_1_carried_force_y;
+    const double t280 = arm_psi_1_sin * arm_psi_1_carried_force_x + arm_psi_1_cos * arm_theta_1_carried_force_y;
     /* arm_psi: bias and gravity forces c + g, inward */
     const double arm_psi_carried_moment_x = arm_psi_load_moment_x + (arm_psi_1_cos * arm_psi_1_carried_moment_x -
         arm_psi_1_sin * arm_theta_1_carried_moment_y);
     const double arm_psi_carried_moment_y = arm_psi_load_moment_y + (arm_psi_1_sin * arm_psi_1_carried_moment_x +
         arm_psi_1_cos * arm_theta_1_carried_moment_y - p->derived.constant_1 * arm_psi_1_carried_force_z);
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + (arm_psi_1_carried_moment_z + p->derived.constant_1 *
-        t310);
+        t280);
     const double arm_psi_carried_force_x = arm_psi_load_force_x + (arm_psi_1_cos * arm_psi_1_carried_force_x -
         arm_psi_1_sin * arm_theta_1_carried_force_y);
-    const double arm_psi_carried_force_y = arm_psi_load_force_y + t310;
+    const double arm_psi_carried_force_y = arm_psi_load_force_y + t280;
     const double column_psi_carried_moment_z = arm_psi_sin * arm_psi_carried_moment_x + arm_psi_cos * arm_psi_carried_moment_y;
     /* column_psi: bias and gravity forces c + g, inward */
     const double column_psi_carried_force_z = p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_carried_force_x +
@@ -6744,107 +6412,108 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     out->M[0 * 13 + 0] = p->derived.base_z_mass_beyond;
     out->M[1 * 13 + 1] = column_psi_inertia_beyond_zz;
     out->M[2 * 13 + 0] = column_psi_moment_beyond_x;
-    out->M[2 * 13 + 1] = t127 + arm_psi_sin * arm_psi_inertia_beyond_xz;
+    out->M[2 * 13 + 1] = t108 + arm_psi_sin * arm_psi_inertia_beyond_xz;
     out->M[2 * 13 + 2] = arm_psi_inertia_beyond_zz;
-    out->M[3 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t128 - t118) + arm_psi_cos * t129;
-    out->M[3 * 13 + 1] = t127 + arm_psi_sin * t124;
-    out->M[3 * 13 + 2] = arm_psi_1_inertia_beyond_zz + p->derived.constant_1 * t129;
+    out->M[3 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t109 - t102) + arm_psi_cos * t110;
+    out->M[3 * 13 + 1] = t108 + arm_psi_sin * t105;
+    out->M[3 * 13 + 2] = arm_psi_1_inertia_beyond_zz + p->derived.constant_1 * t110;
     out->M[3 * 13 + 3] = arm_psi_1_inertia_beyond_zz;
-    out->M[4 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z) + arm_psi_cos * t130;
-    out->M[4 * 13 + 1] = arm_psi_sin * t122 + arm_psi_cos * (t123 + p->derived.constant_1 * arm_psi_1_moment_beyond_x);
-    out->M[4 * 13 + 2] = arm_psi_1_inertia_beyond_yz + p->derived.constant_1 * t130;
+    out->M[4 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z) + arm_psi_cos * t111;
+    out->M[4 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_inertia_beyond_xy - arm_psi_1_sin * arm_theta_1_inertia_beyond_yy) +
+        arm_psi_cos * (arm_psi_1_sin * arm_psi_1_inertia_beyond_xy + arm_psi_1_cos * arm_theta_1_inertia_beyond_yy +
+        p->derived.constant_1 * arm_psi_1_moment_beyond_x);
+    out->M[4 * 13 + 2] = arm_psi_1_inertia_beyond_yz + p->derived.constant_1 * t111;
     out->M[4 * 13 + 3] = arm_psi_1_inertia_beyond_yz;
     out->M[4 * 13 + 4] = arm_theta_1_inertia_beyond_yy;
-    out->M[5 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t134 - arm_psi_1_sin * t132) + arm_psi_cos * t135;
-    out->M[5 * 13 + 1] = t136;
-    out->M[5 * 13 + 2] = t114 + p->derived.constant_1 * t135;
-    out->M[5 * 13 + 3] = t114;
+    out->M[5 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t115 - arm_psi_1_sin * t113) + arm_psi_cos * t118;
+    out->M[5 * 13 + 1] = t119;
+    out->M[5 * 13 + 2] = t116 + p->derived.constant_1 * t118;
+    out->M[5 * 13 + 3] = t116;
     out->M[5 * 13 + 4] = arm_theta_1_inertia_beyond_xy;
     out->M[5 * 13 + 5] = arm_phi_1_inertia_beyond_xx;
-    out->M[6 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t142 - arm_psi_1_sin * t138) + arm_psi_cos * t145;
-    out->M[6 * 13 + 1] = t146;
-    out->M[6 * 13 + 2] = t143 + p->derived.constant_1 * t145;
-    out->M[6 * 13 + 3] = t143;
-    out->M[6 * 13 + 4] = t140;
-    out->M[6 * 13 + 5] = t101;
+    out->M[6 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t125 - arm_psi_1_sin * t121) + arm_psi_cos * t128;
+    out->M[6 * 13 + 1] = t129;
+    out->M[6 * 13 + 2] = t126 + p->derived.constant_1 * t128;
+    out->M[6 * 13 + 3] = t126;
+    out->M[6 * 13 + 4] = t123;
+    out->M[6 * 13 + 5] = t90;
     out->M[6 * 13 + 6] = arm_psi_2_inertia_beyond_zz;
-    out->M[7 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t155 - arm_psi_1_sin * t151) + arm_psi_cos * t158;
-    out->M[7 * 13 + 1] = t159;
-    out->M[7 * 13 + 2] = t156 + p->derived.constant_1 * t158;
-    out->M[7 * 13 + 3] = t156;
-    out->M[7 * 13 + 4] = t153;
-    out->M[7 * 13 + 5] = t99;
+    out->M[7 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t139 - arm_psi_1_sin * t135) + arm_psi_cos * t142;
+    out->M[7 * 13 + 1] = t143;
+    out->M[7 * 13 + 2] = t140 + p->derived.constant_1 * t142;
+    out->M[7 * 13 + 3] = t140;
+    out->M[7 * 13 + 4] = t137;
+    out->M[7 * 13 + 5] = t132;
     out->M[7 * 13 + 6] = arm_psi_2_inertia_beyond_yz;
     out->M[7 * 13 + 7] = arm_theta_2_inertia_beyond_yy;
-    out->M[8 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t172 - arm_psi_1_sin * t168) + arm_psi_cos * t175;
-    out->M[8 * 13 + 1] = t176;
-    out->M[8 * 13 + 2] = t173 + p->derived.constant_1 * t175;
-    out->M[8 * 13 + 3] = t173;
-    out->M[8 * 13 + 4] = t170;
-    out->M[8 * 13 + 5] = t165;
-    out->M[8 * 13 + 6] = t93;
+    out->M[8 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t158 - arm_psi_1_sin * t154) + arm_psi_cos * t161;
+    out->M[8 * 13 + 1] = t162;
+    out->M[8 * 13 + 2] = t159 + p->derived.constant_1 * t161;
+    out->M[8 * 13 + 3] = t159;
+    out->M[8 * 13 + 4] = t156;
+    out->M[8 * 13 + 5] = t151;
+    out->M[8 * 13 + 6] = t147;
     out->M[8 * 13 + 7] = arm_theta_2_inertia_beyond_xy;
     out->M[8 * 13 + 8] = arm_phi_2_inertia_beyond_xx;
-    out->M[9 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t195 - arm_psi_1_sin * t191) + arm_psi_cos * t198;
-    out->M[9 * 13 + 1] = t199;
-    out->M[9 * 13 + 2] = t196 + p->derived.constant_1 * t198;
-    out->M[9 * 13 + 3] = t196;
-    out->M[9 * 13 + 4] = t193;
-    out->M[9 * 13 + 5] = t188;
-    out->M[9 * 13 + 6] = t184;
-    out->M[9 * 13 + 7] = t180;
-    out->M[9 * 13 + 8] = t79;
+    out->M[9 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t181 - arm_psi_1_sin * t177) + arm_psi_cos * t184;
+    out->M[9 * 13 + 1] = t185;
+    out->M[9 * 13 + 2] = t182 + p->derived.constant_1 * t184;
+    out->M[9 * 13 + 3] = t182;
+    out->M[9 * 13 + 4] = t179;
+    out->M[9 * 13 + 5] = t174;
+    out->M[9 * 13 + 6] = t170;
+    out->M[9 * 13 + 7] = t166;
+    out->M[9 * 13 + 8] = t76;
     out->M[9 * 13 + 9] = arm_psi_3_inertia_beyond_zz;
-    out->M[10 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t221 - arm_psi_1_sin * t217) + arm_psi_cos * t224;
-    out->M[10 * 13 + 1] = t225;
-    out->M[10 * 13 + 2] = t222 + p->derived.constant_1 * t224;
-    out->M[10 * 13 + 3] = t222;
-    out->M[10 * 13 + 4] = t219;
-    out->M[10 * 13 + 5] = t214;
-    out->M[10 * 13 + 6] = t210;
-    out->M[10 * 13 + 7] = t206;
-    out->M[10 * 13 + 8] = t77;
-    out->M[10 * 13 + 9] = arm_psi_3_inertia_beyond_yz;
-    out->M[10 * 13 + 10] = arm_theta_3_inertia_beyond_yy;
-    out->M[11 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * t237 - arm_psi_1_sin * t234) + arm_psi_cos * (arm_psi_1_sin *
-        t237 + arm_psi_1_cos * t234);
-    out->M[11 * 13 + 2] = t236;
-    out->M[11 * 13 + 3] = t236;
-    out->M[11 * 13 + 4] = t234;
-    out->M[11 * 13 + 5] = t232;
-    out->M[11 * 13 + 6] = t230;
-    out->M[11 * 13 + 7] = t228;
-    out->M[11 * 13 + 8] = t226;
-    out->M[11 * 13 + 9] = -t71;
+    out->M[10 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t208 - arm_psi_1_sin * t204) + arm_psi_cos * t211;
+    out->M[10 * 13 + 1] = t212;
+    out->M[10 * 13 + 2] = t209 + p->derived.constant_1 * t211;
+    out->M[10 * 13 + 3] = t209;
+    out->M[10 * 13 + 4] = t206;
+    out->M[10 * 13 + 5] = t201;
+    out->M[10 * 13 + 6] = t197;
+    out->M[10 * 13 + 7] = t193;
+    out->M[10 * 13 + 8] = -t188;
+    out->M[10 * 13 + 10] = arm_phi_3_inertia_beyond_yy;
+    out->M[11 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * t226 - arm_psi_1_sin * t223) + arm_psi_cos * (arm_psi_1_sin *
+        t226 + arm_psi_1_cos * t223);
+    out->M[11 * 13 + 2] = t225;
+    out->M[11 * 13 + 3] = t225;
+    out->M[11 * 13 + 4] = t223;
+    out->M[11 * 13 + 5] = t221;
+    out->M[11 * 13 + 6] = t219;
+    out->M[11 * 13 + 7] = t217;
+    out->M[11 * 13 + 8] = t215;
+    out->M[11 * 13 + 9] = -t213;
     out->M[11 * 13 + 11] = p->derived.arm_psi_inertia_xx;
-    out->M[12 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t261 - arm_psi_1_sin * t257) + arm_psi_cos * t264;
-    out->M[12 * 13 + 1] = t265;
-    out->M[12 * 13 + 2] = t262 + p->derived.constant_1 * t264;
-    out->M[12 * 13 + 3] = t262;
-    out->M[12 * 13 + 4] = t259;
-    out->M[12 * 13 + 5] = t254;
-    out->M[12 * 13 + 6] = t250;
-    out->M[12 * 13 + 7] = t246;
+    out->M[12 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t250 - arm_psi_1_sin * t246) + arm_psi_cos * t253;
+    out->M[12 * 13 + 1] = t254;
+    out->M[12 * 13 + 2] = t251 + p->derived.constant_1 * t253;
+    out->M[12 * 13 + 3] = t251;
+    out->M[12 * 13 + 4] = t248;
+    out->M[12 * 13 + 5] = t243;
+    out->M[12 * 13 + 6] = t239;
+    out->M[12 * 13 + 7] = t235;
     out->M[12 * 13 + 12] = p->m_E;
     out->f[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + base_z_carried_force_z);
     out->f[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1] -
         column_psi_carried_moment_z;
     out->f[2] = -arm_psi_carried_moment_z;
-    out->f[3] = t308 - t309 - (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi * qd[3]);
-    out->f[4] = t306 - t307 - (p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4]);
+    out->f[3] = t278 - t279 - (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi * qd[3]);
+    out->f[4] = t276 - t277 - (p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4]);
     out->f[5] = -(p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5] + arm_phi_1_carried_moment_x);
-    out->f[6] = t303 - t304 - (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi * qd[6]);
-    out->f[7] = t301 - t302 - (p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7]);
+    out->f[6] = t273 - t274 - (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi * qd[6]);
+    out->f[7] = t271 - t272 - (p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7]);
     out->f[8] = -(p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8] + arm_phi_2_carried_moment_x);
-    out->f[9] = t271 - t299 - (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi * qd[9]);
-    out->f[10] = t297 - t298 - (p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10]);
+    out->f[9] = t255 - t269 - (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi * qd[9]);
+    out->f[10] = t267 - t268 - (p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10]);
     out->f[11] = -(arm_phi_3_bias_moment_x + (p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi *
         qd[11]));
     out->f[12] = -effector_z_load_force_z;
     out->u[0 * 13 + 0] = 0.0;
     out->u[0 * 13 + 1] = row_1_u_column_psi;
-    out->u[0 * 13 + 2] = -(column_psi_cos * t64 * t295 + column_psi_sin * t64 * t294);
-    out->u[0 * 13 + 3] = -(column_psi_cos * t63 * t295 + column_psi_sin * t63 * t294);
+    out->u[0 * 13 + 2] = -(column_psi_cos * t59 * t265 + column_psi_sin * t59 * t264);
+    out->u[0 * 13 + 3] = -(column_psi_cos * t62 * t265 + column_psi_sin * t62 * t264);
     out->u[0 * 13 + 4] = row_1_u_arm_theta_1;
     out->u[0 * 13 + 5] = row_1_u_arm_phi_1;
     out->u[0 * 13 + 6] = row_1_u_arm_psi_2;
@@ -6873,8 +6542,8 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     out->phi[1] = 0.0;
     out->psi[0] = row_1_psi;
     out->psi[1] = row_2_psi;
-    out->k[0] = -(row_1_phi * p->derived.constant_13 + (row_1_v + row_1_psi * p->derived.constant_12));
-    out->k[1] = -(row_2_v + p->derived.constant_12 * row_2_psi);
+    out->k[0] = -(row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13));
+    out->k[1] = -(row_2_v + p->derived.constant_13 * row_2_psi);
     for (int i = 0; i < 13; i++)
         for (int j = 0; j < i; j++)
             out->M[j * 13 + i] = out->M[i * 13 + j];
@@ -7214,11 +6883,11 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "8f002697bae4935a",
+    SET(hash) "1bd2860ec97d47f3",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,
-    SET(derived_count) 38,
+    SET(derived_count) 39,
     SET(input_count) 0,
     SET(point_count) 1,
     SET(course_count) 2,

@@ -21,25 +21,25 @@
  * Rows: 1 ellipse, 2 rise.
  *
  * Operations of one call (additions, multiplications, divisions, functions):
- *   M             302    516    0   20
- *   h             225    339    0   20
+ *   M             292    462    0   18
+ *   h             199    289    0   20
  *   Q              61    100    1   21
  *   u             106    186    2   20
- *   v             205    341    3   24
+ *   v             205    345    3   24
  *   phi            38     70    2   20
  *   psi           121    216    3   23
- *   k             216    353    3   24
+ *   k             216    357    3   24
  *   r              52     98    0   20
  *   rd            110    201    0   22
  *   C              91    160    0   20
- *   d             161    277    0   22
+ *   d             161    273    0   22
  *   energy        128    208    0   20
  *   power          12     25    1    3
  *   Q_q           121    239    0   20
- *   qdd_free      494    759   12   23
- *   qdd          1089   1641   17   27
- *   force        1074   1638   17   27
- *   equations     759   1199    4   27
+ *   qdd_free      450    618   12   23
+ *   qdd          1027   1484   17   27
+ *   force        1012   1481   17   27
+ *   equations     717   1103    4   27
  *   course          2      7    2    4
  *   breaks          0      0    0    0
  *   anchor         19     34    0   20
@@ -98,10 +98,10 @@ struct manipulator_flexible_parameters {
         double constant_3;
         double constant_4;
         double constant_5;
+        double base_z_mass_beyond;
         double constant_6;
         double constant_7;
         double constant_8;
-        double base_z_mass_beyond;
         double constant_9;
         double constant_10;
         double constant_11;
@@ -111,11 +111,12 @@ struct manipulator_flexible_parameters {
         double constant_15;
         double constant_16;
         double constant_17;
+        double constant_18;
         double base_z_load_force_z;
         double column_psi_load_force_z;
         double effector_z_D_inverse;
-        double constant_18;
         double constant_19;
+        double constant_20;
     } derived; /* what depends on parameters alone, set by manipulator_flexible_prepare */
 };
 

@@ -9,7 +9,7 @@ void manipulator_rigid_prepare(struct manipulator_rigid_parameters *p) {
     p->derived.column_psi_moment_z = p->m_col * (p->h / 2.0);
     const double t3 = p->L * p->rho;
     p->derived.arm_psi_mass = t1 * 0.7853981633974483 * t3;
-    p->derived.arm_psi_moment_x = 0.5 * (p->L * p->derived.arm_psi_mass);
+    p->derived.arm_psi_moment_x = p->L * p->derived.arm_psi_mass * 0.5;
     p->derived.arm_psi_inertia_xx = t3 * (t2 + t2);
     p->derived.arm_psi_inertia_yy = p->derived.arm_psi_mass * (p->L * p->L) / 3.0 + t2 * t3;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
@@ -19,17 +19,20 @@ void manipulator_rigid_prepare(struct manipulator_rigid_parameters *p) {
     const double column_psi_mass_beyond = p->m_col + p->derived.arm_psi_mass_beyond;
     /* base_z: composite pseudo-inertia of all beyond, inward */
     p->derived.base_z_mass_beyond = p->m_base + column_psi_mass_beyond;
+    /* arm_psi: bias forces c, inward */
+    p->derived.constant_2 = p->derived.arm_psi_inertia_xx - p->derived.arm_psi_inertia_yy;
+    p->derived.constant_3 = p->derived.arm_psi_inertia_yy - p->derived.arm_psi_inertia_xx;
     /* base_z: bias forces c, inward */
-    p->derived.constant_2 = p->g * p->derived.base_z_mass_beyond;
+    p->derived.constant_4 = p->g * p->derived.base_z_mass_beyond;
     /* row 1 (position level): u qdd + v = 0 */
-    p->derived.constant_3 = 1.0 / p->a;
-    p->derived.constant_4 = 1.0 / p->b;
-    p->derived.constant_5 = 2.0 * p->alpha;
-    p->derived.constant_6 = p->beta * p->beta;
+    p->derived.constant_5 = 1.0 / p->a;
+    p->derived.constant_6 = 1.0 / p->b;
+    p->derived.constant_7 = 2.0 * p->alpha;
+    p->derived.constant_8 = p->beta * p->beta;
     /* row 2 (velocity level): u qdd + v = 0 */
-    p->derived.constant_7 = 3.141592653589793 * (1.0 / p->T);
+    p->derived.constant_9 = 3.141592653589793 * (1.0 / p->T);
     /* potential energy of gravity, zero at the ground's origin */
-    p->derived.constant_8 = p->s_sup * 0.5;
+    p->derived.constant_10 = p->s_sup * 0.5;
     /* base_z: inertia and gravity of the body at qdd = 0 */
     p->derived.base_z_load_force_z = p->m_base * p->g;
     /* column_psi: inertia and gravity of the body at qdd = 0 */
@@ -52,14 +55,13 @@ void manipulator_rigid_M(const struct manipulator_rigid_parameters *p, const str
     const double effector_z_shift_x = p->L + q[3];
     /* effector_z: composite pseudo-inertia of all beyond, inward */
     const double t1 = p->m_E * effector_z_shift_x;
-    const double t2 = effector_z_shift_x * (0.5 * t1);
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + t1;
-    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (t2 + t2);
+    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t1;
     const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
-    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_cos * (arm_psi_cos * arm_psi_inertia_beyond_yy) +
-        arm_psi_sin * (p->derived.arm_psi_inertia_xx * arm_psi_sin));
+    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
+        (p->derived.arm_psi_inertia_xx - arm_psi_inertia_beyond_yy)));
     /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double effector_z_moment_change_z = p->m_E * arm_psi_sin;
     M[0 * 4 + 0] = p->derived.base_z_mass_beyond;
@@ -84,35 +86,29 @@ void manipulator_rigid_h(const struct manipulator_rigid_parameters *p, const str
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
     const double t1 = arm_psi_w_x * qd[2];
+    const double t2 = arm_psi_w_x * arm_psi_w_y;
+    const double t3 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
-    const double t2 = qd[2] * effector_z_shift_x;
-    const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
-    const double t3 = arm_psi_w_y * qd[3];
-    const double t4 = qd[2] * qd[3];
-    const double effector_z_bias_a_x = t3 + t3 - (arm_psi_w_x * t2 + t1 * effector_z_shift_x);
-    const double effector_z_bias_a_y = arm_psi_w_x * effector_z_v_x + (t4 + t4);
+    const double t4 = arm_psi_w_y * qd[3];
+    const double t5 = qd[2] * qd[3];
+    const double effector_z_bias_a_x = t4 + t4 - (t1 + t1) * effector_z_shift_x;
+    const double effector_z_bias_a_y = t2 * effector_z_shift_x + (t5 + t5);
     /* effector_z: bias forces c, inward */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     const double effector_z_bias_force_y = p->m_E * effector_z_bias_a_y;
-    const double t5 = p->m_E * (qd[2] * t2 + arm_psi_w_y * effector_z_v_x);
+    const double t6 = p->m_E * (t3 * effector_z_shift_x);
     /* arm_psi: bias forces c, inward */
-    const double t6 = p->derived.arm_psi_inertia_xx * arm_psi_w_x;
-    const double t7 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
-    const double t8 = p->derived.arm_psi_inertia_yy * qd[2];
-    const double arm_psi_bias_moment_x = arm_psi_w_y * t8 - qd[2] * t7 + p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = qd[2] * t6 - arm_psi_w_x * t8 - p->derived.arm_psi_inertia_yy * t1;
-    const double t9 = p->derived.arm_psi_moment_x * arm_psi_w_y;
+    const double arm_psi_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = t1 * p->derived.constant_2 - p->derived.arm_psi_inertia_yy * t1;
     const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
-    const double arm_psi_bias_moment_z = effector_z_shift_x * effector_z_bias_force_y + (arm_psi_w_x * t7 -
-        arm_psi_w_y * t6);
-    const double arm_psi_bias_force_y = effector_z_bias_force_y + arm_psi_w_x * t9;
+    const double arm_psi_bias_moment_z = effector_z_shift_x * effector_z_bias_force_y + t2 * p->derived.constant_3;
+    const double arm_psi_bias_force_y = effector_z_bias_force_y + p->derived.arm_psi_moment_x * t2;
     const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
-    h[0] = arm_psi_sin * (t5 + (qd[2] * (p->derived.arm_psi_moment_x * qd[2]) + arm_psi_w_y * t9)) - arm_psi_cos *
-        arm_psi_bias_force_y;
+    h[0] = arm_psi_sin * (t6 + p->derived.arm_psi_moment_x * t3) - arm_psi_cos * arm_psi_bias_force_y;
     h[1] = -column_psi_bias_moment_z;
     h[2] = -arm_psi_bias_moment_z;
-    h[3] = t5;
+    h[3] = t6;
 }
 
 void manipulator_rigid_Q(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -127,7 +123,7 @@ void manipulator_rigid_Q(const struct manipulator_rigid_parameters *p, const str
     const double effector_z_shift_x = p->L + q[3];
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
-    Q[0] = -(p->derived.constant_2 + (p->s_sup * q[0] + p->d_sup * qd[0]));
+    Q[0] = -(p->derived.constant_4 + (p->s_sup * q[0] + p->d_sup * qd[0]));
     Q[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1];
     Q[2] = -arm_psi_bias_a_falling_y * arm_psi_moment_beyond_x;
     Q[3] = -p->m_E * arm_psi_bias_a_falling_x;
@@ -158,8 +154,8 @@ void manipulator_rigid_u(const struct manipulator_rigid_parameters *p, const str
     /* row 1 (position level): u qdd + v = 0 */
     const double t2 = (effector_z_position_x - p->xc) / p->a;
     const double t3 = effector_z_position_y / p->b;
-    const double t4 = p->derived.constant_4 * (t3 + t3);
-    const double t5 = p->derived.constant_3 * (t2 + t2);
+    const double t4 = p->derived.constant_6 * (t3 + t3);
+    const double t5 = p->derived.constant_5 * (t2 + t2);
     const double row_1_u_column_psi = effector_z_position_x * t4 - effector_z_position_y * t5;
     const double row_1_u_effector_z = arm_psi_ground_x_x * t5 + arm_psi_ground_y_x * t4;
     u[0 * 4 + 0] = 0.0;
@@ -190,19 +186,19 @@ void manipulator_rigid_v(const struct manipulator_rigid_parameters *p, const str
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
     const double arm_psi_v_y = qd[0] * arm_psi_cos;
+    const double t4 = arm_psi_w_x * qd[2];
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
-    const double t4 = qd[2] * effector_z_shift_x;
     const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
-    const double effector_z_v_y = arm_psi_v_y + t4;
-    const double t5 = qd[2] * t4 + arm_psi_w_y * effector_z_v_x;
+    const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
+    const double t5 = (qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y) * effector_z_shift_x;
     const double t6 = arm_psi_w_y * qd[3];
     const double t7 = qd[2] * qd[3];
     const double effector_z_v_z = arm_psi_v_x + qd[3];
-    const double effector_z_bias_a_x = t6 + t6 - (arm_psi_w_x * t4 + arm_psi_w_x * qd[2] * effector_z_shift_x);
-    const double effector_z_bias_a_y = arm_psi_w_x * effector_z_v_x + (t7 + t7);
+    const double effector_z_bias_a_x = t6 + t6 - (t4 + t4) * effector_z_shift_x;
+    const double effector_z_bias_a_y = arm_psi_w_x * arm_psi_w_y * effector_z_shift_x + (t7 + t7);
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + t2 *
         effector_z_v_y);
@@ -212,14 +208,14 @@ void manipulator_rigid_v(const struct manipulator_rigid_parameters *p, const str
         t5;
     const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t5;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t8 = point_E_xd * p->derived.constant_3;
-    const double t9 = point_E_yd * p->derived.constant_4;
+    const double t8 = point_E_xd * p->derived.constant_5;
+    const double t9 = point_E_yd * p->derived.constant_6;
     const double t10 = t8 * t8 - (effector_z_position_x - p->xc) / p->a * ((column_psi_sin * effector_z_bias_a_x +
-        t2 * effector_z_bias_a_y + arm_psi_ground_x_x * t5) * p->derived.constant_3);
-    const double t11 = t9 * t9 + effector_z_position_y / p->b * (point_E_bias_y * p->derived.constant_4);
+        t2 * effector_z_bias_a_y + arm_psi_ground_x_x * t5) * p->derived.constant_5);
+    const double t11 = t9 * t9 + effector_z_position_y / p->b * (point_E_bias_y * p->derived.constant_6);
     const double row_1_v = t10 + t10 + (t11 + t11);
     /* row 2 (velocity level): u qdd + v = 0 */
-    const double t12 = sin(t1) * (p->derived.constant_7 * cos(t1));
+    const double t12 = sin(t1) * (p->derived.constant_9 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t12 + t12);
     v[0] = row_1_v;
     v[1] = row_2_v;
@@ -278,8 +274,8 @@ void manipulator_rigid_psi(const struct manipulator_rigid_parameters *p, const s
         arm_psi_ground_y_x * effector_z_v_z;
     const double point_E_zd = arm_psi_cos * effector_z_v_y + arm_psi_sin * effector_z_v_z;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t2 = (effector_z_position_x - p->xc) / p->a * (point_E_xd * p->derived.constant_3);
-    const double t3 = effector_z_position_y / p->b * (point_E_yd * p->derived.constant_4);
+    const double t2 = (effector_z_position_x - p->xc) / p->a * (point_E_xd * p->derived.constant_5);
+    const double t3 = effector_z_position_y / p->b * (point_E_yd * p->derived.constant_6);
     const double row_1_psi = t2 + t2 + (t3 + t3);
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t1 * t1);
@@ -306,19 +302,19 @@ void manipulator_rigid_k(const struct manipulator_rigid_parameters *p, const str
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
     const double arm_psi_v_y = qd[0] * arm_psi_cos;
+    const double t5 = arm_psi_w_x * qd[2];
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
-    const double t5 = qd[2] * effector_z_shift_x;
     const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
-    const double effector_z_v_y = arm_psi_v_y + t5;
-    const double t6 = qd[2] * t5 + arm_psi_w_y * effector_z_v_x;
+    const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
+    const double t6 = (qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y) * effector_z_shift_x;
     const double t7 = arm_psi_w_y * qd[3];
     const double t8 = qd[2] * qd[3];
     const double effector_z_v_z = arm_psi_v_x + qd[3];
-    const double effector_z_bias_a_x = t7 + t7 - (arm_psi_w_x * t5 + arm_psi_w_x * qd[2] * effector_z_shift_x);
-    const double effector_z_bias_a_y = arm_psi_w_x * effector_z_v_x + (t8 + t8);
+    const double effector_z_bias_a_x = t7 + t7 - (t5 + t5) * effector_z_shift_x;
+    const double effector_z_bias_a_y = arm_psi_w_x * arm_psi_w_y * effector_z_shift_x + (t8 + t8);
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + t3 *
         effector_z_v_y);
@@ -332,21 +328,21 @@ void manipulator_rigid_k(const struct manipulator_rigid_parameters *p, const str
     const double t9 = (effector_z_position_x - p->xc) / p->a;
     const double t10 = effector_z_position_y / p->b;
     const double row_1_phi = t9 * t9 + t10 * t10 - 1.0;
-    const double t11 = point_E_xd * p->derived.constant_3;
+    const double t11 = point_E_xd * p->derived.constant_5;
     const double t12 = t9 * t11;
-    const double t13 = point_E_yd * p->derived.constant_4;
+    const double t13 = point_E_yd * p->derived.constant_6;
     const double t14 = t10 * t13;
     const double row_1_psi = t12 + t12 + (t14 + t14);
     const double t15 = t11 * t11 - t9 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
-        arm_psi_ground_x_x * t6) * p->derived.constant_3);
-    const double t16 = t13 * t13 + t10 * (point_E_bias_y * p->derived.constant_4);
+        arm_psi_ground_x_x * t6) * p->derived.constant_5);
+    const double t16 = t13 * t13 + t10 * (point_E_bias_y * p->derived.constant_6);
     const double row_1_v = t15 + t15 + (t16 + t16);
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t17 = t2 * (p->derived.constant_7 * cos(t1));
+    const double t17 = t2 * (p->derived.constant_9 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t17 + t17);
-    k[0] = -(row_1_phi * p->derived.constant_6 + (row_1_v + row_1_psi * p->derived.constant_5));
-    k[1] = -(row_2_v + p->derived.constant_5 * row_2_psi);
+    k[0] = -(row_1_phi * p->derived.constant_8 + (row_1_v + row_1_psi * p->derived.constant_7));
+    k[1] = -(row_2_v + p->derived.constant_7 * row_2_psi);
 }
 
 void manipulator_rigid_r(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -454,15 +450,14 @@ void manipulator_rigid_d(const struct manipulator_rigid_parameters *p, const str
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
+    const double t1 = arm_psi_w_x * qd[2];
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
-    const double t1 = qd[2] * effector_z_shift_x;
-    const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
-    const double t2 = qd[2] * t1 + arm_psi_w_y * effector_z_v_x;
+    const double t2 = (qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y) * effector_z_shift_x;
     const double t3 = arm_psi_w_y * qd[3];
     const double t4 = qd[2] * qd[3];
-    const double effector_z_bias_a_x = t3 + t3 - (arm_psi_w_x * t1 + arm_psi_w_x * qd[2] * effector_z_shift_x);
-    const double effector_z_bias_a_y = arm_psi_w_x * effector_z_v_x + (t4 + t4);
+    const double effector_z_bias_a_x = t3 + t3 - (t1 + t1) * effector_z_shift_x;
+    const double effector_z_bias_a_y = arm_psi_w_x * arm_psi_w_y * effector_z_shift_x + (t4 + t4);
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_bias_y = column_psi_cos * effector_z_bias_a_x - column_psi_sin * arm_psi_sin * effector_z_bias_a_y -
         arm_psi_ground_y_x * t2;
@@ -495,15 +490,15 @@ void manipulator_rigid_energy(const struct manipulator_rigid_parameters *p, cons
     const double column_psi_moment_beyond_z = p->derived.column_psi_moment_z + (arm_psi_sin * arm_psi_moment_beyond_x +
         p->derived.constant_1);
     /* kinetic energy */
-    const double t1 = qd[0] * (p->m_base * qd[0]) + qd[0] * (p->m_col * qd[0]) + qd[1] * (p->Izz_col * qd[1]) +
+    const double t1 = arm_psi_w_x * (p->derived.arm_psi_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_psi_inertia_yy *
+        arm_psi_w_y) + qd[2] * (p->derived.arm_psi_inertia_yy * qd[2] + p->derived.arm_psi_moment_x * arm_psi_v_y) +
         (arm_psi_v_x * (p->derived.arm_psi_mass * arm_psi_v_x) + arm_psi_v_y * (p->derived.arm_psi_moment_x *
         qd[2] + p->derived.arm_psi_mass * arm_psi_v_y));
-    const double t2 = t1 + (arm_psi_w_x * (p->derived.arm_psi_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_psi_inertia_yy *
-        arm_psi_w_y) + qd[2] * (p->derived.arm_psi_inertia_yy * qd[2] + p->derived.arm_psi_moment_x * arm_psi_v_y)) +
-        (effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_y * (p->m_E * effector_z_v_y) + effector_z_v_z *
+    const double t2 = qd[0] * (p->m_base * qd[0]) + (qd[1] * (p->Izz_col * qd[1]) + qd[0] * (p->m_col * qd[0])) +
+        t1 + (effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_y * (p->m_E * effector_z_v_y) + effector_z_v_z *
         (p->m_E * effector_z_v_z));
     energy[0] = 0.5 * t2;
-    energy[1] = p->g * (column_psi_moment_beyond_z + q[0] * p->derived.base_z_mass_beyond) + p->derived.constant_8 *
+    energy[1] = p->g * (column_psi_moment_beyond_z + q[0] * p->derived.base_z_mass_beyond) + p->derived.constant_10 *
         (q[0] * q[0]);
 }
 
@@ -563,66 +558,63 @@ void manipulator_rigid_qdd_free(const struct manipulator_rigid_parameters *p, co
     const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
     const double t1 = arm_psi_w_x * qd[2];
+    const double t2 = arm_psi_w_x * arm_psi_w_y;
+    const double t3 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
-    const double t2 = qd[2] * effector_z_shift_x;
-    const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
-    const double effector_z_bias_a_falling_z = arm_psi_bias_a_falling_x - (qd[2] * t2 + arm_psi_w_y * effector_z_v_x);
-    const double t3 = arm_psi_w_y * qd[3];
-    const double t4 = qd[2] * qd[3];
-    const double effector_z_bias_a_x = t3 + t3 - (arm_psi_w_x * t2 + t1 * effector_z_shift_x);
-    const double effector_z_bias_a_falling_y = arm_psi_bias_a_falling_y + arm_psi_w_x * effector_z_v_x + (t4 +
-        t4);
+    const double effector_z_bias_a_falling_z = arm_psi_bias_a_falling_x - t3 * effector_z_shift_x;
+    const double t4 = arm_psi_w_y * qd[3];
+    const double t5 = qd[2] * qd[3];
+    const double effector_z_bias_a_x = t4 + t4 - (t1 + t1) * effector_z_shift_x;
+    const double effector_z_bias_a_falling_y = arm_psi_bias_a_falling_y + t2 * effector_z_shift_x + (t5 +
+        t5);
     /* effector_z: composite pseudo-inertia of all beyond, inward */
-    const double t5 = p->m_E * effector_z_shift_x;
+    const double t6 = p->m_E * effector_z_shift_x;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + t5;
+    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + t6;
+    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t6;
+    /* column_psi: composite pseudo-inertia of all beyond, inward */
+    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
+        (p->derived.arm_psi_inertia_xx - arm_psi_inertia_beyond_yy)));
     /* effector_z: bias forces c, inward */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     /* arm_psi: bias forces c, inward */
-    const double t6 = p->derived.arm_psi_inertia_xx * arm_psi_w_x;
-    const double t7 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
-    const double t8 = p->derived.arm_psi_inertia_yy * qd[2];
-    const double arm_psi_bias_moment_x = arm_psi_w_y * t8 - qd[2] * t7 + p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = qd[2] * t6 - arm_psi_w_x * t8 - p->derived.arm_psi_inertia_yy * t1;
-    const double t9 = p->derived.arm_psi_moment_x * arm_psi_w_y;
+    const double arm_psi_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = t1 * p->derived.constant_2 - p->derived.arm_psi_inertia_yy * t1;
     const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
     const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = arm_psi_w_x * t7 - arm_psi_w_y * t6 + p->derived.arm_psi_moment_x *
-        arm_psi_bias_a_falling_y;
-    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x *
-        qd[2]) + arm_psi_w_y * t9);
-    const double arm_psi_load_force_y = arm_psi_w_x * t9 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_moment_z = t2 * p->derived.constant_3 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
+        t3;
+    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t2 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
     /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t5;
-    const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t10 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
+    const double arm_psi_D_inverse = 1.0 / arm_psi_inertia_beyond_yy;
+    const double t7 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
+    const double t8 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t7;
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (arm_psi_sin * (p->derived.arm_psi_inertia_xx * arm_psi_sin) +
-        arm_psi_cos * (arm_psi_cos * arm_psi_U_moment_z));
-    const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
+    const double column_psi_D_inverse = 1.0 / column_psi_inertia_beyond_zz;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + (arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_mass_beyond -
-        arm_psi_moment_beyond_x * t10)) + arm_psi_sin * (p->derived.arm_psi_mass * arm_psi_sin)));
+    const double base_z_U_force_z = p->m_base + (p->m_col + (t8 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_mass -
+        t8))));
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* effector_z: force left for the joint, inward */
+    /* arm_psi: force left for the joint, inward */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* base_z: acceleration, outward */
-    const double t11 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+    const double t9 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
         (p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
-        t10 * arm_psi_carried_moment_z)))));
+        t7 * arm_psi_carried_moment_z)))));
     /* column_psi: acceleration, outward */
-    const double t12 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
+    const double t10 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
         0.5 * qd[1] - column_psi_bias_moment_z);
-    qdd[0] = -t11;
-    qdd[1] = t12;
-    qdd[2] = t10 * (arm_psi_cos * t11) - arm_psi_D_inverse * arm_psi_carried_moment_z;
-    qdd[3] = arm_psi_sin * t11 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    qdd[0] = -t9;
+    qdd[1] = t10;
+    qdd[2] = t7 * (arm_psi_cos * t9) - arm_psi_D_inverse * arm_psi_carried_moment_z;
+    qdd[3] = arm_psi_sin * t9 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
 }
 
 void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -649,24 +641,25 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
     const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
     const double t5 = arm_psi_w_x * qd[2];
+    const double t6 = arm_psi_w_x * arm_psi_w_y;
+    const double t7 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
     const double effector_z_position_z = arm_psi_position_z + arm_psi_sin * effector_z_shift_x;
-    const double t6 = qd[2] * effector_z_shift_x;
     const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
-    const double effector_z_v_y = arm_psi_v_y + t6;
-    const double t7 = qd[2] * t6 + arm_psi_w_y * effector_z_v_x;
-    const double t8 = arm_psi_w_x * effector_z_v_x;
-    const double effector_z_bias_a_falling_z = arm_psi_bias_a_falling_x - t7;
-    const double t9 = arm_psi_w_y * qd[3];
-    const double t10 = qd[2] * qd[3];
-    const double t11 = t10 + t10;
+    const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
+    const double t8 = t7 * effector_z_shift_x;
+    const double t9 = t6 * effector_z_shift_x;
+    const double effector_z_bias_a_falling_z = arm_psi_bias_a_falling_x - t8;
+    const double t10 = arm_psi_w_y * qd[3];
+    const double t11 = qd[2] * qd[3];
+    const double t12 = t11 + t11;
     const double effector_z_v_z = arm_psi_v_x + qd[3];
-    const double effector_z_bias_a_x = t9 + t9 - (arm_psi_w_x * t6 + t5 * effector_z_shift_x);
-    const double effector_z_bias_a_y = t8 + t11;
-    const double effector_z_bias_a_falling_y = arm_psi_bias_a_falling_y + t8 + t11;
+    const double effector_z_bias_a_x = t10 + t10 - (t5 + t5) * effector_z_shift_x;
+    const double effector_z_bias_a_y = t9 + t12;
+    const double effector_z_bias_a_falling_y = arm_psi_bias_a_falling_y + t9 + t12;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + t3 *
         effector_z_v_y);
@@ -674,116 +667,111 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
         effector_z_v_z;
     const double point_E_zd = arm_psi_cos * effector_z_v_y + arm_psi_sin * effector_z_v_z;
     const double point_E_bias_y = column_psi_cos * effector_z_bias_a_x - t4 * effector_z_bias_a_y - arm_psi_ground_y_x *
-        t7;
-    const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t7;
-    const double t12 = effector_z_position_z - arm_psi_position_z;
+        t8;
+    const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t8;
+    const double t13 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
     /* effector_z: composite pseudo-inertia of all beyond, inward */
-    const double t13 = p->m_E * effector_z_shift_x;
+    const double t14 = p->m_E * effector_z_shift_x;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + t13;
+    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + t14;
+    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t14;
+    /* column_psi: composite pseudo-inertia of all beyond, inward */
+    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
+        (p->derived.arm_psi_inertia_xx - arm_psi_inertia_beyond_yy)));
     /* effector_z: bias forces c, inward */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     /* arm_psi: bias forces c, inward */
-    const double t14 = p->derived.arm_psi_inertia_xx * arm_psi_w_x;
-    const double t15 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
-    const double t16 = p->derived.arm_psi_inertia_yy * qd[2];
-    const double arm_psi_bias_moment_x = arm_psi_w_y * t16 - qd[2] * t15 + p->derived.arm_psi_inertia_xx *
-        arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = qd[2] * t14 - arm_psi_w_x * t16 - p->derived.arm_psi_inertia_yy *
-        t5;
-    const double t17 = p->derived.arm_psi_moment_x * arm_psi_w_y;
+    const double arm_psi_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = t5 * p->derived.constant_2 - p->derived.arm_psi_inertia_yy * t5;
     const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
     const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t18 = (effector_z_position_x - p->xc) / p->a;
-    const double t19 = effector_z_position_y / p->b;
-    const double row_1_phi = t18 * t18 + t19 * t19 - 1.0;
-    const double t20 = point_E_xd * p->derived.constant_3;
-    const double t21 = t18 * t20;
-    const double t22 = point_E_yd * p->derived.constant_4;
-    const double t23 = t19 * t22;
-    const double row_1_psi = t21 + t21 + (t23 + t23);
-    const double t24 = t20 * t20 - t18 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
-        arm_psi_ground_x_x * t7) * p->derived.constant_3);
-    const double t25 = t22 * t22 + t19 * (point_E_bias_y * p->derived.constant_4);
-    const double row_1_v = t24 + t24 + (t25 + t25);
-    const double t26 = p->derived.constant_4 * (t19 + t19);
-    const double t27 = p->derived.constant_3 * (t18 + t18);
-    const double row_1_u_column_psi = effector_z_position_x * t26 - effector_z_position_y * t27;
-    const double t28 = column_psi_cos * t12 * t27 + column_psi_sin * t12 * t26;
-    const double row_1_u_effector_z = arm_psi_ground_x_x * t27 + arm_psi_ground_y_x * t26;
+    const double t15 = (effector_z_position_x - p->xc) / p->a;
+    const double t16 = effector_z_position_y / p->b;
+    const double row_1_phi = t15 * t15 + t16 * t16 - 1.0;
+    const double t17 = point_E_xd * p->derived.constant_5;
+    const double t18 = t15 * t17;
+    const double t19 = point_E_yd * p->derived.constant_6;
+    const double t20 = t16 * t19;
+    const double row_1_psi = t18 + t18 + (t20 + t20);
+    const double t21 = t17 * t17 - t15 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
+        arm_psi_ground_x_x * t8) * p->derived.constant_5);
+    const double t22 = t19 * t19 + t16 * (point_E_bias_y * p->derived.constant_6);
+    const double row_1_v = t21 + t21 + (t22 + t22);
+    const double t23 = p->derived.constant_6 * (t16 + t16);
+    const double t24 = p->derived.constant_5 * (t15 + t15);
+    const double row_1_u_column_psi = effector_z_position_x * t23 - effector_z_position_y * t24;
+    const double t25 = column_psi_cos * t13 * t24 + column_psi_sin * t13 * t23;
+    const double row_1_u_effector_z = arm_psi_ground_x_x * t24 + arm_psi_ground_y_x * t23;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t29 = t2 * (p->derived.constant_7 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t29 + t29);
+    const double t26 = t2 * (p->derived.constant_9 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t26 + t26);
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = arm_psi_w_x * t15 - arm_psi_w_y * t14 + p->derived.arm_psi_moment_x *
-        arm_psi_bias_a_falling_y;
-    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x *
-        qd[2]) + arm_psi_w_y * t17);
-    const double arm_psi_load_force_y = arm_psi_w_x * t17 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_moment_z = t6 * p->derived.constant_3 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
+        t7;
+    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t6 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
     /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t13;
-    const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t30 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
+    const double arm_psi_D_inverse = 1.0 / arm_psi_inertia_beyond_yy;
+    const double t27 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
+    const double t28 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t27;
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (arm_psi_sin * (p->derived.arm_psi_inertia_xx * arm_psi_sin) +
-        arm_psi_cos * (arm_psi_cos * arm_psi_U_moment_z));
-    const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
+    const double column_psi_D_inverse = 1.0 / column_psi_inertia_beyond_zz;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + (arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_mass_beyond -
-        arm_psi_moment_beyond_x * t30)) + arm_psi_sin * (p->derived.arm_psi_mass * arm_psi_sin)));
+    const double base_z_U_force_z = p->m_base + (p->m_col + (t28 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_mass -
+        t28))));
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* effector_z: force left for the joint, inward */
+    /* arm_psi: force left for the joint, inward */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* base_z: acceleration, outward */
-    const double t31 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+    const double t29 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
         (p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
-        t30 * arm_psi_carried_moment_z)))));
+        t27 * arm_psi_carried_moment_z)))));
     /* column_psi: acceleration, outward */
-    const double t32 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
+    const double t30 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
         0.5 * qd[1] - column_psi_bias_moment_z);
     /* arm_psi: acceleration, outward */
-    const double t33 = t30 * (arm_psi_cos * t31) - arm_psi_D_inverse * arm_psi_carried_moment_z;
+    const double t31 = t27 * (arm_psi_cos * t29) - arm_psi_D_inverse * arm_psi_carried_moment_z;
     /* effector_z: acceleration, outward */
-    const double t34 = arm_psi_sin * t31 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t32 = arm_psi_sin * t29 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
     /* base_z: acceleration, outward */
-    const double t35 = base_z_D_inverse * (arm_psi_cos * (t28 * t30) - arm_psi_sin * row_1_u_effector_z);
+    const double t33 = base_z_D_inverse * (arm_psi_cos * (t25 * t27) - arm_psi_sin * row_1_u_effector_z);
     /* column_psi: acceleration, outward */
-    const double t36 = row_1_u_column_psi * column_psi_D_inverse;
+    const double t34 = row_1_u_column_psi * column_psi_D_inverse;
     /* arm_psi: acceleration, outward */
-    const double t37 = t30 * (arm_psi_cos * t35) + t28 * arm_psi_D_inverse;
+    const double t35 = t27 * (arm_psi_cos * t33) + t25 * arm_psi_D_inverse;
     /* effector_z: acceleration, outward */
-    const double t38 = row_1_u_effector_z * p->derived.effector_z_D_inverse - arm_psi_sin * t35;
+    const double t36 = row_1_u_effector_z * p->derived.effector_z_D_inverse - arm_psi_sin * t33;
     /* base_z: acceleration, outward */
-    const double t39 = base_z_D_inverse * (1.0 - (arm_psi_sin * arm_psi_sin + arm_psi_cos * (row_2_u_arm_psi *
-        t30)));
+    const double t37 = base_z_D_inverse * (1.0 - (arm_psi_sin * arm_psi_sin + arm_psi_cos * (row_2_u_arm_psi *
+        t27)));
     /* arm_psi: acceleration, outward */
-    const double t40 = row_2_u_arm_psi * arm_psi_D_inverse - t30 * (arm_psi_cos * t39);
+    const double t38 = row_2_u_arm_psi * arm_psi_D_inverse - t27 * (arm_psi_cos * t37);
     /* effector_z: acceleration, outward */
-    const double t41 = arm_psi_sin * p->derived.effector_z_D_inverse - arm_psi_sin * t39;
+    const double t39 = arm_psi_sin * p->derived.effector_z_D_inverse - arm_psi_sin * t37;
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t42 = row_1_phi * p->derived.constant_6 + (row_1_v + row_1_psi * p->derived.constant_5) +
-        (row_1_u_column_psi * t32 - t28 * t33 + row_1_u_effector_z * t34);
-    const double t43 = row_1_u_column_psi * t36 + t28 * t37 + row_1_u_effector_z * t38;
-    const double t44 = t35 - row_2_u_arm_psi * t37 + arm_psi_sin * t38;
-    const double t45 = t39 + row_2_u_arm_psi * t40 + arm_psi_sin * t41;
-    const double row_1_pivot_inverse = (t43 * 1e-12 < t43 ? 1.0 / t43 : 0.0);
-    const double t46 = t44 * row_1_pivot_inverse;
-    const double t47 = t45 - t44 * t46;
-    const double row_2_pivot_inverse = (t45 * 1e-12 < t47 ? 1.0 / t47 : 0.0);
-    const double row_2_lambda = (t42 * t46 - (row_2_v + p->derived.constant_5 * row_2_psi + (row_2_u_arm_psi *
-        t33 - t31 + arm_psi_sin * t34))) * row_2_pivot_inverse;
-    const double t48 = row_1_pivot_inverse * (t42 + t44 * row_2_lambda);
-    qdd[0] = t39 * row_2_lambda - (t31 + t35 * t48);
-    qdd[1] = t32 - t36 * t48;
-    qdd[2] = t33 + t37 * t48 + t40 * row_2_lambda;
-    qdd[3] = t34 - t38 * t48 + t41 * row_2_lambda;
+    const double t40 = row_1_phi * p->derived.constant_8 + (row_1_v + row_1_psi * p->derived.constant_7) +
+        (row_1_u_column_psi * t30 - t25 * t31 + row_1_u_effector_z * t32);
+    const double t41 = row_1_u_column_psi * t34 + t25 * t35 + row_1_u_effector_z * t36;
+    const double t42 = t33 - row_2_u_arm_psi * t35 + arm_psi_sin * t36;
+    const double t43 = t37 + row_2_u_arm_psi * t38 + arm_psi_sin * t39;
+    const double row_1_pivot_inverse = (t41 * 1e-12 < t41 ? 1.0 / t41 : 0.0);
+    const double t44 = t42 * row_1_pivot_inverse;
+    const double t45 = t43 - t42 * t44;
+    const double row_2_pivot_inverse = (t43 * 1e-12 < t45 ? 1.0 / t45 : 0.0);
+    const double row_2_lambda = (t40 * t44 - (row_2_v + p->derived.constant_7 * row_2_psi + (row_2_u_arm_psi *
+        t31 - t29 + arm_psi_sin * t32))) * row_2_pivot_inverse;
+    const double t46 = row_1_pivot_inverse * (t40 + t42 * row_2_lambda);
+    qdd[0] = t37 * row_2_lambda - (t29 + t33 * t46);
+    qdd[1] = t30 - t34 * t46;
+    qdd[2] = t31 + t35 * t46 + t38 * row_2_lambda;
+    qdd[3] = t32 - t36 * t46 + t39 * row_2_lambda;
 }
 
 void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -810,24 +798,25 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
     const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
     const double t5 = arm_psi_w_x * qd[2];
+    const double t6 = arm_psi_w_x * arm_psi_w_y;
+    const double t7 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
     const double effector_z_position_z = arm_psi_position_z + arm_psi_sin * effector_z_shift_x;
-    const double t6 = qd[2] * effector_z_shift_x;
     const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
-    const double effector_z_v_y = arm_psi_v_y + t6;
-    const double t7 = qd[2] * t6 + arm_psi_w_y * effector_z_v_x;
-    const double t8 = arm_psi_w_x * effector_z_v_x;
-    const double effector_z_bias_a_falling_z = arm_psi_bias_a_falling_x - t7;
-    const double t9 = arm_psi_w_y * qd[3];
-    const double t10 = qd[2] * qd[3];
-    const double t11 = t10 + t10;
+    const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
+    const double t8 = t7 * effector_z_shift_x;
+    const double t9 = t6 * effector_z_shift_x;
+    const double effector_z_bias_a_falling_z = arm_psi_bias_a_falling_x - t8;
+    const double t10 = arm_psi_w_y * qd[3];
+    const double t11 = qd[2] * qd[3];
+    const double t12 = t11 + t11;
     const double effector_z_v_z = arm_psi_v_x + qd[3];
-    const double effector_z_bias_a_x = t9 + t9 - (arm_psi_w_x * t6 + t5 * effector_z_shift_x);
-    const double effector_z_bias_a_y = t8 + t11;
-    const double effector_z_bias_a_falling_y = arm_psi_bias_a_falling_y + t8 + t11;
+    const double effector_z_bias_a_x = t10 + t10 - (t5 + t5) * effector_z_shift_x;
+    const double effector_z_bias_a_y = t9 + t12;
+    const double effector_z_bias_a_falling_y = arm_psi_bias_a_falling_y + t9 + t12;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + t3 *
         effector_z_v_y);
@@ -835,112 +824,107 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
         effector_z_v_z;
     const double point_E_zd = arm_psi_cos * effector_z_v_y + arm_psi_sin * effector_z_v_z;
     const double point_E_bias_y = column_psi_cos * effector_z_bias_a_x - t4 * effector_z_bias_a_y - arm_psi_ground_y_x *
-        t7;
-    const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t7;
-    const double t12 = effector_z_position_z - arm_psi_position_z;
+        t8;
+    const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t8;
+    const double t13 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
     /* effector_z: composite pseudo-inertia of all beyond, inward */
-    const double t13 = p->m_E * effector_z_shift_x;
+    const double t14 = p->m_E * effector_z_shift_x;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + t13;
+    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + t14;
+    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t14;
+    /* column_psi: composite pseudo-inertia of all beyond, inward */
+    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
+        (p->derived.arm_psi_inertia_xx - arm_psi_inertia_beyond_yy)));
     /* effector_z: bias forces c, inward */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     /* arm_psi: bias forces c, inward */
-    const double t14 = p->derived.arm_psi_inertia_xx * arm_psi_w_x;
-    const double t15 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
-    const double t16 = p->derived.arm_psi_inertia_yy * qd[2];
-    const double arm_psi_bias_moment_x = arm_psi_w_y * t16 - qd[2] * t15 + p->derived.arm_psi_inertia_xx *
-        arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = qd[2] * t14 - arm_psi_w_x * t16 - p->derived.arm_psi_inertia_yy *
-        t5;
-    const double t17 = p->derived.arm_psi_moment_x * arm_psi_w_y;
+    const double arm_psi_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = t5 * p->derived.constant_2 - p->derived.arm_psi_inertia_yy * t5;
     const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
     const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t18 = (effector_z_position_x - p->xc) / p->a;
-    const double t19 = effector_z_position_y / p->b;
-    const double row_1_phi = t18 * t18 + t19 * t19 - 1.0;
-    const double t20 = point_E_xd * p->derived.constant_3;
-    const double t21 = t18 * t20;
-    const double t22 = point_E_yd * p->derived.constant_4;
-    const double t23 = t19 * t22;
-    const double row_1_psi = t21 + t21 + (t23 + t23);
-    const double t24 = t20 * t20 - t18 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
-        arm_psi_ground_x_x * t7) * p->derived.constant_3);
-    const double t25 = t22 * t22 + t19 * (point_E_bias_y * p->derived.constant_4);
-    const double row_1_v = t24 + t24 + (t25 + t25);
-    const double t26 = p->derived.constant_4 * (t19 + t19);
-    const double t27 = p->derived.constant_3 * (t18 + t18);
-    const double row_1_u_column_psi = effector_z_position_x * t26 - effector_z_position_y * t27;
-    const double t28 = column_psi_cos * t12 * t27 + column_psi_sin * t12 * t26;
-    const double row_1_u_effector_z = arm_psi_ground_x_x * t27 + arm_psi_ground_y_x * t26;
+    const double t15 = (effector_z_position_x - p->xc) / p->a;
+    const double t16 = effector_z_position_y / p->b;
+    const double row_1_phi = t15 * t15 + t16 * t16 - 1.0;
+    const double t17 = point_E_xd * p->derived.constant_5;
+    const double t18 = t15 * t17;
+    const double t19 = point_E_yd * p->derived.constant_6;
+    const double t20 = t16 * t19;
+    const double row_1_psi = t18 + t18 + (t20 + t20);
+    const double t21 = t17 * t17 - t15 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
+        arm_psi_ground_x_x * t8) * p->derived.constant_5);
+    const double t22 = t19 * t19 + t16 * (point_E_bias_y * p->derived.constant_6);
+    const double row_1_v = t21 + t21 + (t22 + t22);
+    const double t23 = p->derived.constant_6 * (t16 + t16);
+    const double t24 = p->derived.constant_5 * (t15 + t15);
+    const double row_1_u_column_psi = effector_z_position_x * t23 - effector_z_position_y * t24;
+    const double t25 = column_psi_cos * t13 * t24 + column_psi_sin * t13 * t23;
+    const double row_1_u_effector_z = arm_psi_ground_x_x * t24 + arm_psi_ground_y_x * t23;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t29 = t2 * (p->derived.constant_7 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t29 + t29);
+    const double t26 = t2 * (p->derived.constant_9 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t26 + t26);
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = arm_psi_w_x * t15 - arm_psi_w_y * t14 + p->derived.arm_psi_moment_x *
-        arm_psi_bias_a_falling_y;
-    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x *
-        qd[2]) + arm_psi_w_y * t17);
-    const double arm_psi_load_force_y = arm_psi_w_x * t17 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_moment_z = t6 * p->derived.constant_3 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
+        t7;
+    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t6 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
     /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t13;
-    const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t30 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
+    const double arm_psi_D_inverse = 1.0 / arm_psi_inertia_beyond_yy;
+    const double t27 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
+    const double t28 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t27;
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (arm_psi_sin * (p->derived.arm_psi_inertia_xx * arm_psi_sin) +
-        arm_psi_cos * (arm_psi_cos * arm_psi_U_moment_z));
-    const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
+    const double column_psi_D_inverse = 1.0 / column_psi_inertia_beyond_zz;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + (arm_psi_cos * (arm_psi_cos * (p->derived.arm_psi_mass_beyond -
-        arm_psi_moment_beyond_x * t30)) + arm_psi_sin * (p->derived.arm_psi_mass * arm_psi_sin)));
+    const double base_z_U_force_z = p->m_base + (p->m_col + (t28 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_mass -
+        t28))));
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* effector_z: force left for the joint, inward */
+    /* arm_psi: force left for the joint, inward */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* base_z: acceleration, outward */
-    const double t31 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+    const double t29 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
         (p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
-        t30 * arm_psi_carried_moment_z)))));
+        t27 * arm_psi_carried_moment_z)))));
     /* column_psi: acceleration, outward */
-    const double t32 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
+    const double t30 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
         0.5 * qd[1] - column_psi_bias_moment_z);
     /* arm_psi: acceleration, outward */
-    const double t33 = t30 * (arm_psi_cos * t31) - arm_psi_D_inverse * arm_psi_carried_moment_z;
+    const double t31 = t27 * (arm_psi_cos * t29) - arm_psi_D_inverse * arm_psi_carried_moment_z;
     /* effector_z: acceleration, outward */
-    const double t34 = arm_psi_sin * t31 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t32 = arm_psi_sin * t29 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
     /* base_z: acceleration, outward */
-    const double t35 = base_z_D_inverse * (arm_psi_cos * (t28 * t30) - arm_psi_sin * row_1_u_effector_z);
+    const double t33 = base_z_D_inverse * (arm_psi_cos * (t25 * t27) - arm_psi_sin * row_1_u_effector_z);
     /* arm_psi: acceleration, outward */
-    const double t36 = t30 * (arm_psi_cos * t35) + t28 * arm_psi_D_inverse;
+    const double t34 = t27 * (arm_psi_cos * t33) + t25 * arm_psi_D_inverse;
     /* effector_z: acceleration, outward */
-    const double t37 = row_1_u_effector_z * p->derived.effector_z_D_inverse - arm_psi_sin * t35;
+    const double t35 = row_1_u_effector_z * p->derived.effector_z_D_inverse - arm_psi_sin * t33;
     /* base_z: acceleration, outward */
-    const double t38 = base_z_D_inverse * (1.0 - (arm_psi_sin * arm_psi_sin + arm_psi_cos * (row_2_u_arm_psi *
-        t30)));
+    const double t36 = base_z_D_inverse * (1.0 - (arm_psi_sin * arm_psi_sin + arm_psi_cos * (row_2_u_arm_psi *
+        t27)));
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t39 = row_1_phi * p->derived.constant_6 + (row_1_v + row_1_psi * p->derived.constant_5) +
-        (row_1_u_column_psi * t32 - t28 * t33 + row_1_u_effector_z * t34);
-    const double t40 = row_1_u_column_psi * (row_1_u_column_psi * column_psi_D_inverse) + t28 * t36 + row_1_u_effector_z *
-        t37;
-    const double t41 = t35 - row_2_u_arm_psi * t36 + arm_psi_sin * t37;
-    const double t42 = t38 + row_2_u_arm_psi * (row_2_u_arm_psi * arm_psi_D_inverse - t30 * (arm_psi_cos *
-        t38)) + arm_psi_sin * (arm_psi_sin * p->derived.effector_z_D_inverse - arm_psi_sin * t38);
-    const double row_1_pivot_inverse = (t40 * 1e-12 < t40 ? 1.0 / t40 : 0.0);
-    const double t43 = t41 * row_1_pivot_inverse;
-    const double t44 = t42 - t41 * t43;
-    const double row_2_pivot_inverse = (t42 * 1e-12 < t44 ? 1.0 / t44 : 0.0);
-    const double row_2_lambda = (t39 * t43 - (row_2_v + p->derived.constant_5 * row_2_psi + (row_2_u_arm_psi *
-        t33 - t31 + arm_psi_sin * t34))) * row_2_pivot_inverse;
-    const double t45 = row_1_pivot_inverse * (t39 + t41 * row_2_lambda);
+    const double t37 = row_1_phi * p->derived.constant_8 + (row_1_v + row_1_psi * p->derived.constant_7) +
+        (row_1_u_column_psi * t30 - t25 * t31 + row_1_u_effector_z * t32);
+    const double t38 = row_1_u_column_psi * (row_1_u_column_psi * column_psi_D_inverse) + t25 * t34 + row_1_u_effector_z *
+        t35;
+    const double t39 = t33 - row_2_u_arm_psi * t34 + arm_psi_sin * t35;
+    const double t40 = t36 + row_2_u_arm_psi * (row_2_u_arm_psi * arm_psi_D_inverse - t27 * (arm_psi_cos *
+        t36)) + arm_psi_sin * (arm_psi_sin * p->derived.effector_z_D_inverse - arm_psi_sin * t36);
+    const double row_1_pivot_inverse = (t38 * 1e-12 < t38 ? 1.0 / t38 : 0.0);
+    const double t41 = t39 * row_1_pivot_inverse;
+    const double t42 = t40 - t39 * t41;
+    const double row_2_pivot_inverse = (t40 * 1e-12 < t42 ? 1.0 / t42 : 0.0);
+    const double row_2_lambda = (t37 * t41 - (row_2_v + p->derived.constant_7 * row_2_psi + (row_2_u_arm_psi *
+        t31 - t29 + arm_psi_sin * t32))) * row_2_pivot_inverse;
+    const double t43 = row_1_pivot_inverse * (t37 + t39 * row_2_lambda);
     force[0] = row_2_lambda;
-    force[1] = -row_1_u_column_psi * t45;
-    force[2] = t28 * t45 + row_2_u_arm_psi * row_2_lambda;
-    force[3] = arm_psi_sin * row_2_lambda - row_1_u_effector_z * t45;
+    force[1] = -row_1_u_column_psi * t43;
+    force[2] = t25 * t43 + row_2_u_arm_psi * row_2_lambda;
+    force[3] = arm_psi_sin * row_2_lambda - row_1_u_effector_z * t43;
 }
 
 void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -969,24 +953,25 @@ void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, c
     const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
     const double t5 = arm_psi_w_x * qd[2];
+    const double t6 = arm_psi_w_x * arm_psi_w_y;
+    const double t7 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
     const double effector_z_position_z = arm_psi_position_z + arm_psi_sin * effector_z_shift_x;
-    const double t6 = qd[2] * effector_z_shift_x;
     const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
-    const double effector_z_v_y = arm_psi_v_y + t6;
-    const double t7 = qd[2] * t6 + arm_psi_w_y * effector_z_v_x;
-    const double t8 = arm_psi_w_x * effector_z_v_x;
-    const double effector_z_bias_a_falling_z = arm_psi_bias_a_falling_x - t7;
-    const double t9 = arm_psi_w_y * qd[3];
-    const double t10 = qd[2] * qd[3];
-    const double t11 = t10 + t10;
+    const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
+    const double t8 = t7 * effector_z_shift_x;
+    const double t9 = t6 * effector_z_shift_x;
+    const double effector_z_bias_a_falling_z = arm_psi_bias_a_falling_x - t8;
+    const double t10 = arm_psi_w_y * qd[3];
+    const double t11 = qd[2] * qd[3];
+    const double t12 = t11 + t11;
     const double effector_z_v_z = arm_psi_v_x + qd[3];
-    const double effector_z_bias_a_x = t9 + t9 - (arm_psi_w_x * t6 + t5 * effector_z_shift_x);
-    const double effector_z_bias_a_y = t8 + t11;
-    const double effector_z_bias_a_falling_y = arm_psi_bias_a_falling_y + t8 + t11;
+    const double effector_z_bias_a_x = t10 + t10 - (t5 + t5) * effector_z_shift_x;
+    const double effector_z_bias_a_y = t9 + t12;
+    const double effector_z_bias_a_falling_y = arm_psi_bias_a_falling_y + t9 + t12;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + t3 *
         effector_z_v_y);
@@ -994,66 +979,58 @@ void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, c
         effector_z_v_z;
     const double point_E_zd = arm_psi_cos * effector_z_v_y + arm_psi_sin * effector_z_v_z;
     const double point_E_bias_y = column_psi_cos * effector_z_bias_a_x - t4 * effector_z_bias_a_y - arm_psi_ground_y_x *
-        t7;
-    const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t7;
-    const double t12 = effector_z_position_z - arm_psi_position_z;
+        t8;
+    const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t8;
+    const double t13 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
     /* effector_z: composite pseudo-inertia of all beyond, inward */
-    const double t13 = p->m_E * effector_z_shift_x;
-    const double t14 = effector_z_shift_x * (0.5 * t13);
+    const double t14 = p->m_E * effector_z_shift_x;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + t13;
-    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (t14 + t14);
+    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + t14;
+    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t14;
     const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
-    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_cos * (arm_psi_cos * arm_psi_inertia_beyond_yy) +
-        arm_psi_sin * (p->derived.arm_psi_inertia_xx * arm_psi_sin));
+    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
+        (p->derived.arm_psi_inertia_xx - arm_psi_inertia_beyond_yy)));
     /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double effector_z_moment_change_z = p->m_E * arm_psi_sin;
     /* effector_z: bias forces c, inward */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     /* arm_psi: bias forces c, inward */
-    const double t15 = p->derived.arm_psi_inertia_xx * arm_psi_w_x;
-    const double t16 = p->derived.arm_psi_inertia_yy * arm_psi_w_y;
-    const double t17 = p->derived.arm_psi_inertia_yy * qd[2];
-    const double arm_psi_bias_moment_x = arm_psi_w_y * t17 - qd[2] * t16 + p->derived.arm_psi_inertia_xx *
-        arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = qd[2] * t15 - arm_psi_w_x * t17 - p->derived.arm_psi_inertia_yy *
-        t5;
-    const double t18 = p->derived.arm_psi_moment_x * arm_psi_w_y;
+    const double arm_psi_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = t5 * p->derived.constant_2 - p->derived.arm_psi_inertia_yy * t5;
     const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
     const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t19 = (effector_z_position_x - p->xc) / p->a;
-    const double t20 = effector_z_position_y / p->b;
-    const double row_1_phi = t19 * t19 + t20 * t20 - 1.0;
-    const double t21 = point_E_xd * p->derived.constant_3;
-    const double t22 = t19 * t21;
-    const double t23 = point_E_yd * p->derived.constant_4;
-    const double t24 = t20 * t23;
-    const double row_1_psi = t22 + t22 + (t24 + t24);
-    const double t25 = t21 * t21 - t19 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
-        arm_psi_ground_x_x * t7) * p->derived.constant_3);
-    const double t26 = t23 * t23 + t20 * (point_E_bias_y * p->derived.constant_4);
-    const double row_1_v = t25 + t25 + (t26 + t26);
-    const double t27 = p->derived.constant_4 * (t20 + t20);
-    const double t28 = p->derived.constant_3 * (t19 + t19);
-    const double row_1_u_column_psi = effector_z_position_x * t27 - effector_z_position_y * t28;
-    const double row_1_u_effector_z = arm_psi_ground_x_x * t28 + arm_psi_ground_y_x * t27;
+    const double t15 = (effector_z_position_x - p->xc) / p->a;
+    const double t16 = effector_z_position_y / p->b;
+    const double row_1_phi = t15 * t15 + t16 * t16 - 1.0;
+    const double t17 = point_E_xd * p->derived.constant_5;
+    const double t18 = t15 * t17;
+    const double t19 = point_E_yd * p->derived.constant_6;
+    const double t20 = t16 * t19;
+    const double row_1_psi = t18 + t18 + (t20 + t20);
+    const double t21 = t17 * t17 - t15 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
+        arm_psi_ground_x_x * t8) * p->derived.constant_5);
+    const double t22 = t19 * t19 + t16 * (point_E_bias_y * p->derived.constant_6);
+    const double row_1_v = t21 + t21 + (t22 + t22);
+    const double t23 = p->derived.constant_6 * (t16 + t16);
+    const double t24 = p->derived.constant_5 * (t15 + t15);
+    const double row_1_u_column_psi = effector_z_position_x * t23 - effector_z_position_y * t24;
+    const double row_1_u_effector_z = arm_psi_ground_x_x * t24 + arm_psi_ground_y_x * t23;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t29 = t2 * (p->derived.constant_7 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t29 + t29);
+    const double t25 = t2 * (p->derived.constant_9 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t25 + t25);
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = arm_psi_w_x * t16 - arm_psi_w_y * t15 + p->derived.arm_psi_moment_x *
-        arm_psi_bias_a_falling_y;
-    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - (qd[2] * (p->derived.arm_psi_moment_x *
-        qd[2]) + arm_psi_w_y * t18);
-    const double arm_psi_load_force_y = arm_psi_w_x * t18 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_moment_z = t6 * p->derived.constant_3 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
+        t7;
+    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t6 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
     /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    /* effector_z: force left for the joint, inward */
+    /* arm_psi: force left for the joint, inward */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* arm_psi: bias and gravity forces c + g, inward */
@@ -1076,7 +1053,7 @@ void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, c
     out->f[3] = -effector_z_load_force_z;
     out->u[0 * 4 + 0] = 0.0;
     out->u[0 * 4 + 1] = row_1_u_column_psi;
-    out->u[0 * 4 + 2] = -(column_psi_cos * t12 * t28 + column_psi_sin * t12 * t27);
+    out->u[0 * 4 + 2] = -(column_psi_cos * t13 * t24 + column_psi_sin * t13 * t23);
     out->u[0 * 4 + 3] = row_1_u_effector_z;
     out->u[1 * 4 + 0] = 1.0;
     out->u[1 * 4 + 1] = 0.0;
@@ -1088,8 +1065,8 @@ void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, c
     out->phi[1] = 0.0;
     out->psi[0] = row_1_psi;
     out->psi[1] = row_2_psi;
-    out->k[0] = -(row_1_phi * p->derived.constant_6 + (row_1_v + row_1_psi * p->derived.constant_5));
-    out->k[1] = -(row_2_v + p->derived.constant_5 * row_2_psi);
+    out->k[0] = -(row_1_phi * p->derived.constant_8 + (row_1_v + row_1_psi * p->derived.constant_7));
+    out->k[1] = -(row_2_v + p->derived.constant_7 * row_2_psi);
     for (int i = 0; i < 4; i++)
         for (int j = 0; j < i; j++)
             out->M[j * 4 + i] = out->M[i * 4 + j];
@@ -1367,11 +1344,11 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "be26978f1aedb87c",
+    SET(hash) "de08ba195f49ff5f",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,
-    SET(derived_count) 18,
+    SET(derived_count) 20,
     SET(input_count) 0,
     SET(point_count) 1,
     SET(course_count) 2,

@@ -12,25 +12,25 @@
  * Rows: 1 ellipse, 2 rise.
  *
  * Operations of one call (additions, multiplications, divisions, functions):
- *   M               6      9    0    2
- *   h              19     38    0    2
+ *   M               6      6    0    2
+ *   h              14     27    0    2
  *   Q               6     11    1    5
  *   u              11     17    2    4
- *   v              26     46    3    6
+ *   v              26     47    3    6
  *   phi             4      6    2    3
  *   psi            13     26    3    5
- *   k              36     57    3    6
+ *   k              36     58    3    6
  *   r               3      5    0    4
  *   rd              8     17    0    4
  *   C               5      9    0    4
- *   d              12     24    0    4
+ *   d              12     23    0    4
  *   energy         20     37    0    2
  *   power           3      7    1    3
  *   Q_q             4     15    0    4
- *   qdd_free       41     69    4    5
- *   qdd           109    173    9    9
- *   force         104    171    9    9
- *   equations      75    116    4    9
+ *   qdd_free       38     54    4    5
+ *   qdd           106    160    9    9
+ *   force         101    158    9    9
+ *   equations      70    104    4    9
  *   course          2      7    2    4
  *   breaks          0      0    0    0
  *   anchor          2      2    0    2
@@ -81,6 +81,8 @@ struct manipulator_rigid_parameters {
         double constant_6;
         double constant_7;
         double constant_8;
+        double constant_9;
+        double constant_10;
         double base_z_load_force_z;
         double column_psi_load_force_z;
         double effector_z_D_inverse;
