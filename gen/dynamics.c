@@ -34,7 +34,8 @@ static expression on_joint(const struct kinematics *k, int i, struct wrench w) {
 
 struct recursion recursion_over(const struct kinematics *k, void *state, size_t size,
                                 void (*step)(void *context, int i), void *context) {
-    return (struct recursion){k->memory, k->g, k->tree, state, (int)(size / sizeof(expression)), step, context};
+    return (struct recursion){k->memory, k->g,   k->tree, state, (int)(size / sizeof(expression)),
+                              step,      context};
 }
 
 /* A sum over all bodies beyond each joint, felt by the joint's coordinate. */
@@ -122,8 +123,8 @@ struct own_loads {
 static void derive_load(void *context, int i) {
     const struct own_loads *x = context;
     const struct kinematics *k = x->k;
-    remark(k->g,
-           memory_format(k->memory, "%s: inertia and gravity of the body at qdd = 0", k->tree->frames[i].name));
+    remark(k->g, memory_format(k->memory, "%s: inertia and gravity of the body at qdd = 0",
+                               k->tree->frames[i].name));
     x->loads[i] = falling_wrench(k, i);
     name_vector(k, i, "load_moment", x->loads[i].moment);
     name_vector(k, i, "load_force", x->loads[i].force);

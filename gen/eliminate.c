@@ -210,8 +210,7 @@ static bool leads_to(const struct tree *tree, int i, int next) {
 
 static bool is_ball(const struct tree *tree, int first) {
     return first + 2 < tree->count && tree->frames[first].kind == FRAME_JOINT &&
-           leads_to(tree, first, first + 1) &&
-           leads_to(tree, first + 1, first + 2) &&
+           leads_to(tree, first, first + 1) && leads_to(tree, first + 1, first + 2) &&
            tree->frames[first].joint.axis != tree->frames[first + 2].joint.axis;
 }
 
@@ -382,11 +381,11 @@ struct solution {
     const struct kinematics *k;
     const struct elimination *elimination;
     const expression *f;
-    const struct wrench *loads;          /* or NULL */
-    struct wrench *p;                    /* at each frame: what comes from all beyond */
-    expression *u;                       /* force left for a joint */
-    struct vector *angular_at_rest;      /* J^-1 (m - p_n) of a ball joint, by its last frame */
-    struct acceleration *accelerations;  /* of each frame */
+    const struct wrench *loads;         /* or NULL */
+    struct wrench *p;                   /* at each frame: what comes from all beyond */
+    expression *u;                      /* force left for a joint */
+    struct vector *angular_at_rest;     /* J^-1 (m - p_n) of a ball joint, by its last frame */
+    struct acceleration *accelerations; /* of each frame */
     expression *x;
 };
 

@@ -16,12 +16,12 @@ struct emission {
     int *temporary;   /* by handle: number of a value without a name in the function being printed */
     int *piece_of;    /* by handle: piece that computes it in the function being printed */
     bool *is_carried; /* by handle: used in a later piece */
-    const char **slot_names;      /* by slot: what a loop carries is called */
-    int *slot_piece;              /* by slot: piece whose loop sets it */
-    bool *is_slot_carried;        /* by slot: read in a later piece */
+    const char **slot_names;         /* by slot: what a loop carries is called */
+    int *slot_piece;                 /* by slot: piece whose loop sets it */
+    bool *is_slot_carried;           /* by slot: read in a later piece */
     const struct function *function; /* being printed */
-    int piece;                    /* being printed; -1 in `prepare` */
-    int loop;                     /* of the graph, being printed; 0: none */
+    int piece;                       /* being printed; -1 in `prepare` */
+    int loop;                        /* of the graph, being printed; 0: none */
     bool uses_p, uses_x, uses_t, uses_q, uses_qd, uses_carried;
 };
 

@@ -215,8 +215,9 @@ static void emit_loop(struct writer *w, int index, int begin) {
     const struct element_run *run = &x->plan->rolled->runs[block->run];
     const bool inward = block->loop && x->g->loops[block->loop].inward;
     emit_loop_variables(w, block, begin, run->count);
-    text_add(w->text, inward ? "    for (int e = %d; e >= 0; e--) { /* %s, inward */\n"
-                             : "    for (int e = 0; e < %d; e++) { /* %s */\n",
+    text_add(w->text,
+             inward ? "    for (int e = %d; e >= 0; e--) { /* %s, inward */\n"
+                    : "    for (int e = 0; e < %d; e++) { /* %s */\n",
              inward ? run->count - 1 : run->count, run->name);
     w->indent = "        ";
     x->loop = block->loop;

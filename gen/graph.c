@@ -421,9 +421,8 @@ uint16_t open_loop(struct graph *g, int run, bool inward) {
     assert(!g->open);
     if (!g->loop_count)
         g->loop_count = 1;
-    g->loops =
-        memory_room(g->memory, g->loops, g->loop_count, &g->loop_capacity, sizeof *g->loops);
-    g->loops[g->loop_count] = (struct loop){run, inward, g->count, g->count};
+    g->loops = memory_room(g->memory, g->loops, g->loop_count, &g->loop_capacity, sizeof *g->loops);
+    g->loops[g->loop_count] = (struct element_loop){run, inward, g->count, g->count};
     return g->open = (uint16_t)g->loop_count++;
 }
 

@@ -55,7 +55,7 @@ enum depends { ON_PARAMETER = 1, ON_TIME = 2, ON_INPUT = 4, ON_STATE = 8, ON_RAT
 struct node {
     uint8_t operation;
     uint8_t depends;
-    uint16_t loop; /* that computes it, once an element; 0: computed once */
+    uint16_t loop;         /* that computes it, once an element; 0: computed once */
     expression operand[3]; /* OP_NUMBER and OP_SYMBOL: operand[0] is an index into numbers or symbols */
 };
 
@@ -64,10 +64,10 @@ struct node {
  * element is its body; what does not, is computed before it. Other loops over the same run may use the body's
  * values, of the same element.
  */
-struct loop {
+struct element_loop {
     int run;
-    bool inward;          /* from the last element to the first */
-    uint32_t begin, end;  /* handles made while it was open */
+    bool inward;         /* from the last element to the first */
+    uint32_t begin, end; /* handles made while it was open */
 };
 
 /* A value that a loop carries from one iteration to the next. */
@@ -98,10 +98,10 @@ struct graph {
     uint32_t symbol_count, symbol_capacity;
     struct spline *splines;
     uint32_t spline_count, spline_capacity;
-    struct loop *loops; /* loops[0] stands for no loop */
+    struct element_loop *loops; /* loops[0] stands for no loop */
     struct slot *slots;
     int loop_count, loop_capacity, slot_count, slot_capacity;
-    uint16_t open; /* the loop that is being built, 0: none */
+    uint16_t open;      /* the loop that is being built, 0: none */
     const char **names; /* by handle: what the value is called in the emitted C, or NULL */
     expression *table;  /* hash table of handles, a power of two long, 0 empty */
     uint32_t table_size;

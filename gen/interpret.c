@@ -87,7 +87,7 @@ static void run_iteration(struct state *state, int loop, int r) {
     step_slots(state, loop);
 }
 
-static void run_loop(struct state *state, struct memory *memory, int loop) {
+static void run_element_loop(struct state *state, struct memory *memory, int loop) {
     const struct graph *g = state->g;
     const int count = run_of(state->arguments.plan, g->loops[loop].run)->count;
     for (expression e = g->loops[loop].begin; e < g->loops[loop].end; e++)
@@ -142,12 +142,12 @@ int gen_interpret(const struct generation *generation, const char *quantity, con
     int loop = 1;
     for (expression e = 0; e < g->count; e++) {
         for (; loop < g->loop_count && g->loops[loop].end <= e; loop++)
-            run_loop(&state, plan->memory, loop);
+            run_element_loop(&state, plan->memory, loop);
         if (state.needed[e] && !g->nodes[e].loop)
             compute(&state, e, 0);
     }
     for (; loop < g->loop_count; loop++)
-        run_loop(&state, plan->memory, loop);
+        run_element_loop(&state, plan->memory, loop);
     write_results(&state, function, out);
     return 0;
 }

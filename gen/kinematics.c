@@ -131,7 +131,8 @@ static void place_in_ground(struct kinematics *k, int i, const struct frame_moti
         for (int column = 0; column < 3; column++)
             motion->rotation.at[3 * row + column] = own.at[column];
     }
-    motion->position = vector_add(g, parent->position, matrix_times(g, parent->rotation.at, k->joints[i].shift));
+    motion->position =
+        vector_add(g, parent->position, matrix_times(g, parent->rotation.at, k->joints[i].shift));
     name_vector(k, i, "position", motion->position);
     for (int row = 0; row < 3; row++) {
         static const char *const names[3] = {"ground_x", "ground_y", "ground_z"};

@@ -36,7 +36,7 @@ struct point_motion {
 struct kinematics {
     struct graph *g;
     struct memory *memory;
-    const struct tree *tree; /* rolled: see runs.h */
+    const struct tree *tree;    /* rolled: see runs.h */
     struct joint_place *joints; /* by frame */
     struct frame_motion *frames;
     struct point_motion *points;

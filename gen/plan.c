@@ -53,7 +53,8 @@ static bool need(bool *needed, expression e, expression at) {
 }
 
 /* What a needed node needs: its operands, and what a slot is set to. */
-static bool need_operands(const struct plan *plan, const struct function *function, bool *needed, expression e) {
+static bool need_operands(const struct plan *plan, const struct function *function, bool *needed,
+                          expression e) {
     const struct graph *g = plan->g;
     const struct slot *slot = as_slot(g, e);
     bool passed = slot && need(needed, slot->next, e);
@@ -147,7 +148,8 @@ static void add_block(struct plan *plan, struct function *function, int run, int
     if (last && last->run < 0 && run < 0)
         return;
     (void)plan;
-    function->blocks[function->block_count++] = (struct block){run, (uint16_t)loop, function->statement_count};
+    function->blocks[function->block_count++] =
+        (struct block){run, (uint16_t)loop, function->statement_count};
 }
 
 static void add_statement(struct function *function, expression e) {
@@ -155,8 +157,8 @@ static void add_statement(struct function *function, expression e) {
     function->blocks[function->block_count - 1].end = function->statement_count;
 }
 
-static void add_loop(struct plan *plan, struct function *function, int loop) {
-    const struct loop *l = &plan->g->loops[loop];
+static void add_loop_block(struct plan *plan, struct function *function, int loop) {
+    const struct element_loop *l = &plan->g->loops[loop];
     add_block(plan, function, l->run, loop);
     for (expression e = l->begin; e < l->end; e++)
         if (plan->is_statement[e] && plan->g->nodes[e].loop == loop)
@@ -191,7 +193,7 @@ static void order_statements(struct plan *plan, struct function *function) {
     for (expression e = 0; e < g->count; e++) {
         for (; loop < g->loop_count && g->loops[loop].end <= e; loop++)
             if (used[loop])
-                add_loop(plan, function, loop);
+                add_loop_block(plan, function, loop);
         if (!plan->is_statement[e] || g->nodes[e].loop)
             continue;
         add_block(plan, function, -1, 0);
@@ -199,7 +201,7 @@ static void order_statements(struct plan *plan, struct function *function) {
     }
     for (; loop < g->loop_count; loop++)
         if (used[loop])
-            add_loop(plan, function, loop);
+            add_loop_block(plan, function, loop);
 }
 
 static int block_of_loop(const struct function *function, int run, uint16_t loop) {
@@ -232,7 +234,8 @@ static bool has_own_name(const struct plan *plan, expression e) {
 
 static void mark_read(const struct plan *plan, struct function *function, expression e, uint16_t loop);
 
-static void mark_read_operands(const struct plan *plan, struct function *function, expression e, uint16_t loop) {
+static void mark_read_operands(const struct plan *plan, struct function *function, expression e,
+                               uint16_t loop) {
     const struct node *node = &plan->g->nodes[e];
     for (int k = 0; k < operation_arity(node->operation); k++)
         mark_read(plan, function, node->operand[k], loop);
@@ -356,8 +359,9 @@ static void plan_function(struct plan *plan, struct function *function) {
             plan->is_derived[e] = true;
     }
     function->statements = memory_get(plan->memory, ((size_t)statements + 1) * sizeof(expression));
-    function->blocks = memory_get(plan->memory, (2 * (size_t)g->loop_count + (size_t)plan->rolled->run_count + 3) *
-                                                    sizeof *function->blocks);
+    function->blocks =
+        memory_get(plan->memory, (2 * (size_t)g->loop_count + (size_t)plan->rolled->run_count + 3) *
+                                     sizeof *function->blocks);
     order_statements(plan, function);
     place_run_results(plan, function);
     find_stored(plan, function);

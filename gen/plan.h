@@ -48,9 +48,9 @@ struct function {
     int statement_count;
     struct block *blocks;
     int block_count;
-    bool *is_stored;  /* by handle: of a loop, kept for all elements, since other loops read it */
-    bool *is_needed;  /* by handle: slots of loops among them */
-    int *piece_ends;  /* blocks are cut into piece_count static functions when there are many statements */
+    bool *is_stored; /* by handle: of a loop, kept for all elements, since other loops read it */
+    bool *is_needed; /* by handle: slots of loops among them */
+    int *piece_ends; /* blocks are cut into piece_count static functions when there are many statements */
     int piece_count;
     struct operation_count operations;
 };

@@ -79,7 +79,8 @@ static void add_up(void *context, int i) {
 static expression *total_of(struct derivation *d, bool negative, const expression *first,
                             const expression *second, const expression *third) {
     const expression *none = new_values(d, d->frames);
-    struct total x = {d, first, second ? second : none, third ? third : none, negative, new_values(d, d->frames)};
+    struct total x = {
+        d, first, second ? second : none, third ? third : none, negative, new_values(d, d->frames)};
     visit_joints(d->g, d->kinematics.tree, add_up, &x);
     return x.sum;
 }
@@ -262,7 +263,8 @@ static void spread_in_run(struct derivation *d, struct function *f, int entry, i
 }
 
 /* Values by frame into entries begin + step * coordinate of the results. */
-static void spread(struct derivation *d, struct function *f, int begin, int step, const expression *by_frame) {
+static void spread(struct derivation *d, struct function *f, int begin, int step,
+                   const expression *by_frame) {
     for (int i = 0; i < d->frames; i++) {
         const struct frame *frame = &d->kinematics.tree->frames[i];
         const int entry = begin + step * frame->coordinate;

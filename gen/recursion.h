@@ -15,7 +15,8 @@ struct recursion {
     struct memory *memory;
     struct graph *g;
     const struct tree *tree;
-    void *state; /* by frame: a structure of `width` expressions and nothing else, zero before a recursion inward */
+    void *state; /* by frame: a structure of `width` expressions and nothing else, zero before a recursion
+                    inward */
     int width;
     void (*step)(void *context, int i);
     void *context;
@@ -25,7 +26,8 @@ void recur_outward(const struct recursion *recursion);
 void recur_inward(const struct recursion *recursion);
 
 /* Calls `visit` for each frame with a joint, from the ground outward; in runs inside a loop. */
-void visit_joints(struct graph *g, const struct tree *tree, void (*visit)(void *context, int i), void *context);
+void visit_joints(struct graph *g, const struct tree *tree, void (*visit)(void *context, int i),
+                  void *context);
 
 /* The sum of `term` over all frames with a joint and all elements. */
 expression sum_over_joints(struct graph *g, const struct tree *tree, expression (*term)(void *context, int i),

@@ -12,9 +12,9 @@ struct rolling {
     const struct model *model;
     const struct tree *tree;
     struct tree *rolled;
-    bool *is_named;  /* by frame of the tree: the author's formulas or a point ask for it */
-    int *children;   /* by frame */
-    int *image;      /* by frame: its frame in the rolled tree, or the EXIT of the run that it ends */
+    bool *is_named; /* by frame of the tree: the author's formulas or a point ask for it */
+    int *children;  /* by frame */
+    int *image;     /* by frame: its frame in the rolled tree, or the EXIT of the run that it ends */
 };
 
 /* ---- What the author's formulas name ---- */
@@ -136,7 +136,8 @@ static const char *name_in_run(const struct rolling *x, const char *name) {
     size_t length = strlen(name);
     while (length > 0 && name[length - 1] >= '0' && name[length - 1] <= '9')
         length--;
-    return memory_format(x->memory, "%.*s%se", (int)length, name, length && name[length - 1] == '_' ? "" : "_");
+    return memory_format(x->memory, "%.*s%se", (int)length, name,
+                         length && name[length - 1] == '_' ? "" : "_");
 }
 
 /* How the ENTRY stands on the run's carrier: placement of the first element without that of the others. */

@@ -14,7 +14,8 @@
  * symbols. */
 expression *symbol_gradient(const struct kinematics *k, expression e, int order);
 
-/* The same as derivatives by the coordinates of all frames, points by their kinematics; `resting`: at qd = 0. */
+/* The same as derivatives by the coordinates of all frames, points by their kinematics; `resting`: at qd = 0.
+ */
 expression *coefficients_of(const struct kinematics *k, expression e, int order, bool resting);
 
 /* Symbols of points replaced by their kinematics, accelerations at qdd = 0. */

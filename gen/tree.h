@@ -25,9 +25,9 @@ struct frame {
     const char *name; /* of the coordinate: base_z, arm_psi, arm_psi_1 ... */
     int parent;
     enum frame_kind kind;
-    int coordinate; /* of the first element, in a run */
-    int run;        /* -1: stands alone */
-    int partner;    /* ENTRY: its EXIT, and back */
+    int coordinate;    /* of the first element, in a run */
+    int run;           /* -1: stands alone */
+    int partner;       /* ENTRY: its EXIT, and back */
     int link, element; /* element 0: the link itself or its first element */
     struct joint joint;
     struct placement placement; /* A_i */
@@ -47,7 +47,7 @@ struct tree {
     int count;
     struct carrier *carriers;   /* by link: where points attach */
     struct fixed_frame *points; /* by the model's points, marker_count */
-    struct element_run *runs;           /* of a rolled tree */
+    struct element_run *runs;   /* of a rolled tree */
     int run_count;
     int *frame_of; /* of a rolled tree: by coordinate, the frame that stands alone, -1: in a run */
 };
