@@ -29,6 +29,7 @@ static struct emission start_emission(struct plan *plan) {
     x.temporary = memory_get(plan->memory, plan->g->count * sizeof *x.temporary);
     x.piece_of = memory_get(plan->memory, plan->g->count * sizeof *x.piece_of);
     x.is_carried = memory_get(plan->memory, plan->g->count * sizeof *x.is_carried);
+    x.is_read = memory_get(plan->memory, plan->g->count * sizeof *x.is_read);
     return x;
 }
 

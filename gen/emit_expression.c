@@ -163,6 +163,8 @@ void emit_value(struct emission *x, struct text *text, expression e) {
         if (x->piece_of[e] != x->piece) {
             x->uses_carried = x->is_carried[e] = true;
             text_add(text, "s->");
+        } else {
+            x->is_read[e] = true;
         }
         emit_name(x, text, e);
     }

@@ -39,24 +39,34 @@ static const struct function *find_function(const struct plan *plan, const char 
     return NULL;
 }
 
+/* Values of all fields, before and behind the loops. */
+static const double *field_values(const struct plan *plan, const struct function *function,
+                                  const struct arguments *arguments) {
+    const struct graph *g = plan->g;
+    const int count = function->out_count + function->local_out_count;
+    bool *needed = memory_get(plan->memory, g->count * sizeof *needed);
+    double *values = memory_get(plan->memory, g->count * sizeof *values);
+    double *fields = memory_get(plan->memory, ((size_t)count + 1) * sizeof *fields);
+    for (int i = 0; i < count; i++)
+        needed[function->out[i]] = true;
+    mark_operands(g, needed, g->count);
+    for (expression e = 0; e < g->count; e++)
+        if (needed[e])
+            values[e] = as_symbol(g, e) ? symbol_value(arguments, as_symbol(g, e)) : node_value(g, e, values);
+    for (int i = 0; i < count; i++)
+        fields[i] = values[function->out[i]];
+    for (int i = 0; i < function->loop_count; i++)
+        run_loop(function, &function->loops[i], fields);
+    return fields;
+}
+
 int gen_interpret(const struct generation *generation, const char *quantity, const double *p, const double *x,
                   double t, const double *q, const double *qd, double *out) {
     struct plan *plan = generation->plan;
     const struct function *function = find_function(plan, quantity);
     const struct arguments arguments = {plan, p, x, q, qd, t};
-    const struct graph *g = plan->g;
     if (!function)
         return 1;
-    bool *needed = memory_get(plan->memory, g->count * sizeof *needed);
-    double *values = memory_get(plan->memory, g->count * sizeof *values);
-    for (int i = 0; i < function->out_count; i++)
-        needed[function->out[i]] = true;
-    mark_operands(g, needed, g->count);
-    for (expression e = 0; e < g->count; e++)
-        if (needed[e])
-            values[e] =
-                as_symbol(g, e) ? symbol_value(&arguments, as_symbol(g, e)) : node_value(g, e, values);
-    for (int i = 0; i < function->out_count; i++)
-        out[i] = values[function->out[i]];
+    memcpy(out, field_values(plan, function, &arguments), (size_t)function->out_count * sizeof *out);
     return 0;
 }

@@ -18,6 +18,21 @@ bool is_output_copied(const struct field *field, int entry) {
     return !field->symmetric || entry / field->symmetric >= entry % field->symmetric;
 }
 
+static int value_count(const struct function *function) {
+    return function->out_count + function->local_out_count;
+}
+
+expression *open_field(struct memory *memory, struct function *function, struct field field) {
+    const int index = function->field_count + function->local_count, count = value_count(function);
+    function->fields =
+        memory_room(memory, function->fields, index, &function->field_capacity, sizeof *function->fields);
+    function->out = memory_grow(memory, function->out, (size_t)count * sizeof(expression),
+                                ((size_t)(count + field.count) + 1) * sizeof(expression));
+    field.offset = count;
+    function->fields[index] = field;
+    return function->out + count;
+}
+
 /* Moved out of all functions but `prepare`; a sign stays where it is. */
 static bool is_parameter_only(const struct graph *g, expression e) {
     return g->nodes[e].depends == ON_PARAMETER && operation_arity(g->nodes[e].operation) > 0 &&
@@ -37,7 +52,7 @@ static const struct field *field_of(const struct function *function, int entry) 
 
 /* Adds the uses of the results to `uses`. */
 static void use_outputs(const struct function *function, uint32_t *uses) {
-    for (int i = 0; i < function->out_count; i++) {
+    for (int i = 0; i < value_count(function); i++) {
         const struct field *field = field_of(function, i);
         if (is_output_copied(field, i - field->offset))
             uses[function->out[i]]++;
@@ -106,6 +121,8 @@ static void count_operations(const struct plan *plan, struct function *function,
         count->divs += operation_cost(operation) == COST_DIV;
         count->functions += operation_cost(operation) == COST_FUNCTION;
     }
+    for (int i = 0; i < function->loop_count; i++)
+        count_loop(function, &function->loops[i], count);
     count->bytes = values * (long)sizeof(double);
 }
 
@@ -165,19 +182,23 @@ static void plan_function(struct plan *plan, struct function *function) {
 static void plan_prepare(struct plan *plan) {
     struct function *prepare = &plan->prepare;
     expression *derived = memory_get(plan->memory, plan->g->count * sizeof *derived);
+    int count = 0;
     for (expression e = 0; e < plan->g->count; e++)
         if (plan->is_derived[e])
-            derived[prepare->out_count++] = e;
+            derived[count++] = e;
     prepare->quantity = "prepare";
-    prepare->out = derived;
-    prepare->fields[prepare->field_count++] = (struct field){"derived", "", 0, prepare->out_count, 0, 0};
+    expression *out =
+        open_field(plan->memory, prepare, (struct field){.name = "derived", .about = "", .count = count});
+    memcpy(out, derived, (size_t)count * sizeof *out);
+    prepare->field_count = 1;
+    prepare->out_count = count;
     plan_function(plan, prepare);
 }
 
 bool *nodes_of_functions(const struct plan *plan) {
     bool *needed = memory_get(plan->memory, plan->g->count * sizeof *needed);
     for (int f = 0; f < plan->function_count; f++)
-        for (int i = 0; i < plan->functions[f].out_count; i++)
+        for (int i = 0; i < value_count(&plan->functions[f]); i++)
             needed[plan->functions[f].out[i]] = true;
     mark_operands(plan->g, needed, plan->g->count);
     return needed;

@@ -9,21 +9,25 @@
 #define REFDYN_GEN_PLAN_H
 
 #include "gen.h"
+#include "loops.h"
 
 /* A named part of a function's result: entries [offset, offset + count). */
 struct field {
     const char *name, *about; /* about: shape, meaning, unit */
     int offset, count;
-    int columns;   /* of a matrix, 0: a vector */
-    int symmetric; /* > 0: a symmetric square of that size; only its lower half is computed */
+    int columns;       /* of a matrix, 0: a vector */
+    int symmetric;     /* > 0: a symmetric square of that size; only its lower half is computed */
+    bool by_parameter; /* one column for each of the model's parameters: those not emitted are taken out */
 };
 
 struct function {
     const char *quantity, *about;
-    struct field fields[8];
-    int field_count;
-    expression *out;
-    int out_count;
+    struct field *fields; /* parts of the result, then local arrays, which loops read */
+    int field_count, local_count, field_capacity;
+    expression *out; /* values of all fields; loops add to them */
+    int out_count, local_out_count;
+    struct loop *loops;
+    int loop_count, loop_capacity;
     /* planned */
     expression *statements; /* nodes that become named values, ascending */
     int statement_count;
@@ -52,6 +56,10 @@ struct plan {
     struct emitted_file *files;
     int file_count;
 };
+
+/* One more field behind all others: its values, to be filled in. The caller counts it among results or
+ * locals. */
+expression *open_field(struct memory *memory, struct function *function, struct field field);
 
 /* quantities.c: outputs of every function asked for (`emit` as in gen_plan). */
 void list_functions(struct plan *plan, const char *emit);
