@@ -188,8 +188,7 @@ struct inertia *derive_composites(const struct kinematics *k) {
     return x.composites;
 }
 
-/* The wrench that accelerates all beyond joint i by one unit of its coordinate. */
-static struct wrench unit_wrench(const struct kinematics *k, int i, const struct inertia *beyond) {
+struct wrench unit_wrench(const struct kinematics *k, int i, const struct inertia *beyond) {
     struct graph *g = k->g;
     const struct joint *joint = &k->tree->frames[i].joint;
     const struct vector axis = unit_vector(g, joint->axis), mc = vector_of(beyond->moment);

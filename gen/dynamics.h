@@ -26,6 +26,11 @@ struct wrench wrench_to_parent(const struct kinematics *k, int i, struct wrench 
 /* Composite pseudo-inertia of all beyond each joint, in the joint's frame; entry [n] is the ground's. */
 struct inertia *derive_composites(const struct kinematics *k);
 
+/* The wrench that accelerates all beyond joint i by one unit of its coordinate. */
+struct wrench unit_wrench(const struct kinematics *k, int i, const struct inertia *beyond);
+/* R m R^T for the rotation R from frame i to its parent. */
+struct matrix matrix_to_parent(const struct kinematics *k, int i, struct matrix m);
+
 /* M (n x n, both halves). */
 expression *derive_mass_matrix(const struct kinematics *k, const struct inertia *composites);
 

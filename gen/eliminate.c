@@ -131,7 +131,7 @@ static void eliminate_joint(struct graph *g, const struct joint *joint, const st
         }
 }
 
-static struct matrix matrix_to_parent(const struct kinematics *k, int i, struct matrix m) {
+struct matrix matrix_to_parent(const struct kinematics *k, int i, struct matrix m) {
     struct matrix half, full;
     for (int column = 0; column < 3; column++) {
         const struct vector turned = to_parent(k, i, column_of(&m, column));

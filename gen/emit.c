@@ -31,6 +31,7 @@ static struct emission start_emission(struct plan *plan) {
     x.is_carried = memory_get(plan->memory, plan->g->count * sizeof *x.is_carried);
     x.slot_piece = memory_get(plan->memory, ((size_t)plan->g->slot_count + 1) * sizeof *x.slot_piece);
     x.is_slot_carried = memory_get(plan->memory, (size_t)plan->g->slot_count + 1);
+    x.is_read = memory_get(plan->memory, plan->g->count * sizeof *x.is_read);
     return x;
 }
 

@@ -16,6 +16,7 @@ struct emission {
     int *temporary;   /* by handle: number of a value without a name in the function being printed */
     int *piece_of;    /* by handle: piece that computes it in the function being printed */
     bool *is_carried; /* by handle: used in a later piece */
+    bool *is_read;    /* by handle: used in the piece that computes it */
     const char **slot_names;         /* by slot: what a loop carries is called */
     int *slot_piece;                 /* by slot: piece whose loop sets it */
     bool *is_slot_carried;           /* by slot: read in a later piece */
@@ -38,6 +39,13 @@ void emit_run_index(struct text *text, int first, int stride);
 /* Splines that the functions use: in the first source, and their prototypes. */
 void emit_spline_functions(struct emission *emission, struct text *text);
 void emit_spline_prototypes(struct emission *emission, struct text *text);
+
+/* Loops behind the straight-line code; `local` stands before the names of local arrays. */
+void emit_loops(struct emission *emission, struct text *text, const struct function *function,
+                const char *local);
+/* How a field is called there. */
+const char *field_text(struct emission *emission, const struct function *function, int field,
+                       const char *local);
 
 /* The parts of a model's files. */
 void emit_header(struct emission *emission, struct text *text);

@@ -204,6 +204,8 @@ void emit_value(struct emission *x, struct text *text, expression e) {
         if (x->piece_of[e] != x->piece || (x->is_carried[e] && x->function->is_stored[e])) {
             x->uses_carried = true;
             text_add(text, "s->");
+        } else {
+            x->is_read[e] = true;
         }
         emit_name(x, text, e);
         text_add(text, "%s", x->function->is_stored[e] ? "[e]" : "");

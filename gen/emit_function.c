@@ -15,6 +15,7 @@ struct writer {
     const struct function *function;
     const char *last_remark;
     const char *indent;
+    const char *local; /* what stands before the names of local arrays */
     bool wrote_result;
 };
 
@@ -92,11 +93,12 @@ static void emit_target(struct writer *w, expression e) {
 static void emit_statement(struct writer *w, expression e) {
     struct emission *x = w->x;
     emit_remark(w, e);
+    const bool for_later_alone = x->is_carried[e] && !x->is_read[e];
     text_add(w->text, "%s", w->indent);
     if (x->plan->is_derived[e]) {
         x->uses_p = true;
         text_add(w->text, "p->derived.");
-    } else if (!w->function->is_stored[e]) {
+    } else if (!w->function->is_stored[e] && !for_later_alone) {
         text_add(w->text, "const double ");
         if (x->is_carried[e]) {
             emit_name(x, w->text, e);
@@ -108,11 +110,20 @@ static void emit_statement(struct writer *w, expression e) {
     text_add(w->text, ";\n");
 }
 
-/* ---- Loops ---- */
-
-static void emit_field_name(struct writer *w, const struct field *field) {
-    text_add(w->text, "%s%s", has_fields(w->function) ? "out->" : "", field->name);
+/* Fields of the result and local arrays. */
+static int count_fields(const struct writer *w) {
+    return w->function->field_count + w->function->local_count;
 }
+
+static bool is_local(const struct writer *w, int f) {
+    return f >= w->function->field_count;
+}
+
+static void emit_field_name(struct writer *w, int f) {
+    text_add(w->text, "%s", field_text(w->x, w->function, f, w->local));
+}
+
+/* ---- Loops ---- */
 
 static bool is_slot_needed(const struct writer *w, int slot) {
     const struct graph *g = w->x->g;
@@ -189,10 +200,12 @@ static void emit_run_results(struct writer *w, int block) {
         const struct run_result *result = &function->run_results[i];
         if (result->block != block)
             continue;
-        const struct field *field = field_of(function, result->entry);
-        w->wrote_result = true;
+        const int f = field_index(function, result->entry);
+        const struct field *field = &function->fields[f];
+        w->wrote_result |= !is_local(w, f);
+        w->x->uses_carried |= is_local(w, f);
         text_add(w->text, "        ");
-        emit_field_name(w, field);
+        emit_field_name(w, f);
         text_add(w->text, "[");
         emit_run_index(w->text, result->entry - field->offset, result->stride);
         text_add(w->text, "] = ");
@@ -243,10 +256,12 @@ static bool fills_zeros(const struct function *function, const struct field *fie
     return count_zeros(function, field) > FEW_ZEROS;
 }
 
-static void emit_result(struct writer *w, const struct field *field, int entry) {
-    w->wrote_result = true;
+static void emit_result(struct writer *w, int f, int entry) {
+    const struct field *field = &w->function->fields[f];
+    w->wrote_result |= !is_local(w, f);
+    w->x->uses_carried |= is_local(w, f);
     text_add(w->text, "    ");
-    emit_field_name(w, field);
+    emit_field_name(w, f);
     if (field->columns)
         text_add(w->text, "[%d * %d + %d] = ", entry / field->columns, field->columns,
                  entry % field->columns);
@@ -265,25 +280,25 @@ static void emit_results(struct writer *w, int piece) {
     const struct function *function = w->function;
     if (is_prepare(w))
         return; /* each statement is a result */
-    for (int f = 0; f < function->field_count; f++) {
+    for (int f = 0; f < count_fields(w); f++) {
         const struct field *field = &function->fields[f];
         const bool filled = fills_zeros(function, field);
         for (int i = 0; i < field->count; i++) {
             const expression e = function->out[field->offset + i];
             if (e != GIVEN_IN_LOOP && is_output_copied(field, i) && !(filled && !e) &&
                 piece_of_result(w, e) == piece)
-                emit_result(w, field, i);
+                emit_result(w, f, i);
         }
     }
 }
 
 static void emit_fills(struct writer *w) {
-    for (int f = 0; f < w->function->field_count; f++) {
+    for (int f = 0; f < count_fields(w); f++) {
         const struct field *field = &w->function->fields[f];
         if (is_prepare(w) || !fills_zeros(w->function, field))
             continue;
         text_add(w->text, "    for (int i = 0; i < %d; i++)\n        ", field->count);
-        emit_field_name(w, field);
+        emit_field_name(w, f);
         text_add(w->text, "[i] = 0.0;\n");
     }
 }
@@ -296,9 +311,9 @@ static void emit_mirrors(struct writer *w) {
             continue;
         text_add(w->text,
                  "    for (int i = 0; i < %d; i++)\n        for (int j = 0; j < i; j++)\n            ", n);
-        emit_field_name(w, field);
+        emit_field_name(w, f);
         text_add(w->text, "[j * %d + i] = ", n);
-        emit_field_name(w, field);
+        emit_field_name(w, f);
         text_add(w->text, "[i * %d + j];\n", n);
     }
 }
@@ -347,10 +362,15 @@ static void number_statements(struct writer *w) {
         while (i >= w->function->piece_ends[piece])
             piece++;
         x->piece_of[e] = piece;
-        x->is_carried[e] = false;
+        x->is_carried[e] = x->is_read[e] = false;
         if (!x->value_names[e])
             x->temporary[e] = ++temporary;
     }
+}
+
+static void emit_locals(struct writer *w) {
+    for (int f = w->function->field_count; f < count_fields(w); f++)
+        text_add(w->text, "    double %s[%d];\n", w->function->fields[f].name, w->function->fields[f].count);
 }
 
 static void emit_short_function(struct writer *w) {
@@ -361,9 +381,11 @@ static void emit_short_function(struct writer *w) {
     emit_signature(w->x, text, w->function);
     text_add(text, " {\n");
     emit_unused(w, text);
+    emit_locals(w);
     emit_fills(w);
     text_add(text, "%s", body.data ? body.data : "");
     emit_mirrors(w);
+    emit_loops(w->x, text, w->function, w->local);
     text_add(text, "}\n\n");
 }
 
@@ -388,6 +410,7 @@ static void emit_carried(struct writer *w) {
             text_add(w->text, "    double %s_at[%d];\n", x->slot_names[slot],
                      x->plan->rolled->runs[x->g->loops[x->g->slots[slot].loop].run].count);
     }
+    emit_locals(w);
     text_add(w->text, "};\n\n");
 }
 
@@ -413,6 +436,7 @@ static void emit_calls(struct writer *w) {
     const char *result = result_name(w->function);
     emit_signature(x, w->text, w->function);
     text_add(w->text, " {\n    struct %s_%s_carried s;\n", x->name, w->function->quantity);
+    w->local = "s.";
     emit_fills(w);
     for (int piece = 0; piece < w->function->piece_count; piece++) {
         text_add(w->text, "    %s_%s_%d(", x->name, w->function->quantity, piece + 1);
@@ -422,6 +446,7 @@ static void emit_calls(struct writer *w) {
             text_add(w->text, "p, x, t, q, qd, %s, &s);\n", result);
     }
     emit_mirrors(w);
+    emit_loops(x, w->text, w->function, w->local);
     text_add(w->text, "}\n\n");
 }
 
@@ -436,7 +461,7 @@ static void find_carried(struct writer *w) {
 }
 
 void emit_function(struct emission *x, struct text *text, const struct function *function) {
-    struct writer w = {.x = x, .text = text, .function = function, .indent = "    "};
+    struct writer w = {.x = x, .text = text, .function = function, .indent = "    ", .local = ""};
     x->function = function;
     memset(x->is_slot_carried, 0, (size_t)x->g->slot_count);
     for (int slot = 0; slot < x->g->slot_count; slot++)
@@ -447,6 +472,7 @@ void emit_function(struct emission *x, struct text *text, const struct function 
         emit_short_function(&w);
         return;
     }
+    w.local = "s->";
     find_carried(&w);
     emit_carried(&w);
     for (int piece = 0; piece < function->piece_count; piece++)

@@ -6,14 +6,6 @@
 
 #include <string.h>
 
-/* All that the author names, brought to forces on coordinates and loads at points; still in symbols. */
-struct named_forces {
-    struct force *forces; /* `coordinate` is the frame */
-    struct load *loads;
-    int force_count, load_count;
-    int own_forces, own_loads; /* the first ones are the author's own, the others come from energies */
-};
-
 static expression *new_values(const struct kinematics *k, size_t count) {
     return memory_get(k->memory, (count + 1) * sizeof(expression));
 }
@@ -44,7 +36,7 @@ static void add_energy(const struct kinematics *k, const struct potential *poten
     }
 }
 
-static struct named_forces collect(const struct kinematics *k) {
+struct named_forces collect_forces(const struct kinematics *k) {
     const struct model *model = k->model;
     const size_t energies = (size_t)model->potential_count;
     const size_t forces = (size_t)model->force_count + energies * (size_t)k->tree->count;
@@ -104,7 +96,7 @@ static void apply_forces(void *context, int j) {
 
 struct applied derive_applied_forces(const struct kinematics *k) {
     const size_t n = (size_t)k->tree->count;
-    struct application x = {k, collect(k), NULL, {new_values(k, n), new_values(k, n)}};
+    struct application x = {k, collect_forces(k), NULL, {new_values(k, n), new_values(k, n)}};
     remark(k->g, "springs -s (q - rest), dampers -d qd, and forces that the model names");
     x.F = memory_get(k->memory, ((size_t)x.named.load_count + 1) * sizeof *x.F);
     for (int l = 0; l < x.named.load_count; l++)
@@ -163,7 +155,7 @@ static void add_load_tangent(const struct kinematics *k, const struct load *load
 expression *derive_applied_tangent(const struct kinematics *k) {
     struct graph *g = k->g;
     const int n = k->tree->count;
-    const struct named_forces named = collect(k);
+    const struct named_forces named = collect_forces(k);
     expression *tangent = new_values(k, (size_t)n * (size_t)n);
     remark(g, "tangent of springs and of forces that the model names, at rest");
     for (int i = 0; i < n; i++)
@@ -190,7 +182,7 @@ static void add_printed_rate(const struct kinematics *k, expression speed, expre
 expression *derive_printed_rates(const struct kinematics *k) {
     struct graph *g = k->g;
     const int n = k->tree->count;
-    const struct named_forces named = collect(k);
+    const struct named_forces named = collect_forces(k);
     expression *extra = new_values(k, (size_t)n);
     remark(g, "printed form: sum_j qd_j dQ_j/dqd_i");
     for (int i = 0; i < n; i++) /* -d_i qd_i is linear in qd_i alone */

@@ -11,6 +11,16 @@
 
 #include "kinematics.h"
 
+/* All that the author names, brought to forces on coordinates and loads at points; still in symbols. */
+struct named_forces {
+    struct force *forces; /* `coordinate` is the frame */
+    struct load *loads;
+    int force_count, load_count;
+    int own_forces, own_loads; /* the first ones are the author's own, the others come from energies */
+};
+
+struct named_forces collect_forces(const struct kinematics *k);
+
 struct applied {
     expression *conservative; /* n: springs and energies */
     expression *others;       /* n: dampers, forces and loads that the author names */

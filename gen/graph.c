@@ -152,6 +152,8 @@ static uint8_t symbol_depends(const struct symbol *s) {
         return ON_START;
     case SYMBOL_COORDINATE:
         return s->order ? ON_RATE : ON_STATE;
+    case SYMBOL_MULTIPLIER:
+        return ON_STATE | ON_RATE;
     case SYMBOL_POINT:
         return s->order ? ON_STATE | ON_RATE : ON_STATE;
     case SYMBOL_ELEMENT:

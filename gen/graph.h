@@ -36,6 +36,7 @@ enum symbol_kind {
     SYMBOL_TIME,       /* t */
     SYMBOL_COORDINATE, /* index: coordinate, order 0..2: q, qd, qdd */
     SYMBOL_POINT,      /* index: 3 * point + axis, order 0..2, ground frame */
+    SYMBOL_MULTIPLIER, /* index: row; of programme forces u^T lambda */
     SYMBOL_START, /* index: handle of a coordinate, point or time symbol, taken at the start of the motion */
     SYMBOL_ELEMENT, /* index: frame of a run (tree.h), order 0..2: q, qd, qdd of the element that a loop is at
                      */
@@ -178,6 +179,9 @@ void substitute(struct graph *g, leaf_rule *leaf, void *context, const expressio
 expression replace(struct graph *g, expression e, expression node, expression by);
 /* Directional derivative (one forward sweep): `leaf` returns the derivative of the symbol `e`. */
 expression differentiate(struct graph *g, expression e, leaf_rule *leaf, void *context);
+/* The same of several expressions in one sweep. */
+void differentiate_all(struct graph *g, const expression *from, expression *to, int count, leaf_rule *leaf,
+                       void *context);
 /* Derivatives of e by each symbol in `by` (one backward sweep); 0 by handle 0. */
 void gradient(struct graph *g, expression e, const expression *by, expression *result, int count);
 

@@ -108,7 +108,7 @@ static double result_value(const struct state *state, expression e, int r) {
 }
 
 static void write_results(const struct state *state, const struct function *function, double *out) {
-    for (int i = 0; i < function->out_count; i++)
+    for (int i = 0; i < value_count(function); i++)
         if (function->out[i] != GIVEN_IN_LOOP)
             out[i] = state->values[function->out[i]];
     for (int i = 0; i < function->run_result_count; i++) {
@@ -148,6 +148,10 @@ int gen_interpret(const struct generation *generation, const char *quantity, con
     }
     for (; loop < g->loop_count; loop++)
         run_element_loop(&state, plan->memory, loop);
-    write_results(&state, function, out);
+    double *fields = memory_get(plan->memory, ((size_t)value_count(function) + 1) * sizeof *fields);
+    write_results(&state, function, fields);
+    for (int i = 0; i < function->loop_count; i++)
+        run_loop(function, &function->loops[i], fields);
+    memcpy(out, fields, (size_t)function->out_count * sizeof *out);
     return 0;
 }

@@ -18,6 +18,21 @@ bool is_output_copied(const struct field *field, int entry) {
     return !field->symmetric || entry / field->symmetric >= entry % field->symmetric;
 }
 
+int value_count(const struct function *function) {
+    return function->out_count + function->local_out_count;
+}
+
+expression *open_field(struct memory *memory, struct function *function, struct field field) {
+    const int index = function->field_count + function->local_count, count = value_count(function);
+    function->fields =
+        memory_room(memory, function->fields, index, &function->field_capacity, sizeof *function->fields);
+    function->out = memory_grow(memory, function->out, (size_t)count * sizeof(expression),
+                                ((size_t)(count + field.count) + 1) * sizeof(expression));
+    field.offset = count;
+    function->fields[index] = field;
+    return function->out + count;
+}
+
 /* Moved out of all functions but `prepare`; a sign stays where it is. */
 static bool is_parameter_only(const struct graph *g, expression e) {
     return g->nodes[e].depends == ON_PARAMETER && operation_arity(g->nodes[e].operation) > 0 &&
@@ -28,16 +43,16 @@ static bool is_moved(const struct plan *plan, const struct function *function, e
     return function != &plan->prepare && is_parameter_only(plan->g, e);
 }
 
-const struct field *field_of(const struct function *function, int entry) {
-    const struct field *field = function->fields;
-    while (entry >= field->offset + field->count)
-        field++;
-    return field;
+int field_index(const struct function *function, int entry) {
+    int f = 0;
+    while (entry >= function->fields[f].offset + function->fields[f].count)
+        f++;
+    return f;
 }
 
 /* Is entry i of `out` a value that stands alone, and not one of a mirrored half? */
 static bool is_single_output(const struct function *function, int i) {
-    const struct field *field = field_of(function, i);
+    const struct field *field = &function->fields[field_index(function, i)];
     return function->out[i] != GIVEN_IN_LOOP && is_output_copied(field, i - field->offset);
 }
 
@@ -71,7 +86,7 @@ static bool need_operands(const struct plan *plan, const struct function *functi
 static void mark_function(const struct plan *plan, struct function *function) {
     struct graph *g = plan->g;
     bool *needed = function->is_needed = memory_get(plan->memory, g->count * sizeof *needed);
-    for (int i = 0; i < function->out_count; i++)
+    for (int i = 0; i < value_count(function); i++)
         if (is_single_output(function, i))
             needed[function->out[i]] = true;
     for (int i = 0; i < function->run_result_count; i++)
@@ -93,7 +108,7 @@ static bool is_sign(const struct graph *g, expression e) {
 static void use_roots(const struct plan *plan, const struct function *function, uint32_t *uses) {
     const struct graph *g = plan->g;
     bool *seen = memory_get(plan->memory, (size_t)g->slot_count + 1);
-    for (int i = 0; i < function->out_count; i++)
+    for (int i = 0; i < value_count(function); i++)
         if (is_single_output(function, i))
             uses[function->out[i]]++;
     for (int i = 0; i < function->run_result_count; i++)
@@ -296,6 +311,8 @@ static void count_operations(const struct plan *plan, struct function *function)
         count->divs += operation_cost(operation) == COST_DIV ? trips : 0;
         count->functions += operation_cost(operation) == COST_FUNCTION ? trips : 0;
     }
+    for (int i = 0; i < function->loop_count; i++)
+        count_loop(function, &function->loops[i], count);
     count->bytes = values * (long)sizeof(double);
 }
 
@@ -371,17 +388,21 @@ static void plan_function(struct plan *plan, struct function *function) {
 static void plan_prepare(struct plan *plan) {
     struct function *prepare = &plan->prepare;
     expression *derived = memory_get(plan->memory, plan->g->count * sizeof *derived);
+    int count = 0;
     for (expression e = 0; e < plan->g->count; e++)
         if (plan->is_derived[e])
-            derived[prepare->out_count++] = e;
+            derived[count++] = e;
     prepare->quantity = "prepare";
-    prepare->out = derived;
-    prepare->fields[prepare->field_count++] = (struct field){"derived", "", 0, prepare->out_count, 0, 0};
+    expression *out =
+        open_field(plan->memory, prepare, (struct field){.name = "derived", .about = "", .count = count});
+    memcpy(out, derived, (size_t)count * sizeof *out);
+    prepare->field_count = 1;
+    prepare->out_count = count;
     plan_function(plan, prepare);
 }
 
 void mark_results(const struct function *function, bool *needed) {
-    for (int i = 0; i < function->out_count; i++)
+    for (int i = 0; i < value_count(function); i++)
         if (function->out[i] != GIVEN_IN_LOOP)
             needed[function->out[i]] = true;
     for (int i = 0; i < function->run_result_count; i++)

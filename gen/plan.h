@@ -9,13 +9,15 @@
 #define REFDYN_GEN_PLAN_H
 
 #include "gen.h"
+#include "loops.h"
 
 /* A named part of a function's result: entries [offset, offset + count). */
 struct field {
     const char *name, *about; /* about: shape, meaning, unit */
     int offset, count;
-    int columns;   /* of a matrix, 0: a vector */
-    int symmetric; /* > 0: a symmetric square of that size; only its lower half is computed */
+    int columns;       /* of a matrix, 0: a vector */
+    int symmetric;     /* > 0: a symmetric square of that size; only its lower half is computed */
+    bool by_parameter; /* one column for each of the model's parameters: those not emitted are taken out */
 };
 
 /* Results of all elements of a run: out[entry + r * stride] for element r. */
@@ -37,12 +39,14 @@ struct block {
 
 struct function {
     const char *quantity, *about;
-    struct field fields[8];
-    int field_count;
-    expression *out;
-    int out_count;
+    struct field *fields; /* parts of the result, then local arrays, which loops read */
+    int field_count, local_count, field_capacity;
+    expression *out; /* values of all fields; loops add to them */
+    int out_count, local_out_count;
     struct run_result *run_results;
     int run_result_count, run_result_capacity;
+    struct loop *loops;
+    int loop_count, loop_capacity;
     /* planned */
     expression *statements; /* nodes that become named values, in order of execution */
     int statement_count;
@@ -77,6 +81,10 @@ struct plan {
     int file_count;
 };
 
+/* One more field behind all others: its values, to be filled in. The caller counts it among results or
+ * locals. */
+expression *open_field(struct memory *memory, struct function *function, struct field field);
+
 /* quantities.c: outputs of every function asked for (`emit` as in gen_plan). */
 void list_functions(struct plan *plan, const char *emit);
 /* plan.c: statements, derived values, pieces, counts. */
@@ -84,8 +92,10 @@ void plan_functions(struct plan *plan);
 /* Marks is_statement for one function: before printing it. */
 void mark_statements(struct plan *plan, const struct function *function);
 bool is_output_copied(const struct field *field, int entry); /* false in the mirrored upper half */
-/* The field that holds an entry of the function's results. */
-const struct field *field_of(const struct function *function, int entry);
+/* Entries of all fields. */
+int value_count(const struct function *function);
+/* The field that holds an entry. */
+int field_index(const struct function *function, int entry);
 
 /* Marks a function's results, by handle. */
 void mark_results(const struct function *function, bool *needed);

@@ -4,12 +4,8 @@
  * Takes model and tree, gives the outputs of plan.h. One table names every quantity, says when a scene has it
  * and how it is built; terms that several quantities share are derived once, when first asked for.
  */
-#include "plan.h"
+#include "quantities.h"
 #include "breaks.h"
-#include "dynamics.h"
-#include "forces.h"
-#include "recursion.h"
-#include "rows.h"
 #include "sensitivity.h"
 
 #include <stdio.h>
@@ -18,32 +14,17 @@
 /* A pivot below this part of its diagonal term is rounding. */
 static const double redundant = 1e-12;
 
-struct derivation {
-    struct plan *plan;
-    struct memory *memory;
-    struct graph *g;
-    const struct model *model;
-    int n, m, points; /* coordinates, rows, points */
-    int frames;       /* of the rolled tree: values of coordinates are kept by frame */
-    struct kinematics kinematics;
-    struct inertia *composites;
-    expression *M, *bias, *falling, *qdd_free, *qdd, *force;
-    struct applied applied;
-    struct row_terms *rows;
-    struct elimination *elimination;
-};
-
-static expression *new_values(const struct derivation *d, int count) {
+expression *new_values(const struct derivation *d, int count) {
     return memory_get(d->memory, ((size_t)count + 1) * sizeof(expression));
 }
 
-static const struct inertia *composites(struct derivation *d) {
+const struct inertia *composites(struct derivation *d) {
     if (!d->composites)
         d->composites = derive_composites(&d->kinematics);
     return d->composites;
 }
 
-static const struct row_terms *rows(struct derivation *d) {
+const struct row_terms *rows(struct derivation *d) {
     if (!d->rows)
         d->rows = derive_rows(&d->kinematics);
     return d->rows;
@@ -116,34 +97,40 @@ static expression *all_forces(struct derivation *d) {
     return total_of(d, true, d->falling, applied_total(d), NULL);
 }
 
+const struct wrench *loads(struct derivation *d) {
+    if (!d->loads)
+        d->loads = derive_loads(&d->kinematics);
+    return d->loads;
+}
+
 static const struct elimination *elimination(struct derivation *d) {
     if (!d->elimination)
         d->elimination = eliminate(&d->kinematics);
     return d->elimination;
 }
 
-static const expression *free_accelerations(struct derivation *d) {
+const expression *free_accelerations(struct derivation *d) {
     const struct kinematics *k = &d->kinematics;
     if (!d->qdd_free && d->model->printed_form) {
         d->qdd_free = solve_eliminated(k, elimination(d), all_forces(d), NULL);
     } else if (!d->qdd_free) {
-        d->qdd_free = solve_eliminated(k, elimination(d), applied_total(d), derive_loads(k));
+        d->qdd_free = solve_eliminated(k, elimination(d), applied_total(d), loads(d));
     }
     return d->qdd_free;
 }
 
-struct product {
+struct dot_product {
     struct graph *g;
     const expression *a, *b;
 };
 
 static expression product_term(void *context, int i) {
-    const struct product *x = context;
+    const struct dot_product *x = context;
     return mul(x->g, x->a[i], x->b[i]);
 }
 
 static expression dot(struct derivation *d, const expression *a, const expression *b) {
-    struct product x = {d->g, a, b};
+    struct dot_product x = {d->g, a, b};
     return sum_over_joints(d->g, d->kinematics.tree, product_term, &x);
 }
 
@@ -159,15 +146,14 @@ static expression pivot_inverse(struct derivation *d, expression pivot, expressi
     return choose(g, apply2(g, OP_LESS, least, pivot), quotient(g, one(g), pivot), zero(g));
 }
 
-/* S lambda = rest for the symmetric S = u M^-1 u^T (m x m), by elimination in order of the rows. */
-static void solve_rows(struct derivation *d, expression *S, expression *rest) {
+/* S x = rest for the symmetric S = u M^-1 u^T (m x m), by elimination in order of the rows. */
+void solve_rows(struct derivation *d, const expression *matrix, expression *rest, const char *what) {
     struct graph *g = d->g;
     const int m = d->m;
-    expression *diagonal = new_values(d, m), *inverse = new_values(d, m);
-    for (int i = 0; i < m; i++)
-        diagonal[i] = S[i * m + i];
+    expression *S = new_values(d, m * m), *inverse = new_values(d, m);
+    memcpy(S, matrix, (size_t)(m * m) * sizeof *S);
     for (int p = 0; p < m; p++) {
-        inverse[p] = pivot_inverse(d, S[p * m + p], diagonal[p]);
+        inverse[p] = pivot_inverse(d, S[p * m + p], matrix[p * m + p]);
         name_value(g, inverse[p], memory_format(d->memory, "row_%d_pivot_inverse", p + 1));
         for (int i = p + 1; i < m; i++) {
             const expression factor = mul(g, S[i * m + p], inverse[p]);
@@ -180,7 +166,7 @@ static void solve_rows(struct derivation *d, expression *S, expression *rest) {
         for (int j = i + 1; j < m; j++)
             rest[i] = sub(g, rest[i], mul(g, S[i * m + j], rest[j]));
         rest[i] = mul(g, rest[i], inverse[i]);
-        name_value(g, rest[i], memory_format(d->memory, "row_%d_lambda", i + 1));
+        name_value(g, rest[i], memory_format(d->memory, "row_%d_%s", i + 1, what));
     }
 }
 
@@ -207,14 +193,14 @@ static void add_effect(void *context, int j) {
  * qdd = qdd_free + M^-1 u^T lambda with (u M^-1 u^T) lambda = k - u qdd_free: the GPME with the
  * multipliers eliminated, one more O(n) solution a row. The programme force is r = u^T lambda.
  */
-static void constrained_accelerations(struct derivation *d) {
+void constrained_accelerations(struct derivation *d) {
     if (d->qdd)
         return;
     const int m = d->m;
     const struct row_terms *row = rows(d);
     const expression *free = free_accelerations(d);
-    expression **response = memory_get(d->memory, ((size_t)m + 1) * sizeof *response);
-    expression *S = new_values(d, m * m), *lambda = new_values(d, m);
+    expression **response = d->responses = memory_get(d->memory, ((size_t)m + 1) * sizeof *response);
+    expression *S = d->S = new_values(d, m * m), *lambda = d->lambda = new_values(d, m);
     for (int i = 0; i < m; i++)
         response[i] = solve_eliminated(&d->kinematics, elimination(d), row[i].u, NULL);
     remark(d->g, "rows: (u M^-1 u^T) lambda = k - u qdd_free");
@@ -223,7 +209,7 @@ static void constrained_accelerations(struct derivation *d) {
         for (int j = 0; j <= i; j++)
             S[i * m + j] = S[j * m + i] = dot(d, row[i].u, response[j]);
     }
-    solve_rows(d, S, lambda);
+    solve_rows(d, S, lambda, "lambda");
     remark(d->g, "programme force r = u^T lambda, qdd = qdd_free + M^-1 r");
     d->qdd = new_values(d, d->frames);
     d->force = new_values(d, d->frames);
@@ -231,16 +217,12 @@ static void constrained_accelerations(struct derivation *d) {
     visit_joints(d->g, d->kinematics.tree, add_effect, &x);
 }
 
-/* One more part of a function's result. */
-static expression *add_field(struct derivation *d, struct function *f, const char *name, const char *about,
-                             int count, int columns) {
-    expression *out = new_values(d, f->out_count + count);
-    if (f->out_count > 0)
-        memcpy(out, f->out, (size_t)f->out_count * sizeof *out);
-    f->fields[f->field_count++] = (struct field){name, about, f->out_count, count, columns, 0};
-    f->out = out;
+expression *add_field(struct derivation *d, struct function *f, const char *name, const char *about,
+                      int count, int columns) {
+    expression *values = open_field(d->memory, f, (struct field){name, about, 0, count, columns, 0, false});
+    f->field_count++;
     f->out_count += count;
-    return out + f->out_count - count;
+    return values;
 }
 
 static void fill_field(struct derivation *d, struct function *f, const char *name, const char *about,
@@ -465,6 +447,10 @@ static bool always(const struct derivation *d) {
     return d->n > 0;
 }
 
+static bool is_corrected(const struct derivation *d) {
+    return d->n > 0 && !d->model->printed_form;
+}
+
 static bool has_rows(const struct derivation *d) {
     return d->m > 0;
 }
@@ -512,36 +498,40 @@ struct quantity {
     bool (*exists)(const struct derivation *d);
     const char *reason; /* why a scene has it not */
     void (*build)(struct derivation *d, struct function *f);
+    bool on_request; /* emitted when it is named, not by default */
 };
 
 /* `anchor` and `start` stand last: they set what the others read. */
 static const struct quantity quantities[] = {
-    {"M", "mass matrix", always, "", build_M},
-    {"h", "bias forces h = -c (Coriolis, centrifugal)", always, "", build_h},
-    {"Q", "generalized forces: gravity, springs, dampers and those that the model names", always, "",
-     build_Q},
-    {"u", "row coefficients, u qdd + v = 0", has_rows, "constraints", build_u},
-    {"v", "rest of the rows, u qdd + v = 0", has_rows, "constraints", build_v},
-    {"phi", "position-level residuals", has_position_rows, "position rows", build_phi},
-    {"psi", "velocity-level residuals", has_velocity_rows, "position or velocity rows", build_psi},
-    {"k", "stabilised right side k = -v - 2 alpha psi - beta^2 phi", has_rows, "constraints", build_k},
-    {"r", "positions of the points", has_points, "points", build_r},
-    {"rd", "velocities of the points", has_points, "points", build_rd},
-    {"C", "columns of the points, rd = C qd", has_points, "points", build_C},
-    {"d", "bias accelerations of the points, rdd = C qdd + d", has_points, "points", build_d},
-    {"energy", "kinetic and potential energy", always, "", build_energy},
+    {"M", "mass matrix", always, "", build_M, false},
+    {"h", "bias forces h = -c (Coriolis, centrifugal)", always, "", build_h, false},
+    {"Q", "generalized forces: gravity, springs, dampers and those that the model names", always, "", build_Q,
+     false},
+    {"u", "row coefficients, u qdd + v = 0", has_rows, "constraints", build_u, false},
+    {"v", "rest of the rows, u qdd + v = 0", has_rows, "constraints", build_v, false},
+    {"phi", "position-level residuals", has_position_rows, "position rows", build_phi, false},
+    {"psi", "velocity-level residuals", has_velocity_rows, "position or velocity rows", build_psi, false},
+    {"k", "stabilised right side k = -v - 2 alpha psi - beta^2 phi", has_rows, "constraints", build_k, false},
+    {"r", "positions of the points", has_points, "points", build_r, false},
+    {"rd", "velocities of the points", has_points, "points", build_rd, false},
+    {"C", "columns of the points, rd = C qd", has_points, "points", build_C, false},
+    {"d", "bias accelerations of the points, rdd = C qdd + d", has_points, "points", build_d, false},
+    {"energy", "kinetic and potential energy", always, "", build_energy, false},
     {"power", "power of all forces in Q that have no potential", has_work, "forces without a potential",
-     build_power},
-    {"Q_q", "tangent of statics, dQ/dq at qd = 0", always, "", build_Q_q},
-    {"qdd_free", "accelerations without constraints, O(n)", always, "", build_qdd_free},
-    {"qdd", "accelerations with stabilised constraints, O(n m)", has_rows, "constraints", build_qdd},
-    {"force", "programme force r = M qdd - h - Q", has_rows, "constraints", build_force},
-    {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations},
-    {"course", "values that the model records with a motion", has_courses, "courses", build_course},
-    {"breaks", "times at which formulas of time alone have kinks", has_breaks, "kinks in time", build_breaks},
+     build_power, false},
+    {"Q_q", "tangent of statics, dQ/dq at qd = 0", always, "", build_Q_q, false},
+    {"qdd_free", "accelerations without constraints, O(n)", always, "", build_qdd_free, false},
+    {"qdd", "accelerations with stabilised constraints, O(n m)", has_rows, "constraints", build_qdd, false},
+    {"force", "programme force r = M qdd - h - Q", has_rows, "constraints", build_force, false},
+    {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations, false},
+    {"tangent", "derivatives of M qdd - h - Q - u^T lambda and u qdd - k at held qdd and lambda",
+     is_corrected, "corrected form", build_tangent, true},
+    {"course", "values that the model records with a motion", has_courses, "courses", build_course, false},
+    {"breaks", "times at which formulas of time alone have kinks", has_breaks, "kinks in time", build_breaks,
+     false},
     {"anchor", "parameters whose default is a value at the start of a motion", has_anchors,
-     "anchored parameters", build_anchor},
-    {"start", "coordinates and rates at the start of a motion", always, "", build_start},
+     "anchored parameters", build_anchor, false},
+    {"start", "coordinates and rates at the start of a motion", always, "", build_start, false},
 };
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof *quantities };
@@ -622,6 +612,8 @@ void list_functions(struct plan *plan, const char *emit) {
             find_breaks(plan);
         if (quantity->build == build_anchor)
             list_anchored(&d);
+        if (quantity->on_request && !(emit && is_in_list(emit, quantity->name)))
+            continue;
         if (!quantity->exists(&d)) {
             say_left_out(plan, quantity, &last_reason);
             continue;

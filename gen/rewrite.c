@@ -94,9 +94,10 @@ expression replace(struct graph *g, expression in, expression node, expression b
     return image[in];
 }
 
-expression differentiate(struct graph *g, expression root_of, leaf_rule *leaf, void *context) {
+void differentiate_all(struct graph *g, const expression *from, expression *to, int count, leaf_rule *leaf,
+                       void *context) {
     uint32_t limit;
-    bool *needed = mark_needed(g, &root_of, 1, &limit);
+    bool *needed = mark_needed(g, from, count, &limit);
     expression *rate = memory_get(g->memory, (limit + 1) * sizeof *rate);
     for (expression e = 0; e < limit; e++) {
         if (!needed[e])
@@ -108,7 +109,13 @@ expression differentiate(struct graph *g, expression root_of, leaf_rule *leaf, v
             if (rate[node.operand[k]])
                 rate[e] = add(g, rate[e], mul(g, operation_partial(g, e, k), rate[node.operand[k]]));
     }
-    return rate[root_of];
+    for (int i = 0; i < count; i++)
+        to[i] = rate[from[i]];
+}
+
+expression differentiate(struct graph *g, expression e, leaf_rule *leaf, void *context) {
+    differentiate_all(g, &e, &e, 1, leaf, context);
+    return e;
 }
 
 void gradient(struct graph *g, expression root_of, const expression *by, expression *result, int count) {

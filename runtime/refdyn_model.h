@@ -87,6 +87,8 @@ struct refdyn_model {
     refdyn_function *force;     /* (n) programme force r = M qdd - h - Q at that qdd */
     refdyn_function *equations; /* struct NAME_equations_result as doubles: M (n x n), f = h + Q (n), u (m x
                                    n), v (m), phi (m), psi (m), k (m) */
+    refdyn_function *tangent;   /* struct NAME_tangent_result as doubles: exact derivatives of the equations of
+                                   motion, as NAME.h lists them */
     refdyn_function *course;    /* (course_count) values to record with a motion, in the units of the model */
     refdyn_function *breaks;    /* (break_count) their times, in no order; reads p alone [s] */
 };

@@ -1,0 +1,277 @@
+/*
+ * The C text of loops: takes the loops of a plan, gives loops over local arrays and results. See loops.h.
+ */
+#include "emit.h"
+
+struct printer {
+    struct emission *x;
+    struct text *text;
+    const struct function *function;
+    const char *local; /* what stands before the names of local arrays */
+};
+
+static int columns_of(const struct field *field) {
+    return field->columns ? field->columns : field->count;
+}
+
+const char *field_text(struct emission *x, const struct function *function, int field, const char *local) {
+    const bool is_result = field < function->field_count;
+    const char *before = !is_result ? local : function->field_count > 1 ? "out->" : "";
+    return memory_format(x->plan->memory, "%s%s", before, function->fields[field].name);
+}
+
+static const char *name(const struct printer *p, int field) {
+    return field_text(p->x, p->function, field, p->local);
+}
+
+static void put_table(const struct printer *p, const char *type, const char *title, const int *values,
+                      int count) {
+    text_add(p->text, "        static const %s %s[%d] = {", type, title, count);
+    for (int i = 0; i < count; i++)
+        text_add(p->text, "%s%d", !i ? "" : i % 24 ? ", " : ",\n            ", values[i]);
+    text_add(p->text, "};\n");
+}
+
+static void put_flags(const struct printer *p, const char *title, const bool *flags, int count) {
+    int *values = memory_get(p->x->plan->memory, ((size_t)count + 1) * sizeof *values);
+    for (int i = 0; i < count; i++)
+        values[i] = flags[i];
+    put_table(p, "unsigned char", title, values, count);
+}
+
+static bool all(const bool *flags, int count, bool value) {
+    for (int i = 0; i < count; i++)
+        if (flags[i] != value)
+            return false;
+    return true;
+}
+
+static bool is_in_order(const struct pairs *pairs) {
+    for (int i = 0; i < pairs->n; i++)
+        if (pairs->order[i] != i)
+            return false;
+    return true;
+}
+
+static bool is_chain(const struct pairs *pairs) {
+    for (int i = 0; i < pairs->n; i++)
+        if (pairs->end[i] != pairs->n)
+            return false;
+    return true;
+}
+
+static void put_tables(const struct printer *p, const struct pairs *pairs) {
+    if (!is_in_order(pairs))
+        put_table(p, "int", "order", pairs->order, pairs->n);
+    if (!is_chain(pairs))
+        put_table(p, "int", "ends", pairs->end, pairs->n);
+    if (!all(pairs->is_turn, pairs->n, true) && !all(pairs->is_turn, pairs->n, false))
+        put_flags(p, "is_turn", pairs->is_turn, pairs->n);
+    if (pairs->move_count && !all(pairs->moves_on, pairs->n, false))
+        put_flags(p, "moves_on", pairs->moves_on, pairs->n);
+}
+
+/* Where the dots of one product stand until they are put in their places. */
+static void put_sums(const struct printer *p, const struct pairs *pairs) {
+    for (int i = 0; i < pairs->product_count; i++) {
+        const struct pair_product *product = &pairs->products[i];
+        const char *field = p->function->fields[product->field].name;
+        text_add(p->text, "            double %s_rows[%d]", field, pairs->n);
+        text_add(p->text, product->is_mirrored ? ";\n" : ", %s_columns[%d];\n", field, pairs->n);
+    }
+}
+
+static void put_near(const struct printer *p, const struct pair_terms *terms, const char *title) {
+    char digits[32];
+    for (int t = 0; t < terms->count; t++)
+        for (int a = 0; a < 3; a++) {
+            const struct pair_term *term = &terms->terms[t];
+            if (!has_component(term, a))
+                continue;
+            text_add(p->text, "                const double %s_%d%c = ", title, t + 1, "xyz"[a]);
+            if (term->factor != 1)
+                text_add(p->text, "%s * ", number_text(term->factor, digits));
+            text_add(p->text, "%s[j];\n", name(p, term->near.at[a]));
+        }
+}
+
+static void put_dot(const struct printer *p, const struct pair_terms *terms, const char *title) {
+    int count = 0;
+    text_add(p->text, "                    %s[i] =", title);
+    for (int t = 0; t < terms->count; t++)
+        for (int a = 0; a < 3; a++) {
+            if (!has_component(&terms->terms[t], a))
+                continue;
+            if (count)
+                text_add(p->text, " +%s", count % 3 ? "" : "\n                       ");
+            text_add(p->text, " %s_%d%c * %s[i]", title, t + 1, "xyz"[a], name(p, terms->terms[t].far.at[a]));
+            count++;
+        }
+    text_add(p->text, "%s;\n", count ? "" : " 0.0");
+}
+
+typedef void put_terms(const struct printer *p, const struct pair_terms *terms, const char *title);
+
+static void put_products(const struct printer *p, const struct pairs *pairs, bool turns, put_terms *put) {
+    for (int i = 0; i < pairs->product_count; i++) {
+        const struct pair_product *product = &pairs->products[i];
+        const struct pair_entries *entries = turns ? &product->turn : &product->slide;
+        const char *field = p->function->fields[product->field].name;
+        put(p, &entries->rows, memory_format(p->x->plan->memory, "%s_rows", field));
+        if (!product->is_mirrored)
+            put(p, &entries->columns, memory_format(p->x->plan->memory, "%s_columns", field));
+    }
+}
+
+static void put_dots(const struct printer *p, const struct pairs *pairs, bool turns) {
+    put_products(p, pairs, turns, put_near);
+    text_add(p->text, "                for (int i = j; i < end; i++) {\n");
+    put_products(p, pairs, turns, put_dot);
+    text_add(p->text, "                }\n");
+}
+
+static void put_stores(const struct printer *p, const struct pairs *pairs) {
+    const bool ordered = is_in_order(pairs);
+    const char *i = ordered ? "i" : "order[i]", *j = ordered ? "j" : "order[j]";
+    const int n = pairs->n;
+    for (int k = 0; k < pairs->product_count; k++) {
+        const struct pair_product *product = &pairs->products[k];
+        const char *field = p->function->fields[product->field].name, *place = name(p, product->field);
+        text_add(p->text, "            for (int i = j; i < end; i++)\n");
+        text_add(p->text, "                %s[%s * %d + %s] += %s_rows[i];\n", place, i, n, j, field);
+        text_add(p->text, "            for (int i = j + 1; i < end; i++)\n");
+        text_add(p->text, "                %s[%s * %d + %s] += %s_%s[i];\n", place, j, n, i, field,
+                 product->is_mirrored ? "rows" : "columns");
+    }
+}
+
+static void put_factors(const struct printer *p, int shift, int force) {
+    text_add(p->text, "%s[j] * %s[i]", name(p, shift), name(p, force));
+}
+
+static void put_move(const struct printer *p, const struct pair_move *move) {
+    for (int a = 0; a < 3; a++) {
+        const int b = (a + 1) % 3, c = (a + 2) % 3;
+        const bool plus = move->shift.at[b] != NOTHING && move->force.at[c] != NOTHING;
+        const bool minus = move->shift.at[c] != NOTHING && move->force.at[b] != NOTHING;
+        if (move->moment.at[a] == NOTHING || (!plus && !minus))
+            continue;
+        text_add(p->text, "                    %s[i] %s= ", name(p, move->moment.at[a]), plus ? "+" : "-");
+        if (plus)
+            put_factors(p, move->shift.at[b], move->force.at[c]);
+        text_add(p->text, plus && minus ? " - " : "");
+        if (minus)
+            put_factors(p, move->shift.at[c], move->force.at[b]);
+        text_add(p->text, ";\n");
+    }
+}
+
+static void put_moves(const struct printer *p, const struct pairs *pairs) {
+    if (!pairs->move_count || all(pairs->moves_on, pairs->n, false))
+        return;
+    text_add(p->text, "            if (moves_on[j])\n                for (int i = j; i < end; i++) {\n");
+    for (int m = 0; m < pairs->move_count; m++)
+        put_move(p, &pairs->moves[m]);
+    text_add(p->text, "                }\n");
+}
+
+static void put_pairs(const struct printer *p, const struct pairs *pairs) {
+    const bool turns = all(pairs->is_turn, pairs->n, true), slides = all(pairs->is_turn, pairs->n, false);
+    put_tables(p, pairs);
+    text_add(p->text, "        for (int j = %d; j >= 0; j--) {\n", pairs->n - 1);
+    if (is_chain(pairs))
+        text_add(p->text, "            const int end = %d;\n", pairs->n);
+    else
+        text_add(p->text, "            const int end = ends[j];\n");
+    put_sums(p, pairs);
+    text_add(p->text, "            %s{\n", turns || slides ? "" : "if (is_turn[j]) ");
+    put_dots(p, pairs, !slides);
+    text_add(p->text, "            }\n");
+    if (!turns && !slides) {
+        text_add(p->text, "            else {\n");
+        put_dots(p, pairs, false);
+        text_add(p->text, "            }\n");
+    }
+    put_stores(p, pairs);
+    put_moves(p, pairs);
+    text_add(p->text, "        }\n");
+}
+
+static void put_product(const struct printer *p, const struct product *product) {
+    const struct field *fields = p->function->fields;
+    const int height = columns_of(&fields[product->left]), width = columns_of(&fields[product->right]);
+    const int sum = fields[product->left].count / height;
+    char digits[32];
+    text_add(p->text, "        for (int k = 0; k < %d; k++)\n            for (int i = 0; i < %d; i++) {\n",
+             sum, height);
+    text_add(p->text, "                const double left = %s * %s[k * %d + i];\n",
+             number_text(product->factor, digits), name(p, product->left), height);
+    text_add(p->text, "                for (int j = 0; j < %d; j++)\n", width);
+    text_add(p->text, "                    %s[i * %d + j] += left * %s[k * %d + j];\n            }\n",
+             name(p, product->target), width, name(p, product->right), width);
+}
+
+static void put_factoring(const struct printer *p, const struct factoring *factoring) {
+    const int n = columns_of(&p->function->fields[factoring->matrix]);
+    const char *A = name(p, factoring->matrix);
+    text_add(p->text, "        for (int k = %d; k >= 0; k--) {\n", n - 1);
+    text_add(p->text, "            %s[k * %d + k] = 1.0 / %s[k * %d + k];\n", A, n, A, n);
+    text_add(p->text, "            for (int i = 0; i < k; i++) {\n");
+    text_add(p->text, "                const double part = %s[k * %d + i] * %s[k * %d + k];\n", A, n, A, n);
+    text_add(p->text, "                for (int j = 0; j <= i; j++)\n");
+    text_add(p->text, "                    %s[i * %d + j] -= part * %s[k * %d + j];\n            }\n", A, n,
+             A, n);
+    text_add(p->text, "            for (int i = 0; i < k; i++)\n");
+    text_add(p->text, "                %s[k * %d + i] *= %s[k * %d + k];\n        }\n", A, n, A, n);
+}
+
+static void put_sweep(const struct printer *p, const struct solving *solving, int n, bool inward) {
+    const int width = p->function->fields[solving->field].count / n;
+    const char *b = name(p, solving->field), *L = name(p, solving->matrix);
+    const char *into = inward ? "i" : "k", *from = inward ? "k" : "i";
+    if (inward)
+        text_add(p->text, "        for (int k = %d; k >= 0; k--)\n", n - 1);
+    else
+        text_add(p->text, "        for (int k = 0; k < %d; k++)\n", n);
+    text_add(p->text, "            for (int i = 0; i < k; i++)\n");
+    text_add(p->text, "                for (int j = 0; j < %d; j++)\n", width);
+    text_add(p->text, "                    %s[%s * %d + j] -= %s[k * %d + i] * %s[%s * %d + j];\n", b, into,
+             width, L, n, b, from, width);
+}
+
+static void put_solving(const struct printer *p, const struct solving *solving) {
+    const int n = columns_of(&p->function->fields[solving->matrix]);
+    const int width = p->function->fields[solving->field].count / n;
+    const char *b = name(p, solving->field);
+    put_sweep(p, solving, n, true);
+    text_add(p->text, "        for (int k = 0; k < %d; k++)\n            for (int j = 0; j < %d; j++)\n", n,
+             width);
+    text_add(p->text, "                %s[k * %d + j] *= -%s[k * %d + k];\n", b, width,
+             name(p, solving->matrix), n);
+    put_sweep(p, solving, n, false);
+}
+
+static void put_loop(const struct printer *p, const struct loop *loop) {
+    text_add(p->text, "    { /* %s */\n", loop->about);
+    switch (loop->kind) {
+    case LOOP_PAIRS:
+        put_pairs(p, &loop->of.pairs);
+        break;
+    case LOOP_PRODUCT:
+        put_product(p, &loop->of.product);
+        break;
+    case LOOP_FACTORING:
+        put_factoring(p, &loop->of.factoring);
+        break;
+    case LOOP_SOLVING:
+        put_solving(p, &loop->of.solving);
+        break;
+    }
+    text_add(p->text, "    }\n");
+}
+
+void emit_loops(struct emission *x, struct text *text, const struct function *function, const char *local) {
+    const struct printer p = {x, text, function, local};
+    for (int i = 0; i < function->loop_count; i++)
+        put_loop(&p, &function->loops[i]);
+}

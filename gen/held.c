@@ -1,0 +1,166 @@
+/* The motion at given accelerations: see held.h. */
+#include "held.h"
+#include "memory.h"
+#include "sensitivity.h"
+
+static struct vector to_ground(const struct kinematics *k, int i, struct vector a) {
+    return matrix_times(k->g, k->frames[i].rotation.at, a);
+}
+
+/* What the coordinates' accelerations add to the bias: wd += e qdd for a turn, a += e qdd for a slide. */
+static void accelerate_frame(struct held *held, int i, const struct held_frame *parent) {
+    const struct kinematics *k = held->k;
+    struct graph *g = k->g;
+    struct held_frame *frame = &held->frames[i];
+    const struct joint *joint = &k->tree->frames[i].joint;
+    const struct vector gain = vector_scale(g, held->accelerations[i], unit_vector(g, joint->axis));
+    const struct vector lever = vector_cross(g, parent->gained_angular, k->joints[i].shift);
+    frame->gained_angular = to_child(k, i, parent->gained_angular);
+    frame->gained_linear = to_child(k, i, vector_add(g, parent->gained_linear, lever));
+    if (joint->is_turn)
+        frame->gained_angular = vector_add(g, frame->gained_angular, gain);
+    else
+        frame->gained_linear = vector_add(g, frame->gained_linear, gain);
+    frame->angular = vector_add(g, k->frames[i].bias_angular, frame->gained_angular);
+    frame->falling = vector_add(g, k->frames[i].bias_falling, frame->gained_linear);
+    name_vector(k, i, "wd", frame->angular);
+    name_vector(k, i, "a_falling", frame->falling);
+}
+
+/* de/dt = w x e, d2e/dt2 = wd x e + w x (w x e). */
+static void turn_axis(struct held *held, int i) {
+    const struct kinematics *k = held->k;
+    struct graph *g = k->g;
+    struct held_frame *frame = &held->frames[i];
+    const struct frame_motion *m = &k->frames[i];
+    const struct vector e = unit_vector(g, k->tree->frames[i].joint.axis);
+    const struct vector rate = vector_cross(g, m->angular, e);
+    const struct vector rate2 =
+        vector_add(g, vector_cross(g, frame->angular, e), vector_cross(g, m->angular, rate));
+    frame->axis = joint_axis(k, i);
+    frame->axis_rate = to_ground(k, i, rate);
+    frame->axis_rate2 = to_ground(k, i, rate2);
+    frame->velocity = to_ground(k, i, m->linear);
+    frame->acceleration = to_ground(k, i, vector_add(g, m->bias_linear, frame->gained_linear));
+    name_vector(k, i, "axis_rate", frame->axis_rate);
+    name_vector(k, i, "axis_rate2", frame->axis_rate2);
+}
+
+/* rdd = C qdd + d, by the frame that carries the point. */
+static struct vector accelerate_point(const struct held *held, int index) {
+    const struct kinematics *k = held->k;
+    const struct fixed_frame *fixed = &k->tree->points[index];
+    const struct vector rho = vector_of(fixed->placement.position);
+    if (fixed->frame < 0)
+        return k->points[index].d;
+    const struct held_frame *frame = &held->frames[fixed->frame];
+    struct vector gain = vector_cross(k->g, frame->gained_angular, rho);
+    if (!k->model->points[index].is_direction)
+        gain = vector_add(k->g, gain, frame->gained_linear);
+    return vector_add(k->g, k->points[index].d, to_ground(k, fixed->frame, gain));
+}
+
+struct held *hold(const struct kinematics *k, const expression *accelerations,
+                  const expression *multipliers) {
+    const struct held_frame ground = {.axis = {{0, 0, 0}}};
+    struct held *held = memory_get(k->memory, sizeof *held);
+    *held = (struct held){.k = k, .accelerations = accelerations, .multipliers = multipliers};
+    held->frames = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *held->frames);
+    held->points = memory_get(k->memory, ((size_t)k->model->marker_count + 1) * sizeof *held->points);
+    held->columns = memory_get(k->memory, ((size_t)k->model->marker_count + 1) * sizeof *held->columns);
+    for (int i = 0; i < k->tree->count; i++) {
+        const int parent = k->tree->frames[i].parent;
+        remark(k->g, memory_format(k->memory, "%s: motion at the accelerations found, outward",
+                                   k->tree->frames[i].name));
+        accelerate_frame(held, i, parent < 0 ? &ground : &held->frames[parent]);
+        turn_axis(held, i);
+    }
+    for (int i = 0; i < k->model->marker_count; i++)
+        held->points[i] = accelerate_point(held, i);
+    return held;
+}
+
+/* C_j = e x rho for a turn, e for a slide; rho the arm from the joint, or the direction itself. */
+static void derive_column(const struct held *held, struct column_rates *rates, int point, int j) {
+    const struct kinematics *k = held->k;
+    struct graph *g = k->g;
+    const struct held_frame *frame = &held->frames[j];
+    const bool is_direction = k->model->points[point].is_direction;
+    const struct vector axis[3] = {frame->axis, frame->axis_rate, frame->axis_rate2};
+    struct vector arm[3] = {k->points[point].r, k->points[point].rd, held->points[point]};
+    const struct vector origin[3] = {k->frames[j].position, frame->velocity, frame->acceleration};
+    for (int o = 0; o < 3 && !is_direction; o++)
+        arm[o] = vector_sub(g, arm[o], origin[o]);
+    if (!k->tree->frames[j].joint.is_turn) {
+        for (int o = 0; o < 3 && !is_direction; o++)
+            rates->by_order[o][j] = axis[o];
+        return;
+    }
+    const struct vector middle = vector_cross(g, axis[1], arm[1]);
+    rates->by_order[0][j] = k->points[point].columns[j];
+    rates->by_order[1][j] = vector_add(g, vector_cross(g, axis[1], arm[0]), vector_cross(g, axis[0], arm[1]));
+    rates->by_order[2][j] =
+        vector_add(g, vector_add(g, vector_cross(g, axis[2], arm[0]), vector_cross(g, axis[0], arm[2])),
+                   vector_add(g, middle, middle));
+}
+
+const struct column_rates *held_columns(struct held *held, int point) {
+    const struct kinematics *k = held->k;
+    struct column_rates *rates = &held->columns[point];
+    if (rates->by_order[0])
+        return rates;
+    remark(k->g, memory_format(k->memory, "%s: C_j, dC_j/dt and d2C_j/dt2", k->model->points[point].name));
+    for (int o = 0; o < 3; o++)
+        rates->by_order[o] = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof(struct vector));
+    for (int j = k->tree->points[point].frame; j >= 0; j = k->tree->frames[j].parent)
+        derive_column(held, rates, point, j);
+    return rates;
+}
+
+static expression place_symbol(void *context, struct graph *g, expression e) {
+    const struct held *held = context;
+    const struct symbol s = *as_symbol(g, e);
+    if (s.kind == SYMBOL_MULTIPLIER && held->multipliers)
+        return held->multipliers[s.index];
+    if (s.kind == SYMBOL_COORDINATE && s.order == 2)
+        return held->accelerations[s.index];
+    if (s.kind != SYMBOL_POINT)
+        return e;
+    const struct point_motion *point = &held->k->points[s.index / 3];
+    const struct vector by_order[3] = {point->r, point->rd, held->points[s.index / 3]};
+    return by_order[s.order].at[s.index % 3];
+}
+
+expression place_held(const struct held *held, expression e) {
+    substitute(held->k->g, place_symbol, (void *)held, &e, &e, 1);
+    return e;
+}
+
+/* slopes_j += factor (weight . column_j) */
+static void add_column_slopes(const struct held *held, struct vector weight, const struct vector *columns,
+                              double factor, expression *slopes) {
+    struct graph *g = held->k->g;
+    const struct vector scaled = vector_scale(g, number(g, factor), weight);
+    for (int j = 0; j < held->k->tree->count; j++)
+        slopes[j] = add(g, slopes[j], vector_dot(g, scaled, columns[j]));
+}
+
+expression *held_slopes(struct held *held, expression e, int order) {
+    static const double over[3][3] = {{1, 0, 0}, {1, 1, 0}, {1, 2, 1}}; /* (i over o) */
+    const struct kinematics *k = held->k;
+    const int n = k->tree->count, markers = k->model->marker_count;
+    expression *slopes = memory_get(k->memory, ((size_t)n + 1) * sizeof *slopes);
+    for (int i = order; i < 3; i++) {
+        expression *partial = symbol_gradient(k, e, i);
+        substitute(k->g, place_symbol, held, partial, partial, n + 3 * markers);
+        for (int j = 0; j < n && i == order; j++)
+            slopes[j] = add(k->g, slopes[j], partial[j]);
+        for (int p = 0; p < markers; p++) {
+            const struct vector weight = vector_of(partial + n + 3 * p);
+            if (!vector_is_zero(weight))
+                add_column_slopes(held, weight, held_columns(held, p)->by_order[i - order], over[i][order],
+                                  slopes);
+        }
+    }
+    return slopes;
+}

@@ -1,0 +1,44 @@
+/*
+ * The motion at given accelerations of the coordinates, and how it changes with one coordinate alone while
+ * those are held: what exact derivatives of the equations are made of.
+ *
+ * Takes kinematics and n accelerations, gives the accelerations of frames and points and, for an expression
+ * in symbols, its derivatives by q and qd. The columns of C and their first two time derivatives carry all of
+ * that: a point's symbol of order i has the derivative (i over o) d^(i-o)C_j/dt^(i-o) by coordinate j's
+ * symbol of order o, because r = r(q, t) makes derivatives by q and by t commute.
+ */
+#ifndef REFDYN_GEN_HELD_H
+#define REFDYN_GEN_HELD_H
+
+#include "kinematics.h"
+
+struct held_frame {
+    struct vector gained_angular, gained_linear; /* accelerations beyond the bias ones, own axes */
+    struct vector angular;                       /* dw/dt, own axes [rad/s^2] */
+    struct vector falling; /* acceleration of the origin minus gravity, own axes [m/s^2] */
+    struct vector axis, axis_rate, axis_rate2; /* the joint's axis e, de/dt, d2e/dt2 in the ground frame */
+    struct vector velocity, acceleration;      /* of the origin in the ground frame */
+};
+
+/* C_j, dC_j/dt and d2C_j/dt2 of one point or direction: n columns each. */
+struct column_rates {
+    struct vector *by_order[3];
+};
+
+struct held {
+    const struct kinematics *k;
+    const expression *accelerations, *multipliers; /* multipliers: what their symbols stand for, or NULL */
+    struct held_frame *frames;
+    struct vector *points;        /* accelerations */
+    struct column_rates *columns; /* by point, made when first asked for */
+};
+
+struct held *hold(const struct kinematics *k, const expression *accelerations, const expression *multipliers);
+
+const struct column_rates *held_columns(struct held *held, int point);
+/* Symbols replaced by the motion: points, accelerations of coordinates, multipliers. */
+expression place_held(const struct held *held, expression e);
+/* Derivatives of e, in symbols, by the n coordinates' values (order 0) or rates (order 1). */
+expression *held_slopes(struct held *held, expression e, int order);
+
+#endif

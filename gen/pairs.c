@@ -1,0 +1,246 @@
+/* Local arrays and loops over pairs of coordinates: see pairs.h. */
+#include "pairs.h"
+#include "memory.h"
+
+#include <string.h>
+
+/* Positions in depth-first order, children in the order of their numbers. */
+static void order_frames(struct pair_arrays *p) {
+    const struct tree *tree = p->k->tree;
+    const int n = tree->count;
+    int *beyond =
+        memory_get(p->memory, ((size_t)n + 1) * sizeof *beyond); /* frames beyond each, itself too */
+    int *position = memory_get(p->memory, ((size_t)n + 1) * sizeof *position);
+    int *next = memory_get(p->memory, ((size_t)n + 1) * sizeof *next); /* where its next child begins */
+    for (int i = n - 1; i >= 0; i--)
+        beyond[tree->frames[i].parent < 0 ? n : tree->frames[i].parent] += beyond[i] += 1;
+    for (int i = 0; i < n; i++) {
+        int *from = &next[tree->frames[i].parent < 0 ? n : tree->frames[i].parent];
+        position[i] = *from;
+        *from += beyond[i];
+        next[i] = position[i] + 1;
+        p->order[position[i]] = i;
+        p->end[position[i]] = position[i] + beyond[i];
+    }
+}
+
+struct pair_arrays open_pairs(const struct kinematics *k, struct function *function) {
+    const size_t n = (size_t)k->tree->count + 1;
+    struct pair_arrays p = {.memory = k->memory, .function = function, .k = k};
+    p.order = memory_get(k->memory, n * sizeof *p.order);
+    p.end = memory_get(k->memory, n * sizeof *p.end);
+    p.is_turn = memory_get(k->memory, n * sizeof *p.is_turn);
+    p.moves_on = memory_get(k->memory, n * sizeof *p.moves_on);
+    order_frames(&p);
+    for (int i = 0; i < k->tree->count; i++) {
+        const struct frame *frame = &k->tree->frames[p.order[i]];
+        p.is_turn[i] = frame->joint.is_turn;
+        p.moves_on[i] = frame->parent >= 0 && !vector_is_zero(k->joints[p.order[i]].shift);
+    }
+    return p;
+}
+
+expression *add_local(struct memory *memory, struct function *function, const char *name, int count,
+                      int columns, int *field) {
+    *field = function->field_count + function->local_count;
+    expression *values = open_field(
+        memory, function, (struct field){.name = name, .about = "", .count = count, .columns = columns});
+    function->local_count++;
+    function->local_out_count += count;
+    return values;
+}
+
+static int add_axis(struct pair_arrays *p, const char *name, const struct vector *by_coordinate, int axis) {
+    int field;
+    expression *values =
+        add_local(p->memory, p->function, memory_format(p->memory, "%s_%c", name, "xyz"[axis]),
+                  p->k->tree->count, 0, &field);
+    for (int i = 0; i < p->k->tree->count; i++)
+        values[i] = by_coordinate[p->order[i]].at[axis];
+    return field;
+}
+
+static bool is_zero_axis(const struct pair_arrays *p, const struct vector *by_coordinate, int axis) {
+    for (int i = 0; i < p->k->tree->count; i++)
+        if (by_coordinate[i].at[axis])
+            return false;
+    return true;
+}
+
+struct vector_arrays add_arrays(struct pair_arrays *p, const char *name, const struct vector *by_coordinate) {
+    struct vector_arrays arrays;
+    for (int axis = 0; axis < 3; axis++)
+        arrays.at[axis] =
+            is_zero_axis(p, by_coordinate, axis) ? NOTHING : add_axis(p, name, by_coordinate, axis);
+    return arrays;
+}
+
+static bool meet(const struct pair_move *move, int shift, int force) {
+    return move->shift.at[shift] != NOTHING && move->force.at[force] != NOTHING;
+}
+
+void add_moved(struct pair_arrays *p, const char *name, const struct vector *by_coordinate,
+               struct pair_move *move) {
+    for (int axis = 0; axis < 3; axis++) {
+        const int b = (axis + 1) % 3, c = (axis + 2) % 3;
+        const bool stays_zero =
+            is_zero_axis(p, by_coordinate, axis) && !meet(move, b, c) && !meet(move, c, b);
+        move->moment.at[axis] = stays_zero ? NOTHING : add_axis(p, name, by_coordinate, axis);
+    }
+}
+
+struct loop *add_loop(struct memory *memory, struct function *function, enum loop_kind kind,
+                      const char *about) {
+    function->loops = memory_room(memory, function->loops, function->loop_count, &function->loop_capacity,
+                                  sizeof *function->loops);
+    struct loop *loop = &function->loops[function->loop_count++];
+    *loop = (struct loop){.kind = kind, .about = about};
+    return loop;
+}
+
+struct pairs *add_pairs(struct pair_arrays *p, const char *about) {
+    struct pairs *pairs = &add_loop(p->memory, p->function, LOOP_PAIRS, about)->of.pairs;
+    *pairs = (struct pairs){.order = p->order,
+                            .end = p->end,
+                            .is_turn = p->is_turn,
+                            .moves_on = p->moves_on,
+                            .n = p->k->tree->count};
+    return pairs;
+}
+
+void add_term(struct pair_terms *terms, double factor, struct vector_arrays near, struct vector_arrays far) {
+    const struct pair_term term = {near, far, factor};
+    if (has_component(&term, 0) || has_component(&term, 1) || has_component(&term, 2))
+        terms->terms[terms->count++] = term;
+}
+
+/* ---- What no loop reads ---- */
+
+static void use_terms(const struct pair_terms *terms, bool *used) {
+    for (int t = 0; t < terms->count; t++)
+        for (int a = 0; a < 3; a++)
+            if (has_component(&terms->terms[t], a))
+                used[terms->terms[t].near.at[a]] = used[terms->terms[t].far.at[a]] = true;
+}
+
+static void use_cross(const struct pair_move *move, int shift, int force, bool *used) {
+    if (meet(move, shift, force))
+        used[move->shift.at[shift]] = used[move->force.at[force]] = true;
+}
+
+static bool has_joint(const struct pairs *pairs, bool is_turn) {
+    for (int i = 0; i < pairs->n; i++)
+        if (pairs->is_turn[i] == is_turn)
+            return true;
+    return false;
+}
+
+static void use_pairs(struct pairs *pairs, bool *used) {
+    for (int p = 0; p < pairs->product_count; p++) {
+        const struct pair_product *product = &pairs->products[p];
+        const struct pair_entries *both[2] = {&product->slide, &product->turn};
+        used[product->field] = true;
+        for (int kind = 0; kind < 2; kind++)
+            if (has_joint(pairs, kind)) {
+                use_terms(&both[kind]->rows, used);
+                use_terms(&both[kind]->columns, used);
+            }
+    }
+    for (int m = 0; m < pairs->move_count; m++)
+        for (int a = 0; a < 3; a++) {
+            struct pair_move *move = &pairs->moves[m];
+            if (move->moment.at[a] == NOTHING || !used[move->moment.at[a]]) {
+                move->moment.at[a] = NOTHING;
+                continue;
+            }
+            use_cross(move, (a + 1) % 3, (a + 2) % 3, used);
+            use_cross(move, (a + 2) % 3, (a + 1) % 3, used);
+        }
+}
+
+static void use_loop(struct loop *loop, bool *used) {
+    switch (loop->kind) {
+    case LOOP_PAIRS:
+        use_pairs(&loop->of.pairs, used);
+        return;
+    case LOOP_PRODUCT:
+        used[loop->of.product.target] = used[loop->of.product.left] = used[loop->of.product.right] = true;
+        return;
+    case LOOP_FACTORING:
+        used[loop->of.factoring.matrix] = true;
+        return;
+    case LOOP_SOLVING:
+        used[loop->of.solving.matrix] = used[loop->of.solving.field] = true;
+    }
+}
+
+static void renumber_arrays(struct vector_arrays *arrays, const int *number) {
+    for (int a = 0; a < 3; a++)
+        arrays->at[a] = arrays->at[a] == NOTHING ? NOTHING : number[arrays->at[a]];
+}
+
+static void renumber_terms(struct pair_terms *terms, const int *number) {
+    for (int t = 0; t < terms->count; t++) {
+        renumber_arrays(&terms->terms[t].near, number);
+        renumber_arrays(&terms->terms[t].far, number);
+    }
+}
+
+static void renumber_pairs(struct pairs *pairs, const int *number) {
+    for (int p = 0; p < pairs->product_count; p++) {
+        struct pair_product *product = &pairs->products[p];
+        product->field = number[product->field];
+        renumber_terms(&product->turn.rows, number);
+        renumber_terms(&product->turn.columns, number);
+        renumber_terms(&product->slide.rows, number);
+        renumber_terms(&product->slide.columns, number);
+    }
+    for (int m = 0; m < pairs->move_count; m++) {
+        renumber_arrays(&pairs->moves[m].moment, number);
+        renumber_arrays(&pairs->moves[m].force, number);
+        renumber_arrays(&pairs->moves[m].shift, number);
+    }
+}
+
+static void renumber_loop(struct loop *loop, const int *number) {
+    switch (loop->kind) {
+    case LOOP_PAIRS:
+        renumber_pairs(&loop->of.pairs, number);
+        return;
+    case LOOP_PRODUCT:
+        loop->of.product.target = number[loop->of.product.target];
+        loop->of.product.left = number[loop->of.product.left];
+        loop->of.product.right = number[loop->of.product.right];
+        return;
+    case LOOP_FACTORING:
+        loop->of.factoring.matrix = number[loop->of.factoring.matrix];
+        return;
+    case LOOP_SOLVING:
+        loop->of.solving.matrix = number[loop->of.solving.matrix];
+        loop->of.solving.field = number[loop->of.solving.field];
+    }
+}
+
+void drop_unread(struct memory *memory, struct function *function) {
+    const int fields = function->field_count + function->local_count;
+    bool *used = memory_get(memory, ((size_t)fields + 1) * sizeof *used);
+    int *number = memory_get(memory, ((size_t)fields + 1) * sizeof *number), kept = function->field_count;
+    for (int i = 0; i < function->loop_count; i++)
+        use_loop(&function->loops[i], used);
+    function->local_out_count = 0;
+    for (int f = 0; f < fields; f++) {
+        const struct field field = function->fields[f];
+        number[f] = f < function->field_count ? f : used[f] ? kept++ : NOTHING;
+        if (f < function->field_count || !used[f])
+            continue;
+        struct field *into = &function->fields[number[f]];
+        *into = field;
+        into->offset = function->out_count + function->local_out_count;
+        memmove(function->out + into->offset, function->out + field.offset,
+                (size_t)field.count * sizeof *function->out);
+        function->local_out_count += field.count;
+    }
+    function->local_count = kept - function->field_count;
+    for (int i = 0; i < function->loop_count; i++)
+        renumber_loop(&function->loops[i], number);
+}

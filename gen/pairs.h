@@ -1,0 +1,40 @@
+/*
+ * Local arrays and loops of one function: from vectors of coordinates to the plan's loops over pairs.
+ *
+ * Takes vectors by coordinate, gives arrays by position in the order in which all beyond a joint follow it.
+ * Fields of the result come first: locals are added behind the last of them.
+ */
+#ifndef REFDYN_GEN_PAIRS_H
+#define REFDYN_GEN_PAIRS_H
+
+#include "plan.h"
+#include "tangent.h"
+
+struct pair_arrays {
+    struct memory *memory;
+    struct function *function;
+    const struct kinematics *k;
+    int *order, *end;
+    bool *is_turn, *moves_on;
+};
+
+struct pair_arrays open_pairs(const struct kinematics *k, struct function *function);
+/* A local array; its values, to be filled in before the next field, and its number in *field. */
+expression *add_local(struct memory *memory, struct function *function, const char *name, int count,
+                      int columns, int *field);
+/* Three arrays NAME_x, NAME_y, NAME_z of a vector by coordinate; axes that are zero everywhere have none. */
+struct vector_arrays add_arrays(struct pair_arrays *p, const char *name, const struct vector *by_coordinate);
+/* The same for a moment that `move` adds to: its other arrays are there already. */
+void add_moved(struct pair_arrays *p, const char *name, const struct vector *by_coordinate,
+               struct pair_move *move);
+struct loop *add_loop(struct memory *memory, struct function *function, enum loop_kind kind,
+                      const char *about);
+/* Opens a loop over pairs without products and moves. */
+struct pairs *add_pairs(struct pair_arrays *p, const char *about);
+/* One more term, unless it is zero. */
+void add_term(struct pair_terms *terms, double factor, struct vector_arrays near, struct vector_arrays far);
+/* Drops the local arrays that no loop reads, and moves of moments that no product reads: when all loops are
+ * there. */
+void drop_unread(struct memory *memory, struct function *function);
+
+#endif

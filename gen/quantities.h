@@ -1,0 +1,45 @@
+/*
+ * What builders of quantities share: terms of one model, each derived when first asked for.
+ */
+#ifndef REFDYN_GEN_QUANTITIES_H
+#define REFDYN_GEN_QUANTITIES_H
+
+#include "dynamics.h"
+#include "forces.h"
+#include "plan.h"
+#include "rows.h"
+
+struct derivation {
+    struct plan *plan;
+    struct memory *memory;
+    struct graph *g;
+    const struct model *model;
+    int n, m, points; /* coordinates, rows, points */
+    int frames;       /* of the rolled tree: values of coordinates are kept by frame */
+    struct kinematics kinematics;
+    struct inertia *composites;
+    expression *M, *bias, *falling, *qdd_free, *qdd, *force;
+    struct applied applied;
+    struct row_terms *rows;
+    expression **responses, *S, *lambda; /* M^-1 u^T by row, u M^-1 u^T, multipliers */
+    struct wrench *loads;
+    struct elimination *elimination;
+};
+
+expression *new_values(const struct derivation *d, int count);
+const struct inertia *composites(struct derivation *d);
+const struct row_terms *rows(struct derivation *d);
+const struct wrench *loads(struct derivation *d);
+const expression *free_accelerations(struct derivation *d);
+/* Sets qdd, force, lambda, responses and S. */
+void constrained_accelerations(struct derivation *d);
+/* S x = rest in place of rest; `what` names x. */
+void solve_rows(struct derivation *d, const expression *S, expression *rest, const char *what);
+/* One more part of a function's result. */
+expression *add_field(struct derivation *d, struct function *f, const char *name, const char *about,
+                      int count, int columns);
+
+/* derivatives.c: what is emitted on request alone. */
+void build_tangent(struct derivation *d, struct function *f);
+
+#endif

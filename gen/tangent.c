@@ -1,0 +1,369 @@
+/* Exact derivatives by coordinates and rates: see tangent.h. */
+#include "tangent.h"
+#include "forces.h"
+#include "memory.h"
+#include "sensitivity.h"
+
+#include <string.h>
+
+/* ---- Pulls ---- */
+
+struct pulls *no_pulls(const struct kinematics *k) {
+    struct pulls *pulls = memory_get(k->memory, sizeof *pulls);
+    const size_t markers = (size_t)k->model->marker_count + 1;
+    pulls->coordinates = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof(expression));
+    pulls->points = memory_get(k->memory, markers * sizeof *pulls->points);
+    pulls->torques = memory_get(k->memory, markers * sizeof *pulls->torques);
+    return pulls;
+}
+
+void add_applied_pulls(const struct kinematics *k, struct pulls *pulls) {
+    struct graph *g = k->g;
+    const struct named_forces named = collect_forces(k);
+    for (int i = 0; i < k->tree->count; i++) {
+        const struct joint *joint = &k->tree->frames[i].joint;
+        const expression stretch = sub(g, coordinate_of(k, i, 0), joint->rest);
+        const expression spring = mul(g, joint->stiffness, stretch);
+        const expression damper = mul(g, joint->damping, coordinate_of(k, i, 1));
+        pulls->coordinates[i] = sub(g, sub(g, pulls->coordinates[i], spring), damper);
+    }
+    for (int f = 0; f < named.force_count; f++) {
+        expression *into = &pulls->coordinates[named.forces[f].coordinate];
+        *into = add(g, *into, named.forces[f].value);
+    }
+    for (int l = 0; l < named.load_count; l++) {
+        const struct load *load = &named.loads[l];
+        struct vector *into = (load->is_torque ? pulls->torques : pulls->points) + load->point;
+        *into = vector_add(g, *into, vector_of(load->value));
+    }
+}
+
+void add_row_pulls(const struct kinematics *k, struct pulls *pulls) {
+    struct graph *g = k->g;
+    const int n = k->tree->count;
+    for (int row = 0; row < k->model->row_count; row++) {
+        const struct row *given = &k->model->rows[row];
+        const expression lambda = symbol(g, SYMBOL_MULTIPLIER, row, 0);
+        const expression *slope = symbol_gradient(k, given->residual, (int)given->level);
+        for (int i = 0; i < n; i++)
+            pulls->coordinates[i] = add(g, pulls->coordinates[i], mul(g, lambda, slope[i]));
+        for (int p = 0; p < k->model->marker_count; p++) {
+            const struct vector pull = vector_scale(g, lambda, vector_of(slope + n + 3 * p));
+            pulls->points[p] = vector_add(g, pulls->points[p], pull);
+        }
+    }
+}
+
+/* d/dt of a symbol, accelerations being symbols, too. */
+static expression rate_of_symbol(void *context, struct graph *g, expression e) {
+    const struct symbol s = *as_symbol(g, e);
+    (void)context;
+    if (s.kind == SYMBOL_TIME)
+        return one(g);
+    if ((s.kind == SYMBOL_COORDINATE || s.kind == SYMBOL_POINT) && s.order < 2)
+        return symbol(g, s.kind, s.index, s.order + 1);
+    return zero(g);
+}
+
+static expression row_balance(struct graph *g, const struct row *row) {
+    const expression damping = mul(g, number(g, 2), row->alpha), stiffness = mul(g, row->beta, row->beta);
+    expression velocity = row->residual;
+    if (row->level == ROW_ACCELERATION)
+        return row->residual;
+    if (row->level == ROW_POSITION)
+        velocity = differentiate(g, row->residual, rate_of_symbol, NULL);
+    const expression balance =
+        add(g, differentiate(g, velocity, rate_of_symbol, NULL), mul(g, damping, velocity));
+    return row->level == ROW_VELOCITY ? balance : add(g, balance, mul(g, stiffness, row->residual));
+}
+
+expression *row_balances(const struct kinematics *k) {
+    expression *balances = memory_get(k->memory, ((size_t)k->model->row_count + 1) * sizeof *balances);
+    for (int row = 0; row < k->model->row_count; row++)
+        balances[row] = row_balance(k->g, &k->model->rows[row]);
+    return balances;
+}
+
+static struct vector place_vector(const struct held *held, struct vector v) {
+    for (int a = 0; a < 3; a++)
+        v.at[a] = place_held(held, v.at[a]);
+    return v;
+}
+
+expression *pulled(const struct held *held, const struct pulls *pulls) {
+    const struct kinematics *k = held->k;
+    struct graph *g = k->g;
+    const int n = k->tree->count;
+    expression *Q = memory_get(k->memory, ((size_t)n + 1) * sizeof *Q);
+    for (int i = 0; i < n; i++)
+        Q[i] = place_held(held, pulls->coordinates[i]);
+    for (int p = 0; p < k->model->marker_count; p++) {
+        const struct vector force = place_vector(held, pulls->points[p]);
+        const struct vector torque = place_vector(held, pulls->torques[p]);
+        for (int j = k->tree->points[p].frame; j >= 0; j = k->tree->frames[j].parent) {
+            Q[j] = add(g, Q[j], vector_dot(g, force, k->points[p].columns[j]));
+            if (k->tree->frames[j].joint.is_turn)
+                Q[j] = add(g, Q[j], vector_dot(g, torque, joint_axis(k, j)));
+        }
+    }
+    return Q;
+}
+
+/* ---- What lies beyond a joint ---- */
+
+/* Sums over all mass beyond a joint, own axes, arms rho from its origin; inertia stands in the composites. */
+struct flow {
+    struct vector momentum; /* int rho' dm */
+    struct matrix growth;   /* int rho' rho^T dm */
+    struct wrench load;     /* int (rdd - grav) dm and its moment */
+};
+
+/* a b^T */
+static struct matrix outer(struct graph *g, struct vector a, struct vector b) {
+    struct matrix m;
+    for (int i = 0; i < 9; i++)
+        m.at[i] = mul(g, a.at[i / 3], b.at[i % 3]);
+    return m;
+}
+
+static struct matrix matrix_add(struct graph *g, struct matrix a, struct matrix b) {
+    for (int i = 0; i < 9; i++)
+        a.at[i] = add(g, a.at[i], b.at[i]);
+    return a;
+}
+
+/* int rho rho^T dm = tr(J)/2 1 - J */
+static struct matrix second_moments(struct graph *g, const expression J[6]) {
+    struct matrix s;
+    const expression half = number(g, 0.5);
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, l = (i + 2) % 3;
+        s.at[4 * i] = mul(g, half, sub(g, add(g, J[j], J[l]), J[i]));
+        s.at[3 * i + j] = s.at[3 * j + i] = neg(g, J[tensor_index(i, j)]);
+    }
+    return s;
+}
+
+/* w x each column */
+static struct matrix cross_columns(struct graph *g, struct vector w, const struct matrix *m) {
+    struct matrix c;
+    for (int column = 0; column < 3; column++) {
+        const struct vector v =
+            vector_cross(g, w, (struct vector){{m->at[column], m->at[3 + column], m->at[6 + column]}});
+        for (int row = 0; row < 3; row++)
+            c.at[3 * row + column] = v.at[row];
+    }
+    return c;
+}
+
+/* The load at qdd = 0, and J wd + mc x a, m a + wd x mc for what the accelerations gain. */
+static struct wrench held_load(const struct held *held, int i, struct wrench at_rest) {
+    struct graph *g = held->k->g;
+    const struct held_frame *frame = &held->frames[i];
+    const struct inertia *inertia = &held->k->tree->frames[i].inertia;
+    const struct vector mc = vector_of(inertia->moment);
+    struct tensor J;
+    memcpy(J.at, inertia->tensor, sizeof J.at);
+    const struct wrench gained = {
+        vector_add(g, tensor_times(g, J, frame->gained_angular), vector_cross(g, mc, frame->gained_linear)),
+        vector_add(g, vector_scale(g, inertia->mass, frame->gained_linear),
+                   vector_cross(g, frame->gained_angular, mc))};
+    return wrench_add(g, at_rest, gained);
+}
+
+static struct flow own_flow(const struct held *held, int i, struct wrench load_at_rest) {
+    struct graph *g = held->k->g;
+    const struct inertia *inertia = &held->k->tree->frames[i].inertia;
+    const struct vector w = held->k->frames[i].angular;
+    const struct matrix moments = second_moments(g, inertia->tensor);
+    return (struct flow){.momentum = vector_cross(g, w, vector_of(inertia->moment)),
+                         .growth = cross_columns(g, w, &moments),
+                         .load = held_load(held, i, load_at_rest)};
+}
+
+static struct flow flow_add(struct graph *g, struct flow a, struct flow b) {
+    return (struct flow){.momentum = vector_add(g, a.momentum, b.momentum),
+                         .growth = matrix_add(g, a.growth, b.growth),
+                         .load = wrench_add(g, a.load, b.load)};
+}
+
+/* ds/dt of a frame's shift from its parent, in the parent's axes. */
+static struct vector shift_rate(const struct kinematics *k, int i) {
+    struct graph *g = k->g;
+    const struct frame *frame = &k->tree->frames[i];
+    if (frame->parent < 0)
+        return (struct vector){{0, 0, 0}};
+    struct vector rate = vector_cross(g, k->frames[frame->parent].angular, k->joints[i].shift);
+    if (!frame->joint.is_turn) {
+        const expression speed = coordinate_of(k, i, 1);
+        const struct vector slide = vector_scale(g, speed, unit_vector(g, frame->joint.axis));
+        rate = vector_add(g, rate, matrix_times(g, frame->placement.rotation, slide));
+    }
+    return rate;
+}
+
+/* rho + s and rho' + s' for rho and rho'. */
+static struct flow flow_to_parent(const struct kinematics *k, int i, const struct inertia *beyond,
+                                  struct flow flow) {
+    struct graph *g = k->g;
+    const struct vector s = k->joints[i].shift, rate = shift_rate(k, i);
+    const struct vector mc = to_parent(k, i, vector_of(beyond->moment));
+    const struct vector moved = vector_add(g, mc, vector_scale(g, beyond->mass, s));
+    struct flow out = {.momentum = to_parent(k, i, flow.momentum),
+                       .growth = matrix_to_parent(k, i, flow.growth),
+                       .load = wrench_to_parent(k, i, flow.load)};
+    out.growth = matrix_add(g, out.growth, outer(g, out.momentum, s));
+    out.growth = matrix_add(g, out.growth, outer(g, rate, moved));
+    out.momentum = vector_add(g, out.momentum, vector_scale(g, beyond->mass, rate));
+    return out;
+}
+
+static void name_flow(const struct kinematics *k, int i, const struct flow *flow) {
+    static const char *const rows[3] = {"growth_x", "growth_y", "growth_z"};
+    name_vector(k, i, "momentum", flow->momentum);
+    for (int row = 0; row < 3; row++)
+        name_vector(k, i, rows[row], vector_of(flow->growth.at + 3 * row));
+    name_vector(k, i, "held_moment", flow->load.moment);
+    name_vector(k, i, "held_force", flow->load.force);
+}
+
+/* ---- Vectors of one coordinate ---- */
+
+/* int rho x (a x rho') dm = (tr(E) 1 - E) a, E = int rho' rho^T; or with E^T. Diagonal terms are sums. */
+static struct vector around(struct graph *g, const struct matrix *E, bool is_transposed, struct vector a) {
+    struct vector b;
+    for (int i = 0; i < 3; i++) {
+        const int j = (i + 1) % 3, l = (i + 2) % 3;
+        const expression ij = is_transposed ? E->at[3 * j + i] : E->at[3 * i + j];
+        const expression il = is_transposed ? E->at[3 * l + i] : E->at[3 * i + l];
+        const expression off = add(g, mul(g, ij, a.at[j]), mul(g, il, a.at[l]));
+        b.at[i] = sub(g, mul(g, add(g, E->at[4 * j], E->at[4 * l]), a.at[i]), off);
+    }
+    return b;
+}
+
+static struct vector twice(struct graph *g, struct vector a) {
+    return vector_add(g, a, a);
+}
+
+struct axis_motion {
+    struct vector e, rate, rate2; /* own axes */
+};
+
+static struct axis_motion axis_motion(const struct held *held, int i) {
+    struct graph *g = held->k->g;
+    const struct vector e = unit_vector(g, held->k->tree->frames[i].joint.axis);
+    const struct vector w = held->k->frames[i].angular, rate = vector_cross(g, w, e);
+    const struct vector bent = vector_cross(g, held->frames[i].angular, e);
+    return (struct axis_motion){e, rate, vector_add(g, bent, vector_cross(g, w, rate))};
+}
+
+/* C_i = e: all beyond moves along. */
+static void slide_vectors(struct graph *g, const struct inertia *beyond, const struct flow *flow,
+                          const struct axis_motion *a, struct pair_vectors *v) {
+    const struct vector mc = vector_of(beyond->moment);
+    v->spin = vector_cross(g, flow->momentum, a->e);
+    v->stiffness.force = vector_scale(g, beyond->mass, a->rate2);
+    v->stiffness.moment =
+        vector_add(g, vector_cross(g, mc, a->rate2), vector_cross(g, a->e, flow->load.force));
+    v->damping.force = twice(g, vector_scale(g, beyond->mass, a->rate));
+    v->damping.moment = twice(g, vector_cross(g, mc, a->rate));
+}
+
+/*
+ * C_i = e x rho. What turns C_j along with i adds up with e x rho'' to e x (load), up to the acceleration of
+ * the origin: int rho x (e x rho'') + (e x rho) x (rdd - grav) = e x int rho x (rdd - grav) + mc x (a x e).
+ */
+static void turn_vectors(struct graph *g, const struct inertia *beyond, const struct flow *flow,
+                         const struct axis_motion *a, struct vector lever, struct pair_vectors *v) {
+    const struct vector mc = vector_of(beyond->moment);
+    struct tensor J;
+    memcpy(J.at, beyond->tensor, sizeof J.at);
+    const struct vector lifted = vector_scale(g, beyond->mass, lever);
+    const struct vector swung =
+        vector_add(g, vector_cross(g, a->rate2, mc), twice(g, vector_cross(g, a->rate, flow->momentum)));
+    const struct vector turned =
+        vector_add(g, tensor_times(g, J, a->rate2), twice(g, around(g, &flow->growth, false, a->rate)));
+    v->spin = around(g, &flow->growth, true, a->e);
+    v->stiffness.force = vector_add(g, vector_add(g, swung, vector_cross(g, a->e, flow->load.force)), lifted);
+    v->stiffness.moment = vector_add(g, vector_add(g, turned, vector_cross(g, a->e, flow->load.moment)),
+                                     vector_cross(g, mc, lever));
+    v->damping.force =
+        twice(g, vector_add(g, vector_cross(g, a->rate, mc), vector_cross(g, a->e, flow->momentum)));
+    v->damping.moment =
+        twice(g, vector_add(g, tensor_times(g, J, a->rate), around(g, &flow->growth, false, a->e)));
+}
+
+static void turn_to_ground(const struct kinematics *k, int i, struct vector *v) {
+    *v = matrix_times(k->g, k->frames[i].rotation.at, *v);
+}
+
+/* All to ground axes; the shifts stand in the parent's. */
+static void vectors_to_ground(const struct kinematics *k, int i, struct pair_vectors *v) {
+    struct vector *const own[] = {&v->falling_lever,  &v->mass.moment,      &v->mass.force,
+                                  &v->spin,           &v->stiffness.moment, &v->stiffness.force,
+                                  &v->damping.moment, &v->damping.force};
+    for (size_t a = 0; a < sizeof own / sizeof *own; a++)
+        turn_to_ground(k, i, own[a]);
+    const int parent = k->tree->frames[i].parent;
+    if (parent >= 0) {
+        turn_to_ground(k, parent, &v->shift);
+        turn_to_ground(k, parent, &v->shift_rate);
+    }
+}
+
+static struct pair_vectors vectors_of_joint(const struct held *held, int i, const struct inertia *beyond,
+                                            const struct flow *flow) {
+    const struct kinematics *k = held->k;
+    struct graph *g = k->g;
+    const struct axis_motion axis = axis_motion(held, i);
+    struct pair_vectors v = {.mass = unit_wrench(k, i, beyond)};
+    if (k->tree->frames[i].joint.is_turn) {
+        v.falling_lever = vector_cross(g, held->frames[i].falling, axis.e);
+        turn_vectors(g, beyond, flow, &axis, v.falling_lever, &v);
+    } else {
+        slide_vectors(g, beyond, flow, &axis, &v);
+    }
+    if (k->tree->frames[i].parent >= 0) {
+        v.shift = k->joints[i].shift;
+        v.shift_rate = shift_rate(k, i);
+    }
+    vectors_to_ground(k, i, &v);
+    return v;
+}
+
+struct pair_vectors *derive_pair_vectors(const struct held *held, const struct inertia *composites,
+                                         const struct wrench *loads) {
+    const struct kinematics *k = held->k;
+    const int n = k->tree->count;
+    struct pair_vectors *vectors = memory_get(k->memory, ((size_t)n + 1) * sizeof *vectors);
+    struct flow *flows = memory_get(k->memory, ((size_t)n + 1) * sizeof *flows);
+    for (int i = n - 1; i >= 0; i--) {
+        const int parent = k->tree->frames[i].parent;
+        remark(k->g,
+               memory_format(k->memory, "%s: momentum, growth of inertia and load of all beyond, inward",
+                             k->tree->frames[i].name));
+        flows[i] = flow_add(k->g, own_flow(held, i, loads[i]), flows[i]);
+        name_flow(k, i, &flows[i]);
+        vectors[i] = vectors_of_joint(held, i, &composites[i], &flows[i]);
+        if (parent >= 0)
+            flows[parent] = flow_add(k->g, flows[parent], flow_to_parent(k, i, &composites[i], flows[i]));
+    }
+    return vectors;
+}
+
+expression *derive_inertia_forces(const struct held *held, const struct wrench *loads) {
+    const struct kinematics *k = held->k;
+    const int n = k->tree->count;
+    expression *forces = memory_get(k->memory, ((size_t)n + 1) * sizeof *forces);
+    struct wrench *sums = memory_get(k->memory, ((size_t)n + 1) * sizeof *sums);
+    for (int i = n - 1; i >= 0; i--) {
+        const struct joint *joint = &k->tree->frames[i].joint;
+        const int parent = k->tree->frames[i].parent;
+        sums[i] = wrench_add(k->g, sums[i], held_load(held, i, loads[i]));
+        forces[i] = (joint->is_turn ? sums[i].moment : sums[i].force).at[joint->axis];
+        if (parent >= 0)
+            sums[parent] = wrench_add(k->g, sums[parent], wrench_to_parent(k, i, sums[i]));
+    }
+    return forces;
+}

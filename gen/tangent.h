@@ -1,0 +1,53 @@
+/*
+ * Exact derivatives of M qdd - h - Q - u^T lambda by coordinates and rates, at held accelerations and
+ * multipliers, in O(n^2).
+ *
+ * Takes the held motion, gives vectors of each coordinate for the loops over pairs (loops.h). The method is
+ * that of Singh, Russo and Wensing (IEEE RA-L 7, 2022), here with arms and velocities from the joints' own
+ * origins instead of spatial vectors about one point: with rho the arm of a mass element from the origin of
+ * joint j, C_j = e x rho, dC_j = e' x rho + e x rho', ddC_j = e'' x rho + 2 e' x rho' + e x rho'', M_ij = int
+ * C_i . C_j dm, d/dqd_j of row i = 2 int C_i . dC_j dm, d/dq_j of row i = int C_i . ddC_j dm + int dC_i/dq_j
+ * . (rdd - grav) dm.
+ */
+#ifndef REFDYN_GEN_TANGENT_H
+#define REFDYN_GEN_TANGENT_H
+
+#include "dynamics.h"
+#include "held.h"
+
+/* What pulls at coordinates, points and bodies; in symbols. Generalized forces are what they do on columns of
+ * C. */
+struct pulls {
+    expression *coordinates; /* n forces */
+    struct vector *points;   /* by point: a force there, or the pull on a direction */
+    struct vector *torques;  /* by point: on the body that carries it */
+};
+
+struct pulls *no_pulls(const struct kinematics *k);
+/* Springs, dampers and what the model names. */
+void add_applied_pulls(const struct kinematics *k, struct pulls *pulls);
+/* u^T lambda: lambda times the gradient of each row's residual by its symbols of highest order. */
+void add_row_pulls(const struct kinematics *k, struct pulls *pulls);
+/* u qdd - k of each row, in symbols: d2/dt2 of the residual, or d/dt, with what stabilises it. */
+expression *row_balances(const struct kinematics *k);
+/* sum pull . column (n): generalized forces of the pulls. */
+expression *pulled(const struct held *held, const struct pulls *pulls);
+
+/* Vectors of one coordinate, own origin and ground axes: see loops.h. Near ones move joint j, far ones are
+ * felt. */
+struct pair_vectors {
+    struct vector falling_lever;      /* near: (acceleration - gravity) x e */
+    struct vector shift, shift_rate;  /* from the parent's origin, ground axes */
+    struct wrench mass;               /* int C_i, int rho x C_i */
+    struct vector spin;               /* int rho' x C_i */
+    struct wrench stiffness, damping; /* int ddC_i and 2 int dC_i, with what turns C_j along */
+};
+
+/* By frame, with the inertia beyond each joint. */
+struct pair_vectors *derive_pair_vectors(const struct held *held, const struct inertia *composites,
+                                         const struct wrench *loads);
+
+/* M qdd + c + g at the held accelerations, n: what the derivatives are of. */
+expression *derive_inertia_forces(const struct held *held, const struct wrench *loads);
+
+#endif
