@@ -17,6 +17,9 @@ struct emission {
     int *piece_of;    /* by handle: piece that computes it in the function being printed */
     bool *is_carried; /* by handle: used in a later piece */
     int piece;        /* being printed; -1 in `prepare` */
+    bool is_cut;      /* the function being printed is cut into pieces */
+    bool has_sincos;  /* the file being printed has the pass over angles */
+    int first_angle, angle_count; /* coordinates in the pass of the function being printed; 0: no pass */
     bool uses_p, uses_x, uses_t, uses_q, uses_qd, uses_carried;
 };
 
@@ -31,6 +34,17 @@ void name_values(struct emission *emission);
 /* Splines that the functions use: in the first source, and their prototypes. */
 void emit_spline_functions(struct emission *emission, struct text *text);
 void emit_spline_prototypes(struct emission *emission, struct text *text);
+
+/* Sines and cosines in one pass (emit_sincos.c): which of them a function needs, */
+void find_angles(struct emission *emission, const struct function *function);
+/* the pass, once a file; its arrays; its call; */
+void emit_sincos(struct emission *emission, struct text *text);
+void emit_angle_arrays(const struct emission *emission, struct text *text);
+void emit_angle_pass(const struct emission *emission, struct text *text);
+/* and the array entry that e is; false when it is none. */
+bool emit_angle(struct emission *emission, struct text *text, expression e);
+/* The coordinate whose sine or cosine e is, or -1. */
+int angle_of(const struct graph *g, expression e);
 
 /* The parts of a model's files. */
 void emit_header(struct emission *emission, struct text *text);
