@@ -1,6 +1,7 @@
 /* Mass matrix, bias forces, gravity and energy from the tips inward: see dynamics.h. */
 #include "dynamics.h"
 #include "memory.h"
+#include "recursion.h"
 
 #include <string.h>
 
@@ -22,7 +23,7 @@ struct wrench wrench_add(struct graph *g, struct wrench a, struct wrench b) {
 struct wrench wrench_to_parent(const struct kinematics *k, int i, struct wrench w) {
     const struct vector force = to_parent(k, i, w.force);
     const struct vector moment = to_parent(k, i, w.moment);
-    return (struct wrench){vector_add(k->g, moment, vector_cross(k->g, k->frames[i].shift, force)), force};
+    return (struct wrench){vector_add(k->g, moment, vector_cross(k->g, k->joints[i].shift, force)), force};
 }
 
 /* The part of a wrench that the joint's coordinate feels. */
@@ -31,24 +32,45 @@ static expression on_joint(const struct kinematics *k, int i, struct wrench w) {
     return joint->is_turn ? w.moment.at[joint->axis] : w.force.at[joint->axis];
 }
 
-/* Sum over all bodies beyond each joint of `own`, felt by the joint's coordinate. */
+struct recursion recursion_over(const struct kinematics *k, void *state, size_t size,
+                                void (*step)(void *context, int i), void *context) {
+    return (struct recursion){k->memory, k->g, k->tree, state, (int)(size / sizeof(expression)), step, context};
+}
+
+/* A sum over all bodies beyond each joint, felt by the joint's coordinate. */
+struct inward_sum {
+    const struct kinematics *k;
+    struct wrench (*own)(const struct kinematics *k, int i);
+    const char *moment_name, *force_name, *what;
+    struct wrench *sums;
+    expression *felt;
+};
+
+static void add_inward(void *context, int i) {
+    const struct inward_sum *x = context;
+    const struct kinematics *k = x->k;
+    const struct frame *frame = &k->tree->frames[i];
+    remark(k->g, memory_format(k->memory, "%s: %s, inward", frame->name, x->what));
+    if (frame->kind == FRAME_JOINT) {
+        x->sums[i] = wrench_add(k->g, x->own(k, i), x->sums[i]);
+        name_vector(k, i, x->moment_name, x->sums[i].moment);
+        name_vector(k, i, x->force_name, x->sums[i].force);
+        x->felt[i] = on_joint(k, i, x->sums[i]);
+    }
+    if (frame->parent >= 0)
+        x->sums[frame->parent] = wrench_add(k->g, x->sums[frame->parent], wrench_to_parent(k, i, x->sums[i]));
+}
+
 static expression *sum_inward(const struct kinematics *k,
                               struct wrench (*own)(const struct kinematics *k, int i),
                               const char *moment_name, const char *force_name, const char *what) {
-    const int n = k->tree->count;
-    struct wrench *sums = memory_get(k->memory, ((size_t)n + 1) * sizeof *sums);
-    expression *felt = new_values(k, (size_t)n);
-    for (int i = n - 1; i >= 0; i--) {
-        const int parent = k->tree->frames[i].parent;
-        remark(k->g, memory_format(k->memory, "%s: %s, inward", k->tree->frames[i].name, what));
-        const struct wrench sum = wrench_add(k->g, own(k, i), sums[i]);
-        name_vector(k, i, moment_name, sum.moment);
-        name_vector(k, i, force_name, sum.force);
-        felt[i] = on_joint(k, i, sum);
-        if (parent >= 0)
-            sums[parent] = wrench_add(k->g, sums[parent], wrench_to_parent(k, i, sum));
-    }
-    return felt;
+    const size_t n = (size_t)k->tree->count + 1;
+    struct inward_sum x = {k, own, moment_name, force_name, what, NULL, NULL};
+    x.sums = memory_get(k->memory, n * sizeof *x.sums);
+    x.felt = new_values(k, n);
+    const struct recursion recursion = recursion_over(k, x.sums, sizeof *x.sums, add_inward, &x);
+    recur_inward(&recursion);
+    return x.felt;
 }
 
 /*
@@ -92,16 +114,25 @@ static struct wrench falling_wrench(const struct kinematics *k, int i) {
     return inertia_wrench(k, i, k->frames[i].bias_falling);
 }
 
+struct own_loads {
+    const struct kinematics *k;
+    struct wrench *loads;
+};
+
+static void derive_load(void *context, int i) {
+    const struct own_loads *x = context;
+    const struct kinematics *k = x->k;
+    remark(k->g,
+           memory_format(k->memory, "%s: inertia and gravity of the body at qdd = 0", k->tree->frames[i].name));
+    x->loads[i] = falling_wrench(k, i);
+    name_vector(k, i, "load_moment", x->loads[i].moment);
+    name_vector(k, i, "load_force", x->loads[i].force);
+}
+
 struct wrench *derive_loads(const struct kinematics *k) {
-    struct wrench *loads = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *loads);
-    for (int i = 0; i < k->tree->count; i++) {
-        remark(k->g, memory_format(k->memory, "%s: inertia and gravity of the body at qdd = 0",
-                                   k->tree->frames[i].name));
-        loads[i] = falling_wrench(k, i);
-        name_vector(k, i, "load_moment", loads[i].moment);
-        name_vector(k, i, "load_force", loads[i].force);
-    }
-    return loads;
+    struct own_loads x = {k, memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *x.loads)};
+    visit_joints(k->g, k->tree, derive_load, &x);
+    return x.loads;
 }
 
 expression *derive_bias_forces(const struct kinematics *k, bool falling) {
@@ -118,30 +149,42 @@ static struct inertia inertia_to_parent(const struct kinematics *k, int i, const
     const struct tensor tensor = tensor_to_parent(k, i, tensor_of(inner->tensor));
     memcpy(turned.moment, moment.at, sizeof turned.moment);
     memcpy(turned.tensor, tensor.at, sizeof turned.tensor);
-    memcpy(shift.position, k->frames[i].shift.at, sizeof shift.position);
+    memcpy(shift.position, k->joints[i].shift.at, sizeof shift.position);
     return inertia_place(k->g, &shift, turned);
 }
 
-struct inertia *derive_composites(const struct kinematics *k) {
-    const int n = k->tree->count;
-    struct inertia *composites = memory_get(k->memory, ((size_t)n + 1) * sizeof *composites);
-    for (int i = n - 1; i >= 0; i--) {
-        const int parent = k->tree->frames[i].parent;
-        struct inertia *outer = &composites[parent < 0 ? n : parent];
-        remark(k->g, memory_format(k->memory, "%s: composite pseudo-inertia of all beyond, inward",
-                                   k->tree->frames[i].name));
-        composites[i] = inertia_add(k->g, k->tree->frames[i].inertia, composites[i]);
-        name_scalar(k, i, "mass_beyond", composites[i].mass);
-        name_vector(k, i, "moment_beyond", vector_of(composites[i].moment));
-        for (int e = 0; e < 6; e++) {
-            static const char *const names[6] = {"inertia_beyond_xx", "inertia_beyond_yy",
-                                                 "inertia_beyond_zz", "inertia_beyond_xy",
-                                                 "inertia_beyond_xz", "inertia_beyond_yz"};
-            name_scalar(k, i, names[e], composites[i].tensor[e]);
-        }
-        *outer = inertia_add(k->g, *outer, inertia_to_parent(k, i, &composites[i]));
+struct composition {
+    const struct kinematics *k;
+    struct inertia *composites;
+};
+
+static void name_composite(const struct kinematics *k, int i, const struct inertia *composite) {
+    static const char *const names[6] = {"inertia_beyond_xx", "inertia_beyond_yy", "inertia_beyond_zz",
+                                         "inertia_beyond_xy", "inertia_beyond_xz", "inertia_beyond_yz"};
+    name_scalar(k, i, "mass_beyond", composite->mass);
+    name_vector(k, i, "moment_beyond", vector_of(composite->moment));
+    for (int e = 0; e < 6; e++)
+        name_scalar(k, i, names[e], composite->tensor[e]);
+}
+
+static void compose(void *context, int i) {
+    const struct composition *x = context;
+    const struct kinematics *k = x->k;
+    const struct frame *frame = &k->tree->frames[i];
+    struct inertia *outer = &x->composites[frame->parent < 0 ? k->tree->count : frame->parent];
+    remark(k->g, memory_format(k->memory, "%s: composite pseudo-inertia of all beyond, inward", frame->name));
+    if (frame->kind == FRAME_JOINT) {
+        x->composites[i] = inertia_add(k->g, frame->inertia, x->composites[i]);
+        name_composite(k, i, &x->composites[i]);
     }
-    return composites;
+    *outer = inertia_add(k->g, *outer, inertia_to_parent(k, i, &x->composites[i]));
+}
+
+struct inertia *derive_composites(const struct kinematics *k) {
+    struct composition x = {k, memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *x.composites)};
+    const struct recursion recursion = recursion_over(k, x.composites, sizeof *x.composites, compose, &x);
+    recur_inward(&recursion);
+    return x.composites;
 }
 
 /* The wrench that accelerates all beyond joint i by one unit of its coordinate. */
@@ -171,18 +214,27 @@ expression *derive_mass_matrix(const struct kinematics *k, const struct inertia 
 }
 
 /* g_i: what gravity's field does to the composite moment beyond joint i, with the sign of dEp/dq. */
+struct weights {
+    const struct kinematics *k;
+    const struct inertia *composites;
+    expression *forces;
+};
+
+static void weigh(void *context, int i) {
+    const struct weights *x = context;
+    const struct kinematics *k = x->k;
+    const struct inertia *composite = &x->composites[i];
+    const struct vector field = k->frames[i].gravity;
+    const struct vector moment = vector_cross(k->g, vector_of(composite->moment), field);
+    const struct wrench weight = {moment, vector_scale(k->g, composite->mass, field)};
+    remark(k->g, memory_format(k->memory, "%s: gravity g = -grav^T X sum(T H e4)", k->tree->frames[i].name));
+    x->forces[i] = neg(k->g, on_joint(k, i, weight));
+}
+
 expression *derive_gravity_forces(const struct kinematics *k, const struct inertia *composites) {
-    struct graph *g = k->g;
-    const int n = k->tree->count;
-    expression *forces = new_values(k, (size_t)n);
-    for (int i = 0; i < n; i++) {
-        const struct vector field = k->frames[i].gravity;
-        const struct vector moment = vector_cross(g, vector_of(composites[i].moment), field);
-        const struct wrench weight = {moment, vector_scale(g, composites[i].mass, field)};
-        remark(g, memory_format(k->memory, "%s: gravity g = -grav^T X sum(T H e4)", k->tree->frames[i].name));
-        forces[i] = neg(g, on_joint(k, i, weight));
-    }
-    return forces;
+    struct weights x = {k, composites, new_values(k, (size_t)k->tree->count)};
+    visit_joints(k->g, k->tree, weigh, &x);
+    return x.forces;
 }
 
 /*
@@ -226,42 +278,54 @@ static struct wrench momentum(const struct kinematics *k, int i) {
  * s_i = dEk/dq_i = (rate of change of joint axis i) . (momentum beyond i): with p_i = X_i . L, dp_i/dt =
  * dX_i/dt . L + X_i . dL/dt and, at qdd = 0, dp_i/dt - dEk/dq_i = c_i = X_i . dL/dt.
  */
-expression *derive_printed_sum(const struct kinematics *k) {
+struct printed_sum {
+    const struct kinematics *k;
+    struct wrench *momenta;
+    expression *s;
+};
+
+static void add_momentum(void *context, int i) {
+    const struct printed_sum *x = context;
+    const struct kinematics *k = x->k;
     struct graph *g = k->g;
-    const int n = k->tree->count;
-    struct wrench *sums = memory_get(k->memory, ((size_t)n + 1) * sizeof *sums);
-    expression *s = new_values(k, (size_t)n);
-    for (int i = n - 1; i >= 0; i--) {
+    const struct frame *frame = &k->tree->frames[i];
+    remark(g, memory_format(k->memory, "%s: s = sum tr{T_m H T_in^T} qd_m qd_n, inward", frame->name));
+    if (frame->kind == FRAME_JOINT) {
         const struct frame_motion *m = &k->frames[i];
-        const struct joint *joint = &k->tree->frames[i].joint;
-        const int parent = k->tree->frames[i].parent;
-        const struct vector axis = unit_vector(g, joint->axis);
-        remark(g, memory_format(k->memory, "%s: s = sum tr{T_m H T_in^T} qd_m qd_n, inward",
-                                k->tree->frames[i].name));
-        const struct wrench L = wrench_add(g, sums[i], momentum(k, i));
+        const struct vector axis = unit_vector(g, frame->joint.axis);
         const struct vector turning = vector_cross(g, m->angular, axis);
-        if (joint->is_turn)
-            s[i] = add(g, vector_dot(g, turning, L.moment),
-                       vector_dot(g, vector_cross(g, m->linear, axis), L.force));
+        const struct wrench L = x->momenta[i] = wrench_add(g, x->momenta[i], momentum(k, i));
+        if (frame->joint.is_turn)
+            x->s[i] = add(g, vector_dot(g, turning, L.moment),
+                          vector_dot(g, vector_cross(g, m->linear, axis), L.force));
         else
-            s[i] = vector_dot(g, turning, L.force);
-        if (parent >= 0)
-            sums[parent] = wrench_add(g, sums[parent], wrench_to_parent(k, i, L));
+            x->s[i] = vector_dot(g, turning, L.force);
     }
-    return s;
+    if (frame->parent >= 0)
+        x->momenta[frame->parent] =
+            wrench_add(g, x->momenta[frame->parent], wrench_to_parent(k, i, x->momenta[i]));
 }
 
-/* Ek = 1/2 sum (v . p + w . L) over the bodies. */
+expression *derive_printed_sum(const struct kinematics *k) {
+    const size_t n = (size_t)k->tree->count + 1;
+    struct printed_sum x = {k, memory_get(k->memory, n * sizeof *x.momenta), new_values(k, n)};
+    const struct recursion recursion = recursion_over(k, x.momenta, sizeof *x.momenta, add_momentum, &x);
+    recur_inward(&recursion);
+    return x.s;
+}
+
+/* v . p + w . L of one body: twice its kinetic energy. */
+static expression twice_kinetic(void *context, int i) {
+    const struct kinematics *k = context;
+    const struct wrench L = momentum(k, i);
+    return add(k->g, vector_dot(k->g, k->frames[i].linear, L.force),
+               vector_dot(k->g, k->frames[i].angular, L.moment));
+}
+
 expression derive_kinetic_energy(const struct kinematics *k) {
-    struct graph *g = k->g;
-    expression twice = 0;
-    remark(g, "kinetic energy");
-    for (int i = 0; i < k->tree->count; i++) {
-        const struct wrench L = momentum(k, i);
-        twice = add(g, twice, vector_dot(g, k->frames[i].linear, L.force));
-        twice = add(g, twice, vector_dot(g, k->frames[i].angular, L.moment));
-    }
-    return mul(g, number(g, 0.5), twice);
+    remark(k->g, "kinetic energy");
+    const expression twice = sum_over_joints(k->g, k->tree, twice_kinetic, (void *)k);
+    return mul(k->g, number(k->g, 0.5), twice);
 }
 
 expression derive_gravity_energy(const struct kinematics *k, const struct inertia *composites) {

@@ -8,11 +8,17 @@
 #define REFDYN_GEN_DYNAMICS_H
 
 #include "kinematics.h"
+#include "recursion.h"
+
+#include <stddef.h>
 
 struct wrench {
     struct vector moment, force; /* [N m], [N] */
 };
 
+/* A recursion over the frames of k whose state has `size` bytes a frame. */
+struct recursion recursion_over(const struct kinematics *k, void *state, size_t size,
+                                void (*step)(void *context, int i), void *context);
 struct wrench wrench_add(struct graph *g, struct wrench a, struct wrench b);
 /* About the origin of frame i's parent, in its axes. */
 struct wrench wrench_to_parent(const struct kinematics *k, int i, struct wrench w);

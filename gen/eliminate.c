@@ -44,8 +44,10 @@ struct stage {
 };
 
 struct elimination {
-    struct stage *stages; /* from the ground outward */
-    int count;
+    const struct kinematics *k;
+    struct stage *stages;       /* by last frame; what ends no stage is left out */
+    bool *ends_stage;           /* by frame */
+    struct articulated *beyond; /* by frame: what all beyond it adds */
 };
 
 /* A rigid body: J, H = [mc]x, M = m 1. */
@@ -165,7 +167,7 @@ static struct articulated articulated_to_parent(const struct kinematics *k, int 
     a.J = tensor_to_parent(k, i, a.J);
     a.H = matrix_to_parent(k, i, a.H);
     a.M = tensor_to_parent(k, i, a.M);
-    return shift_articulated(k->g, k->frames[i].shift, a);
+    return shift_articulated(k->g, k->joints[i].shift, a);
 }
 
 static struct articulated articulated_add(struct graph *g, struct articulated a,
@@ -201,13 +203,14 @@ static int count_children(const struct tree *tree, int i) {
 /* A turn that carries nothing but the turn of frame `next`, at the same point and about another axis. */
 static bool leads_to(const struct tree *tree, int i, int next) {
     const struct frame *frame = &tree->frames[i], *child = &tree->frames[next];
-    return child->parent == i && frame->joint.is_turn && child->joint.is_turn &&
+    return child->parent == i && child->kind == FRAME_JOINT && frame->joint.is_turn && child->joint.is_turn &&
            frame->joint.axis != child->joint.axis && is_massless(&frame->inertia) &&
            is_identity(&child->placement) && count_children(tree, i) == 1;
 }
 
 static bool is_ball(const struct tree *tree, int first) {
-    return first + 2 < tree->count && leads_to(tree, first, first + 1) &&
+    return first + 2 < tree->count && tree->frames[first].kind == FRAME_JOINT &&
+           leads_to(tree, first, first + 1) &&
            leads_to(tree, first + 1, first + 2) &&
            tree->frames[first].joint.axis != tree->frames[first + 2].joint.axis;
 }
@@ -272,18 +275,18 @@ static struct articulated eliminate_ball(const struct kinematics *k, struct stag
     return rest;
 }
 
-/* The moment in the joint from the forces on its three coordinates: each is the moment's part along its axis.
- */
+/* The moment in the joint, in the middle frame, from the forces on its three coordinates: each is the
+ * moment's part along its axis. */
 static struct vector ball_moment(const struct kinematics *k, const struct stage *stage, const expression *f) {
     struct graph *g = k->g;
     const struct frame *frames = k->tree->frames;
     const int first = stage->first, middle = first + 1, last = stage->last;
-    struct vector moment; /* in the middle frame */
+    struct vector moment;
     moment.at[frames[last].joint.axis] = f[last];
     moment.at[frames[middle].joint.axis] = f[middle];
     const expression along = sub(g, f[first], mul(g, stage->ball.tilt, f[last]));
     moment.at[frames[first].joint.axis] = mul(g, along, stage->ball.cos_inverse);
-    return to_child(k, last, moment);
+    return moment;
 }
 
 /* The coordinates' accelerations from the angular accelerations on both sides. */
@@ -301,19 +304,17 @@ static void ball_coordinates(const struct kinematics *k, const struct stage *sta
 
 /* ---- The elimination, from the tips ---- */
 
-static struct articulated stage_to_parent(const struct kinematics *k, const struct stage *stage,
-                                          struct articulated a) {
-    for (int i = stage->last; i >= stage->first; i--)
-        a = articulated_to_parent(k, i, a);
-    return a;
-}
-
 static void list_stages(const struct kinematics *k, struct elimination *e) {
-    e->stages = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *e->stages);
+    const size_t n = (size_t)k->tree->count + 1;
+    e->stages = memory_get(k->memory, n * sizeof *e->stages);
+    e->ends_stage = memory_get(k->memory, n * sizeof *e->ends_stage);
     for (int i = 0; i < k->tree->count; i++) {
-        struct stage *stage = &e->stages[e->count++];
-        stage->first = i;
-        stage->last = i += is_ball(k->tree, i) ? 2 : 0;
+        const int first = i;
+        if (k->tree->frames[i].kind != FRAME_JOINT)
+            continue;
+        i += is_ball(k->tree, i) ? 2 : 0;
+        e->stages[i] = (struct stage){.first = first, .last = i};
+        e->ends_stage[i] = true;
     }
 }
 
@@ -331,27 +332,39 @@ static struct articulated eliminate_stage(const struct kinematics *k, struct sta
     return own;
 }
 
+static void remark_stage(const struct kinematics *k, const struct stage *stage) {
+    remark(k->g, memory_format(k->memory,
+                               stage->last > stage->first
+                                   ? "%s and the two turns before: J = L D L^T, M - H^T J^-1 H, inward"
+                                   : "%s: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward",
+                               k->tree->frames[stage->last].name));
+}
+
+/* A whole stage at its last frame; what its other frames and frames without a joint pass on. */
+static void eliminate_inward(void *context, int i) {
+    struct elimination *e = context;
+    const struct kinematics *k = e->k;
+    const struct frame *frame = &k->tree->frames[i];
+    struct articulated own = e->beyond[i];
+    if (e->ends_stage[i]) {
+        remark_stage(k, &e->stages[i]);
+        const struct articulated rigid_part = rigid(k->g, &frame->inertia);
+        own = articulated_add(k->g, rigid_part, &e->beyond[i]);
+        own = eliminate_stage(k, &e->stages[i], own);
+    }
+    if (frame->parent < 0)
+        return;
+    own = articulated_to_parent(k, i, own);
+    e->beyond[frame->parent] = articulated_add(k->g, e->beyond[frame->parent], &own);
+}
+
 struct elimination *eliminate(const struct kinematics *k) {
     struct elimination *e = memory_get(k->memory, sizeof *e);
-    struct articulated *beyond = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *beyond);
+    e->k = k;
+    e->beyond = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *e->beyond);
     list_stages(k, e);
-    for (int s = e->count - 1; s >= 0; s--) {
-        struct stage *stage = &e->stages[s];
-        const struct frame *frame = &k->tree->frames[stage->last];
-        const int parent = k->tree->frames[stage->first].parent;
-        remark(k->g, memory_format(k->memory,
-                                   stage->last > stage->first
-                                       ? "%s and the two turns before: J = L D L^T, M - H^T J^-1 H, inward"
-                                       : "%s: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward",
-                                   frame->name));
-        const struct articulated rigid_part = rigid(k->g, &frame->inertia);
-        struct articulated own = articulated_add(k->g, rigid_part, &beyond[stage->last]);
-        own = eliminate_stage(k, stage, own);
-        if (parent >= 0) {
-            own = stage_to_parent(k, stage, own);
-            beyond[parent] = articulated_add(k->g, beyond[parent], &own);
-        }
-    }
+    const struct recursion recursion = recursion_over(k, e->beyond, sizeof *e->beyond, eliminate_inward, e);
+    recur_inward(&recursion);
     return e;
 }
 
@@ -359,23 +372,30 @@ static expression wrench_dot(struct graph *g, struct wrench a, struct vector ang
     return add(g, vector_dot(g, a.moment, angular), vector_dot(g, a.force, linear));
 }
 
+/* Accelerations of a frame. */
+struct acceleration {
+    struct vector angular, linear;
+};
+
 /* One right side on its way: what the tips pass on, then the accelerations from the base. */
 struct solution {
+    const struct kinematics *k;
+    const struct elimination *elimination;
     const expression *f;
-    struct wrench *p;                /* at each frame, its load and what comes from all beyond */
-    expression *u;                   /* force left for a joint */
-    struct vector *angular_at_rest;  /* J^-1 (m - p_n) of a ball joint, by its last frame */
-    struct vector *angular, *linear; /* accelerations of each frame */
+    const struct wrench *loads;          /* or NULL */
+    struct wrench *p;                    /* at each frame: what comes from all beyond */
+    expression *u;                       /* force left for a joint */
+    struct vector *angular_at_rest;      /* J^-1 (m - p_n) of a ball joint, by its last frame */
+    struct acceleration *accelerations;  /* of each frame */
     expression *x;
 };
 
 /* What is left of f_i after all beyond, u_i = f_i - e.p; p + I e u_i / D goes on. */
-static struct wrench reduce_joint(const struct kinematics *k, const struct stage *stage,
+static struct wrench reduce_joint(const struct kinematics *k, const struct stage *stage, struct wrench p,
                                   struct solution *solution) {
     struct graph *g = k->g;
     const int i = stage->first;
     const struct joint *joint = &k->tree->frames[i].joint;
-    const struct wrench p = solution->p[i];
     const expression felt = joint->is_turn ? p.moment.at[joint->axis] : p.force.at[joint->axis];
     const expression u = solution->u[i] = sub(g, solution->f[i], felt);
     struct wrench through = {vector_scale(g, u, stage->pivot.U_over_D.moment),
@@ -386,93 +406,109 @@ static struct wrench reduce_joint(const struct kinematics *k, const struct stage
     return through;
 }
 
-/* The moment m and the force p_f + H^T J^-1 (m - p_n) go on. */
-static struct wrench reduce_ball(const struct kinematics *k, const struct stage *stage,
+/* The moment m and the force p_f + H^T J^-1 (m - p_n) go on, in the middle frame. */
+static struct wrench reduce_ball(const struct kinematics *k, const struct stage *stage, struct wrench p,
                                  struct solution *solution) {
     struct graph *g = k->g;
     const struct ball *ball = &stage->ball;
-    const struct wrench p = solution->p[stage->last];
+    const int last = stage->last;
     const struct vector moment = ball_moment(k, stage, solution->f);
-    const struct vector turned = solve_ball(g, ball, vector_sub(g, moment, p.moment));
-    solution->angular_at_rest[stage->last] = turned;
-    return (struct wrench){moment, vector_add(g, p.force, transpose_times(g, ball->H.at, turned))};
+    const struct vector left = vector_sub(g, to_child(k, last, moment), p.moment);
+    const struct vector turned = solve_ball(g, ball, left);
+    const struct vector force = vector_add(g, p.force, transpose_times(g, ball->H.at, turned));
+    solution->angular_at_rest[last] = turned;
+    return (struct wrench){moment, to_parent(k, last, force)};
 }
 
-static void reduce_inward(const struct kinematics *k, const struct elimination *e,
-                          struct solution *solution) {
-    for (int s = e->count - 1; s >= 0; s--) {
-        const struct stage *stage = &e->stages[s];
-        const bool ball = stage->last > stage->first;
-        const int parent = k->tree->frames[stage->first].parent;
-        remark(k->g, memory_format(k->memory, "%s: force left for the joint, inward",
-                                   k->tree->frames[stage->last].name));
-        struct wrench through = ball ? reduce_ball(k, stage, solution) : reduce_joint(k, stage, solution);
-        for (int i = stage->last; parent >= 0 && i >= stage->first; i--)
-            through = wrench_to_parent(k, i, through);
-        if (parent >= 0)
-            solution->p[parent] = wrench_add(k->g, solution->p[parent], through);
-    }
+/* What stage or frame i passes on to its parent. */
+static struct wrench reduce(const struct kinematics *k, int i, struct solution *solution) {
+    const struct stage *stage = &solution->elimination->stages[i];
+    struct wrench p = solution->p[i];
+    if (!solution->elimination->ends_stage[i])
+        return wrench_to_parent(k, i, p);
+    remark(k->g, memory_format(k->memory, "%s: force left for the joint, inward", k->tree->frames[i].name));
+    if (solution->loads)
+        p = wrench_add(k->g, solution->loads[i], p);
+    if (stage->last > stage->first)
+        return reduce_ball(k, stage, p, solution);
+    return wrench_to_parent(k, i, reduce_joint(k, stage, p, solution));
+}
+
+static void reduce_inward(void *context, int i) {
+    struct solution *solution = context;
+    const struct kinematics *k = solution->k;
+    const int parent = k->tree->frames[i].parent;
+    const struct wrench through = reduce(k, i, solution);
+    if (parent >= 0)
+        solution->p[parent] = wrench_add(k->g, solution->p[parent], through);
 }
 
 /* x_i = (u_i - U.a) / D with a the acceleration that the parent passes on. */
-static void accelerate_joint(const struct kinematics *k, const struct stage *stage, struct vector angular,
-                             struct vector linear, struct solution *solution) {
+static struct acceleration accelerate_joint(const struct kinematics *k, const struct stage *stage,
+                                            struct acceleration carried, struct solution *solution) {
     struct graph *g = k->g;
     const int i = stage->first;
     const struct joint *joint = &k->tree->frames[i].joint;
     const struct pivot *pivot = &stage->pivot;
-    const expression carried = wrench_dot(g, pivot->U_over_D, angular, linear);
-    const expression x = solution->x[i] = sub(g, mul(g, pivot->D_inverse, solution->u[i]), carried);
-    expression *along = &(joint->is_turn ? &angular : &linear)->at[joint->axis];
+    const expression held = wrench_dot(g, pivot->U_over_D, carried.angular, carried.linear);
+    const expression x = solution->x[i] = sub(g, mul(g, pivot->D_inverse, solution->u[i]), held);
+    expression *along = &(joint->is_turn ? &carried.angular : &carried.linear)->at[joint->axis];
     *along = add(g, *along, x);
-    solution->angular[i] = angular;
-    solution->linear[i] = linear;
+    return carried;
 }
 
-/* wd = J^-1 (m - p_n) - J^-1 H a */
-static void accelerate_ball(const struct kinematics *k, const struct stage *stage, struct vector inside,
-                            struct vector linear, struct solution *solution) {
+/* wd = J^-1 (m - p_n) - J^-1 H a; `inside`: the angular acceleration of what carries the joint */
+static struct acceleration accelerate_ball(const struct kinematics *k, const struct stage *stage,
+                                           struct vector inside, struct vector linear,
+                                           struct solution *solution) {
     struct graph *g = k->g;
-    const int last = stage->last;
-    const struct vector at_rest = solution->angular_at_rest[last];
+    const struct vector at_rest = solution->angular_at_rest[stage->last];
     const struct vector slowed = matrix_times(g, stage->ball.J_inverse_H.at, linear);
-    solution->angular[last] = vector_sub(g, at_rest, slowed);
-    solution->linear[last] = linear;
-    ball_coordinates(k, stage, inside, solution->angular[last], solution->x);
+    const struct acceleration own = {vector_sub(g, at_rest, slowed), linear};
+    ball_coordinates(k, stage, inside, own.angular, solution->x);
+    return own;
 }
 
-static void accelerate_outward(const struct kinematics *k, const struct elimination *e,
-                               struct solution *solution) {
-    const struct vector still = {{0, 0, 0}};
-    for (int s = 0; s < e->count; s++) {
-        const struct stage *stage = &e->stages[s];
-        const bool ball = stage->last > stage->first;
-        const int parent = k->tree->frames[stage->first].parent;
-        struct vector angular = parent < 0 ? still : solution->angular[parent];
-        struct vector linear = parent < 0 ? still : solution->linear[parent];
-        remark(k->g,
-               memory_format(k->memory, "%s: acceleration, outward", k->tree->frames[stage->last].name));
-        linear = vector_add(k->g, linear, vector_cross(k->g, angular, k->frames[stage->first].shift));
-        for (int i = stage->first; i <= stage->last; i++)
-            linear = to_child(k, i, linear);
-        if (ball)
-            accelerate_ball(k, stage, angular, linear, solution);
-        else
-            accelerate_joint(k, stage, to_child(k, stage->first, angular), linear, solution);
+/* What frame i would do if its joint stood still. */
+static struct acceleration carry_outward(const struct kinematics *k, int i, struct acceleration parent) {
+    const struct vector swing = vector_cross(k->g, parent.angular, k->joints[i].shift);
+    return (struct acceleration){to_child(k, i, parent.angular),
+                                 to_child(k, i, vector_add(k->g, parent.linear, swing))};
+}
+
+/* A whole stage at its last frame. */
+static void accelerate_outward(void *context, int i) {
+    struct solution *solution = context;
+    const struct kinematics *k = solution->k;
+    const struct stage *stage = &solution->elimination->stages[i];
+    const bool ends = solution->elimination->ends_stage[i];
+    const int first = ends ? stage->first : i, parent = k->tree->frames[first].parent;
+    const struct acceleration still = {{{0, 0, 0}}, {{0, 0, 0}}};
+    const struct acceleration inside = parent < 0 ? still : solution->accelerations[parent];
+    struct acceleration own = carry_outward(k, first, inside);
+    if (ends) {
+        remark(k->g, memory_format(k->memory, "%s: acceleration, outward", k->tree->frames[i].name));
+        for (int j = first + 1; j <= i; j++)
+            own.linear = to_child(k, j, own.linear);
+        own = i > first ? accelerate_ball(k, stage, inside.angular, own.linear, solution)
+                        : accelerate_joint(k, stage, own, solution);
     }
+    solution->accelerations[i] = own;
 }
 
 expression *solve_eliminated(const struct kinematics *k, const struct elimination *elimination,
                              const expression *f, const struct wrench *loads) {
     const size_t n = (size_t)k->tree->count + 1;
-    struct solution solution = {.f = f};
-    solution.p = memory_grow(k->memory, loads, loads ? (n - 1) * sizeof *loads : 0, n * sizeof *solution.p);
-    solution.u = memory_get(k->memory, n * sizeof *solution.u);
-    solution.angular_at_rest = memory_get(k->memory, n * sizeof *solution.angular_at_rest);
-    solution.angular = memory_get(k->memory, n * sizeof *solution.angular);
-    solution.linear = memory_get(k->memory, n * sizeof *solution.linear);
-    solution.x = memory_get(k->memory, n * sizeof *solution.x);
-    reduce_inward(k, elimination, &solution);
-    accelerate_outward(k, elimination, &solution);
-    return solution.x;
+    struct solution x = {.k = k, .elimination = elimination, .f = f, .loads = loads};
+    x.p = memory_get(k->memory, n * sizeof *x.p);
+    x.u = memory_get(k->memory, n * sizeof *x.u);
+    x.angular_at_rest = memory_get(k->memory, n * sizeof *x.angular_at_rest);
+    x.accelerations = memory_get(k->memory, n * sizeof *x.accelerations);
+    x.x = memory_get(k->memory, n * sizeof *x.x);
+    const struct recursion inward = recursion_over(k, x.p, sizeof *x.p, reduce_inward, &x);
+    const struct recursion outward =
+        recursion_over(k, x.accelerations, sizeof *x.accelerations, accelerate_outward, &x);
+    recur_inward(&inward);
+    recur_outward(&outward);
+    return x.x;
 }

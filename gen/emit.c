@@ -30,6 +30,8 @@ static struct emission start_emission(struct plan *plan) {
     x.temporary = memory_get(plan->memory, plan->g->count * sizeof *x.temporary);
     x.piece_of = memory_get(plan->memory, plan->g->count * sizeof *x.piece_of);
     x.is_carried = memory_get(plan->memory, plan->g->count * sizeof *x.is_carried);
+    x.slot_piece = memory_get(plan->memory, ((size_t)plan->g->slot_count + 1) * sizeof *x.slot_piece);
+    x.is_slot_carried = memory_get(plan->memory, (size_t)plan->g->slot_count + 1);
     return x;
 }
 

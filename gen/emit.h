@@ -16,7 +16,12 @@ struct emission {
     int *temporary;   /* by handle: number of a value without a name in the function being printed */
     int *piece_of;    /* by handle: piece that computes it in the function being printed */
     bool *is_carried; /* by handle: used in a later piece */
-    int piece;        /* being printed; -1 in `prepare` */
+    const char **slot_names;      /* by slot: what a loop carries is called */
+    int *slot_piece;              /* by slot: piece whose loop sets it */
+    bool *is_slot_carried;        /* by slot: read in a later piece */
+    const struct function *function; /* being printed */
+    int piece;                    /* being printed; -1 in `prepare` */
+    int loop;                     /* of the graph, being printed; 0: none */
     bool is_cut;      /* the function being printed is cut into pieces */
     bool has_sincos;  /* the file being printed has the pass over angles */
     int first_angle, angle_count; /* coordinates in the pass of the function being printed; 0: no pass */
@@ -30,6 +35,8 @@ void emit_value(struct emission *emission, struct text *text, expression e);
 /* The name of the value that a statement defines. */
 void emit_name(struct emission *emission, struct text *text, expression e);
 void name_values(struct emission *emission);
+/* first + stride * e */
+void emit_run_index(struct text *text, int first, int stride);
 
 /* Splines that the functions use: in the first source, and their prototypes. */
 void emit_spline_functions(struct emission *emission, struct text *text);
@@ -43,8 +50,6 @@ void emit_angle_arrays(const struct emission *emission, struct text *text);
 void emit_angle_pass(const struct emission *emission, struct text *text);
 /* and the array entry that e is; false when it is none. */
 bool emit_angle(struct emission *emission, struct text *text, expression e);
-/* The coordinate whose sine or cosine e is, or -1. */
-int angle_of(const struct graph *g, expression e);
 
 /* The parts of a model's files. */
 void emit_header(struct emission *emission, struct text *text);

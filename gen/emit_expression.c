@@ -9,6 +9,14 @@
 
 enum { WIDTH = 104 }; /* a line is broken after an operator from here on */
 
+void emit_run_index(struct text *text, int first, int stride) {
+    if (first)
+        text_add(text, "%d + ", first);
+    if (stride > 1)
+        text_add(text, "%d * ", stride);
+    text_add(text, "e");
+}
+
 /* How tightly an operator binds in C. */
 enum binding { BINDS_SUM = 1, BINDS_PRODUCT, BINDS_ATOM };
 
@@ -50,8 +58,39 @@ static void emit_infix(struct emission *x, struct text *text, const struct node 
     emit_operand(x, text, node->operand[1], own + 1);
 }
 
-static void emit_symbol(struct emission *x, struct text *text, const struct symbol *s) {
+/* q[4 + 3 * e]: of the element that the loop is at. */
+static void emit_element(struct emission *x, struct text *text, const struct symbol *s) {
+    const struct frame *frame = &x->plan->rolled->frames[s->index];
+    *(s->order ? &x->uses_qd : &x->uses_q) = true;
+    text_add(text, "%s[", s->order ? "qd" : "q");
+    emit_run_index(text, frame->coordinate, x->plan->rolled->runs[frame->run].period);
+    text_add(text, "]");
+}
+
+/* A loop's own variable; in a later loop what was kept of it, in a later piece what was left. */
+static void emit_slot(struct emission *x, struct text *text, expression e) {
+    const struct symbol *s = as_symbol(x->g, e);
+    const bool is_kept = s->kind == SYMBOL_CARRIED && x->g->slots[s->index].loop != x->loop;
+    bool *is_carried = is_kept ? &x->is_carried[e] : &x->is_slot_carried[s->index];
+    if (x->slot_piece[s->index] != x->piece)
+        *is_carried = true;
+    if (x->slot_piece[s->index] != x->piece || (is_kept && *is_carried)) {
+        x->uses_carried = true;
+        text_add(text, "s->");
+    }
+    text_add(text, "%s%s", x->slot_names[s->index], is_kept ? "_at[e]" : "");
+}
+
+static void emit_symbol(struct emission *x, struct text *text, expression e) {
+    const struct symbol *s = as_symbol(x->g, e);
     switch (s->kind) {
+    case SYMBOL_ELEMENT:
+        emit_element(x, text, s);
+        return;
+    case SYMBOL_CARRIED:
+    case SYMBOL_FINAL:
+        emit_slot(x, text, e);
+        return;
     case SYMBOL_PARAMETER:
         x->uses_p = true;
         text_add(text, "p->%s", x->plan->model->parameters[s->index].name);
@@ -118,7 +157,7 @@ void emit_definition(struct emission *x, struct text *text, expression e) {
         text_add(text, "%s", number_text(value, digits));
         return;
     case OP_SYMBOL:
-        emit_symbol(x, text, as_symbol(x->g, e));
+        emit_symbol(x, text, e);
         return;
     case OP_ADD:
     case OP_SUB:
@@ -161,11 +200,14 @@ void emit_value(struct emission *x, struct text *text, expression e) {
     } else if (!x->plan->is_statement[e]) {
         emit_definition(x, text, e);
     } else {
-        if (x->piece_of[e] != x->piece) {
-            x->uses_carried = x->is_carried[e] = true;
+        if (x->piece_of[e] != x->piece)
+            x->is_carried[e] = true;
+        if (x->piece_of[e] != x->piece || (x->is_carried[e] && x->function->is_stored[e])) {
+            x->uses_carried = true;
             text_add(text, "s->");
         }
         emit_name(x, text, e);
+        text_add(text, "%s", x->function->is_stored[e] ? "[e]" : "");
     }
 }
 
@@ -197,7 +239,7 @@ void name_values(struct emission *x) {
     struct memory *memory = x->plan->memory;
     size_t size = 1024;
     int derived = 0;
-    while (size < 4 * (size_t)x->g->count)
+    while (size < 4 * ((size_t)x->g->count + (size_t)x->g->slot_count))
         size *= 2;
     const char **table = memory_get(memory, size * sizeof *table);
     x->value_names = memory_get(memory, x->g->count * sizeof *x->value_names);
@@ -207,5 +249,11 @@ void name_values(struct emission *x) {
             name = memory_format(memory, "constant_%d", ++derived);
         if (name)
             x->value_names[e] = unique_name(x, table, size, name);
+    }
+    x->slot_names = memory_get(memory, ((size_t)x->g->slot_count + 1) * sizeof *x->slot_names);
+    for (int s = 0; s < x->g->slot_count; s++) {
+        const char *name = x->g->names[x->g->slots[s].next];
+        name = name ? memory_format(memory, "last_%s", name) : memory_format(memory, "carried_%d", s);
+        x->slot_names[s] = unique_name(x, table, size, name);
     }
 }

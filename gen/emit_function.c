@@ -5,6 +5,8 @@
  */
 #include "emit.h"
 
+#include <string.h>
+
 enum { FEW_ZEROS = 3 }; /* more zeros than this in a field are written by one loop */
 
 struct writer {
@@ -12,7 +14,7 @@ struct writer {
     struct text *text;
     const struct function *function;
     const char *last_remark;
-    uint32_t next_remark;
+    const char *indent;
     bool wrote_result;
 };
 
@@ -56,30 +58,177 @@ void emit_signature(struct emission *x, struct text *text, const struct function
     text_add(text, ")");
 }
 
+/* The section that e belongs to: the last remark before it. */
+static const char *remark_of(const struct graph *g, expression e) {
+    uint32_t low = 0, high = g->remark_count;
+    while (low < high) {
+        const uint32_t middle = (low + high) / 2;
+        if (g->remarks[middle].from <= e)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low ? g->remarks[low - 1].text : NULL;
+}
+
 static void emit_remark(struct writer *w, expression e) {
-    const struct graph *g = w->x->g;
-    while (w->next_remark < g->remark_count && g->remarks[w->next_remark].from <= e)
-        w->next_remark++;
-    const char *remark = w->next_remark ? g->remarks[w->next_remark - 1].text : NULL;
+    const char *remark = remark_of(w->x->g, e);
     if (remark && remark != w->last_remark)
-        text_add(w->text, "    /* %s */\n", remark);
+        text_add(w->text, "%s/* %s */\n", w->indent, remark);
     w->last_remark = remark;
+}
+
+/* name = ..., s->name = ... or name[e] = ... */
+static void emit_target(struct writer *w, expression e) {
+    struct emission *x = w->x;
+    if (x->is_carried[e]) {
+        x->uses_carried = true;
+        text_add(w->text, "s->");
+    }
+    emit_name(x, w->text, e);
+    text_add(w->text, "%s = ", w->function->is_stored[e] ? "[e]" : "");
 }
 
 static void emit_statement(struct writer *w, expression e) {
     struct emission *x = w->x;
     emit_remark(w, e);
-    text_add(w->text, "    %s", x->plan->is_derived[e] ? "p->derived." : "const double ");
-    x->uses_p |= x->plan->is_derived[e];
-    emit_name(x, w->text, e);
-    if (x->is_carried[e]) {
-        x->uses_carried = true;
-        text_add(w->text, " = s->");
-        emit_name(x, w->text, e);
+    text_add(w->text, "%s", w->indent);
+    if (x->plan->is_derived[e]) {
+        x->uses_p = true;
+        text_add(w->text, "p->derived.");
+    } else if (!w->function->is_stored[e]) {
+        text_add(w->text, "const double ");
+        if (x->is_carried[e]) {
+            emit_name(x, w->text, e);
+            text_add(w->text, " = ");
+        }
     }
-    text_add(w->text, " = ");
+    emit_target(w, e);
     emit_definition(x, w->text, e);
     text_add(w->text, ";\n");
+}
+
+/* ---- Loops ---- */
+
+static void emit_field_name(struct writer *w, const struct field *field) {
+    text_add(w->text, "%s%s", has_fields(w->function) ? "out->" : "", field->name);
+}
+
+static bool is_slot_needed(const struct writer *w, int slot) {
+    const struct graph *g = w->x->g;
+    const bool *needed = w->function->is_needed;
+    return needed[g->slots[slot].carried] || needed[g->slots[slot].final];
+}
+
+/* Of all elements, what the loop carried into them, when other loops read it. */
+static void emit_kept_slots(struct writer *w, const struct block *block, int count, bool declare) {
+    struct emission *x = w->x;
+    for (int s = 0; s < x->g->slot_count; s++) {
+        const expression e = x->g->slots[s].carried;
+        const char *name = x->slot_names[s], *place = x->is_carried[e] ? "s->" : "";
+        if (!block->loop || x->g->slots[s].loop != block->loop || !w->function->is_stored[e])
+            continue;
+        x->uses_carried |= x->is_carried[e];
+        if (!declare)
+            text_add(w->text, "        %s%s_at[e] = %s;\n", place, name, name);
+        else if (!x->is_carried[e])
+            text_add(w->text, "    double %s_at[%d];\n", name, count);
+    }
+}
+
+/* Arrays that the loop fills for others, and what it carries. */
+static void emit_loop_variables(struct writer *w, const struct block *block, int begin, int count) {
+    struct emission *x = w->x;
+    for (int i = begin; i < block->end; i++) {
+        const expression e = w->function->statements[i];
+        if (!w->function->is_stored[e] || x->is_carried[e])
+            continue;
+        text_add(w->text, "    double ");
+        emit_name(x, w->text, e);
+        text_add(w->text, "[%d];\n", count);
+    }
+    emit_kept_slots(w, block, count, true);
+    for (int s = 0; s < x->g->slot_count; s++) {
+        if (!block->loop || x->g->slots[s].loop != block->loop || !is_slot_needed(w, s))
+            continue;
+        x->slot_piece[s] = x->piece;
+        text_add(w->text, "    double %s = ", x->slot_names[s]);
+        emit_value(x, w->text, x->g->slots[s].initial);
+        text_add(w->text, ";\n");
+    }
+}
+
+/* What the next iteration begins with: all is computed before any is changed. */
+static void emit_slot_updates(struct writer *w, const struct block *block) {
+    struct emission *x = w->x;
+    for (int pass = 0; pass < 2; pass++)
+        for (int s = 0; s < x->g->slot_count; s++) {
+            const expression next = x->g->slots[s].next;
+            const bool is_stated = x->plan->is_statement[next];
+            if (!block->loop || x->g->slots[s].loop != block->loop || !is_slot_needed(w, s))
+                continue;
+            if (pass == 0 && !is_stated) {
+                text_add(w->text, "        const double next_%s = ", x->slot_names[s]);
+                emit_value(x, w->text, next);
+                text_add(w->text, ";\n");
+            }
+            if (pass == 1) {
+                text_add(w->text, "        %s = ", x->slot_names[s]);
+                if (is_stated)
+                    emit_value(x, w->text, next);
+                else
+                    text_add(w->text, "next_%s", x->slot_names[s]);
+                text_add(w->text, ";\n");
+            }
+        }
+}
+
+static void emit_run_results(struct writer *w, int block) {
+    const struct function *function = w->function;
+    for (int i = 0; i < function->run_result_count; i++) {
+        const struct run_result *result = &function->run_results[i];
+        if (result->block != block)
+            continue;
+        const struct field *field = field_of(function, result->entry);
+        w->wrote_result = true;
+        text_add(w->text, "        ");
+        emit_field_name(w, field);
+        text_add(w->text, "[");
+        emit_run_index(w->text, result->entry - field->offset, result->stride);
+        text_add(w->text, "] = ");
+        emit_value(w->x, w->text, result->value);
+        text_add(w->text, ";\n");
+    }
+}
+
+/* What later pieces read of what the loop carried. */
+static void emit_carried_slots(struct writer *w, const struct block *block) {
+    const struct emission *x = w->x;
+    for (int s = 0; s < x->g->slot_count; s++)
+        if (block->loop && x->g->slots[s].loop == block->loop && x->is_slot_carried[s])
+            text_add(w->text, "    s->%s = %s;\n", x->slot_names[s], x->slot_names[s]);
+}
+
+static void emit_loop(struct writer *w, int index, int begin) {
+    struct emission *x = w->x;
+    const struct block *block = &w->function->blocks[index];
+    const struct element_run *run = &x->plan->rolled->runs[block->run];
+    const bool inward = block->loop && x->g->loops[block->loop].inward;
+    emit_loop_variables(w, block, begin, run->count);
+    text_add(w->text, inward ? "    for (int e = %d; e >= 0; e--) { /* %s, inward */\n"
+                             : "    for (int e = 0; e < %d; e++) { /* %s */\n",
+             inward ? run->count - 1 : run->count, run->name);
+    w->indent = "        ";
+    x->loop = block->loop;
+    emit_kept_slots(w, block, run->count, false);
+    for (int i = begin; i < block->end; i++)
+        emit_statement(w, w->function->statements[i]);
+    emit_run_results(w, index);
+    emit_slot_updates(w, block);
+    w->indent = "    ";
+    x->loop = 0;
+    text_add(w->text, "    }\n");
+    emit_carried_slots(w, block);
 }
 
 static int count_zeros(const struct function *function, const struct field *field) {
@@ -91,10 +240,6 @@ static int count_zeros(const struct function *function, const struct field *fiel
 
 static bool fills_zeros(const struct function *function, const struct field *field) {
     return count_zeros(function, field) > FEW_ZEROS;
-}
-
-static void emit_field_name(struct writer *w, const struct field *field) {
-    text_add(w->text, "%s%s", has_fields(w->function) ? "out->" : "", field->name);
 }
 
 static void emit_result(struct writer *w, const struct field *field, int entry) {
@@ -124,7 +269,8 @@ static void emit_results(struct writer *w, int piece) {
         const bool filled = fills_zeros(function, field);
         for (int i = 0; i < field->count; i++) {
             const expression e = function->out[field->offset + i];
-            if (is_output_copied(field, i) && !(filled && !e) && piece_of_result(w, e) == piece)
+            if (e != GIVEN_IN_LOOP && is_output_copied(field, i) && !(filled && !e) &&
+                piece_of_result(w, e) == piece)
                 emit_result(w, field, i);
         }
     }
@@ -156,16 +302,27 @@ static void emit_mirrors(struct writer *w) {
     }
 }
 
+/* Statements of one piece, block by block. A loop without statements stands where it begins. */
+static void emit_blocks(struct writer *w, int begin, int end) {
+    const struct function *function = w->function;
+    for (int b = 0, at = 0; b < function->block_count; at = function->blocks[b++].end) {
+        const struct block *block = &function->blocks[b];
+        const bool is_last = at == end && end == function->statement_count;
+        if (block->run >= 0 && at >= begin && (at < end || is_last))
+            emit_loop(w, b, at);
+        for (int i = at > begin ? at : begin; block->run < 0 && i < block->end && i < end; i++)
+            emit_statement(w, function->statements[i]);
+    }
+}
+
 /* Statements and results of one piece; notes in the emission which arguments were read. */
 static void emit_body(struct writer *w, int piece) {
     struct emission *x = w->x;
-    const int begin = piece ? w->function->piece_ends[piece - 1] : 0;
     x->piece = piece;
     w->last_remark = NULL;
     w->wrote_result = false;
     x->uses_p = x->uses_x = x->uses_t = x->uses_q = x->uses_qd = x->uses_carried = false;
-    for (int i = begin; i < w->function->piece_ends[piece]; i++)
-        emit_statement(w, w->function->statements[i]);
+    emit_blocks(w, piece ? w->function->piece_ends[piece - 1] : 0, w->function->piece_ends[piece]);
     emit_results(w, piece);
 }
 
@@ -222,7 +379,16 @@ static void emit_carried(struct writer *w) {
             continue;
         text_add(w->text, "    double ");
         emit_name(x, w->text, e);
+        if (w->function->is_stored[e])
+            text_add(w->text, "[%d]", x->plan->rolled->runs[x->g->loops[x->g->nodes[e].loop].run].count);
         text_add(w->text, ";\n");
+    }
+    for (int slot = 0; slot < x->g->slot_count; slot++) {
+        if (x->is_slot_carried[slot])
+            text_add(w->text, "    double %s;\n", x->slot_names[slot]);
+        if (x->is_carried[x->g->slots[slot].carried])
+            text_add(w->text, "    double %s_at[%d];\n", x->slot_names[slot],
+                     x->plan->rolled->runs[x->g->loops[x->g->slots[slot].loop].run].count);
     }
     emit_angle_arrays(x, w->text);
     text_add(w->text, "};\n\n");
@@ -271,11 +437,14 @@ static void find_carried(struct writer *w) {
     for (int piece = 0; piece < w->function->piece_count; piece++)
         emit_body(w, piece);
     w->text = text;
-    w->next_remark = 0;
 }
 
 void emit_function(struct emission *x, struct text *text, const struct function *function) {
-    struct writer w = {.x = x, .text = text, .function = function};
+    struct writer w = {.x = x, .text = text, .function = function, .indent = "    "};
+    x->function = function;
+    memset(x->is_slot_carried, 0, (size_t)x->g->slot_count);
+    for (int slot = 0; slot < x->g->slot_count; slot++)
+        x->is_carried[x->g->slots[slot].carried] = false;
     mark_statements(x->plan, function);
     number_statements(&w);
     find_angles(x, function);

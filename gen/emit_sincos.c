@@ -17,28 +17,33 @@ enum {
     LARGEST = 100000 /* [rad] beyond, and for what is no number, libm is asked */
 };
 
-/* The coordinates whose sine or cosine the function computes. */
-static bool *mark_angles(const struct emission *x, const struct function *function) {
-    const struct graph *g = x->g;
-    bool *needed = memory_get(x->plan->memory, g->count * sizeof *needed);
-    bool *is_angle = memory_get(x->plan->memory, ((size_t)x->plan->tree->count + 1) * sizeof *is_angle);
-    for (int i = 0; i < function->out_count; i++)
-        needed[function->out[i]] = true;
-    mark_operands(g, needed, g->count);
-    for (expression e = 0; e < g->count; e++) {
-        const int coordinate = needed[e] ? angle_of(g, e) : -1;
-        if (coordinate >= 0)
-            is_angle[coordinate] = true;
-    }
-    return is_angle;
+/* Coordinates whose sine or cosine a node is: first, first + stride, ... one for each element; count 0: none.
+ */
+struct angles {
+    int first, stride, count;
+};
+
+static struct angles angles_of(const struct emission *x, expression e) {
+    const struct node *node = &x->g->nodes[e];
+    const bool is_either = node->operation == OP_SIN || node->operation == OP_COS;
+    const struct symbol *s = is_either ? as_symbol(x->g, node->operand[0]) : NULL;
+    if (s && s->kind == SYMBOL_COORDINATE && s->order == 0)
+        return (struct angles){s->index, 0, 1};
+    if (!s || s->kind != SYMBOL_ELEMENT || s->order != 0)
+        return (struct angles){0, 0, 0};
+    const struct frame *frame = &x->plan->rolled->frames[s->index];
+    const struct element_run *run = &x->plan->rolled->runs[frame->run];
+    return (struct angles){frame->coordinate, run->period, run->count};
 }
 
-int angle_of(const struct graph *g, expression e) {
-    const struct node *node = &g->nodes[e];
-    if (node->operation != OP_SIN && node->operation != OP_COS)
-        return -1;
-    const struct symbol *s = as_symbol(g, node->operand[0]);
-    return s && s->kind == SYMBOL_COORDINATE && s->order == 0 ? s->index : -1;
+static bool *mark_angles(const struct emission *x, const struct function *function) {
+    bool *is_angle = memory_get(x->plan->memory, ((size_t)x->plan->tree->count + 1) * sizeof *is_angle);
+    for (expression e = 0; e < x->g->count; e++) {
+        const struct angles angles = function->is_needed[e] ? angles_of(x, e) : (struct angles){0, 0, 0};
+        for (int r = 0; r < angles.count; r++)
+            is_angle[angles.first + r * angles.stride] = true;
+    }
+    return is_angle;
 }
 
 void find_angles(struct emission *x, const struct function *function) {
@@ -137,11 +142,15 @@ void emit_angle_pass(const struct emission *x, struct text *text) {
 }
 
 bool emit_angle(struct emission *x, struct text *text, expression e) {
-    const int coordinate = x->angle_count ? angle_of(x->g, e) : -1;
-    if (coordinate < 0)
+    const struct angles angles = angles_of(x, e);
+    if (!x->angle_count || !angles.count)
         return false;
     x->uses_carried |= x->is_cut;
-    text_add(text, "%s%s[%d]", x->is_cut ? "s->" : "", x->g->nodes[e].operation == OP_SIN ? "sine" : "cosine",
-             coordinate - x->first_angle);
+    text_add(text, "%s%s[", x->is_cut ? "s->" : "", x->g->nodes[e].operation == OP_SIN ? "sine" : "cosine");
+    if (angles.stride)
+        emit_run_index(text, angles.first - x->first_angle, angles.stride);
+    else
+        text_add(text, "%d", angles.first - x->first_angle);
+    text_add(text, "]");
     return true;
 }

@@ -1,13 +1,14 @@
 /* Applied forces: see forces.h. */
 #include "forces.h"
 #include "memory.h"
+#include "recursion.h"
 #include "sensitivity.h"
 
 #include <string.h>
 
 /* All that the author names, brought to forces on coordinates and loads at points; still in symbols. */
 struct named_forces {
-    struct force *forces;
+    struct force *forces; /* `coordinate` is the frame */
     struct load *loads;
     int force_count, load_count;
     int own_forces, own_loads; /* the first ones are the author's own, the others come from energies */
@@ -18,11 +19,11 @@ static expression *new_values(const struct kinematics *k, size_t count) {
 }
 
 static expression rate(const struct kinematics *k, int i) {
-    return symbol(k->g, SYMBOL_COORDINATE, i, 1);
+    return coordinate_of(k, i, 1);
 }
 
 static expression stretch(const struct kinematics *k, int i) {
-    return sub(k->g, symbol(k->g, SYMBOL_COORDINATE, i, 0), k->tree->frames[i].joint.rest);
+    return sub(k->g, coordinate_of(k, i, 0), k->tree->frames[i].joint.rest);
 }
 
 /* -dV/dq_j and -dV/dr */
@@ -56,6 +57,8 @@ static struct named_forces collect(const struct kinematics *k) {
                                (forces + 1) * sizeof *named.forces);
     named.loads = memory_grow(k->memory, model->loads, (size_t)model->load_count * sizeof *named.loads,
                               (loads + 1) * sizeof *named.loads);
+    for (int i = 0; i < model->force_count; i++)
+        named.forces[i].coordinate = k->tree->frame_of[model->forces[i].coordinate];
     for (int i = 0; i < model->potential_count; i++)
         add_energy(k, &model->potentials[i], &named);
     return named;
@@ -72,53 +75,57 @@ static struct vector load_column(const struct kinematics *k, const struct load *
     return still;
 }
 
-/* Q_j += F . column_j */
-static void apply_load(const struct kinematics *k, const struct load *load, expression *Q) {
-    struct vector F = vector_of(load->value);
-    for (int a = 0; a < 3; a++)
-        F.at[a] = with_points(k, F.at[a]);
-    for (int j = 0; j < k->tree->count; j++)
-        Q[j] = add(k->g, Q[j], vector_dot(k->g, F, load_column(k, load, j)));
+struct application {
+    const struct kinematics *k;
+    struct named_forces named;
+    struct vector *F; /* by load, in terms of the coordinates */
+    struct applied applied;
+};
+
+/* Springs and dampers of frame j, forces that name it, and Q_j += F . column_j. */
+static void apply_forces(void *context, int j) {
+    const struct application *x = context;
+    const struct kinematics *k = x->k;
+    struct graph *g = k->g;
+    const struct joint *joint = &k->tree->frames[j].joint;
+    expression *conservative = &x->applied.conservative[j], *others = &x->applied.others[j];
+    *conservative = neg(g, mul(g, joint->stiffness, stretch(k, j)));
+    *others = neg(g, mul(g, joint->damping, rate(k, j)));
+    for (int f = 0; f < x->named.force_count; f++) {
+        expression *into = f < x->named.own_forces ? others : conservative;
+        if (x->named.forces[f].coordinate == j)
+            *into = add(g, *into, with_points(k, x->named.forces[f].value));
+    }
+    for (int l = 0; l < x->named.load_count; l++) {
+        expression *into = l < x->named.own_loads ? others : conservative;
+        *into = add(g, *into, vector_dot(g, x->F[l], load_column(k, &x->named.loads[l], j)));
+    }
 }
 
 struct applied derive_applied_forces(const struct kinematics *k) {
-    struct graph *g = k->g;
-    const int n = k->tree->count;
-    struct applied applied = {new_values(k, (size_t)n), new_values(k, (size_t)n)};
-    const struct named_forces named = collect(k);
-    remark(g, "springs -s (q - rest), dampers -d qd, and forces that the model names");
-    for (int i = 0; i < n; i++) {
-        const struct joint *joint = &k->tree->frames[i].joint;
-        applied.conservative[i] = neg(g, mul(g, joint->stiffness, stretch(k, i)));
-        applied.others[i] = neg(g, mul(g, joint->damping, rate(k, i)));
-    }
-    for (int f = 0; f < named.force_count; f++) {
-        expression *into = f < named.own_forces ? applied.others : applied.conservative;
-        const int j = named.forces[f].coordinate;
-        into[j] = add(g, into[j], with_points(k, named.forces[f].value));
-    }
-    for (int l = 0; l < named.load_count; l++)
-        apply_load(k, &named.loads[l], l < named.own_loads ? applied.others : applied.conservative);
-    return applied;
+    const size_t n = (size_t)k->tree->count;
+    struct application x = {k, collect(k), NULL, {new_values(k, n), new_values(k, n)}};
+    remark(k->g, "springs -s (q - rest), dampers -d qd, and forces that the model names");
+    x.F = memory_get(k->memory, ((size_t)x.named.load_count + 1) * sizeof *x.F);
+    for (int l = 0; l < x.named.load_count; l++)
+        for (int a = 0; a < 3; a++)
+            x.F[l].at[a] = with_points(k, x.named.loads[l].value[a]);
+    visit_joints(k->g, k->tree, apply_forces, &x);
+    return x.applied;
+}
+
+static expression spring_energy(void *context, int i) {
+    const struct kinematics *k = context;
+    const expression half = mul(k->g, number(k->g, 0.5), k->tree->frames[i].joint.stiffness);
+    return mul(k->g, half, mul(k->g, stretch(k, i), stretch(k, i)));
 }
 
 expression derive_applied_energy(const struct kinematics *k) {
     struct graph *g = k->g;
-    expression energy = 0;
-    for (int i = 0; i < k->tree->count; i++) {
-        const expression half = mul(g, number(g, 0.5), k->tree->frames[i].joint.stiffness);
-        energy = add(g, energy, mul(g, half, mul(g, stretch(k, i), stretch(k, i))));
-    }
+    expression energy = sum_over_joints(g, k->tree, spring_energy, (void *)k);
     for (int i = 0; i < k->model->potential_count; i++)
         energy = add(g, energy, with_points(k, k->model->potentials[i].energy));
     return energy;
-}
-
-/* Is frame `outer` on the way from frame i to the ground, i itself included? */
-static bool is_on_path(const struct kinematics *k, int outer, int i) {
-    while (i > outer)
-        i = k->tree->frames[i].parent;
-    return i == outer;
 }
 
 /*

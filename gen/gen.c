@@ -3,6 +3,7 @@
  */
 #include "gen.h"
 #include "plan.h"
+#include "runs.h"
 
 #include <errno.h>
 #include <stdlib.h>
@@ -53,7 +54,12 @@ enum gen_status gen_plan(struct generation *gen, const char *emit) {
     if (setjmp(gen->out_of_memory))
         return GEN_NO_MEMORY;
     struct plan *plan = gen->plan = memory_get(&gen->memory, sizeof *plan);
-    *plan = (struct plan){.memory = &gen->memory, .g = &gen->graph, .model = &gen->model, .tree = &gen->tree};
+    *plan = (struct plan){.memory = &gen->memory,
+                          .g = &gen->graph,
+                          .model = &gen->model,
+                          .tree = &gen->tree,
+                          .rolled = &gen->rolled};
+    roll(&gen->memory, &gen->model, &gen->tree, getenv("ROLL") ? atoi(getenv("ROLL")) : 0, &gen->rolled);
     list_functions(plan, emit);
     plan_functions(plan);
     emit_files(plan);

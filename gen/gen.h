@@ -20,7 +20,7 @@ struct generation {
     struct graph graph;
     struct messages messages;
     struct model model;
-    struct tree tree;
+    struct tree tree, rolled; /* see runs.h */
     struct plan *plan;
     jmp_buf out_of_memory;
 };

@@ -3,6 +3,7 @@
 #include "memory.h"
 #include "spline.h"
 
+#include <assert.h>
 #include <math.h>
 #include <string.h>
 
@@ -75,6 +76,22 @@ static void grow_nodes(struct graph *g) {
     g->capacity = capacity;
 }
 
+/* What depends on the element of a run belongs to the loop that is open. */
+static uint16_t loop_of(const struct graph *g, const struct node *node) {
+    if (node->operation == OP_SYMBOL) {
+        const struct symbol *s = &g->symbols[node->operand[0]];
+        return s->kind == SYMBOL_ELEMENT   ? (uint16_t)ANY_LOOP
+               : s->kind == SYMBOL_CARRIED ? g->slots[s->index].loop
+                                           : 0;
+    }
+    for (int k = 0; k < operators[node->operation].arity; k++)
+        if (g->nodes[node->operand[k]].loop) {
+            assert(g->open);
+            return g->open;
+        }
+    return 0;
+}
+
 /* The handle of an equal node, or a new one. */
 static expression intern(struct graph *g, struct node node) {
     if (4 * g->count >= 3 * g->table_size)
@@ -85,6 +102,7 @@ static expression intern(struct graph *g, struct node node) {
             return g->table[slot];
     if (g->count == g->capacity)
         grow_nodes(g);
+    node.loop = loop_of(g, &node);
     g->nodes[g->count] = node;
     g->table[slot] = g->count;
     return g->count++;
@@ -136,12 +154,18 @@ static uint8_t symbol_depends(const struct symbol *s) {
         return s->order ? ON_RATE : ON_STATE;
     case SYMBOL_POINT:
         return s->order ? ON_STATE | ON_RATE : ON_STATE;
+    case SYMBOL_ELEMENT:
+        return s->order ? ON_RATE : ON_STATE;
+    case SYMBOL_CARRIED:
+    case SYMBOL_FINAL:
+        return ON_STATE | ON_RATE;
     }
     return 0;
 }
 
 expression symbol(struct graph *g, enum symbol_kind kind, int index, int order) {
-    uint32_t i = 0;
+    const bool is_new = (kind == SYMBOL_CARRIED || kind == SYMBOL_FINAL); /* made once, with their slot */
+    uint32_t i = is_new ? g->symbol_count : 0;
     while (i < g->symbol_count &&
            !(g->symbols[i].kind == kind && g->symbols[i].index == index && g->symbols[i].order == order))
         i++;
@@ -391,6 +415,41 @@ expression apply1(struct graph *g, enum operation operation, expression a) {
 
 expression apply2(struct graph *g, enum operation operation, expression a, expression b) {
     return apply(g, operation, a, b, 0);
+}
+
+uint16_t open_loop(struct graph *g, int run, bool inward) {
+    assert(!g->open);
+    if (!g->loop_count)
+        g->loop_count = 1;
+    g->loops =
+        memory_room(g->memory, g->loops, g->loop_count, &g->loop_capacity, sizeof *g->loops);
+    g->loops[g->loop_count] = (struct loop){run, inward, g->count, g->count};
+    return g->open = (uint16_t)g->loop_count++;
+}
+
+void close_loop(struct graph *g) {
+    const uint16_t loop = g->open;
+    g->loops[loop].end = g->count;
+    g->open = 0;
+    for (int s = g->slot_count; s-- > 0 && g->slots[s].loop == loop;)
+        g->slots[s].final = symbol(g, SYMBOL_FINAL, s, 0);
+}
+
+int new_slot(struct graph *g, expression initial) {
+    g->slots = memory_room(g->memory, g->slots, g->slot_count, &g->slot_capacity, sizeof *g->slots);
+    const int slot = g->slot_count++;
+    g->slots[slot] = (struct slot){g->open, initial, initial, 0, 0};
+    g->slots[slot].carried = symbol(g, SYMBOL_CARRIED, slot, 0);
+    return slot;
+}
+
+void set_next(struct graph *g, int slot, expression next) {
+    g->slots[slot].next = next;
+}
+
+const struct slot *as_slot(const struct graph *g, expression e) {
+    const struct symbol *s = as_symbol(g, e);
+    return s && (s->kind == SYMBOL_CARRIED || s->kind == SYMBOL_FINAL) ? &g->slots[s->index] : NULL;
 }
 
 int spline_table(struct graph *g, const double *knots, const double *values, int count) {

@@ -36,7 +36,11 @@ enum symbol_kind {
     SYMBOL_TIME,       /* t */
     SYMBOL_COORDINATE, /* index: coordinate, order 0..2: q, qd, qdd */
     SYMBOL_POINT,      /* index: 3 * point + axis, order 0..2, ground frame */
-    SYMBOL_START /* index: handle of a coordinate, point or time symbol, taken at the start of the motion */
+    SYMBOL_START, /* index: handle of a coordinate, point or time symbol, taken at the start of the motion */
+    SYMBOL_ELEMENT, /* index: frame of a run (tree.h), order 0..2: q, qd, qdd of the element that a loop is at
+                     */
+    SYMBOL_CARRIED, /* index: slot; its value when an iteration begins */
+    SYMBOL_FINAL    /* index: slot; its value behind the loop */
 };
 
 struct symbol {
@@ -51,8 +55,30 @@ enum depends { ON_PARAMETER = 1, ON_TIME = 2, ON_INPUT = 4, ON_STATE = 8, ON_RAT
 struct node {
     uint8_t operation;
     uint8_t depends;
+    uint16_t loop; /* that computes it, once an element; 0: computed once */
     expression operand[3]; /* OP_NUMBER and OP_SYMBOL: operand[0] is an index into numbers or symbols */
 };
+
+/*
+ * A loop over the elements of a run. What is built between open_loop and close_loop and depends on the
+ * element is its body; what does not, is computed before it. Other loops over the same run may use the body's
+ * values, of the same element.
+ */
+struct loop {
+    int run;
+    bool inward;          /* from the last element to the first */
+    uint32_t begin, end;  /* handles made while it was open */
+};
+
+/* A value that a loop carries from one iteration to the next. */
+struct slot {
+    uint16_t loop;
+    expression initial, next;
+    expression carried, final; /* symbols for its value when an iteration begins, and behind the loop */
+};
+
+/* `loop` of a symbol that every loop over its run may read. */
+enum { ANY_LOOP = 0xFFFF };
 
 /* A line for the reader of the emitted C: what the nodes from here on compute. */
 struct remark {
@@ -72,6 +98,10 @@ struct graph {
     uint32_t symbol_count, symbol_capacity;
     struct spline *splines;
     uint32_t spline_count, spline_capacity;
+    struct loop *loops; /* loops[0] stands for no loop */
+    struct slot *slots;
+    int loop_count, loop_capacity, slot_count, slot_capacity;
+    uint16_t open; /* the loop that is being built, 0: none */
     const char **names; /* by handle: what the value is called in the emitted C, or NULL */
     expression *table;  /* hash table of handles, a power of two long, 0 empty */
     uint32_t table_size;
@@ -102,6 +132,15 @@ expression choose(struct graph *g, expression condition, expression then,
 expression apply(struct graph *g, enum operation operation, expression a, expression b, expression c);
 expression apply1(struct graph *g, enum operation operation, expression a);
 expression apply2(struct graph *g, enum operation operation, expression a, expression b);
+
+/* Loops do not nest. */
+uint16_t open_loop(struct graph *g, int run, bool inward);
+void close_loop(struct graph *g);
+/* A new slot of the open loop; `next` is set before the loop is closed, `final` is made by it. */
+int new_slot(struct graph *g, expression initial);
+void set_next(struct graph *g, int slot, expression next);
+/* The slot that a symbol stands for, or NULL. */
+const struct slot *as_slot(const struct graph *g, expression e);
 
 /* A cubic spline through samples (spline.h), to be used by its number. */
 int spline_table(struct graph *g, const double *knots, const double *values, int count);
@@ -139,10 +178,10 @@ void substitute(struct graph *g, leaf_rule *leaf, void *context, const expressio
 expression replace(struct graph *g, expression e, expression node, expression by);
 /* Directional derivative (one forward sweep): `leaf` returns the derivative of the symbol `e`. */
 expression differentiate(struct graph *g, expression e, leaf_rule *leaf, void *context);
-/* Derivatives of e by each symbol in `by` (one backward sweep). */
+/* Derivatives of e by each symbol in `by` (one backward sweep); 0 by handle 0. */
 void gradient(struct graph *g, expression e, const expression *by, expression *result, int count);
 
-/* Marks (by handle) all that the marked nodes below `limit` are made of. */
+/* Marks (by handle) all that the marked nodes below `limit` are made of, what loops carry included. */
 void mark_operands(const struct graph *g, bool *needed, uint32_t limit);
 
 /* Calls `visit` for each symbol that e depends on, in order of handles. */

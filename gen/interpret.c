@@ -19,7 +19,27 @@ static double parameter_value(const struct arguments *a, int index) {
     return 0;
 }
 
-static double symbol_value(const struct arguments *a, const struct symbol *s) {
+/* Values of nodes: of loops those of the iteration that was computed last, and all of them by element. */
+struct state {
+    const struct graph *g;
+    struct arguments arguments;
+    bool *needed;
+    double *values, **by_element;
+    double *slots;
+};
+
+static const struct element_run *run_of(const struct plan *plan, int run) {
+    return &plan->rolled->runs[run];
+}
+
+static double element_value(const struct arguments *a, const struct symbol *s, int r) {
+    const struct frame *frame = &a->plan->rolled->frames[s->index];
+    const int coordinate = frame->coordinate + r * run_of(a->plan, frame->run)->period;
+    return s->order ? a->qd[coordinate] : a->q[coordinate];
+}
+
+static double symbol_value(const struct state *state, const struct symbol *s, int r) {
+    const struct arguments *a = &state->arguments;
     switch (s->kind) {
     case SYMBOL_PARAMETER:
         return parameter_value(a, s->index);
@@ -27,8 +47,74 @@ static double symbol_value(const struct arguments *a, const struct symbol *s) {
         return a->x[s->index];
     case SYMBOL_TIME:
         return a->t;
+    case SYMBOL_ELEMENT:
+        return element_value(a, s, r);
+    case SYMBOL_CARRIED:
+    case SYMBOL_FINAL:
+        return state->slots[s->index];
     default:
         return s->order ? a->qd[s->index] : a->q[s->index];
+    }
+}
+
+static void compute(struct state *state, expression e, int r) {
+    const struct symbol *s = as_symbol(state->g, e);
+    state->values[e] = s ? symbol_value(state, s, r) : node_value(state->g, e, state->values);
+}
+
+/* The next iteration's values: all are taken before any is changed. */
+static void step_slots(struct state *state, int loop) {
+    const struct graph *g = state->g;
+    for (int s = 0; s < g->slot_count; s++)
+        if (g->slots[s].loop == loop)
+            state->slots[s] = state->values[g->slots[s].next];
+}
+
+/* One element: values of this loop are computed, those of earlier loops over the run are at hand. */
+static void run_iteration(struct state *state, int loop, int r) {
+    const struct graph *g = state->g;
+    for (expression e = 0; e < g->loops[loop].end; e++) {
+        const uint16_t home = g->nodes[e].loop;
+        if (!state->needed[e] || !home)
+            continue;
+        if (home == loop || home == ANY_LOOP)
+            compute(state, e, r);
+        else if (g->loops[home].run == g->loops[loop].run)
+            state->values[e] = state->by_element[e][r];
+        if (home == loop)
+            state->by_element[e][r] = state->values[e];
+    }
+    step_slots(state, loop);
+}
+
+static void run_loop(struct state *state, struct memory *memory, int loop) {
+    const struct graph *g = state->g;
+    const int count = run_of(state->arguments.plan, g->loops[loop].run)->count;
+    for (expression e = g->loops[loop].begin; e < g->loops[loop].end; e++)
+        if (state->needed[e] && g->nodes[e].loop == loop)
+            state->by_element[e] = memory_get(memory, (size_t)count * sizeof(double));
+    for (int s = 0; s < g->slot_count; s++)
+        if (g->slots[s].loop == loop)
+            state->slots[s] = state->values[g->slots[s].initial];
+    for (int i = 0; i < count; i++)
+        run_iteration(state, loop, g->loops[loop].inward ? count - 1 - i : i);
+}
+
+static double result_value(const struct state *state, expression e, int r) {
+    const uint16_t home = state->g->nodes[e].loop;
+    if (home == ANY_LOOP)
+        return element_value(&state->arguments, as_symbol(state->g, e), r);
+    return home ? state->by_element[e][r] : state->values[e];
+}
+
+static void write_results(const struct state *state, const struct function *function, double *out) {
+    for (int i = 0; i < function->out_count; i++)
+        if (function->out[i] != GIVEN_IN_LOOP)
+            out[i] = state->values[function->out[i]];
+    for (int i = 0; i < function->run_result_count; i++) {
+        const struct run_result *result = &function->run_results[i];
+        for (int r = 0; r < run_of(state->arguments.plan, result->run)->count; r++)
+            out[result->entry + r * result->stride] = result_value(state, result->value, r);
     }
 }
 
@@ -43,20 +129,25 @@ int gen_interpret(const struct generation *generation, const char *quantity, con
                   double t, const double *q, const double *qd, double *out) {
     struct plan *plan = generation->plan;
     const struct function *function = find_function(plan, quantity);
-    const struct arguments arguments = {plan, p, x, q, qd, t};
     const struct graph *g = plan->g;
     if (!function)
         return 1;
-    bool *needed = memory_get(plan->memory, g->count * sizeof *needed);
-    double *values = memory_get(plan->memory, g->count * sizeof *values);
-    for (int i = 0; i < function->out_count; i++)
-        needed[function->out[i]] = true;
-    mark_operands(g, needed, g->count);
-    for (expression e = 0; e < g->count; e++)
-        if (needed[e])
-            values[e] =
-                as_symbol(g, e) ? symbol_value(&arguments, as_symbol(g, e)) : node_value(g, e, values);
-    for (int i = 0; i < function->out_count; i++)
-        out[i] = values[function->out[i]];
+    struct state state = {.g = g, .arguments = {plan, p, x, q, qd, t}};
+    state.needed = memory_get(plan->memory, g->count * sizeof *state.needed);
+    state.values = memory_get(plan->memory, g->count * sizeof *state.values);
+    state.by_element = memory_get(plan->memory, g->count * sizeof *state.by_element);
+    state.slots = memory_get(plan->memory, ((size_t)g->slot_count + 1) * sizeof *state.slots);
+    mark_results(function, state.needed);
+    mark_operands(g, state.needed, g->count);
+    int loop = 1;
+    for (expression e = 0; e < g->count; e++) {
+        for (; loop < g->loop_count && g->loops[loop].end <= e; loop++)
+            run_loop(&state, plan->memory, loop);
+        if (state.needed[e] && !g->nodes[e].loop)
+            compute(&state, e, 0);
+    }
+    for (; loop < g->loop_count; loop++)
+        run_loop(&state, plan->memory, loop);
+    write_results(&state, function, out);
     return 0;
 }

@@ -1,6 +1,7 @@
 /* Kinematics from the base outward: see kinematics.h. */
 #include "kinematics.h"
 #include "memory.h"
+#include "recursion.h"
 
 void name_scalar(const struct kinematics *k, int i, const char *what, expression e) {
     name_value(k->g, e, memory_format(k->memory, "%s_%s", k->tree->frames[i].name, what));
@@ -25,16 +26,16 @@ static struct vector turn_into(struct graph *g, int axis, expression cosine, exp
 
 struct vector to_child(const struct kinematics *k, int i, struct vector a) {
     const struct frame *frame = &k->tree->frames[i];
-    const struct frame_motion *motion = &k->frames[i];
+    const struct joint_place *place = &k->joints[i];
     a = transpose_times(k->g, frame->placement.rotation, a);
-    return frame->joint.is_turn ? turn_into(k->g, frame->joint.axis, motion->cosine, motion->sine, a) : a;
+    return frame->joint.is_turn ? turn_into(k->g, frame->joint.axis, place->cosine, place->sine, a) : a;
 }
 
 struct vector to_parent(const struct kinematics *k, int i, struct vector a) {
     const struct frame *frame = &k->tree->frames[i];
-    const struct frame_motion *motion = &k->frames[i];
+    const struct joint_place *place = &k->joints[i];
     if (frame->joint.is_turn)
-        a = turn_into(k->g, frame->joint.axis, motion->cosine, neg(k->g, motion->sine), a);
+        a = turn_into(k->g, frame->joint.axis, place->cosine, neg(k->g, place->sine), a);
     return matrix_times(k->g, frame->placement.rotation, a);
 }
 
@@ -61,14 +62,23 @@ static struct tensor tensor_turn_axis(struct graph *g, int axis, expression c, e
 
 struct tensor tensor_to_parent(const struct kinematics *k, int i, struct tensor t) {
     const struct frame *frame = &k->tree->frames[i];
-    const struct frame_motion *motion = &k->frames[i];
+    const struct joint_place *place = &k->joints[i];
     if (frame->joint.is_turn)
-        t = tensor_turn_axis(k->g, frame->joint.axis, motion->cosine, motion->sine, t);
+        t = tensor_turn_axis(k->g, frame->joint.axis, place->cosine, place->sine, t);
     return tensor_turn(k->g, frame->placement.rotation, t);
 }
 
-static expression coordinate(const struct kinematics *k, int i, int order) {
-    return symbol(k->g, SYMBOL_COORDINATE, i, order);
+expression coordinate_of(const struct kinematics *k, int i, int order) {
+    const struct frame *frame = &k->tree->frames[i];
+    if (frame->run >= 0)
+        return symbol(k->g, SYMBOL_ELEMENT, i, order);
+    return symbol(k->g, SYMBOL_COORDINATE, frame->coordinate, order);
+}
+
+bool is_on_path(const struct kinematics *k, int outer, int i) {
+    while (i > outer)
+        i = k->tree->frames[i].parent;
+    return i == outer;
 }
 
 /* Acceleration at r seen from a frame: a + wd x r + w x (w x r). */
@@ -90,22 +100,24 @@ static struct matrix acceleration_gradient(struct graph *g, struct vector w, str
     return gradient;
 }
 
-static void place_frame(struct kinematics *k, int i) {
+static void place_joint(struct kinematics *k, int i) {
     struct graph *g = k->g;
     const struct frame *frame = &k->tree->frames[i];
-    struct frame_motion *motion = &k->frames[i];
+    struct joint_place *place = &k->joints[i];
+    place->shift = vector_of(frame->placement.position);
+    if (frame->kind != FRAME_JOINT)
+        return;
     const struct vector axis = unit_vector(g, frame->joint.axis);
-    const expression q = coordinate(k, i, 0);
-    motion->shift = vector_of(frame->placement.position);
+    const expression q = coordinate_of(k, i, 0);
     if (frame->joint.is_turn) {
-        motion->sine = apply1(g, OP_SIN, q);
-        motion->cosine = apply1(g, OP_COS, q);
-        name_scalar(k, i, "sin", motion->sine);
-        name_scalar(k, i, "cos", motion->cosine);
+        place->sine = apply1(g, OP_SIN, q);
+        place->cosine = apply1(g, OP_COS, q);
+        name_scalar(k, i, "sin", place->sine);
+        name_scalar(k, i, "cos", place->cosine);
     } else {
         const struct vector slide = vector_scale(g, q, axis);
-        motion->shift = vector_add(g, motion->shift, matrix_times(g, frame->placement.rotation, slide));
-        name_vector(k, i, "shift", motion->shift);
+        place->shift = vector_add(g, place->shift, matrix_times(g, frame->placement.rotation, slide));
+        name_vector(k, i, "shift", place->shift);
     }
 }
 
@@ -119,7 +131,7 @@ static void place_in_ground(struct kinematics *k, int i, const struct frame_moti
         for (int column = 0; column < 3; column++)
             motion->rotation.at[3 * row + column] = own.at[column];
     }
-    motion->position = vector_add(g, parent->position, matrix_times(g, parent->rotation.at, motion->shift));
+    motion->position = vector_add(g, parent->position, matrix_times(g, parent->rotation.at, k->joints[i].shift));
     name_vector(k, i, "position", motion->position);
     for (int row = 0; row < 3; row++) {
         static const char *const names[3] = {"ground_x", "ground_y", "ground_z"};
@@ -132,7 +144,7 @@ static void add_joint_motion(struct kinematics *k, int i) {
     struct graph *g = k->g;
     struct frame_motion *motion = &k->frames[i];
     const struct joint *joint = &k->tree->frames[i].joint;
-    const struct vector rate = vector_scale(g, coordinate(k, i, 1), unit_vector(g, joint->axis));
+    const struct vector rate = vector_scale(g, coordinate_of(k, i, 1), unit_vector(g, joint->axis));
     const struct vector gyration = vector_cross(g, motion->angular, rate);
     if (joint->is_turn) {
         motion->bias_angular = vector_add(g, motion->bias_angular, gyration);
@@ -148,14 +160,15 @@ static void add_joint_motion(struct kinematics *k, int i) {
 static void move_frame(struct kinematics *k, int i, const struct frame_motion *parent) {
     struct graph *g = k->g;
     struct frame_motion *m = &k->frames[i];
-    const struct vector r = m->shift;
+    const struct vector r = k->joints[i].shift;
     m->angular = to_child(k, i, parent->angular);
     m->linear = to_child(k, i, vector_add(g, parent->linear, vector_cross(g, parent->angular, r)));
     m->bias_angular = to_child(k, i, parent->bias_angular);
     m->bias_linear = to_child(k, i, carried_acceleration(g, parent, parent->bias_linear, r));
     m->bias_falling = to_child(k, i, carried_acceleration(g, parent, parent->bias_falling, r));
     m->gravity = to_child(k, i, parent->gravity);
-    add_joint_motion(k, i);
+    if (k->tree->frames[i].kind == FRAME_JOINT)
+        add_joint_motion(k, i);
     m->gradient = acceleration_gradient(g, m->angular, m->bias_angular);
     name_vector(k, i, "w", m->angular);
     name_vector(k, i, "v", m->linear);
@@ -196,10 +209,31 @@ static void name_point(struct kinematics *k, int index) {
     }
 }
 
-static void derive_point(struct kinematics *k, const struct frame_motion *ground, int index) {
+struct columns {
+    struct kinematics *k;
+    int point;
+};
+
+static void derive_column(void *context, int i) {
+    const struct columns *x = context;
+    const struct kinematics *k = x->k;
+    struct point_motion *point = &k->points[x->point];
+    if (is_on_path(k, i, k->tree->points[x->point].frame))
+        point->columns[i] = point_column(k, i, point->r, k->model->points[x->point].is_direction);
+}
+
+static void derive_columns(struct kinematics *k, int index) {
+    struct columns x = {k, index};
+    k->points[index].columns =
+        memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *k->points[index].columns);
+    visit_joints(k->g, k->tree, derive_column, &x);
+}
+
+static void derive_point(struct kinematics *k, int index) {
     struct graph *g = k->g;
     const struct fixed_frame *fixed = &k->tree->points[index];
-    const struct frame_motion *m = fixed->frame < 0 ? ground : &k->frames[fixed->frame];
+    const struct frame_motion ground = ground_motion(k);
+    const struct frame_motion *m = fixed->frame < 0 ? &ground : &k->frames[fixed->frame];
     const struct vector rho = vector_of(fixed->placement.position);
     const bool is_direction = k->model->points[index].is_direction;
     struct frame_motion carrier = *m;
@@ -214,25 +248,35 @@ static void derive_point(struct kinematics *k, const struct frame_motion *ground
     point->rd = matrix_times(g, m->rotation.at, velocity);
     point->d = matrix_times(g, m->rotation.at, bias);
     name_point(k, index);
-    point->columns = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *point->columns);
-    for (int i = fixed->frame; i >= 0; i = k->tree->frames[i].parent)
-        point->columns[i] = point_column(k, i, point->r, is_direction);
+    derive_columns(k, index);
+}
+
+/* The motion of frame i, one step from its parent's. */
+static void step_outward(void *context, int i) {
+    struct kinematics *k = context;
+    const int parent = k->tree->frames[i].parent;
+    const struct frame_motion ground = ground_motion(k);
+    remark(k->g, memory_format(k->memory, "%s: motion from %s outward", k->tree->frames[i].name,
+                               parent < 0 ? "the ground" : k->tree->frames[parent].name));
+    place_joint(k, i);
+    place_in_ground(k, i, parent < 0 ? &ground : &k->frames[parent]);
+    move_frame(k, i, parent < 0 ? &ground : &k->frames[parent]);
 }
 
 void derive_kinematics(struct memory *memory, const struct model *model, const struct tree *tree,
                        struct kinematics *k) {
     *k = (struct kinematics){.g = model->graph, .memory = memory, .tree = tree, .model = model};
     k->frames = memory_get(memory, ((size_t)tree->count + 1) * sizeof *k->frames);
+    k->joints = memory_get(memory, ((size_t)tree->count + 1) * sizeof *k->joints);
     k->points = memory_get(memory, ((size_t)model->marker_count + 1) * sizeof *k->points);
-    const struct frame_motion ground = ground_motion(k);
-    for (int i = 0; i < tree->count; i++) {
-        const int parent = tree->frames[i].parent;
-        remark(k->g, memory_format(memory, "%s: motion from %s outward", tree->frames[i].name,
-                                   parent < 0 ? "the ground" : tree->frames[parent].name));
-        place_frame(k, i);
-        place_in_ground(k, i, parent < 0 ? &ground : &k->frames[parent]);
-        move_frame(k, i, parent < 0 ? &ground : &k->frames[parent]);
-    }
+    const struct recursion motions = {.memory = memory,
+                                      .g = k->g,
+                                      .tree = tree,
+                                      .state = k->frames,
+                                      .width = sizeof *k->frames / sizeof(expression),
+                                      .step = step_outward,
+                                      .context = k};
+    recur_outward(&motions);
     for (int i = 0; i < model->marker_count; i++)
-        derive_point(k, &ground, i);
+        derive_point(k, i);
 }

@@ -10,9 +10,12 @@
 
 #include "vector.h"
 
+struct joint_place {
+    expression sine, cosine; /* of a turn's angle */
+    struct vector shift;     /* origin in the parent's axes, from the parent's origin [m] */
+};
+
 struct frame_motion {
-    expression sine, cosine;    /* of a turn's angle */
-    struct vector shift;        /* origin in the parent's axes, from the parent's origin [m] */
     struct vector angular;      /* angular velocity w [rad/s] */
     struct vector linear;       /* velocity of the origin [m/s] */
     struct vector bias_angular; /* dw/dt at qdd = 0 [rad/s^2] */
@@ -27,13 +30,14 @@ struct frame_motion {
 /* Of a point, or of a direction: then r is the vector itself. */
 struct point_motion {
     struct vector r, rd, d; /* position, velocity, bias acceleration: rdd = C qdd + d */
-    struct vector *columns; /* C: n columns, zero off the point's path */
+    struct vector *columns; /* C: a column a frame, zero off the point's path */
 };
 
 struct kinematics {
     struct graph *g;
     struct memory *memory;
-    const struct tree *tree;
+    const struct tree *tree; /* rolled: see runs.h */
+    struct joint_place *joints; /* by frame */
     struct frame_motion *frames;
     struct point_motion *points;
     const struct model *model;
@@ -42,6 +46,10 @@ struct kinematics {
 void derive_kinematics(struct memory *memory, const struct model *model, const struct tree *tree,
                        struct kinematics *kinematics);
 
+/* q, qd or qdd of frame i; in a run those of the element that the loop is at. */
+expression coordinate_of(const struct kinematics *k, int i, int order);
+/* Is frame `outer` on the way from frame i to the ground, i itself included? */
+bool is_on_path(const struct kinematics *k, int outer, int i);
 /* The axis of joint i in the ground frame. */
 struct vector joint_axis(const struct kinematics *k, int i);
 /* A free vector from the axes of frame i's parent into its own, and back. */

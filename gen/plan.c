@@ -28,19 +28,58 @@ static bool is_moved(const struct plan *plan, const struct function *function, e
     return function != &plan->prepare && is_parameter_only(plan->g, e);
 }
 
-static const struct field *field_of(const struct function *function, int entry) {
+const struct field *field_of(const struct function *function, int entry) {
     const struct field *field = function->fields;
     while (entry >= field->offset + field->count)
         field++;
     return field;
 }
 
-/* Adds the uses of the results to `uses`. */
-static void use_outputs(const struct function *function, uint32_t *uses) {
-    for (int i = 0; i < function->out_count; i++) {
-        const struct field *field = field_of(function, i);
-        if (is_output_copied(field, i - field->offset))
-            uses[function->out[i]]++;
+/* Is entry i of `out` a value that stands alone, and not one of a mirrored half? */
+static bool is_single_output(const struct function *function, int i) {
+    const struct field *field = field_of(function, i);
+    return function->out[i] != GIVEN_IN_LOOP && is_output_copied(field, i - field->offset);
+}
+
+static int slot_index(const struct graph *g, expression e) {
+    return as_slot(g, e) ? as_symbol(g, e)->index : -1;
+}
+
+/* Marks a node; true when a descending sweep at `at` has passed it. */
+static bool need(bool *needed, expression e, expression at) {
+    const bool passed = !needed[e] && e > at;
+    needed[e] = true;
+    return passed;
+}
+
+/* What a needed node needs: its operands, and what a slot is set to. */
+static bool need_operands(const struct plan *plan, const struct function *function, bool *needed, expression e) {
+    const struct graph *g = plan->g;
+    const struct slot *slot = as_slot(g, e);
+    bool passed = slot && need(needed, slot->next, e);
+    if (slot)
+        need(needed, slot->initial, e);
+    if (is_moved(plan, function, e))
+        return passed;
+    for (int k = 0; k < operation_arity(g->nodes[e].operation); k++)
+        needed[g->nodes[e].operand[k]] = true;
+    return passed;
+}
+
+/* All nodes of one function; what is moved has its operands in `prepare`, not here. */
+static void mark_function(const struct plan *plan, struct function *function) {
+    struct graph *g = plan->g;
+    bool *needed = function->is_needed = memory_get(plan->memory, g->count * sizeof *needed);
+    for (int i = 0; i < function->out_count; i++)
+        if (is_single_output(function, i))
+            needed[function->out[i]] = true;
+    for (int i = 0; i < function->run_result_count; i++)
+        needed[function->run_results[i].value] = true;
+    for (bool again = true; again;) {
+        again = false;
+        for (expression e = g->count; e-- > 0;)
+            if (needed[e])
+                again |= need_operands(plan, function, needed, e);
     }
 }
 
@@ -49,13 +88,31 @@ static bool is_sign(const struct graph *g, expression e) {
     return g->nodes[e].operation == OP_NEG;
 }
 
-/* Uses of every node of one function; what is moved has its operands counted in `prepare`, not here. */
+/* Uses by results and by loops, which set slots. */
+static void use_roots(const struct plan *plan, const struct function *function, uint32_t *uses) {
+    const struct graph *g = plan->g;
+    bool *seen = memory_get(plan->memory, (size_t)g->slot_count + 1);
+    for (int i = 0; i < function->out_count; i++)
+        if (is_single_output(function, i))
+            uses[function->out[i]]++;
+    for (int i = 0; i < function->run_result_count; i++)
+        uses[function->run_results[i].value]++;
+    for (expression e = 0; e < g->count; e++) {
+        const int slot = function->is_needed[e] ? slot_index(g, e) : -1;
+        if (slot < 0 || seen[slot])
+            continue;
+        seen[slot] = true;
+        uses[g->slots[slot].initial]++;
+        uses[g->slots[slot].next]++;
+    }
+}
+
 static uint32_t *count_uses(const struct plan *plan, const struct function *function) {
     struct graph *g = plan->g;
     uint32_t *uses = memory_get(plan->memory, g->count * sizeof *uses);
-    use_outputs(function, uses);
+    use_roots(plan, function, uses);
     for (expression e = g->count; e-- > 0;) {
-        if (!uses[e] || is_moved(plan, function, e))
+        if (!function->is_needed[e] || is_moved(plan, function, e))
             continue;
         for (int k = 0; k < operation_arity(g->nodes[e].operation); k++)
             uses[g->nodes[e].operand[k]] += is_sign(g, e) ? uses[e] : 1;
@@ -83,30 +140,171 @@ static void choose_statements(struct plan *plan, const struct function *function
     }
 }
 
+/* ---- Order of execution ---- */
+
+static void add_block(struct plan *plan, struct function *function, int run, int loop) {
+    struct block *last = function->block_count ? &function->blocks[function->block_count - 1] : NULL;
+    if (last && last->run < 0 && run < 0)
+        return;
+    (void)plan;
+    function->blocks[function->block_count++] = (struct block){run, (uint16_t)loop, function->statement_count};
+}
+
+static void add_statement(struct function *function, expression e) {
+    function->statements[function->statement_count++] = e;
+    function->blocks[function->block_count - 1].end = function->statement_count;
+}
+
+static void add_loop(struct plan *plan, struct function *function, int loop) {
+    const struct loop *l = &plan->g->loops[loop];
+    add_block(plan, function, l->run, loop);
+    for (expression e = l->begin; e < l->end; e++)
+        if (plan->is_statement[e] && plan->g->nodes[e].loop == loop)
+            add_statement(function, e);
+}
+
+/* By loop: does the function compute anything in it? */
+static bool *loops_of_function(const struct plan *plan, const struct function *function) {
+    const struct graph *g = plan->g;
+    bool *used = memory_get(plan->memory, (size_t)g->loop_count + 1);
+    for (expression e = 0; e < g->count; e++) {
+        if (!function->is_needed[e])
+            continue;
+        if (g->nodes[e].loop != ANY_LOOP && plan->is_statement[e])
+            used[g->nodes[e].loop] = true;
+        if (as_slot(g, e))
+            used[as_slot(g, e)->loop] = true;
+    }
+    for (int i = 0; i < function->run_result_count; i++)
+        if (g->nodes[function->run_results[i].value].loop != ANY_LOOP)
+            used[g->nodes[function->run_results[i].value].loop] = true;
+    used[0] = false;
+    return used;
+}
+
+/* Statements in the order of their handles, a loop's where it was closed. */
+static void order_statements(struct plan *plan, struct function *function) {
+    const struct graph *g = plan->g;
+    const bool *used = loops_of_function(plan, function);
+    int loop = 1;
+    add_block(plan, function, -1, 0);
+    for (expression e = 0; e < g->count; e++) {
+        for (; loop < g->loop_count && g->loops[loop].end <= e; loop++)
+            if (used[loop])
+                add_loop(plan, function, loop);
+        if (!plan->is_statement[e] || g->nodes[e].loop)
+            continue;
+        add_block(plan, function, -1, 0);
+        add_statement(function, e);
+    }
+    for (; loop < g->loop_count; loop++)
+        if (used[loop])
+            add_loop(plan, function, loop);
+}
+
+static int block_of_loop(const struct function *function, int run, uint16_t loop) {
+    int block = function->block_count - 1;
+    while (block >= 0 && !(function->blocks[block].run == run && function->blocks[block].loop == loop))
+        block--;
+    return block;
+}
+
+/* Results of runs are written by the loop that computes them; what no loop computes gets one of its own. */
+static void place_run_results(struct plan *plan, struct function *function) {
+    for (int i = 0; i < function->run_result_count; i++) {
+        struct run_result *result = &function->run_results[i];
+        const uint16_t loop = plan->g->nodes[result->value].loop;
+        const uint16_t at = loop == ANY_LOOP ? 0 : loop;
+        result->block = block_of_loop(function, result->run, at);
+        if (result->block >= 0)
+            continue;
+        add_block(plan, function, result->run, at);
+        result->block = function->block_count - 1;
+    }
+}
+
+/* ---- What loops keep for other loops ---- */
+
+/* Marks what stands for itself in the C: statements, and what a loop carries. */
+static bool has_own_name(const struct plan *plan, expression e) {
+    return plan->is_statement[e] || plan->is_derived[e] || as_slot(plan->g, e);
+}
+
+static void mark_read(const struct plan *plan, struct function *function, expression e, uint16_t loop);
+
+static void mark_read_operands(const struct plan *plan, struct function *function, expression e, uint16_t loop) {
+    const struct node *node = &plan->g->nodes[e];
+    for (int k = 0; k < operation_arity(node->operation); k++)
+        mark_read(plan, function, node->operand[k], loop);
+}
+
+/* Marks values of other loops that `loop` reads with e. */
+static void mark_read(const struct plan *plan, struct function *function, expression e, uint16_t loop) {
+    const uint16_t home = plan->g->nodes[e].loop;
+    if (!has_own_name(plan, e))
+        mark_read_operands(plan, function, e, loop);
+    else if (home && home != loop)
+        function->is_stored[e] = true;
+}
+
+static void find_stored(struct plan *plan, struct function *function) {
+    const struct graph *g = plan->g;
+    function->is_stored = memory_get(plan->memory, g->count * sizeof *function->is_stored);
+    for (int i = 0; i < function->statement_count; i++)
+        mark_read_operands(plan, function, function->statements[i], g->nodes[function->statements[i]].loop);
+    for (int i = 0; i < function->run_result_count; i++)
+        mark_read(plan, function, function->run_results[i].value,
+                  function->blocks[function->run_results[i].block].loop);
+    for (expression e = 0; e < g->count; e++)
+        if (function->is_needed[e] && as_slot(g, e))
+            mark_read(plan, function, as_slot(g, e)->next, as_slot(g, e)->loop);
+}
+
 void mark_statements(struct plan *plan, const struct function *function) {
     memset(plan->is_statement, 0, plan->g->count * sizeof *plan->is_statement);
     for (int i = 0; i < function->statement_count; i++)
         plan->is_statement[function->statements[i]] = true;
 }
 
-static void count_operations(const struct plan *plan, struct function *function, const uint32_t *uses) {
+/* How often a call computes a node. */
+static long trips_of(const struct plan *plan, expression e) {
+    const struct graph *g = plan->g;
+    const uint16_t loop = g->nodes[e].loop;
+    if (loop == ANY_LOOP)
+        return plan->rolled->runs[plan->rolled->frames[as_symbol(g, e)->index].run].count;
+    return loop ? plan->rolled->runs[g->loops[loop].run].count : 1;
+}
+
+static void count_operations(const struct plan *plan, struct function *function) {
     const struct graph *g = plan->g;
     struct operation_count *count = &function->operations;
     long values = function->out_count;
     *count = (struct operation_count){.quantity = function->quantity};
     for (expression e = 0; e < g->count; e++) {
-        if (!uses[e])
+        if (!function->is_needed[e])
             continue;
         const enum operation operation = g->nodes[e].operation;
-        values += operation == OP_SYMBOL || is_moved(plan, function, e);
+        const long trips = trips_of(plan, e);
+        values += as_slot(g, e) ? 0 : operation == OP_SYMBOL || is_moved(plan, function, e) ? trips : 0;
         if (is_moved(plan, function, e))
             continue;
-        count->adds += operation_cost(operation) == COST_ADD;
-        count->muls += operation_cost(operation) == COST_MUL;
-        count->divs += operation_cost(operation) == COST_DIV;
-        count->functions += operation_cost(operation) == COST_FUNCTION;
+        count->adds += operation_cost(operation) == COST_ADD ? trips : 0;
+        count->muls += operation_cost(operation) == COST_MUL ? trips : 0;
+        count->divs += operation_cost(operation) == COST_DIV ? trips : 0;
+        count->functions += operation_cost(operation) == COST_FUNCTION ? trips : 0;
     }
     count->bytes = values * (long)sizeof(double);
+}
+
+/* A loop stays whole. */
+static int end_of_loop(const struct function *function, int end) {
+    int begin = 0;
+    for (int b = 0; b < function->block_count; b++) {
+        if (function->blocks[b].run >= 0 && begin < end && end < function->blocks[b].end)
+            return function->blocks[b].end;
+        begin = function->blocks[b].end;
+    }
+    return end;
 }
 
 /* The last statement of a piece: at the end of a section where one ends in time. */
@@ -122,7 +320,9 @@ static int end_of_piece(const struct plan *plan, const struct function *function
         }
         end++;
     }
-    return end < function->statement_count && at_section > begin + LONGEST_PIECE / 2 ? at_section : end;
+    if (end < function->statement_count && at_section > begin + LONGEST_PIECE / 2)
+        end = at_section;
+    return end_of_loop(function, end);
 }
 
 static bool gives_matrix(const struct plan *plan, const struct function *function) {
@@ -146,19 +346,21 @@ static void cut_pieces(struct plan *plan, struct function *function) {
 
 static void plan_function(struct plan *plan, struct function *function) {
     struct graph *g = plan->g;
-    const uint32_t *uses = count_uses(plan, function);
-    choose_statements(plan, function, uses);
-    count_operations(plan, function, uses);
+    mark_function(plan, function);
+    choose_statements(plan, function, count_uses(plan, function));
+    count_operations(plan, function);
+    int statements = 0;
     for (expression e = 0; e < g->count; e++) {
-        function->statement_count += plan->is_statement[e];
-        if (uses[e] && is_moved(plan, function, e))
+        statements += plan->is_statement[e];
+        if (function->is_needed[e] && is_moved(plan, function, e))
             plan->is_derived[e] = true;
     }
-    function->statements =
-        memory_get(plan->memory, ((size_t)function->statement_count + 1) * sizeof(expression));
-    for (expression e = 0, i = 0; e < g->count; e++)
-        if (plan->is_statement[e])
-            function->statements[i++] = e;
+    function->statements = memory_get(plan->memory, ((size_t)statements + 1) * sizeof(expression));
+    function->blocks = memory_get(plan->memory, (2 * (size_t)g->loop_count + (size_t)plan->rolled->run_count + 3) *
+                                                    sizeof *function->blocks);
+    order_statements(plan, function);
+    place_run_results(plan, function);
+    find_stored(plan, function);
     cut_pieces(plan, function);
 }
 
@@ -174,11 +376,18 @@ static void plan_prepare(struct plan *plan) {
     plan_function(plan, prepare);
 }
 
+void mark_results(const struct function *function, bool *needed) {
+    for (int i = 0; i < function->out_count; i++)
+        if (function->out[i] != GIVEN_IN_LOOP)
+            needed[function->out[i]] = true;
+    for (int i = 0; i < function->run_result_count; i++)
+        needed[function->run_results[i].value] = true;
+}
+
 bool *nodes_of_functions(const struct plan *plan) {
     bool *needed = memory_get(plan->memory, plan->g->count * sizeof *needed);
     for (int f = 0; f < plan->function_count; f++)
-        for (int i = 0; i < plan->functions[f].out_count; i++)
-            needed[plan->functions[f].out[i]] = true;
+        mark_results(&plan->functions[f], needed);
     mark_operands(plan->g, needed, plan->g->count);
     return needed;
 }

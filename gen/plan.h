@@ -18,16 +18,39 @@ struct field {
     int symmetric; /* > 0: a symmetric square of that size; only its lower half is computed */
 };
 
+/* Results of all elements of a run: out[entry + r * stride] for element r. */
+struct run_result {
+    expression value;
+    int entry, stride, run;
+    int block; /* planned: the loop that writes them */
+};
+
+/* Marks the entries of `out` that a run_result gives. */
+#define GIVEN_IN_LOOP UINT32_MAX
+
+/* Statements computed one after the other, once or in a loop over the elements of a run. */
+struct block {
+    int run;       /* -1: once */
+    uint16_t loop; /* of the graph; 0: once, or a loop that only writes results */
+    int end;       /* of its statements */
+};
+
 struct function {
     const char *quantity, *about;
     struct field fields[8];
     int field_count;
     expression *out;
     int out_count;
+    struct run_result *run_results;
+    int run_result_count, run_result_capacity;
     /* planned */
-    expression *statements; /* nodes that become named values, ascending */
+    expression *statements; /* nodes that become named values, in order of execution */
     int statement_count;
-    int *piece_ends; /* statements are cut into piece_count static functions when there are many */
+    struct block *blocks;
+    int block_count;
+    bool *is_stored;  /* by handle: of a loop, kept for all elements, since other loops read it */
+    bool *is_needed;  /* by handle: slots of loops among them */
+    int *piece_ends;  /* blocks are cut into piece_count static functions when there are many statements */
     int piece_count;
     struct operation_count operations;
 };
@@ -36,7 +59,8 @@ struct plan {
     struct memory *memory;
     struct graph *g;
     const struct model *model;
-    const struct tree *tree;
+    const struct tree *tree;   /* a frame a coordinate */
+    const struct tree *rolled; /* runs of equal elements as one: what everything is derived from */
     struct function *functions;
     int function_count;
     int *parameters; /* model's index of each emitted parameter */
@@ -60,7 +84,11 @@ void plan_functions(struct plan *plan);
 /* Marks is_statement for one function: before printing it. */
 void mark_statements(struct plan *plan, const struct function *function);
 bool is_output_copied(const struct field *field, int entry); /* false in the mirrored upper half */
+/* The field that holds an entry of the function's results. */
+const struct field *field_of(const struct function *function, int entry);
 
+/* Marks a function's results, by handle. */
+void mark_results(const struct function *function, bool *needed);
 /* By handle: all nodes that the functions listed so far are made of. */
 bool *nodes_of_functions(const struct plan *plan);
 

@@ -8,6 +8,7 @@
 #include "breaks.h"
 #include "dynamics.h"
 #include "forces.h"
+#include "recursion.h"
 #include "rows.h"
 #include "sensitivity.h"
 
@@ -22,7 +23,8 @@ struct derivation {
     struct memory *memory;
     struct graph *g;
     const struct model *model;
-    int n, m, points;
+    int n, m, points; /* coordinates, rows, points */
+    int frames;       /* of the rolled tree: values of coordinates are kept by frame */
     struct kinematics kinematics;
     struct inertia *composites;
     expression *M, *bias, *falling, *qdd_free, *qdd, *force;
@@ -59,51 +61,58 @@ static const struct applied *applied(struct derivation *d) {
     return &d->applied;
 }
 
-static void add_applied(struct derivation *d, expression *Q) {
+/* sum of up to three lists, by frame; `sign` of the first */
+struct total {
+    struct derivation *d;
+    const expression *first, *second, *third;
+    bool negative;
+    expression *sum;
+};
+
+static void add_up(void *context, int i) {
+    const struct total *x = context;
+    struct graph *g = x->d->g;
+    const expression first = x->negative ? neg(g, x->first[i]) : x->first[i];
+    x->sum[i] = add(g, first, add(g, x->second[i], x->third[i]));
+}
+
+static expression *total_of(struct derivation *d, bool negative, const expression *first,
+                            const expression *second, const expression *third) {
+    const expression *none = new_values(d, d->frames);
+    struct total x = {d, first, second ? second : none, third ? third : none, negative, new_values(d, d->frames)};
+    visit_joints(d->g, d->kinematics.tree, add_up, &x);
+    return x.sum;
+}
+
+/* Q without gravity, and the printed form's extra term. */
+static const expression *applied_total(struct derivation *d) {
     const struct applied *forces = applied(d);
     const expression *printed = d->model->printed_form ? derive_printed_rates(&d->kinematics) : NULL;
-    for (int i = 0; i < d->n; i++) {
-        Q[i] = add(d->g, Q[i], add(d->g, forces->conservative[i], forces->others[i]));
-        if (printed)
-            Q[i] = add(d->g, Q[i], printed[i]);
-    }
+    return total_of(d, false, forces->conservative, forces->others, printed);
 }
 
 /* h = -c; the printed form is c + 2 s. */
 static expression *bias_forces(struct derivation *d) {
-    expression *h = new_values(d, d->n);
     if (!d->bias)
         d->bias = derive_bias_forces(&d->kinematics, false);
-    const expression *s = d->model->printed_form ? derive_printed_sum(&d->kinematics) : NULL;
-    for (int i = 0; i < d->n; i++)
-        h[i] = s ? add(d->g, d->bias[i], add(d->g, s[i], s[i])) : neg(d->g, d->bias[i]);
-    return h;
+    if (!d->model->printed_form)
+        return total_of(d, true, d->bias, NULL, NULL);
+    const expression *s = derive_printed_sum(&d->kinematics);
+    return total_of(d, false, d->bias, s, s);
 }
 
 static expression *generalized_forces(struct derivation *d) {
-    expression *Q = new_values(d, d->n);
     const expression *gravity = derive_gravity_forces(&d->kinematics, composites(d));
-    for (int i = 0; i < d->n; i++)
-        Q[i] = neg(d->g, gravity[i]);
-    add_applied(d, Q);
-    return Q;
+    return total_of(d, true, gravity, applied_total(d), NULL);
 }
 
 /* f = h + Q in one recursion: gravity stands in the accelerations. The printed h has no such form. */
 static expression *all_forces(struct derivation *d) {
-    expression *f = new_values(d, d->n);
-    if (d->model->printed_form) {
-        const expression *h = bias_forces(d), *Q = generalized_forces(d);
-        for (int i = 0; i < d->n; i++)
-            f[i] = add(d->g, h[i], Q[i]);
-        return f;
-    }
+    if (d->model->printed_form)
+        return total_of(d, false, bias_forces(d), generalized_forces(d), NULL);
     if (!d->falling)
         d->falling = derive_bias_forces(&d->kinematics, true);
-    for (int i = 0; i < d->n; i++)
-        f[i] = neg(d->g, d->falling[i]);
-    add_applied(d, f);
-    return f;
+    return total_of(d, true, d->falling, applied_total(d), NULL);
 }
 
 static const struct elimination *elimination(struct derivation *d) {
@@ -117,18 +126,24 @@ static const expression *free_accelerations(struct derivation *d) {
     if (!d->qdd_free && d->model->printed_form) {
         d->qdd_free = solve_eliminated(k, elimination(d), all_forces(d), NULL);
     } else if (!d->qdd_free) {
-        expression *applied_forces = new_values(d, d->n);
-        add_applied(d, applied_forces);
-        d->qdd_free = solve_eliminated(k, elimination(d), applied_forces, derive_loads(k));
+        d->qdd_free = solve_eliminated(k, elimination(d), applied_total(d), derive_loads(k));
     }
     return d->qdd_free;
 }
 
+struct product {
+    struct graph *g;
+    const expression *a, *b;
+};
+
+static expression product_term(void *context, int i) {
+    const struct product *x = context;
+    return mul(x->g, x->a[i], x->b[i]);
+}
+
 static expression dot(struct derivation *d, const expression *a, const expression *b) {
-    expression sum = 0;
-    for (int i = 0; i < d->n; i++)
-        sum = add(d->g, sum, mul(d->g, a[i], b[i]));
-    return sum;
+    struct product x = {d->g, a, b};
+    return sum_over_joints(d->g, d->kinematics.tree, product_term, &x);
 }
 
 /*
@@ -168,6 +183,25 @@ static void solve_rows(struct derivation *d, expression *S, expression *rest) {
     }
 }
 
+/* What the multipliers add. */
+struct constraint_effect {
+    struct derivation *d;
+    const struct row_terms *row;
+    expression **response; /* by row: M^-1 u^T */
+    const expression *lambda;
+};
+
+static void add_effect(void *context, int j) {
+    const struct constraint_effect *x = context;
+    struct derivation *d = x->d;
+    struct graph *g = d->g;
+    d->qdd[j] = d->qdd_free[j];
+    for (int i = 0; i < d->m; i++) {
+        d->force[j] = add(g, d->force[j], mul(g, x->row[i].u[j], x->lambda[i]));
+        d->qdd[j] = add(g, d->qdd[j], mul(g, x->response[i][j], x->lambda[i]));
+    }
+}
+
 /*
  * qdd = qdd_free + M^-1 u^T lambda with (u M^-1 u^T) lambda = k - u qdd_free: the GPME with the
  * multipliers eliminated, one more O(n) solution a row. The programme force is r = u^T lambda.
@@ -175,7 +209,7 @@ static void solve_rows(struct derivation *d, expression *S, expression *rest) {
 static void constrained_accelerations(struct derivation *d) {
     if (d->qdd)
         return;
-    const int m = d->m, n = d->n;
+    const int m = d->m;
     const struct row_terms *row = rows(d);
     const expression *free = free_accelerations(d);
     expression **response = memory_get(d->memory, ((size_t)m + 1) * sizeof *response);
@@ -190,15 +224,10 @@ static void constrained_accelerations(struct derivation *d) {
     }
     solve_rows(d, S, lambda);
     remark(d->g, "programme force r = u^T lambda, qdd = qdd_free + M^-1 r");
-    d->qdd = new_values(d, n);
-    d->force = new_values(d, n);
-    for (int j = 0; j < n; j++) {
-        d->qdd[j] = free[j];
-        for (int i = 0; i < m; i++) {
-            d->force[j] = add(d->g, d->force[j], mul(d->g, row[i].u[j], lambda[i]));
-            d->qdd[j] = add(d->g, d->qdd[j], mul(d->g, response[i][j], lambda[i]));
-        }
-    }
+    d->qdd = new_values(d, d->frames);
+    d->force = new_values(d, d->frames);
+    struct constraint_effect x = {d, row, response, lambda};
+    visit_joints(d->g, d->kinematics.tree, add_effect, &x);
 }
 
 /* One more part of a function's result. */
@@ -219,6 +248,40 @@ static void fill_field(struct derivation *d, struct function *f, const char *nam
     memcpy(out, values, (size_t)count * sizeof *out);
 }
 
+/* The value of a run's frame for each element. */
+static void spread_in_run(struct derivation *d, struct function *f, int entry, int step, int frame,
+                          expression value) {
+    const struct tree *tree = d->kinematics.tree;
+    const struct element_run *run = &tree->runs[tree->frames[frame].run];
+    const struct run_result result = {value, entry, step * run->period, tree->frames[frame].run, 0};
+    for (int r = 0; r < run->count; r++)
+        f->out[entry + r * result.stride] = GIVEN_IN_LOOP;
+    f->run_results = memory_room(d->memory, f->run_results, f->run_result_count, &f->run_result_capacity,
+                                 sizeof *f->run_results);
+    f->run_results[f->run_result_count++] = result;
+}
+
+/* Values by frame into entries begin + step * coordinate of the results. */
+static void spread(struct derivation *d, struct function *f, int begin, int step, const expression *by_frame) {
+    for (int i = 0; i < d->frames; i++) {
+        const struct frame *frame = &d->kinematics.tree->frames[i];
+        const int entry = begin + step * frame->coordinate;
+        if (frame->kind != FRAME_JOINT || !by_frame[i])
+            continue;
+        if (frame->run < 0)
+            f->out[entry] = by_frame[i];
+        else
+            spread_in_run(d, f, entry, step, i, by_frame[i]);
+    }
+}
+
+/* A field with a value for each coordinate. */
+static void spread_field(struct derivation *d, struct function *f, const char *name, const char *about,
+                         const expression *by_frame) {
+    add_field(d, f, name, about, d->n, 0);
+    spread(d, f, f->out_count - d->n, 1, by_frame);
+}
+
 static void build_M(struct derivation *d, struct function *f) {
     const expression *M = mass_matrix(d);
     fill_field(d, f, "M", "(n x n) mass matrix [kg, kg m, kg m^2]", M, d->n * d->n);
@@ -226,17 +289,18 @@ static void build_M(struct derivation *d, struct function *f) {
 }
 
 static void build_h(struct derivation *d, struct function *f) {
-    fill_field(d, f, "h", "(n) bias forces [N, N m]", bias_forces(d), d->n);
+    spread_field(d, f, "h", "(n) bias forces [N, N m]", bias_forces(d));
 }
 
 static void build_Q(struct derivation *d, struct function *f) {
-    fill_field(d, f, "Q", "(n) generalized forces [N, N m]", generalized_forces(d), d->n);
+    spread_field(d, f, "Q", "(n) generalized forces [N, N m]", generalized_forces(d));
 }
 
 static void build_u(struct derivation *d, struct function *f) {
-    expression *out = add_field(d, f, "u", "(m x n) row coefficients, u qdd + v = 0", d->m * d->n, d->n);
+    add_field(d, f, "u", "(m x n) row coefficients, u qdd + v = 0", d->m * d->n, d->n);
+    const int begin = f->out_count - d->m * d->n;
     for (int i = 0; i < d->m; i++)
-        memcpy(out + i * d->n, rows(d)[i].u, (size_t)d->n * sizeof *out);
+        spread(d, f, begin + i * d->n, 1, rows(d)[i].u);
 }
 
 static void build_v(struct derivation *d, struct function *f) {
@@ -289,11 +353,15 @@ static void build_d(struct derivation *d, struct function *f) {
 }
 
 static void build_C(struct derivation *d, struct function *f) {
-    expression *out = add_field(d, f, "C", "(points x 3 x n) rd = C qd", 3 * d->points * d->n, d->n);
+    const int count = 3 * d->points * d->n;
+    add_field(d, f, "C", "(points x 3 x n) rd = C qd", count, d->n);
+    expression *row = new_values(d, d->frames);
     for (int p = 0; p < d->points; p++)
-        for (int a = 0; a < 3; a++)
-            for (int j = 0; j < d->n; j++)
-                out[(3 * p + a) * d->n + j] = d->kinematics.points[p].columns[j].at[a];
+        for (int a = 0; a < 3; a++) {
+            for (int j = 0; j < d->frames; j++)
+                row[j] = d->kinematics.points[p].columns[j].at[a];
+            spread(d, f, f->out_count - count + (3 * p + a) * d->n, 1, row);
+        }
 }
 
 static void build_energy(struct derivation *d, struct function *f) {
@@ -304,10 +372,15 @@ static void build_energy(struct derivation *d, struct function *f) {
     out[1] = add(g, gravity, derive_applied_energy(&d->kinematics));
 }
 
+static expression power_of_joint(void *context, int i) {
+    const struct derivation *d = context;
+    return mul(d->g, d->applied.others[i], coordinate_of(&d->kinematics, i, 1));
+}
+
 static void build_power(struct derivation *d, struct function *f) {
     expression *out = add_field(d, f, "power", "(1) of forces in Q without a potential [W]", 1, 0);
-    for (int i = 0; i < d->n; i++)
-        out[0] = add(d->g, out[0], mul(d->g, applied(d)->others[i], symbol(d->g, SYMBOL_COORDINATE, i, 1)));
+    applied(d);
+    out[0] = sum_over_joints(d->g, d->kinematics.tree, power_of_joint, d);
 }
 
 static void build_Q_q(struct derivation *d, struct function *f) {
@@ -324,23 +397,22 @@ static void build_Q_q(struct derivation *d, struct function *f) {
 }
 
 static void build_qdd_free(struct derivation *d, struct function *f) {
-    fill_field(d, f, "qdd", "(n) accelerations without constraints, M qdd = h + Q", free_accelerations(d),
-               d->n);
+    spread_field(d, f, "qdd", "(n) accelerations without constraints, M qdd = h + Q", free_accelerations(d));
 }
 
 static void build_qdd(struct derivation *d, struct function *f) {
     constrained_accelerations(d);
-    fill_field(d, f, "qdd", "(n) accelerations with stabilised constraints", d->qdd, d->n);
+    spread_field(d, f, "qdd", "(n) accelerations with stabilised constraints", d->qdd);
 }
 
 static void build_force(struct derivation *d, struct function *f) {
     constrained_accelerations(d);
-    fill_field(d, f, "force", "(n) programme force r = M qdd - h - Q [N, N m]", d->force, d->n);
+    spread_field(d, f, "force", "(n) programme force r = M qdd - h - Q [N, N m]", d->force);
 }
 
 static void build_equations(struct derivation *d, struct function *f) {
     build_M(d, f);
-    fill_field(d, f, "f", "(n) h + Q [N, N m]", all_forces(d), d->n);
+    spread_field(d, f, "f", "(n) h + Q [N, N m]", all_forces(d));
     if (!d->m)
         return;
     build_u(d, f);
@@ -364,11 +436,15 @@ static void build_breaks(struct derivation *d, struct function *f) {
 }
 
 static void build_start(struct derivation *d, struct function *f) {
-    expression *out = add_field(d, f, "start", "(2 n) q and qd at the start of a motion", 2 * d->n, 0);
-    for (int i = 0; i < d->n; i++) {
-        out[i] = d->plan->tree->frames[i].joint.start;
-        out[d->n + i] = d->plan->tree->frames[i].joint.start_rate;
+    const struct frame *frames = d->kinematics.tree->frames;
+    expression *start = new_values(d, d->frames), *rate = new_values(d, d->frames);
+    add_field(d, f, "start", "(2 n) q and qd at the start of a motion", 2 * d->n, 0);
+    for (int i = 0; i < d->frames; i++) {
+        start[i] = frames[i].joint.start;
+        rate[i] = frames[i].joint.start_rate;
     }
+    spread(d, f, 0, 1, start);
+    spread(d, f, d->n, 1, rate);
 }
 
 static bool is_set_by_anchor(const struct derivation *d, int parameter) {
@@ -535,7 +611,8 @@ void list_functions(struct plan *plan, const char *emit) {
     d.n = plan->tree->count;
     d.m = plan->model->row_count;
     d.points = plan->model->point_count;
-    derive_kinematics(plan->memory, plan->model, plan->tree, &d.kinematics);
+    derive_kinematics(plan->memory, plan->model, plan->rolled, &d.kinematics);
+    d.frames = plan->rolled->count;
     plan->functions = memory_get(plan->memory, QUANTITY_COUNT * sizeof *plan->functions);
     for (int i = 0; i < QUANTITY_COUNT; i++) {
         const struct quantity *quantity = &quantities[i];

@@ -26,10 +26,29 @@ expression operation_partial(struct graph *g, expression r, int which) {
     (void)b;
 }
 
+/* The values that a slot takes: true when one stands above e, which a descending sweep has passed. */
+static bool mark_slot(const struct graph *g, bool *needed, uint32_t limit, expression e) {
+    const struct slot *slot = as_slot(g, e);
+    if (!slot)
+        return false;
+    needed[slot->initial] = true;
+    if (slot->next >= limit || needed[slot->next])
+        return false;
+    needed[slot->next] = true;
+    return slot->next > e;
+}
+
 void mark_operands(const struct graph *g, bool *needed, uint32_t limit) {
-    for (expression e = limit; e-- > 0;)
-        for (int k = 0; needed[e] && k < operation_arity(g->nodes[e].operation); k++)
-            needed[g->nodes[e].operand[k]] = true;
+    for (bool again = true; again;) {
+        again = false;
+        for (expression e = limit; e-- > 0;) {
+            if (!needed[e])
+                continue;
+            for (int k = 0; k < operation_arity(g->nodes[e].operation); k++)
+                needed[g->nodes[e].operand[k]] = true;
+            again |= mark_slot(g, needed, limit, e);
+        }
+    }
 }
 
 /* marks[e] for all that the `count` roots need; the array has `limit` entries, limit the largest root + 1. */
@@ -108,7 +127,7 @@ void gradient(struct graph *g, expression root_of, const expression *by, express
         }
     }
     for (int i = 0; i < count; i++)
-        result[i] = by[i] < limit ? weight[by[i]] : 0;
+        result[i] = by[i] && by[i] < limit ? weight[by[i]] : 0; /* handle 0 is no symbol */
 }
 
 void visit_symbols(struct graph *g, expression e, void (*visit)(void *context, expression symbol),

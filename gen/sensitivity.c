@@ -1,6 +1,7 @@
 /* Derivatives by the coordinates: see sensitivity.h. */
 #include "sensitivity.h"
 #include "memory.h"
+#include "recursion.h"
 
 static expression place_symbol(void *context, struct graph *g, expression e) {
     const struct kinematics *k = context;
@@ -35,20 +36,34 @@ expression *symbol_gradient(const struct kinematics *k, expression e, int order)
     const int n = k->tree->count, count = n + 3 * k->model->marker_count;
     expression *by = memory_get(k->memory, ((size_t)count + 1) * sizeof *by);
     expression *result = memory_get(k->memory, ((size_t)count + 1) * sizeof *result);
-    for (int i = 0; i < count; i++)
-        by[i] = i < n ? symbol(k->g, SYMBOL_COORDINATE, i, order) : symbol(k->g, SYMBOL_POINT, i - n, order);
+    for (int i = 0; i < k->tree->count; i++)
+        if (k->tree->frames[i].kind == FRAME_JOINT && k->tree->frames[i].run < 0)
+            by[i] = coordinate_of(k, i, order); /* in a run no formula names any, and 0 has no gradient */
+    for (int i = n; i < count; i++)
+        by[i] = symbol(k->g, SYMBOL_POINT, i - n, order);
     gradient(k->g, e, by, result, count);
     return result;
 }
 
-expression *coefficients_of(const struct kinematics *k, expression e, int order, bool resting) {
-    const int n = k->tree->count, markers = k->model->marker_count;
-    expression *c = symbol_gradient(k, e, order);
-    substitute(k->g, resting ? rest_symbol : place_symbol, (void *)k, c, c, n + 3 * markers);
-    for (int p = 0; p < markers; p++) {
-        const struct vector weight = vector_of(c + n + 3 * p);
-        for (int j = 0; j < n && !vector_is_zero(weight); j++)
-            c[j] = add(k->g, c[j], vector_dot(k->g, weight, k->points[p].columns[j]));
+/* Adds what a frame's coordinate moves by the points. */
+struct coefficients {
+    const struct kinematics *k;
+    expression *c; /* by frame, then three weights a point */
+};
+
+static void add_columns(void *context, int j) {
+    const struct coefficients *x = context;
+    const struct kinematics *k = x->k;
+    for (int p = 0; p < k->model->marker_count; p++) {
+        const struct vector weight = vector_of(x->c + k->tree->count + 3 * p);
+        x->c[j] = add(k->g, x->c[j], vector_dot(k->g, weight, k->points[p].columns[j]));
     }
-    return c;
+}
+
+expression *coefficients_of(const struct kinematics *k, expression e, int order, bool resting) {
+    const int count = k->tree->count + 3 * k->model->marker_count;
+    const struct coefficients x = {k, symbol_gradient(k, e, order)};
+    substitute(k->g, resting ? rest_symbol : place_symbol, (void *)k, x.c, x.c, count);
+    visit_joints(k->g, k->tree, add_columns, (void *)&x);
+    return x.c;
 }

@@ -10,11 +10,11 @@
 
 #include "kinematics.h"
 
-/* Derivatives of e by the symbols of one order: n coordinates, then three for each point; still in symbols.
- */
+/* Derivatives of e by the symbols of one order: a coordinate a frame, then three for each point; still in
+ * symbols. */
 expression *symbol_gradient(const struct kinematics *k, expression e, int order);
 
-/* The same as derivatives by the n coordinates, points by their kinematics; `resting`: at qd = 0. */
+/* The same as derivatives by the coordinates of all frames, points by their kinematics; `resting`: at qd = 0. */
 expression *coefficients_of(const struct kinematics *k, expression e, int order, bool resting);
 
 /* Symbols of points replaced by their kinematics, accelerations at qdd = 0. */

@@ -47,6 +47,8 @@ static struct frame *new_frame(struct expansion *x) {
 static struct frame *add_joint(struct expansion *x, struct fixed_frame *at, const struct joint *joint) {
     struct frame *frame = new_frame(x);
     frame->parent = at->frame;
+    frame->run = -1;
+    frame->coordinate = x->tree->count - 1;
     frame->placement = at->placement;
     frame->joint = *joint;
     at->frame = x->tree->count - 1;

@@ -18,9 +18,16 @@ struct inertia {
     expression tensor[6]; /* xx yy zz xy xz yz about the origin [kg m^2] */
 };
 
+/* ENTRY and EXIT enclose the frames of one element of a run: see runs.h. They have no joint. */
+enum frame_kind { FRAME_JOINT, FRAME_ENTRY, FRAME_EXIT };
+
 struct frame {
     const char *name; /* of the coordinate: base_z, arm_psi, arm_psi_1 ... */
     int parent;
+    enum frame_kind kind;
+    int coordinate; /* of the first element, in a run */
+    int run;        /* -1: stands alone */
+    int partner;    /* ENTRY: its EXIT, and back */
     int link, element; /* element 0: the link itself or its first element */
     struct joint joint;
     struct placement placement; /* A_i */
@@ -40,6 +47,15 @@ struct tree {
     int count;
     struct carrier *carriers;   /* by link: where points attach */
     struct fixed_frame *points; /* by the model's points, marker_count */
+    struct element_run *runs;           /* of a rolled tree */
+    int run_count;
+    int *frame_of; /* of a rolled tree: by coordinate, the frame that stands alone, -1: in a run */
+};
+
+/* Equal elements one behind the other: coordinate `first` + r * period + k, r = 0 ... count - 1. */
+struct element_run {
+    const char *name;
+    int first, period, count;
 };
 
 void expand(struct memory *memory, const struct model *model, struct tree *tree);

@@ -1072,53 +1072,53 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
     const double effector_z_position_y = arm_psi_3_position_y + arm_theta_3_ground_y_x * effector_z_shift_x;
     const double effector_z_position_z = arm_psi_3_position_z + arm_theta_3_ground_z_x * effector_z_shift_x;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double t5 = effector_z_position_x - arm_psi_3_position_x;
-    const double t6 = effector_z_position_y - arm_psi_3_position_y;
-    const double t7 = effector_z_position_z - arm_psi_3_position_z;
-    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t6 - arm_theta_3_ground_y_x * t5;
-    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t6 - arm_psi_3_ground_y_y * t5;
-    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t6 - arm_phi_2_ground_y_z * t5;
-    const double t8 = effector_z_position_x - arm_psi_2_position_x;
-    const double t9 = effector_z_position_y - arm_psi_2_position_y;
-    const double t10 = effector_z_position_z - arm_psi_2_position_z;
-    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t9 - arm_theta_2_ground_y_x * t8;
-    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t9 - arm_psi_2_ground_y_y * t8;
-    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t9 - arm_phi_1_ground_y_z * t8;
-    const double t11 = effector_z_position_x - arm_psi_1_position_x;
-    const double t12 = effector_z_position_y - arm_psi_1_position_y;
-    const double t13 = effector_z_position_z - arm_psi_1_position_z;
-    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t12 - arm_theta_1_ground_y_x * t11;
-    const double row_2_u_arm_theta_1 = t4 * t11 - t3 * t12;
-    const double row_2_u_arm_psi_1 = column_psi_cos * t11 + column_psi_sin * t12;
-    const double t14 = effector_z_position_z - arm_psi_position_z;
+    const double t5 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    const double t6 = effector_z_position_x - arm_psi_1_position_x;
+    const double t7 = effector_z_position_y - arm_psi_1_position_y;
+    const double t8 = effector_z_position_z - arm_psi_1_position_z;
+    const double row_2_u_arm_psi_1 = column_psi_cos * t6 + column_psi_sin * t7;
+    const double row_2_u_arm_theta_1 = t4 * t6 - t3 * t7;
+    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t7 - arm_theta_1_ground_y_x * t6;
+    const double t9 = effector_z_position_x - arm_psi_2_position_x;
+    const double t10 = effector_z_position_y - arm_psi_2_position_y;
+    const double t11 = effector_z_position_z - arm_psi_2_position_z;
+    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t10 - arm_phi_1_ground_y_z * t9;
+    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t10 - arm_psi_2_ground_y_y * t9;
+    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t10 - arm_theta_2_ground_y_x * t9;
+    const double t12 = effector_z_position_x - arm_psi_3_position_x;
+    const double t13 = effector_z_position_y - arm_psi_3_position_y;
+    const double t14 = effector_z_position_z - arm_psi_3_position_z;
+    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t13 - arm_phi_2_ground_y_z * t12;
+    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t13 - arm_psi_3_ground_y_y * t12;
+    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t13 - arm_theta_3_ground_y_x * t12;
     /* row 1 (position level): u qdd + v = 0 */
     const double t15 = (effector_z_position_x - p->xc) / p->a;
     const double t16 = effector_z_position_y / p->b;
     const double t17 = p->derived.constant_12 * (t16 + t16);
     const double t18 = p->derived.constant_11 * (t15 + t15);
     const double row_1_u_column_psi = effector_z_position_x * t17 - effector_z_position_y * t18;
-    const double row_1_u_arm_theta_1 = (t3 * t13 + arm_psi_1_ground_z_y * t11) * t17 - (arm_psi_1_ground_z_y *
-        t12 + t4 * t13) * t18;
-    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t13 - arm_theta_1_ground_z_x * t12) * t18 +
-        (arm_theta_1_ground_z_x * t11 - arm_theta_1_ground_x_x * t13) * t17;
-    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t10 - arm_phi_1_ground_z_z * t9) * t18 + (arm_phi_1_ground_z_z *
-        t8 - arm_phi_1_ground_x_z * t10) * t17;
-    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t10 - arm_psi_2_ground_z_y * t9) * t18 + (arm_psi_2_ground_z_y *
-        t8 - arm_psi_2_ground_x_y * t10) * t17;
-    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t10 - arm_theta_2_ground_z_x * t9) * t18 +
-        (arm_theta_2_ground_z_x * t8 - arm_theta_2_ground_x_x * t10) * t17;
-    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t7 - arm_phi_2_ground_z_z * t6) * t18 + (arm_phi_2_ground_z_z *
-        t5 - arm_phi_2_ground_x_z * t7) * t17;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t7 - arm_psi_3_ground_z_y * t6) * t18 + (arm_psi_3_ground_z_y *
-        t5 - arm_psi_3_ground_x_y * t7) * t17;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t7 - arm_theta_3_ground_z_x * t6) * t18 + (arm_theta_3_ground_z_x *
-        t5 - arm_theta_3_ground_x_x * t7) * t17;
+    const double row_1_u_arm_theta_1 = (t3 * t8 + arm_psi_1_ground_z_y * t6) * t17 - (arm_psi_1_ground_z_y *
+        t7 + t4 * t8) * t18;
+    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t8 - arm_theta_1_ground_z_x * t7) * t18 + (arm_theta_1_ground_z_x *
+        t6 - arm_theta_1_ground_x_x * t8) * t17;
+    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t11 - arm_phi_1_ground_z_z * t10) * t18 + (arm_phi_1_ground_z_z *
+        t9 - arm_phi_1_ground_x_z * t11) * t17;
+    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t11 - arm_psi_2_ground_z_y * t10) * t18 + (arm_psi_2_ground_z_y *
+        t9 - arm_psi_2_ground_x_y * t11) * t17;
+    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t11 - arm_theta_2_ground_z_x * t10) * t18 +
+        (arm_theta_2_ground_z_x * t9 - arm_theta_2_ground_x_x * t11) * t17;
+    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t14 - arm_phi_2_ground_z_z * t13) * t18 + (arm_phi_2_ground_z_z *
+        t12 - arm_phi_2_ground_x_z * t14) * t17;
+    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t14 - arm_psi_3_ground_z_y * t13) * t18 + (arm_psi_3_ground_z_y *
+        t12 - arm_psi_3_ground_x_y * t14) * t17;
+    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t14 - arm_theta_3_ground_z_x * t13) * t18 +
+        (arm_theta_3_ground_z_x * t12 - arm_theta_3_ground_x_x * t14) * t17;
     const double row_1_u_effector_z = arm_theta_3_ground_x_x * t18 + arm_theta_3_ground_y_x * t17;
     u[0 * 13 + 0] = 0.0;
     u[0 * 13 + 1] = row_1_u_column_psi;
-    u[0 * 13 + 2] = -(column_psi_cos * t14 * t18 + column_psi_sin * t14 * t17);
-    u[0 * 13 + 3] = -(column_psi_cos * t13 * t18 + column_psi_sin * t13 * t17);
+    u[0 * 13 + 2] = -(column_psi_cos * t5 * t18 + column_psi_sin * t5 * t17);
+    u[0 * 13 + 3] = -(column_psi_cos * t8 * t18 + column_psi_sin * t8 * t17);
     u[0 * 13 + 4] = row_1_u_arm_theta_1;
     u[0 * 13 + 5] = row_1_u_arm_phi_1;
     u[0 * 13 + 6] = row_1_u_arm_psi_2;
@@ -2396,51 +2396,51 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
     const double effector_z_position_y = arm_psi_3_position_y + arm_theta_3_ground_y_x * effector_z_shift_x;
     const double effector_z_position_z = arm_psi_3_position_z + arm_theta_3_ground_z_x * effector_z_shift_x;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double t5 = effector_z_position_x - arm_psi_3_position_x;
-    const double t6 = effector_z_position_y - arm_psi_3_position_y;
-    const double t7 = effector_z_position_z - arm_psi_3_position_z;
-    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t6 - arm_theta_3_ground_y_x * t5;
-    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t6 - arm_psi_3_ground_y_y * t5;
-    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t6 - arm_phi_2_ground_y_z * t5;
-    const double t8 = effector_z_position_x - arm_psi_2_position_x;
-    const double t9 = effector_z_position_y - arm_psi_2_position_y;
-    const double t10 = effector_z_position_z - arm_psi_2_position_z;
-    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t9 - arm_theta_2_ground_y_x * t8;
-    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t9 - arm_psi_2_ground_y_y * t8;
-    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t9 - arm_phi_1_ground_y_z * t8;
-    const double t11 = effector_z_position_x - arm_psi_1_position_x;
-    const double t12 = effector_z_position_y - arm_psi_1_position_y;
-    const double t13 = effector_z_position_z - arm_psi_1_position_z;
-    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t12 - arm_theta_1_ground_y_x * t11;
-    const double row_2_u_arm_theta_1 = t4 * t11 - t3 * t12;
-    const double row_2_u_arm_psi_1 = column_psi_cos * t11 + column_psi_sin * t12;
-    const double t14 = effector_z_position_z - arm_psi_position_z;
+    const double t5 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    const double t6 = effector_z_position_x - arm_psi_1_position_x;
+    const double t7 = effector_z_position_y - arm_psi_1_position_y;
+    const double t8 = effector_z_position_z - arm_psi_1_position_z;
+    const double row_2_u_arm_psi_1 = column_psi_cos * t6 + column_psi_sin * t7;
+    const double row_2_u_arm_theta_1 = t4 * t6 - t3 * t7;
+    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t7 - arm_theta_1_ground_y_x * t6;
+    const double t9 = effector_z_position_x - arm_psi_2_position_x;
+    const double t10 = effector_z_position_y - arm_psi_2_position_y;
+    const double t11 = effector_z_position_z - arm_psi_2_position_z;
+    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t10 - arm_phi_1_ground_y_z * t9;
+    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t10 - arm_psi_2_ground_y_y * t9;
+    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t10 - arm_theta_2_ground_y_x * t9;
+    const double t12 = effector_z_position_x - arm_psi_3_position_x;
+    const double t13 = effector_z_position_y - arm_psi_3_position_y;
+    const double t14 = effector_z_position_z - arm_psi_3_position_z;
+    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t13 - arm_phi_2_ground_y_z * t12;
+    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t13 - arm_psi_3_ground_y_y * t12;
+    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t13 - arm_theta_3_ground_y_x * t12;
     C[0 * 13 + 0] = 0.0;
     C[0 * 13 + 1] = -effector_z_position_y;
-    C[0 * 13 + 2] = -column_psi_cos * t14;
-    C[0 * 13 + 3] = -column_psi_cos * t13;
-    C[0 * 13 + 4] = -(arm_psi_1_ground_z_y * t12 + t4 * t13);
-    C[0 * 13 + 5] = arm_theta_1_ground_y_x * t13 - arm_theta_1_ground_z_x * t12;
-    C[0 * 13 + 6] = arm_phi_1_ground_y_z * t10 - arm_phi_1_ground_z_z * t9;
-    C[0 * 13 + 7] = arm_psi_2_ground_y_y * t10 - arm_psi_2_ground_z_y * t9;
-    C[0 * 13 + 8] = arm_theta_2_ground_y_x * t10 - arm_theta_2_ground_z_x * t9;
-    C[0 * 13 + 9] = arm_phi_2_ground_y_z * t7 - arm_phi_2_ground_z_z * t6;
-    C[0 * 13 + 10] = arm_psi_3_ground_y_y * t7 - arm_psi_3_ground_z_y * t6;
-    C[0 * 13 + 11] = arm_theta_3_ground_y_x * t7 - arm_theta_3_ground_z_x * t6;
+    C[0 * 13 + 2] = -column_psi_cos * t5;
+    C[0 * 13 + 3] = -column_psi_cos * t8;
+    C[0 * 13 + 4] = -(arm_psi_1_ground_z_y * t7 + t4 * t8);
+    C[0 * 13 + 5] = arm_theta_1_ground_y_x * t8 - arm_theta_1_ground_z_x * t7;
+    C[0 * 13 + 6] = arm_phi_1_ground_y_z * t11 - arm_phi_1_ground_z_z * t10;
+    C[0 * 13 + 7] = arm_psi_2_ground_y_y * t11 - arm_psi_2_ground_z_y * t10;
+    C[0 * 13 + 8] = arm_theta_2_ground_y_x * t11 - arm_theta_2_ground_z_x * t10;
+    C[0 * 13 + 9] = arm_phi_2_ground_y_z * t14 - arm_phi_2_ground_z_z * t13;
+    C[0 * 13 + 10] = arm_psi_3_ground_y_y * t14 - arm_psi_3_ground_z_y * t13;
+    C[0 * 13 + 11] = arm_theta_3_ground_y_x * t14 - arm_theta_3_ground_z_x * t13;
     C[0 * 13 + 12] = arm_theta_3_ground_x_x;
     C[1 * 13 + 0] = 0.0;
     C[1 * 13 + 1] = effector_z_position_x;
-    C[1 * 13 + 2] = -column_psi_sin * t14;
-    C[1 * 13 + 3] = -column_psi_sin * t13;
-    C[1 * 13 + 4] = t3 * t13 + arm_psi_1_ground_z_y * t11;
-    C[1 * 13 + 5] = arm_theta_1_ground_z_x * t11 - arm_theta_1_ground_x_x * t13;
-    C[1 * 13 + 6] = arm_phi_1_ground_z_z * t8 - arm_phi_1_ground_x_z * t10;
-    C[1 * 13 + 7] = arm_psi_2_ground_z_y * t8 - arm_psi_2_ground_x_y * t10;
-    C[1 * 13 + 8] = arm_theta_2_ground_z_x * t8 - arm_theta_2_ground_x_x * t10;
-    C[1 * 13 + 9] = arm_phi_2_ground_z_z * t5 - arm_phi_2_ground_x_z * t7;
-    C[1 * 13 + 10] = arm_psi_3_ground_z_y * t5 - arm_psi_3_ground_x_y * t7;
-    C[1 * 13 + 11] = arm_theta_3_ground_z_x * t5 - arm_theta_3_ground_x_x * t7;
+    C[1 * 13 + 2] = -column_psi_sin * t5;
+    C[1 * 13 + 3] = -column_psi_sin * t8;
+    C[1 * 13 + 4] = t3 * t8 + arm_psi_1_ground_z_y * t6;
+    C[1 * 13 + 5] = arm_theta_1_ground_z_x * t6 - arm_theta_1_ground_x_x * t8;
+    C[1 * 13 + 6] = arm_phi_1_ground_z_z * t9 - arm_phi_1_ground_x_z * t11;
+    C[1 * 13 + 7] = arm_psi_2_ground_z_y * t9 - arm_psi_2_ground_x_y * t11;
+    C[1 * 13 + 8] = arm_theta_2_ground_z_x * t9 - arm_theta_2_ground_x_x * t11;
+    C[1 * 13 + 9] = arm_phi_2_ground_z_z * t12 - arm_phi_2_ground_x_z * t14;
+    C[1 * 13 + 10] = arm_psi_3_ground_z_y * t12 - arm_psi_3_ground_x_y * t14;
+    C[1 * 13 + 11] = arm_theta_3_ground_z_x * t12 - arm_theta_3_ground_x_x * t14;
     C[1 * 13 + 12] = arm_theta_3_ground_y_x;
     C[2 * 13 + 0] = 1.0;
     C[2 * 13 + 1] = 0.0;
@@ -2821,40 +2821,40 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     const double column_psi_moment_beyond_z = p->derived.column_psi_moment_z + (arm_psi_sin * arm_psi_moment_beyond_x +
         arm_psi_cos * arm_psi_moment_beyond_y + p->derived.constant_5);
     /* kinetic energy */
-    const double t6 = qd[0] * (p->m_base * qd[0]) + qd[0] * (p->m_col * qd[0]) + qd[1] * (p->Izz_col * qd[1]) +
+    const double t6 = arm_psi_w_x * (p->derived.arm_psi_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_psi_inertia_yy *
+        arm_psi_w_y) + qd[2] * (p->derived.arm_psi_inertia_yy * qd[2] + p->derived.arm_psi_moment_x * arm_psi_v_y) +
         (arm_psi_v_x * (p->derived.arm_psi_mass * arm_psi_v_x) + arm_psi_v_y * (p->derived.arm_psi_moment_x *
         qd[2] + p->derived.arm_psi_mass * arm_psi_v_y));
-    const double t7 = arm_theta_1_v_x * (p->derived.arm_phi_1_mass * arm_theta_1_v_x) + arm_phi_1_v_y * (p->derived.arm_phi_1_moment_x *
-        arm_phi_1_w_z + p->derived.arm_phi_1_mass * arm_phi_1_v_y) + arm_phi_1_v_z * (p->derived.arm_phi_1_mass *
-        arm_phi_1_v_z - p->derived.arm_phi_1_moment_x * arm_phi_1_w_y);
-    const double t8 = t6 + (arm_psi_w_x * (p->derived.arm_psi_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_psi_inertia_yy *
-        arm_psi_w_y) + qd[2] * (p->derived.arm_psi_inertia_yy * qd[2] + p->derived.arm_psi_moment_x * arm_psi_v_y)) +
-        t7;
-    const double t9 = arm_phi_1_w_x * (p->derived.arm_phi_1_inertia_xx * arm_phi_1_w_x) + arm_phi_1_w_y *
+    const double t7 = arm_phi_1_w_x * (p->derived.arm_phi_1_inertia_xx * arm_phi_1_w_x) + arm_phi_1_w_y *
         (p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_y - p->derived.arm_phi_1_moment_x * arm_phi_1_v_z) +
         arm_phi_1_w_z * (p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_z + p->derived.arm_phi_1_moment_x *
         arm_phi_1_v_y);
-    const double t10 = arm_theta_2_v_x * (p->derived.arm_phi_1_mass * arm_theta_2_v_x) + arm_phi_2_v_y * (p->derived.arm_phi_1_moment_x *
-        arm_phi_2_w_z + p->derived.arm_phi_1_mass * arm_phi_2_v_y) + arm_phi_2_v_z * (p->derived.arm_phi_1_mass *
-        arm_phi_2_v_z - p->derived.arm_phi_1_moment_x * arm_phi_2_w_y);
-    const double t11 = arm_phi_2_w_x * (p->derived.arm_phi_1_inertia_xx * arm_phi_2_w_x) + arm_phi_2_w_y *
+    const double t8 = arm_theta_1_v_x * (p->derived.arm_phi_1_mass * arm_theta_1_v_x) + arm_phi_1_v_y * (p->derived.arm_phi_1_moment_x *
+        arm_phi_1_w_z + p->derived.arm_phi_1_mass * arm_phi_1_v_y) + arm_phi_1_v_z * (p->derived.arm_phi_1_mass *
+        arm_phi_1_v_z - p->derived.arm_phi_1_moment_x * arm_phi_1_w_y);
+    const double t9 = arm_phi_2_w_x * (p->derived.arm_phi_1_inertia_xx * arm_phi_2_w_x) + arm_phi_2_w_y *
         (p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_y - p->derived.arm_phi_1_moment_x * arm_phi_2_v_z) +
         arm_phi_2_w_z * (p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_z + p->derived.arm_phi_1_moment_x *
         arm_phi_2_v_y);
-    const double t12 = arm_theta_3_v_x * (p->derived.arm_psi_mass * arm_theta_3_v_x) + arm_phi_3_v_y * (p->derived.arm_psi_moment_x *
-        arm_phi_3_w_z + p->derived.arm_psi_mass * arm_phi_3_v_y) + arm_phi_3_v_z * (p->derived.arm_psi_mass *
-        arm_phi_3_v_z - p->derived.arm_psi_moment_x * arm_phi_3_w_y);
-    const double t13 = arm_phi_3_w_x * (p->derived.arm_psi_inertia_xx * arm_phi_3_w_x) + arm_phi_3_w_y * (p->derived.arm_psi_inertia_yy *
+    const double t10 = arm_theta_2_v_x * (p->derived.arm_phi_1_mass * arm_theta_2_v_x) + arm_phi_2_v_y * (p->derived.arm_phi_1_moment_x *
+        arm_phi_2_w_z + p->derived.arm_phi_1_mass * arm_phi_2_v_y) + arm_phi_2_v_z * (p->derived.arm_phi_1_mass *
+        arm_phi_2_v_z - p->derived.arm_phi_1_moment_x * arm_phi_2_w_y);
+    const double t11 = qd[0] * (p->m_base * qd[0]) + (qd[1] * (p->Izz_col * qd[1]) + qd[0] * (p->m_col * qd[0])) +
+        t6 + (t7 + t8) + (t9 + t10);
+    const double t12 = arm_phi_3_w_x * (p->derived.arm_psi_inertia_xx * arm_phi_3_w_x) + arm_phi_3_w_y * (p->derived.arm_psi_inertia_yy *
         arm_phi_3_w_y - p->derived.arm_psi_moment_x * arm_phi_3_v_z) + arm_phi_3_w_z * (p->derived.arm_psi_inertia_yy *
         arm_phi_3_w_z + p->derived.arm_psi_moment_x * arm_phi_3_v_y);
-    const double t14 = t8 + t9 + t10 + t11 + t12 + t13 + (effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_y *
-        (p->m_E * effector_z_v_y) + effector_z_v_z * (p->m_E * effector_z_v_z));
+    const double t13 = arm_theta_3_v_x * (p->derived.arm_psi_mass * arm_theta_3_v_x) + arm_phi_3_v_y * (p->derived.arm_psi_moment_x *
+        arm_phi_3_w_z + p->derived.arm_psi_mass * arm_phi_3_v_y) + arm_phi_3_v_z * (p->derived.arm_psi_mass *
+        arm_phi_3_v_z - p->derived.arm_psi_moment_x * arm_phi_3_w_y);
+    const double t14 = 0.5 * (t11 + (t12 + t13) + (effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_y *
+        (p->m_E * effector_z_v_y) + effector_z_v_z * (p->m_E * effector_z_v_z)));
     /* potential energy of gravity, zero at the ground's origin */
     const double t15 = p->derived.constant_16 * (q[0] * q[0]) + p->derived.constant_17 * (q[3] * q[3]) + p->derived.constant_17 *
         (q[4] * q[4]) + p->derived.constant_18 * (q[5] * q[5]) + p->derived.constant_17 * (q[6] * q[6]);
     const double t16 = t15 + p->derived.constant_17 * (q[7] * q[7]) + p->derived.constant_18 * (q[8] * q[8]) +
         p->derived.constant_17 * (q[9] * q[9]) + p->derived.constant_17 * (q[10] * q[10]);
-    energy[0] = 0.5 * t14;
+    energy[0] = t14;
     energy[1] = p->g * (column_psi_moment_beyond_z + q[0] * p->derived.base_z_mass_beyond) + (t16 + p->derived.constant_18 *
         (q[11] * q[11]));
 }
@@ -3493,151 +3493,138 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     const double base_z_U_force_z = p->m_base + (t142 - column_psi_U_force_z * t143);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* effector_z: force left for the joint, inward */
+    /* arm_phi_3: force left for the joint, inward */
     const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
     const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
     const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
-    /* arm_phi_3: force left for the joint, inward */
     const double t144 = arm_theta_3_sin * t36;
     const double t145 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
         qd[9] + t144);
-    const double t146 = arm_phi_3_sin * t145 + arm_phi_3_cos * t35;
-    const double t147 = arm_phi_3_sin * t35 - arm_phi_3_cos * t145;
-    const double t148 = t37 * (arm_phi_3_carried_moment_y + t146);
-    const double t149 = t37 * (t147 - arm_phi_3_carried_moment_z);
-    const double t150 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t149;
-    const double t151 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t148;
-    const double t152 = arm_phi_3_cos * t150 - arm_phi_3_sin * t151;
-    const double t153 = arm_phi_3_sin * t150 + arm_phi_3_cos * t151;
-    const double t154 = arm_phi_3_sin * t147 + arm_phi_3_cos * t146;
-    const double t155 = arm_phi_3_cos * t147 - arm_phi_3_sin * t146;
-    const double t156 = arm_theta_3_cos * t153 - arm_theta_3_sin * arm_phi_3_load_force_x;
-    const double t157 = arm_theta_3_sin * t153 + arm_theta_3_cos * arm_phi_3_load_force_x;
-    const double t158 = arm_theta_3_sin * t155 - arm_theta_3_cos * t36;
-    const double t159 = arm_psi_3_sin * t157 + arm_psi_3_cos * t152;
+    const double t146 = t37 * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t145 + arm_phi_3_cos * t35));
+    const double t147 = t37 * (arm_phi_3_sin * t35 - arm_phi_3_cos * t145 - arm_phi_3_carried_moment_z);
+    const double t148 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t147;
+    const double t149 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t146;
+    const double t150 = arm_phi_3_cos * t148 - arm_phi_3_sin * t149;
+    const double t151 = arm_phi_3_sin * t148 + arm_phi_3_cos * t149;
+    const double t152 = arm_theta_3_cos * t151 - arm_theta_3_sin * arm_phi_3_load_force_x;
+    const double t153 = arm_theta_3_sin * t151 + arm_theta_3_cos * arm_phi_3_load_force_x;
+    const double t154 = arm_theta_3_sin * t145 + arm_theta_3_cos * t36;
+    const double t155 = arm_psi_3_sin * t153 + arm_psi_3_cos * t150;
     /* arm_phi_2: force left for the joint, inward */
-    const double t160 = arm_theta_2_sin * t34;
-    const double t161 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
-        qd[6] + t160);
-    const double t162 = arm_phi_2_sin * t161 + arm_phi_2_cos * t33;
-    const double t163 = arm_phi_2_sin * t33 - arm_phi_2_cos * t161;
-    const double t164 = arm_phi_2_load_moment_y + (arm_psi_3_sin * t158 - arm_psi_3_cos * t154 - p->derived.arm_element_length *
-        t156) + t162;
-    const double t165 = p->derived.constant_20 * (t34 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t154 +
-        arm_psi_3_cos * t158)));
-    const double t166 = t61 * (t163 - (arm_phi_2_load_moment_z + (t144 + arm_theta_3_cos * t155 + p->derived.arm_element_length *
-        t159)) - t60 * t164);
-    const double t167 = t60 * t166 - t59 * t164;
-    const double t168 = arm_phi_2_load_force_x + (arm_psi_3_cos * t157 - arm_psi_3_sin * t152) + (t52 * t166 -
-        t51 * t167);
-    const double t169 = arm_phi_2_load_force_y + t159 + (t58 * t166 - t53 * t167);
-    const double t170 = arm_phi_2_load_force_z + t156 + (t53 * t166 - t57 * t167);
-    const double t171 = arm_phi_2_cos * t169 - arm_phi_2_sin * t170;
-    const double t172 = arm_phi_2_sin * t169 + arm_phi_2_cos * t170;
-    const double t173 = arm_phi_2_sin * t163 + arm_phi_2_cos * t162;
-    const double t174 = arm_phi_2_cos * t163 - arm_phi_2_sin * t162;
-    const double t175 = arm_theta_2_cos * t172 - arm_theta_2_sin * t168;
-    const double t176 = arm_theta_2_sin * t172 + arm_theta_2_cos * t168;
-    const double t177 = arm_theta_2_sin * t174 - arm_theta_2_cos * t34;
-    const double t178 = arm_psi_2_sin * t176 + arm_psi_2_cos * t171;
+    const double t156 = arm_theta_2_sin * t34;
+    const double t157 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
+        qd[6] + t156);
+    const double t158 = arm_phi_2_load_moment_y - (arm_psi_3_sin * t154 + arm_psi_3_cos * t35 + p->derived.arm_element_length *
+        t152) + (arm_phi_2_sin * t157 + arm_phi_2_cos * t33);
+    const double t159 = p->derived.constant_20 * (t34 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t35 -
+        arm_psi_3_cos * t154)));
+    const double t160 = t61 * (arm_phi_2_sin * t33 - arm_phi_2_cos * t157 - (arm_phi_2_load_moment_z + (t144 -
+        arm_theta_3_cos * t145 + p->derived.arm_element_length * t155)) - t60 * t158);
+    const double t161 = t60 * t160 - t59 * t158;
+    const double t162 = arm_phi_2_load_force_x + (arm_psi_3_cos * t153 - arm_psi_3_sin * t150) + (t52 * t160 -
+        t51 * t161);
+    const double t163 = arm_phi_2_load_force_y + t155 + (t58 * t160 - t53 * t161);
+    const double t164 = arm_phi_2_load_force_z + t152 + (t53 * t160 - t57 * t161);
+    const double t165 = arm_phi_2_cos * t163 - arm_phi_2_sin * t164;
+    const double t166 = arm_phi_2_sin * t163 + arm_phi_2_cos * t164;
+    const double t167 = arm_theta_2_cos * t166 - arm_theta_2_sin * t162;
+    const double t168 = arm_theta_2_sin * t166 + arm_theta_2_cos * t162;
+    const double t169 = arm_theta_2_sin * t157 + arm_theta_2_cos * t34;
+    const double t170 = arm_psi_2_sin * t168 + arm_psi_2_cos * t165;
     /* arm_phi_1: force left for the joint, inward */
-    const double t179 = arm_theta_1_sin * t32;
-    const double t180 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
-        qd[3] + t179);
-    const double t181 = arm_phi_1_sin * t180 + arm_phi_1_cos * t31;
-    const double t182 = arm_phi_1_sin * t31 - arm_phi_1_cos * t180;
-    const double t183 = arm_phi_1_load_moment_y + (arm_psi_2_sin * t177 - arm_psi_2_cos * t173 - p->derived.arm_element_length *
-        t175) + t181;
-    const double t184 = p->derived.constant_20 * (t32 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t173 +
-        arm_psi_2_cos * t177)));
-    const double t185 = t104 * (t182 - (arm_phi_1_load_moment_z + (t160 + arm_theta_2_cos * t174 + p->derived.arm_element_length *
-        t178)) - t103 * t183);
-    const double t186 = t103 * t185 - t102 * t183;
-    const double t187 = arm_phi_1_load_force_x + (arm_psi_2_cos * t176 - arm_psi_2_sin * t171) + (t95 * t185 -
-        t94 * t186);
-    const double t188 = arm_phi_1_load_force_y + t178 + (t101 * t185 - t96 * t186);
-    const double t189 = arm_phi_1_load_force_z + t175 + (t96 * t185 - t100 * t186);
-    const double t190 = arm_phi_1_cos * t188 - arm_phi_1_sin * t189;
-    const double t191 = arm_phi_1_sin * t188 + arm_phi_1_cos * t189;
-    const double t192 = arm_phi_1_sin * t182 + arm_phi_1_cos * t181;
-    const double t193 = arm_phi_1_cos * t182 - arm_phi_1_sin * t181;
-    const double t194 = arm_theta_1_sin * t191 + arm_theta_1_cos * t187;
-    const double t195 = arm_theta_1_sin * t193 - arm_theta_1_cos * t32;
-    const double t196 = arm_psi_1_sin * t194 + arm_psi_1_cos * t190;
-    const double t197 = arm_psi_load_moment_z + (t179 + arm_theta_1_cos * t193 + p->derived.constant_1 * t196);
+    const double t171 = arm_theta_1_sin * t32;
+    const double t172 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
+        qd[3] + t171);
+    const double t173 = arm_phi_1_load_moment_y - (arm_psi_2_sin * t169 + arm_psi_2_cos * t33 + p->derived.arm_element_length *
+        t167) + (arm_phi_1_sin * t172 + arm_phi_1_cos * t31);
+    const double t174 = p->derived.constant_20 * (t32 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t33 -
+        arm_psi_2_cos * t169)));
+    const double t175 = t104 * (arm_phi_1_sin * t31 - arm_phi_1_cos * t172 - (arm_phi_1_load_moment_z + (t156 -
+        arm_theta_2_cos * t157 + p->derived.arm_element_length * t170)) - t103 * t173);
+    const double t176 = t103 * t175 - t102 * t173;
+    const double t177 = arm_phi_1_load_force_x + (arm_psi_2_cos * t168 - arm_psi_2_sin * t165) + (t95 * t175 -
+        t94 * t176);
+    const double t178 = arm_phi_1_load_force_y + t170 + (t101 * t175 - t96 * t176);
+    const double t179 = arm_phi_1_load_force_z + t167 + (t96 * t175 - t100 * t176);
+    const double t180 = arm_phi_1_cos * t178 - arm_phi_1_sin * t179;
+    const double t181 = arm_phi_1_sin * t178 + arm_phi_1_cos * t179;
+    const double t182 = arm_theta_1_sin * t181 + arm_theta_1_cos * t177;
+    const double t183 = arm_theta_1_sin * t172 + arm_theta_1_cos * t32;
+    const double t184 = arm_psi_1_sin * t182 + arm_psi_1_cos * t180;
     /* arm_psi: force left for the joint, inward */
-    const double t198 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t194 - arm_psi_1_sin * t190) -
-        t137 * t197) + arm_psi_cos * (arm_psi_load_force_y + t196 - t138 * t197);
-    const double t199 = arm_psi_cos * (arm_psi_load_moment_y + (arm_psi_1_sin * t195 - arm_psi_1_cos * t192 -
-        p->derived.constant_1 * (arm_theta_1_cos * t191 - arm_theta_1_sin * t187)) + t136 * t197);
+    const double t185 = arm_psi_load_moment_z + (t171 - arm_theta_1_cos * t172 + p->derived.constant_1 * t184);
+    const double t186 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t182 - arm_psi_1_sin * t180) -
+        t137 * t185) + arm_psi_cos * (arm_psi_load_force_y + t184 - t138 * t185);
+    const double t187 = arm_psi_cos * (arm_psi_load_moment_y - (arm_psi_1_sin * t183 + arm_psi_1_cos * t31 +
+        p->derived.constant_1 * (arm_theta_1_cos * t181 - arm_theta_1_sin * t177)) + t136 * t185);
     /* column_psi: force left for the joint, inward */
-    const double t200 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t192 + arm_psi_1_cos * t195)) + t199);
+    const double t188 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t31 - arm_psi_1_cos * t183)) + t187);
     /* base_z: acceleration, outward */
-    const double t201 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        (p->derived.column_psi_load_force_z + t198 + t143 * t200)));
+    const double t189 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        (p->derived.column_psi_load_force_z + t186 + t143 * t188)));
     /* column_psi: acceleration, outward */
-    const double t202 = t143 * t201 + column_psi_D_inverse * t200;
+    const double t190 = t143 * t189 + column_psi_D_inverse * t188;
+    const double t191 = arm_psi_sin * t190;
+    const double t192 = arm_psi_cos * t190;
+    const double t193 = arm_psi_sin * t189;
+    const double t194 = arm_psi_cos * t189;
     /* arm_psi: acceleration, outward */
-    const double t203 = arm_psi_sin * t201;
-    const double t204 = arm_psi_cos * t201;
-    const double t205 = arm_psi_sin * t202;
-    const double t206 = arm_psi_cos * t202;
-    const double t207 = t137 * t203 + t138 * t204 + t136 * t206 - arm_psi_D_inverse * t197;
+    const double t195 = t137 * t193 + t138 * t194 + t136 * t192 - arm_psi_D_inverse * t185;
+    const double t196 = p->derived.constant_1 * t192;
+    const double t197 = arm_psi_1_sin * t192 + arm_psi_1_cos * t191;
+    const double t198 = p->derived.constant_1 * t195 - t194;
+    const double t199 = arm_psi_1_sin * t198 - arm_psi_1_cos * t193;
+    const double t200 = arm_psi_1_sin * t193 + arm_psi_1_cos * t198;
+    const double t201 = arm_theta_1_sin * t199 - arm_theta_1_cos * t196;
+    const double t202 = arm_theta_1_sin * t196 + arm_theta_1_cos * t199;
     /* arm_phi_1: acceleration, outward */
-    const double t208 = p->derived.constant_1 * t206;
-    const double t209 = p->derived.constant_1 * t207 - t204;
-    const double t210 = arm_psi_1_sin * t209 - arm_psi_1_cos * t203;
-    const double t211 = arm_psi_1_sin * t203 + arm_psi_1_cos * t209;
-    const double t212 = arm_theta_1_sin * t210 - arm_theta_1_cos * t208;
-    const double t213 = arm_theta_1_sin * t208 + arm_theta_1_cos * t210;
-    const double t214 = arm_phi_1_sin * t212 + arm_phi_1_cos * t211;
-    const double t215 = arm_phi_1_cos * t212 - arm_phi_1_sin * t211;
-    const double t216 = t186 - (t106 * t213 + t108 * t214 + t110 * t215);
-    const double t217 = t185 - (t105 * t213 + t107 * t214 + t109 * t215);
-    const double t218 = arm_psi_1_sin * t206 + arm_psi_1_cos * t205;
-    const double t219 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t216 + arm_phi_1_cos * t217 - (arm_theta_1_sin *
-        t218 + arm_theta_1_cos * t207));
+    const double t203 = arm_phi_1_sin * t201 + arm_phi_1_cos * t200;
+    const double t204 = arm_phi_1_cos * t201 - arm_phi_1_sin * t200;
+    const double t205 = t176 - (t106 * t202 + t108 * t203 + t110 * t204);
+    const double t206 = t175 - (t105 * t202 + t107 * t203 + t109 * t204);
+    const double t207 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t205 + arm_phi_1_cos * t206 - (arm_theta_1_sin *
+        t197 + arm_theta_1_cos * t195));
+    const double t208 = arm_psi_2_sin * t205 - arm_psi_2_cos * t174;
+    const double t209 = t203 + p->derived.arm_element_length * t206;
+    const double t210 = t204 - p->derived.arm_element_length * t205;
+    const double t211 = arm_psi_2_sin * t209 + arm_psi_2_cos * t202;
+    const double t212 = arm_psi_2_cos * t209 - arm_psi_2_sin * t202;
+    const double t213 = arm_theta_2_sin * t211 + arm_theta_2_cos * t210;
+    const double t214 = arm_theta_2_cos * t211 - arm_theta_2_sin * t210;
     /* arm_phi_2: acceleration, outward */
-    const double t220 = t214 + p->derived.arm_element_length * t217;
-    const double t221 = t215 - p->derived.arm_element_length * t216;
-    const double t222 = arm_psi_2_sin * t220 + arm_psi_2_cos * t213;
-    const double t223 = arm_psi_2_cos * t220 - arm_psi_2_sin * t213;
-    const double t224 = arm_theta_2_sin * t222 + arm_theta_2_cos * t221;
-    const double t225 = arm_theta_2_cos * t222 - arm_theta_2_sin * t221;
-    const double t226 = arm_phi_2_sin * t224 + arm_phi_2_cos * t223;
-    const double t227 = arm_phi_2_cos * t224 - arm_phi_2_sin * t223;
-    const double t228 = t167 - (t63 * t225 + t65 * t226 + t67 * t227);
-    const double t229 = t166 - (t62 * t225 + t64 * t226 + t66 * t227);
-    const double t230 = arm_psi_2_sin * t216 - arm_psi_2_cos * t184;
-    const double t231 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t228 + arm_phi_2_cos * t229 - (arm_theta_2_sin *
-        t230 + arm_theta_2_cos * t217));
+    const double t215 = arm_phi_2_sin * t213 + arm_phi_2_cos * t212;
+    const double t216 = arm_phi_2_cos * t213 - arm_phi_2_sin * t212;
+    const double t217 = t161 - (t63 * t214 + t65 * t215 + t67 * t216);
+    const double t218 = t160 - (t62 * t214 + t64 * t215 + t66 * t216);
+    const double t219 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t217 + arm_phi_2_cos * t218 - (arm_theta_2_sin *
+        t208 + arm_theta_2_cos * t206));
+    const double t220 = arm_psi_3_sin * t217 - arm_psi_3_cos * t159;
+    const double t221 = t215 + p->derived.arm_element_length * t218;
+    const double t222 = t216 - p->derived.arm_element_length * t217;
+    const double t223 = arm_psi_3_sin * t221 + arm_psi_3_cos * t214;
+    const double t224 = arm_psi_3_cos * t221 - arm_psi_3_sin * t214;
+    const double t225 = arm_theta_3_sin * t223 + arm_theta_3_cos * t222;
     /* arm_phi_3: acceleration, outward */
-    const double t232 = t226 + p->derived.arm_element_length * t229;
-    const double t233 = t227 - p->derived.arm_element_length * t228;
-    const double t234 = arm_psi_3_sin * t232 + arm_psi_3_cos * t225;
-    const double t235 = arm_psi_3_cos * t232 - arm_psi_3_sin * t225;
-    const double t236 = arm_theta_3_sin * t234 + arm_theta_3_cos * t233;
-    const double t237 = t38 * (arm_phi_3_cos * t236 - arm_phi_3_sin * t235) - t148;
-    const double t238 = t149 - t38 * (arm_phi_3_sin * t236 + arm_phi_3_cos * t235);
-    const double t239 = arm_psi_3_sin * t228 - arm_psi_3_cos * t165;
-    const double t240 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t237 + arm_phi_3_cos * t238 - (arm_theta_3_sin *
-        t239 + arm_theta_3_cos * t229));
-    qdd[0] = -t201;
-    qdd[1] = t202;
-    qdd[2] = t207;
-    qdd[3] = t219;
-    qdd[4] = arm_phi_1_cos * t216 - arm_phi_1_sin * t217 - (arm_psi_1_cos * t206 - arm_psi_1_sin * t205);
-    qdd[5] = arm_theta_1_sin * t219 - (t184 + (arm_theta_1_cos * t218 - arm_theta_1_sin * t207));
-    qdd[6] = t231;
-    qdd[7] = arm_phi_2_cos * t228 - arm_phi_2_sin * t229 - (arm_psi_2_sin * t184 + arm_psi_2_cos * t216);
-    qdd[8] = arm_theta_2_sin * t231 - (t165 + (arm_theta_2_cos * t230 - arm_theta_2_sin * t217));
-    qdd[9] = t240;
-    qdd[10] = arm_phi_3_cos * t237 - arm_phi_3_sin * t238 - (arm_psi_3_sin * t165 + arm_psi_3_cos * t228);
-    qdd[11] = arm_theta_3_sin * t240 - (p->derived.constant_19 * (arm_phi_3_bias_moment_x + t36) + (arm_theta_3_cos *
-        t239 - arm_theta_3_sin * t229));
-    qdd[12] = -(arm_theta_3_cos * t234 - arm_theta_3_sin * t233 + effector_z_load_force_z * p->derived.effector_z_D_inverse);
+    const double t226 = t38 * (arm_phi_3_cos * t225 - arm_phi_3_sin * t224) - t146;
+    const double t227 = t147 - t38 * (arm_phi_3_sin * t225 + arm_phi_3_cos * t224);
+    const double t228 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t226 + arm_phi_3_cos * t227 - (arm_theta_3_sin *
+        t220 + arm_theta_3_cos * t218));
+    qdd[0] = -t189;
+    qdd[1] = t190;
+    qdd[2] = t195;
+    qdd[3] = t207;
+    qdd[4] = arm_phi_1_cos * t205 - arm_phi_1_sin * t206 - (arm_psi_1_cos * t192 - arm_psi_1_sin * t191);
+    qdd[5] = arm_theta_1_sin * t207 - (t174 + (arm_theta_1_cos * t197 - arm_theta_1_sin * t195));
+    qdd[6] = t219;
+    qdd[7] = arm_phi_2_cos * t217 - arm_phi_2_sin * t218 - (arm_psi_2_sin * t174 + arm_psi_2_cos * t205);
+    qdd[8] = arm_theta_2_sin * t219 - (t159 + (arm_theta_2_cos * t208 - arm_theta_2_sin * t206));
+    qdd[9] = t228;
+    qdd[10] = arm_phi_3_cos * t226 - arm_phi_3_sin * t227 - (arm_psi_3_sin * t159 + arm_psi_3_cos * t217);
+    qdd[11] = arm_theta_3_sin * t228 - (p->derived.constant_19 * (arm_phi_3_bias_moment_x + t36) + (arm_theta_3_cos *
+        t220 - arm_theta_3_sin * t218));
+    qdd[12] = -(arm_theta_3_cos * t223 - arm_theta_3_sin * t222 + effector_z_load_force_z * p->derived.effector_z_D_inverse);
 }
 
 void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -3977,26 +3964,26 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
         arm_theta_3_ground_y_x * effector_z_bias_a_z;
     const double point_E_bias_z = effector_z_ground_z_x * effector_z_bias_a_x + arm_phi_3_ground_z_y * effector_z_bias_a_y +
         arm_theta_3_ground_z_x * effector_z_bias_a_z;
-    const double t59 = effector_z_position_x - arm_psi_3_position_x;
-    const double t60 = effector_z_position_y - arm_psi_3_position_y;
-    const double t61 = effector_z_position_z - arm_psi_3_position_z;
-    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t60 - arm_theta_3_ground_y_x * t59;
-    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t60 - arm_psi_3_ground_y_y * t59;
-    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t60 - arm_phi_2_ground_y_z * t59;
-    const double t62 = effector_z_position_x - arm_psi_2_position_x;
-    const double t63 = effector_z_position_y - arm_psi_2_position_y;
-    const double t64 = effector_z_position_z - arm_psi_2_position_z;
-    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t63 - arm_theta_2_ground_y_x * t62;
-    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t63 - arm_psi_2_ground_y_y * t62;
-    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t63 - arm_phi_1_ground_y_z * t62;
-    const double t65 = effector_z_position_x - arm_psi_1_position_x;
-    const double t66 = effector_z_position_y - arm_psi_1_position_y;
-    const double t67 = effector_z_position_z - arm_psi_1_position_z;
-    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t66 - arm_theta_1_ground_y_x * t65;
-    const double row_2_u_arm_theta_1 = t9 * t65 - t8 * t66;
-    const double row_2_u_arm_psi_1 = column_psi_cos * t65 + column_psi_sin * t66;
-    const double t68 = effector_z_position_z - arm_psi_position_z;
+    const double t59 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    const double t60 = effector_z_position_x - arm_psi_1_position_x;
+    const double t61 = effector_z_position_y - arm_psi_1_position_y;
+    const double t62 = effector_z_position_z - arm_psi_1_position_z;
+    const double row_2_u_arm_psi_1 = column_psi_cos * t60 + column_psi_sin * t61;
+    const double row_2_u_arm_theta_1 = t9 * t60 - t8 * t61;
+    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t61 - arm_theta_1_ground_y_x * t60;
+    const double t63 = effector_z_position_x - arm_psi_2_position_x;
+    const double t64 = effector_z_position_y - arm_psi_2_position_y;
+    const double t65 = effector_z_position_z - arm_psi_2_position_z;
+    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t64 - arm_phi_1_ground_y_z * t63;
+    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t64 - arm_psi_2_ground_y_y * t63;
+    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t64 - arm_theta_2_ground_y_x * t63;
+    const double t66 = effector_z_position_x - arm_psi_3_position_x;
+    const double t67 = effector_z_position_y - arm_psi_3_position_y;
+    const double t68 = effector_z_position_z - arm_psi_3_position_z;
+    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t67 - arm_phi_2_ground_y_z * t66;
+    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t67 - arm_psi_3_ground_y_y * t66;
+    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t67 - arm_theta_3_ground_y_x * t66;
     /* effector_z: composite pseudo-inertia of all beyond, inward */
     const double t69 = p->m_E * effector_z_shift_x;
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
@@ -4033,24 +4020,24 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double t84 = p->derived.constant_12 * (t77 + t77);
     const double t85 = p->derived.constant_11 * (t76 + t76);
     const double row_1_u_column_psi = effector_z_position_x * t84 - effector_z_position_y * t85;
-    const double t86 = column_psi_cos * t68 * t85 + column_psi_sin * t68 * t84;
-    const double t87 = column_psi_cos * t67 * t85 + column_psi_sin * t67 * t84;
-    const double row_1_u_arm_theta_1 = (t8 * t67 + arm_psi_1_ground_z_y * t65) * t84 - (arm_psi_1_ground_z_y *
-        t66 + t9 * t67) * t85;
-    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t67 - arm_theta_1_ground_z_x * t66) * t85 +
-        (arm_theta_1_ground_z_x * t65 - arm_theta_1_ground_x_x * t67) * t84;
-    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t64 - arm_phi_1_ground_z_z * t63) * t85 + (arm_phi_1_ground_z_z *
-        t62 - arm_phi_1_ground_x_z * t64) * t84;
-    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t64 - arm_psi_2_ground_z_y * t63) * t85 + (arm_psi_2_ground_z_y *
-        t62 - arm_psi_2_ground_x_y * t64) * t84;
-    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t64 - arm_theta_2_ground_z_x * t63) * t85 +
-        (arm_theta_2_ground_z_x * t62 - arm_theta_2_ground_x_x * t64) * t84;
-    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t61 - arm_phi_2_ground_z_z * t60) * t85 + (arm_phi_2_ground_z_z *
-        t59 - arm_phi_2_ground_x_z * t61) * t84;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t61 - arm_psi_3_ground_z_y * t60) * t85 + (arm_psi_3_ground_z_y *
-        t59 - arm_psi_3_ground_x_y * t61) * t84;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t61 - arm_theta_3_ground_z_x * t60) * t85 +
-        (arm_theta_3_ground_z_x * t59 - arm_theta_3_ground_x_x * t61) * t84;
+    const double t86 = column_psi_cos * t59 * t85 + column_psi_sin * t59 * t84;
+    const double t87 = column_psi_cos * t62 * t85 + column_psi_sin * t62 * t84;
+    const double row_1_u_arm_theta_1 = (t8 * t62 + arm_psi_1_ground_z_y * t60) * t84 - (arm_psi_1_ground_z_y *
+        t61 + t9 * t62) * t85;
+    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t62 - arm_theta_1_ground_z_x * t61) * t85 +
+        (arm_theta_1_ground_z_x * t60 - arm_theta_1_ground_x_x * t62) * t84;
+    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t65 - arm_phi_1_ground_z_z * t64) * t85 + (arm_phi_1_ground_z_z *
+        t63 - arm_phi_1_ground_x_z * t65) * t84;
+    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t65 - arm_psi_2_ground_z_y * t64) * t85 + (arm_psi_2_ground_z_y *
+        t63 - arm_psi_2_ground_x_y * t65) * t84;
+    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t65 - arm_theta_2_ground_z_x * t64) * t85 +
+        (arm_theta_2_ground_z_x * t63 - arm_theta_2_ground_x_x * t65) * t84;
+    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t68 - arm_phi_2_ground_z_z * t67) * t85 + (arm_phi_2_ground_z_z *
+        t66 - arm_phi_2_ground_x_z * t68) * t84;
+    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t68 - arm_psi_3_ground_z_y * t67) * t85 + (arm_psi_3_ground_z_y *
+        t66 - arm_psi_3_ground_x_y * t68) * t84;
+    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t68 - arm_theta_3_ground_z_x * t67) * t85 +
+        (arm_theta_3_ground_z_x * t66 - arm_theta_3_ground_x_x * t68) * t84;
     const double row_1_u_effector_z = arm_theta_3_ground_x_x * t85 + arm_theta_3_ground_y_x * t84;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
@@ -4228,456 +4215,419 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     const double base_z_U_force_z = p->m_base + (t194 - column_psi_U_force_z * t195);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* effector_z: force left for the joint, inward */
+    /* arm_phi_3: force left for the joint, inward */
     const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
     const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
     const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
-    /* arm_phi_3: force left for the joint, inward */
     const double t196 = arm_theta_3_sin * t75;
     const double t197 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
         qd[9] + t196);
-    const double t198 = arm_phi_3_sin * t197 + arm_phi_3_cos * t74;
-    const double t199 = arm_phi_3_sin * t74 - arm_phi_3_cos * t197;
-    const double t200 = t89 * (arm_phi_3_carried_moment_y + t198);
-    const double t201 = t89 * (t199 - arm_phi_3_carried_moment_z);
-    const double t202 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t201;
-    const double t203 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t200;
-    const double t204 = arm_phi_3_cos * t202 - arm_phi_3_sin * t203;
-    const double t205 = arm_phi_3_sin * t202 + arm_phi_3_cos * t203;
-    const double t206 = arm_phi_3_sin * t199 + arm_phi_3_cos * t198;
-    const double t207 = arm_phi_3_cos * t199 - arm_phi_3_sin * t198;
-    const double t208 = arm_theta_3_cos * t205 - arm_theta_3_sin * arm_phi_3_load_force_x;
-    const double t209 = arm_theta_3_sin * t205 + arm_theta_3_cos * arm_phi_3_load_force_x;
-    const double t210 = arm_theta_3_sin * t207 - arm_theta_3_cos * t75;
-    const double t211 = arm_psi_3_sin * t209 + arm_psi_3_cos * t204;
+    const double t198 = t89 * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t197 + arm_phi_3_cos * t74));
+    const double t199 = t89 * (arm_phi_3_sin * t74 - arm_phi_3_cos * t197 - arm_phi_3_carried_moment_z);
+    const double t200 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t199;
+    const double t201 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t198;
+    const double t202 = arm_phi_3_cos * t200 - arm_phi_3_sin * t201;
+    const double t203 = arm_phi_3_sin * t200 + arm_phi_3_cos * t201;
+    const double t204 = arm_theta_3_cos * t203 - arm_theta_3_sin * arm_phi_3_load_force_x;
+    const double t205 = arm_theta_3_sin * t203 + arm_theta_3_cos * arm_phi_3_load_force_x;
+    const double t206 = arm_theta_3_sin * t197 + arm_theta_3_cos * t75;
+    const double t207 = arm_psi_3_sin * t205 + arm_psi_3_cos * t202;
     /* arm_phi_2: force left for the joint, inward */
-    const double t212 = arm_theta_2_sin * t73;
-    const double t213 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
-        qd[6] + t212);
-    const double t214 = arm_phi_2_sin * t213 + arm_phi_2_cos * t72;
-    const double t215 = arm_phi_2_sin * t72 - arm_phi_2_cos * t213;
-    const double t216 = arm_phi_2_load_moment_y + (arm_psi_3_sin * t210 - arm_psi_3_cos * t206 - p->derived.arm_element_length *
-        t208) + t214;
-    const double t217 = p->derived.constant_20 * (t73 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t206 +
-        arm_psi_3_cos * t210)));
-    const double t218 = t113 * (t215 - (arm_phi_2_load_moment_z + (t196 + arm_theta_3_cos * t207 + p->derived.arm_element_length *
-        t211)) - t112 * t216);
-    const double t219 = t112 * t218 - t111 * t216;
-    const double t220 = arm_phi_2_load_force_x + (arm_psi_3_cos * t209 - arm_psi_3_sin * t204) + (t104 * t218 -
-        t103 * t219);
-    const double t221 = arm_phi_2_load_force_y + t211 + (t110 * t218 - t105 * t219);
-    const double t222 = arm_phi_2_load_force_z + t208 + (t105 * t218 - t109 * t219);
-    const double t223 = arm_phi_2_cos * t221 - arm_phi_2_sin * t222;
-    const double t224 = arm_phi_2_sin * t221 + arm_phi_2_cos * t222;
-    const double t225 = arm_phi_2_sin * t215 + arm_phi_2_cos * t214;
-    const double t226 = arm_phi_2_cos * t215 - arm_phi_2_sin * t214;
-    const double t227 = arm_theta_2_cos * t224 - arm_theta_2_sin * t220;
-    const double t228 = arm_theta_2_sin * t224 + arm_theta_2_cos * t220;
-    const double t229 = arm_theta_2_sin * t226 - arm_theta_2_cos * t73;
-    const double t230 = arm_psi_2_sin * t228 + arm_psi_2_cos * t223;
+    const double t208 = arm_theta_2_sin * t73;
+    const double t209 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
+        qd[6] + t208);
+    const double t210 = arm_phi_2_load_moment_y - (arm_psi_3_sin * t206 + arm_psi_3_cos * t74 + p->derived.arm_element_length *
+        t204) + (arm_phi_2_sin * t209 + arm_phi_2_cos * t72);
+    const double t211 = p->derived.constant_20 * (t73 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t74 -
+        arm_psi_3_cos * t206)));
+    const double t212 = t113 * (arm_phi_2_sin * t72 - arm_phi_2_cos * t209 - (arm_phi_2_load_moment_z + (t196 -
+        arm_theta_3_cos * t197 + p->derived.arm_element_length * t207)) - t112 * t210);
+    const double t213 = t112 * t212 - t111 * t210;
+    const double t214 = arm_phi_2_load_force_x + (arm_psi_3_cos * t205 - arm_psi_3_sin * t202) + (t104 * t212 -
+        t103 * t213);
+    const double t215 = arm_phi_2_load_force_y + t207 + (t110 * t212 - t105 * t213);
+    const double t216 = arm_phi_2_load_force_z + t204 + (t105 * t212 - t109 * t213);
+    const double t217 = arm_phi_2_cos * t215 - arm_phi_2_sin * t216;
+    const double t218 = arm_phi_2_sin * t215 + arm_phi_2_cos * t216;
+    const double t219 = arm_theta_2_cos * t218 - arm_theta_2_sin * t214;
+    const double t220 = arm_theta_2_sin * t218 + arm_theta_2_cos * t214;
+    const double t221 = arm_theta_2_sin * t209 + arm_theta_2_cos * t73;
+    const double t222 = arm_psi_2_sin * t220 + arm_psi_2_cos * t217;
     /* arm_phi_1: force left for the joint, inward */
-    const double t231 = arm_theta_1_sin * t71;
-    const double t232 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
-        qd[3] + t231);
-    const double t233 = arm_phi_1_sin * t232 + arm_phi_1_cos * t70;
-    const double t234 = arm_phi_1_sin * t70 - arm_phi_1_cos * t232;
-    const double t235 = arm_phi_1_load_moment_y + (arm_psi_2_sin * t229 - arm_psi_2_cos * t225 - p->derived.arm_element_length *
-        t227) + t233;
-    const double t236 = p->derived.constant_20 * (t71 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t225 +
-        arm_psi_2_cos * t229)));
-    const double t237 = t156 * (t234 - (arm_phi_1_load_moment_z + (t212 + arm_theta_2_cos * t226 + p->derived.arm_element_length *
-        t230)) - t155 * t235);
-    const double t238 = t155 * t237 - t154 * t235;
-    const double t239 = arm_phi_1_load_force_x + (arm_psi_2_cos * t228 - arm_psi_2_sin * t223) + (t147 * t237 -
-        t146 * t238);
-    const double t240 = arm_phi_1_load_force_y + t230 + (t153 * t237 - t148 * t238);
-    const double t241 = arm_phi_1_load_force_z + t227 + (t148 * t237 - t152 * t238);
-    const double t242 = arm_phi_1_cos * t240 - arm_phi_1_sin * t241;
-    const double t243 = arm_phi_1_sin * t240 + arm_phi_1_cos * t241;
-    const double t244 = arm_phi_1_sin * t234 + arm_phi_1_cos * t233;
-    const double t245 = arm_phi_1_cos * t234 - arm_phi_1_sin * t233;
-    const double t246 = arm_theta_1_sin * t243 + arm_theta_1_cos * t239;
-    const double t247 = arm_theta_1_sin * t245 - arm_theta_1_cos * t71;
-    const double t248 = arm_psi_1_sin * t246 + arm_psi_1_cos * t242;
-    const double t249 = arm_psi_load_moment_z + (t231 + arm_theta_1_cos * t245 + p->derived.constant_1 * t248);
+    const double t223 = arm_theta_1_sin * t71;
+    const double t224 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
+        qd[3] + t223);
+    const double t225 = arm_phi_1_load_moment_y - (arm_psi_2_sin * t221 + arm_psi_2_cos * t72 + p->derived.arm_element_length *
+        t219) + (arm_phi_1_sin * t224 + arm_phi_1_cos * t70);
+    const double t226 = p->derived.constant_20 * (t71 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t72 -
+        arm_psi_2_cos * t221)));
+    const double t227 = t156 * (arm_phi_1_sin * t70 - arm_phi_1_cos * t224 - (arm_phi_1_load_moment_z + (t208 -
+        arm_theta_2_cos * t209 + p->derived.arm_element_length * t222)) - t155 * t225);
+    const double t228 = t155 * t227 - t154 * t225;
+    const double t229 = arm_phi_1_load_force_x + (arm_psi_2_cos * t220 - arm_psi_2_sin * t217) + (t147 * t227 -
+        t146 * t228);
+    const double t230 = arm_phi_1_load_force_y + t222 + (t153 * t227 - t148 * t228);
+    const double t231 = arm_phi_1_load_force_z + t219 + (t148 * t227 - t152 * t228);
+    const double t232 = arm_phi_1_cos * t230 - arm_phi_1_sin * t231;
+    const double t233 = arm_phi_1_sin * t230 + arm_phi_1_cos * t231;
+    const double t234 = arm_theta_1_sin * t233 + arm_theta_1_cos * t229;
+    const double t235 = arm_theta_1_sin * t224 + arm_theta_1_cos * t71;
+    const double t236 = arm_psi_1_sin * t234 + arm_psi_1_cos * t232;
     /* arm_psi: force left for the joint, inward */
-    const double t250 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t246 - arm_psi_1_sin * t242) -
-        t189 * t249) + arm_psi_cos * (arm_psi_load_force_y + t248 - t190 * t249);
-    const double t251 = arm_psi_cos * (arm_psi_load_moment_y + (arm_psi_1_sin * t247 - arm_psi_1_cos * t244 -
-        p->derived.constant_1 * (arm_theta_1_cos * t243 - arm_theta_1_sin * t239)) + t188 * t249);
+    const double t237 = arm_psi_load_moment_z + (t223 - arm_theta_1_cos * t224 + p->derived.constant_1 * t236);
+    const double t238 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t234 - arm_psi_1_sin * t232) -
+        t189 * t237) + arm_psi_cos * (arm_psi_load_force_y + t236 - t190 * t237);
+    const double t239 = arm_psi_cos * (arm_psi_load_moment_y - (arm_psi_1_sin * t235 + arm_psi_1_cos * t70 +
+        p->derived.constant_1 * (arm_theta_1_cos * t233 - arm_theta_1_sin * t229)) + t188 * t237);
     /* column_psi: force left for the joint, inward */
-    const double t252 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t244 + arm_psi_1_cos * t247)) + t251);
+    const double t240 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t70 - arm_psi_1_cos * t235)) + t239);
     /* base_z: acceleration, outward */
-    const double t253 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        (p->derived.column_psi_load_force_z + t250 + t195 * t252)));
+    const double t241 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        (p->derived.column_psi_load_force_z + t238 + t195 * t240)));
     /* column_psi: acceleration, outward */
-    const double t254 = t195 * t253 + column_psi_D_inverse * t252;
+    const double t242 = t195 * t241 + column_psi_D_inverse * t240;
+    const double t243 = arm_psi_sin * t242;
+    const double t244 = arm_psi_cos * t242;
+    const double t245 = arm_psi_sin * t241;
+    const double t246 = arm_psi_cos * t241;
     /* arm_psi: acceleration, outward */
-    const double t255 = arm_psi_sin * t253;
-    const double t256 = arm_psi_cos * t253;
-    const double t257 = arm_psi_sin * t254;
-    const double t258 = arm_psi_cos * t254;
-    const double t259 = t189 * t255 + t190 * t256 + t188 * t258 - arm_psi_D_inverse * t249;
+    const double t247 = t189 * t245 + t190 * t246 + t188 * t244 - arm_psi_D_inverse * t237;
+    const double t248 = p->derived.constant_1 * t244;
+    const double t249 = arm_psi_1_sin * t244 + arm_psi_1_cos * t243;
+    const double t250 = p->derived.constant_1 * t247 - t246;
+    const double t251 = arm_psi_1_sin * t250 - arm_psi_1_cos * t245;
+    const double t252 = arm_psi_1_sin * t245 + arm_psi_1_cos * t250;
+    const double t253 = arm_theta_1_sin * t251 - arm_theta_1_cos * t248;
+    const double t254 = arm_theta_1_sin * t248 + arm_theta_1_cos * t251;
     /* arm_phi_1: acceleration, outward */
-    const double t260 = p->derived.constant_1 * t258;
-    const double t261 = p->derived.constant_1 * t259 - t256;
-    const double t262 = arm_psi_1_sin * t261 - arm_psi_1_cos * t255;
-    const double t263 = arm_psi_1_sin * t255 + arm_psi_1_cos * t261;
-    const double t264 = arm_theta_1_sin * t262 - arm_theta_1_cos * t260;
-    const double t265 = arm_theta_1_sin * t260 + arm_theta_1_cos * t262;
-    const double t266 = arm_phi_1_sin * t264 + arm_phi_1_cos * t263;
-    const double t267 = arm_phi_1_cos * t264 - arm_phi_1_sin * t263;
-    const double t268 = t238 - (t158 * t265 + t160 * t266 + t162 * t267);
-    const double t269 = t237 - (t157 * t265 + t159 * t266 + t161 * t267);
-    const double t270 = arm_psi_1_sin * t258 + arm_psi_1_cos * t257;
-    const double t271 = arm_phi_1_cos * t268 - arm_phi_1_sin * t269 - (arm_psi_1_cos * t258 - arm_psi_1_sin *
+    const double t255 = arm_phi_1_sin * t253 + arm_phi_1_cos * t252;
+    const double t256 = arm_phi_1_cos * t253 - arm_phi_1_sin * t252;
+    const double t257 = t228 - (t158 * t254 + t160 * t255 + t162 * t256);
+    const double t258 = t227 - (t157 * t254 + t159 * t255 + t161 * t256);
+    const double t259 = arm_phi_1_cos * t257 - arm_phi_1_sin * t258 - (arm_psi_1_cos * t244 - arm_psi_1_sin *
+        t243);
+    const double t260 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t257 + arm_phi_1_cos * t258 - (arm_theta_1_sin *
+        t249 + arm_theta_1_cos * t247));
+    const double t261 = arm_theta_1_sin * t260 - (t226 + (arm_theta_1_cos * t249 - arm_theta_1_sin * t247));
+    const double t262 = arm_psi_2_sin * t257 - arm_psi_2_cos * t226;
+    const double t263 = t255 + p->derived.arm_element_length * t258;
+    const double t264 = t256 - p->derived.arm_element_length * t257;
+    const double t265 = arm_psi_2_sin * t263 + arm_psi_2_cos * t254;
+    const double t266 = arm_psi_2_cos * t263 - arm_psi_2_sin * t254;
+    const double t267 = arm_theta_2_sin * t265 + arm_theta_2_cos * t264;
+    const double t268 = arm_theta_2_cos * t265 - arm_theta_2_sin * t264;
+    /* arm_phi_2: acceleration, outward */
+    const double t269 = arm_phi_2_sin * t267 + arm_phi_2_cos * t266;
+    const double t270 = arm_phi_2_cos * t267 - arm_phi_2_sin * t266;
+    const double t271 = t213 - (t115 * t268 + t117 * t269 + t119 * t270);
+    const double t272 = t212 - (t114 * t268 + t116 * t269 + t118 * t270);
+    const double t273 = arm_phi_2_cos * t271 - arm_phi_2_sin * t272 - (arm_psi_2_sin * t226 + arm_psi_2_cos *
         t257);
-    const double t272 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t268 + arm_phi_1_cos * t269 - (arm_theta_1_sin *
-        t270 + arm_theta_1_cos * t259));
-    const double t273 = arm_theta_1_sin * t272 - (t236 + (arm_theta_1_cos * t270 - arm_theta_1_sin * t259));
-    /* arm_phi_2: acceleration, outward */
-    const double t274 = t266 + p->derived.arm_element_length * t269;
-    const double t275 = t267 - p->derived.arm_element_length * t268;
-    const double t276 = arm_psi_2_sin * t274 + arm_psi_2_cos * t265;
-    const double t277 = arm_psi_2_cos * t274 - arm_psi_2_sin * t265;
-    const double t278 = arm_theta_2_sin * t276 + arm_theta_2_cos * t275;
-    const double t279 = arm_theta_2_cos * t276 - arm_theta_2_sin * t275;
-    const double t280 = arm_phi_2_sin * t278 + arm_phi_2_cos * t277;
-    const double t281 = arm_phi_2_cos * t278 - arm_phi_2_sin * t277;
-    const double t282 = t219 - (t115 * t279 + t117 * t280 + t119 * t281);
-    const double t283 = t218 - (t114 * t279 + t116 * t280 + t118 * t281);
-    const double t284 = arm_psi_2_sin * t268 - arm_psi_2_cos * t236;
-    const double t285 = arm_phi_2_cos * t282 - arm_phi_2_sin * t283 - (arm_psi_2_sin * t236 + arm_psi_2_cos *
-        t268);
-    const double t286 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t282 + arm_phi_2_cos * t283 - (arm_theta_2_sin *
-        t284 + arm_theta_2_cos * t269));
-    const double t287 = arm_theta_2_sin * t286 - (t217 + (arm_theta_2_cos * t284 - arm_theta_2_sin * t269));
+    const double t274 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t271 + arm_phi_2_cos * t272 - (arm_theta_2_sin *
+        t262 + arm_theta_2_cos * t258));
+    const double t275 = arm_theta_2_sin * t274 - (t211 + (arm_theta_2_cos * t262 - arm_theta_2_sin * t258));
+    const double t276 = arm_psi_3_sin * t271 - arm_psi_3_cos * t211;
+    const double t277 = t269 + p->derived.arm_element_length * t272;
+    const double t278 = t270 - p->derived.arm_element_length * t271;
+    const double t279 = arm_psi_3_sin * t277 + arm_psi_3_cos * t268;
+    const double t280 = arm_psi_3_cos * t277 - arm_psi_3_sin * t268;
+    const double t281 = arm_theta_3_sin * t279 + arm_theta_3_cos * t278;
     /* arm_phi_3: acceleration, outward */
-    const double t288 = t280 + p->derived.arm_element_length * t283;
-    const double t289 = t281 - p->derived.arm_element_length * t282;
-    const double t290 = arm_psi_3_sin * t288 + arm_psi_3_cos * t279;
-    const double t291 = arm_psi_3_cos * t288 - arm_psi_3_sin * t279;
-    const double t292 = arm_theta_3_sin * t290 + arm_theta_3_cos * t289;
-    const double t293 = t90 * (arm_phi_3_cos * t292 - arm_phi_3_sin * t291) - t200;
-    const double t294 = t201 - t90 * (arm_phi_3_sin * t292 + arm_phi_3_cos * t291);
-    const double t295 = arm_psi_3_sin * t282 - arm_psi_3_cos * t217;
-    const double t296 = arm_phi_3_cos * t293 - arm_phi_3_sin * t294 - (arm_psi_3_sin * t217 + arm_psi_3_cos *
-        t282);
-    const double t297 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t293 + arm_phi_3_cos * t294 - (arm_theta_3_sin *
-        t295 + arm_theta_3_cos * t283));
-    const double t298 = arm_theta_3_sin * t297 - (p->derived.constant_19 * (arm_phi_3_bias_moment_x + t75) +
-        (arm_theta_3_cos * t295 - arm_theta_3_sin * t283));
+    const double t282 = t90 * (arm_phi_3_cos * t281 - arm_phi_3_sin * t280) - t198;
+    const double t283 = t199 - t90 * (arm_phi_3_sin * t281 + arm_phi_3_cos * t280);
+    const double t284 = arm_phi_3_cos * t282 - arm_phi_3_sin * t283 - (arm_psi_3_sin * t211 + arm_psi_3_cos *
+        t271);
+    const double t285 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t282 + arm_phi_3_cos * t283 - (arm_theta_3_sin *
+        t276 + arm_theta_3_cos * t272));
+    const double t286 = arm_theta_3_sin * t285 - (p->derived.constant_19 * (arm_phi_3_bias_moment_x + t75) +
+        (arm_theta_3_cos * t276 - arm_theta_3_sin * t272));
     /* effector_z: acceleration, outward */
-    const double t299 = arm_theta_3_cos * t290 - arm_theta_3_sin * t289 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t287 = arm_theta_3_cos * t279 - arm_theta_3_sin * t278 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
     /* arm_phi_3: force left for the joint, inward */
-    const double t300 = arm_theta_3_sin * row_1_u_arm_phi_3;
-    const double t301 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t300);
-    const double t302 = arm_phi_3_sin * t301 + arm_phi_3_cos * row_1_u_arm_theta_3;
-    const double t303 = arm_phi_3_cos * t301 - arm_phi_3_sin * row_1_u_arm_theta_3;
-    const double t304 = t89 * t302;
-    const double t305 = t89 * t303;
-    const double t306 = arm_phi_3_moment_beyond_x * t305;
-    const double t307 = arm_phi_3_moment_beyond_x * t304;
-    const double t308 = arm_phi_3_sin * t307 + arm_phi_3_cos * t306;
-    const double t309 = arm_phi_3_sin * t306 - arm_phi_3_cos * t307;
-    const double t310 = arm_phi_3_cos * t302 - arm_phi_3_sin * t303;
-    const double t311 = arm_phi_3_sin * t302 + arm_phi_3_cos * t303;
-    const double t312 = arm_theta_3_cos * t309 - arm_theta_3_sin * row_1_u_effector_z;
-    const double t313 = arm_theta_3_sin * t309 + arm_theta_3_cos * row_1_u_effector_z;
-    const double t314 = arm_theta_3_sin * t311 + arm_theta_3_cos * row_1_u_arm_phi_3;
-    const double t315 = arm_psi_3_sin * t313 + arm_psi_3_cos * t308;
+    const double t288 = arm_theta_3_sin * row_1_u_arm_phi_3;
+    const double t289 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t288);
+    const double t290 = t89 * (arm_phi_3_sin * t289 + arm_phi_3_cos * row_1_u_arm_theta_3);
+    const double t291 = t89 * (arm_phi_3_cos * t289 - arm_phi_3_sin * row_1_u_arm_theta_3);
+    const double t292 = arm_phi_3_moment_beyond_x * t291;
+    const double t293 = arm_phi_3_moment_beyond_x * t290;
+    const double t294 = arm_phi_3_sin * t293 + arm_phi_3_cos * t292;
+    const double t295 = arm_phi_3_sin * t292 - arm_phi_3_cos * t293;
+    const double t296 = arm_theta_3_cos * t295 - arm_theta_3_sin * row_1_u_effector_z;
+    const double t297 = arm_theta_3_sin * t295 + arm_theta_3_cos * row_1_u_effector_z;
+    const double t298 = arm_theta_3_sin * t289 + arm_theta_3_cos * row_1_u_arm_phi_3;
+    const double t299 = arm_psi_3_sin * t297 + arm_psi_3_cos * t294;
     /* arm_phi_2: force left for the joint, inward */
-    const double t316 = arm_theta_2_sin * row_1_u_arm_phi_2;
-    const double t317 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t316);
-    const double t318 = arm_phi_2_sin * t317 + arm_phi_2_cos * row_1_u_arm_theta_2;
-    const double t319 = arm_phi_2_cos * t317 - arm_phi_2_sin * row_1_u_arm_theta_2;
-    const double t320 = t318 - (arm_psi_3_sin * t314 + arm_psi_3_cos * t310 - p->derived.arm_element_length *
-        t312);
-    const double t321 = p->derived.constant_20 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t314 - arm_psi_3_sin *
-        t310));
-    const double t322 = t113 * (t319 - (arm_theta_3_cos * t311 - t300 + p->derived.arm_element_length * t315) +
-        t112 * t320);
-    const double t323 = t111 * t320 + t112 * t322;
-    const double t324 = arm_psi_3_cos * t313 - arm_psi_3_sin * t308 + (t104 * t322 - t103 * t323);
-    const double t325 = t315 + (t110 * t322 - t105 * t323);
-    const double t326 = t312 + (t105 * t322 - t109 * t323);
-    const double t327 = arm_phi_2_cos * t325 - arm_phi_2_sin * t326;
-    const double t328 = arm_phi_2_sin * t325 + arm_phi_2_cos * t326;
-    const double t329 = arm_phi_2_cos * t318 - arm_phi_2_sin * t319;
-    const double t330 = arm_phi_2_sin * t318 + arm_phi_2_cos * t319;
-    const double t331 = arm_theta_2_cos * t328 - arm_theta_2_sin * t324;
-    const double t332 = arm_theta_2_sin * t328 + arm_theta_2_cos * t324;
-    const double t333 = arm_theta_2_sin * t330 + arm_theta_2_cos * row_1_u_arm_phi_2;
-    const double t334 = arm_psi_2_sin * t332 + arm_psi_2_cos * t327;
+    const double t300 = arm_theta_2_sin * row_1_u_arm_phi_2;
+    const double t301 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t300);
+    const double t302 = arm_phi_2_sin * t301 + arm_phi_2_cos * row_1_u_arm_theta_2 - (arm_psi_3_sin * t298 +
+        arm_psi_3_cos * row_1_u_arm_theta_3 - p->derived.arm_element_length * t296);
+    const double t303 = p->derived.constant_20 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t298 - arm_psi_3_sin *
+        row_1_u_arm_theta_3));
+    const double t304 = t113 * (arm_phi_2_cos * t301 - arm_phi_2_sin * row_1_u_arm_theta_2 - (arm_theta_3_cos *
+        t289 - t288 + p->derived.arm_element_length * t299) + t112 * t302);
+    const double t305 = t111 * t302 + t112 * t304;
+    const double t306 = arm_psi_3_cos * t297 - arm_psi_3_sin * t294 + (t104 * t304 - t103 * t305);
+    const double t307 = t299 + (t110 * t304 - t105 * t305);
+    const double t308 = t296 + (t105 * t304 - t109 * t305);
+    const double t309 = arm_phi_2_cos * t307 - arm_phi_2_sin * t308;
+    const double t310 = arm_phi_2_sin * t307 + arm_phi_2_cos * t308;
+    const double t311 = arm_theta_2_cos * t310 - arm_theta_2_sin * t306;
+    const double t312 = arm_theta_2_sin * t310 + arm_theta_2_cos * t306;
+    const double t313 = arm_theta_2_sin * t301 + arm_theta_2_cos * row_1_u_arm_phi_2;
+    const double t314 = arm_psi_2_sin * t312 + arm_psi_2_cos * t309;
     /* arm_phi_1: force left for the joint, inward */
-    const double t335 = arm_theta_1_sin * row_1_u_arm_phi_1;
-    const double t336 = arm_theta_1_cos_inverse * (t335 - t87);
-    const double t337 = arm_phi_1_sin * t336 + arm_phi_1_cos * row_1_u_arm_theta_1;
-    const double t338 = arm_phi_1_cos * t336 - arm_phi_1_sin * row_1_u_arm_theta_1;
-    const double t339 = t337 - (arm_psi_2_sin * t333 + arm_psi_2_cos * t329 - p->derived.arm_element_length *
-        t331);
-    const double t340 = p->derived.constant_20 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t333 - arm_psi_2_sin *
-        t329));
-    const double t341 = t156 * (t338 - (arm_theta_2_cos * t330 - t316 + p->derived.arm_element_length * t334) +
-        t155 * t339);
-    const double t342 = t154 * t339 + t155 * t341;
-    const double t343 = arm_psi_2_cos * t332 - arm_psi_2_sin * t327 + (t147 * t341 - t146 * t342);
-    const double t344 = t334 + (t153 * t341 - t148 * t342);
-    const double t345 = t331 + (t148 * t341 - t152 * t342);
-    const double t346 = arm_phi_1_cos * t344 - arm_phi_1_sin * t345;
-    const double t347 = arm_phi_1_sin * t344 + arm_phi_1_cos * t345;
-    const double t348 = arm_phi_1_cos * t337 - arm_phi_1_sin * t338;
-    const double t349 = arm_phi_1_sin * t337 + arm_phi_1_cos * t338;
-    const double t350 = arm_theta_1_sin * t347 + arm_theta_1_cos * t343;
-    const double t351 = arm_theta_1_sin * t349 + arm_theta_1_cos * row_1_u_arm_phi_1;
-    const double t352 = arm_psi_1_sin * t350 + arm_psi_1_cos * t346;
+    const double t315 = arm_theta_1_sin * row_1_u_arm_phi_1;
+    const double t316 = arm_theta_1_cos_inverse * (t315 - t87);
+    const double t317 = arm_phi_1_sin * t316 + arm_phi_1_cos * row_1_u_arm_theta_1 - (arm_psi_2_sin * t313 +
+        arm_psi_2_cos * row_1_u_arm_theta_2 - p->derived.arm_element_length * t311);
+    const double t318 = p->derived.constant_20 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t313 - arm_psi_2_sin *
+        row_1_u_arm_theta_2));
+    const double t319 = t156 * (arm_phi_1_cos * t316 - arm_phi_1_sin * row_1_u_arm_theta_1 - (arm_theta_2_cos *
+        t301 - t300 + p->derived.arm_element_length * t314) + t155 * t317);
+    const double t320 = t154 * t317 + t155 * t319;
+    const double t321 = arm_psi_2_cos * t312 - arm_psi_2_sin * t309 + (t147 * t319 - t146 * t320);
+    const double t322 = t314 + (t153 * t319 - t148 * t320);
+    const double t323 = t311 + (t148 * t319 - t152 * t320);
+    const double t324 = arm_phi_1_cos * t322 - arm_phi_1_sin * t323;
+    const double t325 = arm_phi_1_sin * t322 + arm_phi_1_cos * t323;
+    const double t326 = arm_theta_1_sin * t325 + arm_theta_1_cos * t321;
+    const double t327 = arm_theta_1_sin * t316 + arm_theta_1_cos * row_1_u_arm_phi_1;
+    const double t328 = arm_psi_1_sin * t326 + arm_psi_1_cos * t324;
     /* arm_psi: force left for the joint, inward */
-    const double t353 = t86 + (arm_theta_1_cos * t349 - t335 + p->derived.constant_1 * t352);
-    const double t354 = arm_psi_sin * (arm_psi_1_cos * t351 - arm_psi_1_sin * t348) + arm_psi_cos * (arm_psi_1_sin *
-        t351 + arm_psi_1_cos * t348 - p->derived.constant_1 * (arm_theta_1_cos * t347 - arm_theta_1_sin *
-        t343) + t188 * t353);
+    const double t329 = t86 + (arm_theta_1_cos * t316 - t315 + p->derived.constant_1 * t328);
+    const double t330 = arm_psi_sin * (arm_psi_1_cos * t327 - arm_psi_1_sin * row_1_u_arm_theta_1) + arm_psi_cos *
+        (arm_psi_1_sin * t327 + arm_psi_1_cos * row_1_u_arm_theta_1 - p->derived.constant_1 * (arm_theta_1_cos *
+        t325 - arm_theta_1_sin * t321) + t188 * t329);
     /* column_psi: force left for the joint, inward */
-    const double t355 = row_1_u_column_psi - t354;
-    const double t356 = arm_psi_sin * (arm_psi_1_cos * t350 - arm_psi_1_sin * t346 - t189 * t353) + arm_psi_cos *
-        (t352 - t190 * t353) + t195 * t355;
+    const double t331 = row_1_u_column_psi - t330;
+    const double t332 = arm_psi_sin * (arm_psi_1_cos * t326 - arm_psi_1_sin * t324 - t189 * t329) + arm_psi_cos *
+        (t328 - t190 * t329) + t195 * t331;
     /* base_z: acceleration, outward */
-    const double t357 = base_z_D_inverse * t356;
+    const double t333 = base_z_D_inverse * t332;
     /* column_psi: acceleration, outward */
-    const double t358 = t195 * t357 + column_psi_D_inverse * t355;
+    const double t334 = t195 * t333 + column_psi_D_inverse * t331;
+    const double t335 = arm_psi_sin * t334;
+    const double t336 = arm_psi_cos * t334;
+    const double t337 = arm_psi_sin * t333;
+    const double t338 = arm_psi_cos * t333;
     /* arm_psi: acceleration, outward */
-    const double t359 = arm_psi_sin * t357;
-    const double t360 = arm_psi_cos * t357;
-    const double t361 = arm_psi_sin * t358;
-    const double t362 = arm_psi_cos * t358;
-    const double t363 = t189 * t359 + t190 * t360 + t188 * t362 - arm_psi_D_inverse * t353;
+    const double t339 = t189 * t337 + t190 * t338 + t188 * t336 - arm_psi_D_inverse * t329;
+    const double t340 = p->derived.constant_1 * t336;
+    const double t341 = arm_psi_1_sin * t336 + arm_psi_1_cos * t335;
+    const double t342 = p->derived.constant_1 * t339 - t338;
+    const double t343 = arm_psi_1_sin * t342 - arm_psi_1_cos * t337;
+    const double t344 = arm_psi_1_sin * t337 + arm_psi_1_cos * t342;
+    const double t345 = arm_theta_1_sin * t343 - arm_theta_1_cos * t340;
+    const double t346 = arm_theta_1_sin * t340 + arm_theta_1_cos * t343;
     /* arm_phi_1: acceleration, outward */
-    const double t364 = p->derived.constant_1 * t362;
-    const double t365 = p->derived.constant_1 * t363 - t360;
-    const double t366 = arm_psi_1_sin * t365 - arm_psi_1_cos * t359;
-    const double t367 = arm_psi_1_sin * t359 + arm_psi_1_cos * t365;
-    const double t368 = arm_theta_1_sin * t366 - arm_theta_1_cos * t364;
-    const double t369 = arm_theta_1_sin * t364 + arm_theta_1_cos * t366;
-    const double t370 = arm_phi_1_sin * t368 + arm_phi_1_cos * t367;
-    const double t371 = arm_phi_1_cos * t368 - arm_phi_1_sin * t367;
-    const double t372 = t342 - (t158 * t369 + t160 * t370 + t162 * t371);
-    const double t373 = t341 - (t157 * t369 + t159 * t370 + t161 * t371);
-    const double t374 = arm_psi_1_sin * t362 + arm_psi_1_cos * t361;
-    const double t375 = arm_phi_1_cos * t372 - arm_phi_1_sin * t373 - (arm_psi_1_cos * t362 - arm_psi_1_sin *
-        t361);
-    const double t376 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t372 + arm_phi_1_cos * t373 - (arm_theta_1_sin *
-        t374 + arm_theta_1_cos * t363));
-    const double t377 = t340 - (arm_theta_1_cos * t374 - arm_theta_1_sin * t363) + arm_theta_1_sin * t376;
+    const double t347 = arm_phi_1_sin * t345 + arm_phi_1_cos * t344;
+    const double t348 = arm_phi_1_cos * t345 - arm_phi_1_sin * t344;
+    const double t349 = t320 - (t158 * t346 + t160 * t347 + t162 * t348);
+    const double t350 = t319 - (t157 * t346 + t159 * t347 + t161 * t348);
+    const double t351 = arm_phi_1_cos * t349 - arm_phi_1_sin * t350 - (arm_psi_1_cos * t336 - arm_psi_1_sin *
+        t335);
+    const double t352 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t349 + arm_phi_1_cos * t350 - (arm_theta_1_sin *
+        t341 + arm_theta_1_cos * t339));
+    const double t353 = t318 - (arm_theta_1_cos * t341 - arm_theta_1_sin * t339) + arm_theta_1_sin * t352;
+    const double t354 = arm_psi_2_sin * t349 + arm_psi_2_cos * t318;
+    const double t355 = t347 + p->derived.arm_element_length * t350;
+    const double t356 = t348 - p->derived.arm_element_length * t349;
+    const double t357 = arm_psi_2_sin * t355 + arm_psi_2_cos * t346;
+    const double t358 = arm_psi_2_cos * t355 - arm_psi_2_sin * t346;
+    const double t359 = arm_theta_2_sin * t357 + arm_theta_2_cos * t356;
+    const double t360 = arm_theta_2_cos * t357 - arm_theta_2_sin * t356;
     /* arm_phi_2: acceleration, outward */
-    const double t378 = t370 + p->derived.arm_element_length * t373;
-    const double t379 = t371 - p->derived.arm_element_length * t372;
-    const double t380 = arm_psi_2_sin * t378 + arm_psi_2_cos * t369;
-    const double t381 = arm_psi_2_cos * t378 - arm_psi_2_sin * t369;
-    const double t382 = arm_theta_2_sin * t380 + arm_theta_2_cos * t379;
-    const double t383 = arm_theta_2_cos * t380 - arm_theta_2_sin * t379;
-    const double t384 = arm_phi_2_sin * t382 + arm_phi_2_cos * t381;
-    const double t385 = arm_phi_2_cos * t382 - arm_phi_2_sin * t381;
-    const double t386 = t323 - (t115 * t383 + t117 * t384 + t119 * t385);
-    const double t387 = t322 - (t114 * t383 + t116 * t384 + t118 * t385);
-    const double t388 = arm_psi_2_sin * t372 + arm_psi_2_cos * t340;
-    const double t389 = arm_phi_2_cos * t386 - arm_phi_2_sin * t387 - (arm_psi_2_cos * t372 - arm_psi_2_sin *
-        t340);
-    const double t390 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t386 + arm_phi_2_cos * t387 - (arm_theta_2_sin *
-        t388 + arm_theta_2_cos * t373));
-    const double t391 = t321 - (arm_theta_2_cos * t388 - arm_theta_2_sin * t373) + arm_theta_2_sin * t390;
+    const double t361 = arm_phi_2_sin * t359 + arm_phi_2_cos * t358;
+    const double t362 = arm_phi_2_cos * t359 - arm_phi_2_sin * t358;
+    const double t363 = t305 - (t115 * t360 + t117 * t361 + t119 * t362);
+    const double t364 = t304 - (t114 * t360 + t116 * t361 + t118 * t362);
+    const double t365 = arm_phi_2_cos * t363 - arm_phi_2_sin * t364 - (arm_psi_2_cos * t349 - arm_psi_2_sin *
+        t318);
+    const double t366 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t363 + arm_phi_2_cos * t364 - (arm_theta_2_sin *
+        t354 + arm_theta_2_cos * t350));
+    const double t367 = t303 - (arm_theta_2_cos * t354 - arm_theta_2_sin * t350) + arm_theta_2_sin * t366;
+    const double t368 = arm_psi_3_sin * t363 + arm_psi_3_cos * t303;
+    const double t369 = t361 + p->derived.arm_element_length * t364;
+    const double t370 = t362 - p->derived.arm_element_length * t363;
+    const double t371 = arm_psi_3_sin * t369 + arm_psi_3_cos * t360;
+    const double t372 = arm_psi_3_cos * t369 - arm_psi_3_sin * t360;
+    const double t373 = arm_theta_3_sin * t371 + arm_theta_3_cos * t370;
     /* arm_phi_3: acceleration, outward */
-    const double t392 = t384 + p->derived.arm_element_length * t387;
-    const double t393 = t385 - p->derived.arm_element_length * t386;
-    const double t394 = arm_psi_3_sin * t392 + arm_psi_3_cos * t383;
-    const double t395 = arm_psi_3_cos * t392 - arm_psi_3_sin * t383;
-    const double t396 = arm_theta_3_sin * t394 + arm_theta_3_cos * t393;
-    const double t397 = t304 + t90 * (arm_phi_3_cos * t396 - arm_phi_3_sin * t395);
-    const double t398 = t305 - t90 * (arm_phi_3_sin * t396 + arm_phi_3_cos * t395);
-    const double t399 = arm_psi_3_sin * t386 + arm_psi_3_cos * t321;
-    const double t400 = arm_phi_3_cos * t397 - arm_phi_3_sin * t398 - (arm_psi_3_cos * t386 - arm_psi_3_sin *
-        t321);
-    const double t401 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t397 + arm_phi_3_cos * t398 - (arm_theta_3_sin *
-        t399 + arm_theta_3_cos * t387));
-    const double t402 = row_1_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos * t399 - arm_theta_3_sin *
-        t387) + arm_theta_3_sin * t401;
+    const double t374 = t290 + t90 * (arm_phi_3_cos * t373 - arm_phi_3_sin * t372);
+    const double t375 = t291 - t90 * (arm_phi_3_sin * t373 + arm_phi_3_cos * t372);
+    const double t376 = arm_phi_3_cos * t374 - arm_phi_3_sin * t375 - (arm_psi_3_cos * t363 - arm_psi_3_sin *
+        t303);
+    const double t377 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t374 + arm_phi_3_cos * t375 - (arm_theta_3_sin *
+        t368 + arm_theta_3_cos * t364));
+    const double t378 = row_1_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos * t368 - arm_theta_3_sin *
+        t364) + arm_theta_3_sin * t377;
     /* effector_z: acceleration, outward */
-    const double t403 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t394 - arm_theta_3_sin *
-        t393);
+    const double t379 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t371 - arm_theta_3_sin *
+        t370);
     /* arm_phi_3: force left for the joint, inward */
-    const double t404 = arm_theta_3_sin * row_2_u_arm_phi_3;
-    const double t405 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t404);
-    const double t406 = arm_phi_3_sin * t405 + arm_phi_3_cos * row_2_u_arm_theta_3;
-    const double t407 = arm_phi_3_cos * t405 - arm_phi_3_sin * row_2_u_arm_theta_3;
-    const double t408 = t89 * t406;
-    const double t409 = t89 * t407;
-    const double t410 = arm_phi_3_moment_beyond_x * t409;
-    const double t411 = arm_phi_3_moment_beyond_x * t408;
-    const double t412 = arm_phi_3_sin * t411 + arm_phi_3_cos * t410;
-    const double t413 = arm_phi_3_sin * t410 - arm_phi_3_cos * t411;
-    const double t414 = arm_phi_3_cos * t406 - arm_phi_3_sin * t407;
-    const double t415 = arm_phi_3_sin * t406 + arm_phi_3_cos * t407;
-    const double t416 = arm_theta_3_cos * t413 - arm_theta_3_sin * arm_theta_3_ground_z_x;
-    const double t417 = arm_theta_3_sin * t413 + arm_theta_3_cos * arm_theta_3_ground_z_x;
-    const double t418 = arm_theta_3_sin * t415 + arm_theta_3_cos * row_2_u_arm_phi_3;
-    const double t419 = arm_psi_3_sin * t417 + arm_psi_3_cos * t412;
+    const double t380 = arm_theta_3_sin * row_2_u_arm_phi_3;
+    const double t381 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t380);
+    const double t382 = t89 * (arm_phi_3_sin * t381 + arm_phi_3_cos * row_2_u_arm_theta_3);
+    const double t383 = t89 * (arm_phi_3_cos * t381 - arm_phi_3_sin * row_2_u_arm_theta_3);
+    const double t384 = arm_phi_3_moment_beyond_x * t383;
+    const double t385 = arm_phi_3_moment_beyond_x * t382;
+    const double t386 = arm_phi_3_sin * t385 + arm_phi_3_cos * t384;
+    const double t387 = arm_phi_3_sin * t384 - arm_phi_3_cos * t385;
+    const double t388 = arm_theta_3_cos * t387 - arm_theta_3_sin * arm_theta_3_ground_z_x;
+    const double t389 = arm_theta_3_sin * t387 + arm_theta_3_cos * arm_theta_3_ground_z_x;
+    const double t390 = arm_theta_3_sin * t381 + arm_theta_3_cos * row_2_u_arm_phi_3;
+    const double t391 = arm_psi_3_sin * t389 + arm_psi_3_cos * t386;
     /* arm_phi_2: force left for the joint, inward */
-    const double t420 = arm_theta_2_sin * row_2_u_arm_phi_2;
-    const double t421 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t420);
-    const double t422 = arm_phi_2_sin * t421 + arm_phi_2_cos * row_2_u_arm_theta_2;
-    const double t423 = arm_phi_2_cos * t421 - arm_phi_2_sin * row_2_u_arm_theta_2;
-    const double t424 = t422 - (arm_psi_3_sin * t418 + arm_psi_3_cos * t414 - p->derived.arm_element_length *
-        t416);
-    const double t425 = p->derived.constant_20 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t418 - arm_psi_3_sin *
-        t414));
-    const double t426 = t113 * (t423 - (arm_theta_3_cos * t415 - t404 + p->derived.arm_element_length * t419) +
-        t112 * t424);
-    const double t427 = t111 * t424 + t112 * t426;
-    const double t428 = arm_psi_3_cos * t417 - arm_psi_3_sin * t412 + (t104 * t426 - t103 * t427);
-    const double t429 = t419 + (t110 * t426 - t105 * t427);
-    const double t430 = t416 + (t105 * t426 - t109 * t427);
-    const double t431 = arm_phi_2_cos * t429 - arm_phi_2_sin * t430;
-    const double t432 = arm_phi_2_sin * t429 + arm_phi_2_cos * t430;
-    const double t433 = arm_phi_2_cos * t422 - arm_phi_2_sin * t423;
-    const double t434 = arm_phi_2_sin * t422 + arm_phi_2_cos * t423;
-    const double t435 = arm_theta_2_cos * t432 - arm_theta_2_sin * t428;
-    const double t436 = arm_theta_2_sin * t432 + arm_theta_2_cos * t428;
-    const double t437 = arm_theta_2_sin * t434 + arm_theta_2_cos * row_2_u_arm_phi_2;
-    const double t438 = arm_psi_2_sin * t436 + arm_psi_2_cos * t431;
+    const double t392 = arm_theta_2_sin * row_2_u_arm_phi_2;
+    const double t393 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t392);
+    const double t394 = arm_phi_2_sin * t393 + arm_phi_2_cos * row_2_u_arm_theta_2 - (arm_psi_3_sin * t390 +
+        arm_psi_3_cos * row_2_u_arm_theta_3 - p->derived.arm_element_length * t388);
+    const double t395 = p->derived.constant_20 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t390 - arm_psi_3_sin *
+        row_2_u_arm_theta_3));
+    const double t396 = t113 * (arm_phi_2_cos * t393 - arm_phi_2_sin * row_2_u_arm_theta_2 - (arm_theta_3_cos *
+        t381 - t380 + p->derived.arm_element_length * t391) + t112 * t394);
+    const double t397 = t111 * t394 + t112 * t396;
+    const double t398 = arm_psi_3_cos * t389 - arm_psi_3_sin * t386 + (t104 * t396 - t103 * t397);
+    const double t399 = t391 + (t110 * t396 - t105 * t397);
+    const double t400 = t388 + (t105 * t396 - t109 * t397);
+    const double t401 = arm_phi_2_cos * t399 - arm_phi_2_sin * t400;
+    const double t402 = arm_phi_2_sin * t399 + arm_phi_2_cos * t400;
+    const double t403 = arm_theta_2_cos * t402 - arm_theta_2_sin * t398;
+    const double t404 = arm_theta_2_sin * t402 + arm_theta_2_cos * t398;
+    const double t405 = arm_theta_2_sin * t393 + arm_theta_2_cos * row_2_u_arm_phi_2;
+    const double t406 = arm_psi_2_sin * t404 + arm_psi_2_cos * t401;
     /* arm_phi_1: force left for the joint, inward */
-    const double t439 = arm_theta_1_sin * row_2_u_arm_phi_1;
-    const double t440 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t439);
-    const double t441 = arm_phi_1_sin * t440 + arm_phi_1_cos * row_2_u_arm_theta_1;
-    const double t442 = arm_phi_1_cos * t440 - arm_phi_1_sin * row_2_u_arm_theta_1;
-    const double t443 = t441 - (arm_psi_2_sin * t437 + arm_psi_2_cos * t433 - p->derived.arm_element_length *
-        t435);
-    const double t444 = p->derived.constant_20 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t437 - arm_psi_2_sin *
-        t433));
-    const double t445 = t156 * (t442 - (arm_theta_2_cos * t434 - t420 + p->derived.arm_element_length * t438) +
-        t155 * t443);
-    const double t446 = t154 * t443 + t155 * t445;
-    const double t447 = arm_psi_2_cos * t436 - arm_psi_2_sin * t431 + (t147 * t445 - t146 * t446);
-    const double t448 = t438 + (t153 * t445 - t148 * t446);
-    const double t449 = t435 + (t148 * t445 - t152 * t446);
-    const double t450 = arm_phi_1_cos * t448 - arm_phi_1_sin * t449;
-    const double t451 = arm_phi_1_sin * t448 + arm_phi_1_cos * t449;
-    const double t452 = arm_phi_1_cos * t441 - arm_phi_1_sin * t442;
-    const double t453 = arm_phi_1_sin * t441 + arm_phi_1_cos * t442;
-    const double t454 = arm_theta_1_sin * t451 + arm_theta_1_cos * t447;
-    const double t455 = arm_theta_1_sin * t453 + arm_theta_1_cos * row_2_u_arm_phi_1;
-    const double t456 = arm_psi_1_sin * t454 + arm_psi_1_cos * t450;
+    const double t407 = arm_theta_1_sin * row_2_u_arm_phi_1;
+    const double t408 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t407);
+    const double t409 = arm_phi_1_sin * t408 + arm_phi_1_cos * row_2_u_arm_theta_1 - (arm_psi_2_sin * t405 +
+        arm_psi_2_cos * row_2_u_arm_theta_2 - p->derived.arm_element_length * t403);
+    const double t410 = p->derived.constant_20 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t405 - arm_psi_2_sin *
+        row_2_u_arm_theta_2));
+    const double t411 = t156 * (arm_phi_1_cos * t408 - arm_phi_1_sin * row_2_u_arm_theta_1 - (arm_theta_2_cos *
+        t393 - t392 + p->derived.arm_element_length * t406) + t155 * t409);
+    const double t412 = t154 * t409 + t155 * t411;
+    const double t413 = arm_psi_2_cos * t404 - arm_psi_2_sin * t401 + (t147 * t411 - t146 * t412);
+    const double t414 = t406 + (t153 * t411 - t148 * t412);
+    const double t415 = t403 + (t148 * t411 - t152 * t412);
+    const double t416 = arm_phi_1_cos * t414 - arm_phi_1_sin * t415;
+    const double t417 = arm_phi_1_sin * t414 + arm_phi_1_cos * t415;
+    const double t418 = arm_theta_1_sin * t417 + arm_theta_1_cos * t413;
+    const double t419 = arm_theta_1_sin * t408 + arm_theta_1_cos * row_2_u_arm_phi_1;
+    const double t420 = arm_psi_1_sin * t418 + arm_psi_1_cos * t416;
     /* arm_psi: force left for the joint, inward */
-    const double t457 = row_2_u_arm_psi - (arm_theta_1_cos * t453 - t439 + p->derived.constant_1 * t456);
-    const double t458 = arm_psi_sin * (arm_psi_1_cos * t455 - arm_psi_1_sin * t452) + arm_psi_cos * (arm_psi_1_sin *
-        t455 + arm_psi_1_cos * t452 - p->derived.constant_1 * (arm_theta_1_cos * t451 - arm_theta_1_sin *
-        t447) - t188 * t457);
+    const double t421 = row_2_u_arm_psi - (arm_theta_1_cos * t408 - t407 + p->derived.constant_1 * t420);
+    const double t422 = arm_psi_sin * (arm_psi_1_cos * t419 - arm_psi_1_sin * row_2_u_arm_theta_1) + arm_psi_cos *
+        (arm_psi_1_sin * t419 + arm_psi_1_cos * row_2_u_arm_theta_1 - p->derived.constant_1 * (arm_theta_1_cos *
+        t417 - arm_theta_1_sin * t413) - t188 * t421);
     /* column_psi: force left for the joint, inward */
-    const double t459 = arm_psi_sin * (arm_psi_1_cos * t454 - arm_psi_1_sin * t450 + t189 * t457) + arm_psi_cos *
-        (t456 + t190 * t457) - t195 * t458;
+    const double t423 = arm_psi_sin * (arm_psi_1_cos * t418 - arm_psi_1_sin * t416 + t189 * t421) + arm_psi_cos *
+        (t420 + t190 * t421) - t195 * t422;
     /* base_z: acceleration, outward */
-    const double t460 = base_z_D_inverse * (1.0 - t459);
+    const double t424 = base_z_D_inverse * (1.0 - t423);
     /* column_psi: acceleration, outward */
-    const double t461 = t195 * t460 + column_psi_D_inverse * t458;
+    const double t425 = t195 * t424 + column_psi_D_inverse * t422;
+    const double t426 = arm_psi_sin * t425;
+    const double t427 = arm_psi_cos * t425;
+    const double t428 = arm_psi_sin * t424;
+    const double t429 = arm_psi_cos * t424;
     /* arm_psi: acceleration, outward */
-    const double t462 = arm_psi_sin * t460;
-    const double t463 = arm_psi_cos * t460;
-    const double t464 = arm_psi_sin * t461;
-    const double t465 = arm_psi_cos * t461;
-    const double t466 = arm_psi_D_inverse * t457 - (t189 * t462 + t190 * t463 + t188 * t465);
+    const double t430 = arm_psi_D_inverse * t421 - (t189 * t428 + t190 * t429 + t188 * t427);
+    const double t431 = p->derived.constant_1 * t427;
+    const double t432 = arm_psi_1_sin * t427 + arm_psi_1_cos * t426;
+    const double t433 = t429 + p->derived.constant_1 * t430;
+    const double t434 = arm_psi_1_sin * t433 + arm_psi_1_cos * t428;
+    const double t435 = arm_psi_1_cos * t433 - arm_psi_1_sin * t428;
+    const double t436 = arm_theta_1_sin * t434 + arm_theta_1_cos * t431;
+    const double t437 = arm_theta_1_cos * t434 - arm_theta_1_sin * t431;
     /* arm_phi_1: acceleration, outward */
-    const double t467 = p->derived.constant_1 * t465;
-    const double t468 = t463 + p->derived.constant_1 * t466;
-    const double t469 = arm_psi_1_sin * t468 + arm_psi_1_cos * t462;
-    const double t470 = arm_psi_1_cos * t468 - arm_psi_1_sin * t462;
-    const double t471 = arm_theta_1_sin * t469 + arm_theta_1_cos * t467;
-    const double t472 = arm_theta_1_cos * t469 - arm_theta_1_sin * t467;
-    const double t473 = arm_phi_1_sin * t471 + arm_phi_1_cos * t470;
-    const double t474 = arm_phi_1_cos * t471 - arm_phi_1_sin * t470;
-    const double t475 = t446 - (t158 * t472 + t160 * t473 + t162 * t474);
-    const double t476 = t445 - (t157 * t472 + t159 * t473 + t161 * t474);
-    const double t477 = arm_psi_1_sin * t465 + arm_psi_1_cos * t464;
-    const double t478 = arm_phi_1_cos * t475 - arm_phi_1_sin * t476 - (arm_psi_1_sin * t464 - arm_psi_1_cos *
-        t465);
-    const double t479 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t475 + arm_phi_1_cos * t476 - (arm_theta_1_cos *
-        t466 - arm_theta_1_sin * t477));
-    const double t480 = t444 + (arm_theta_1_sin * t466 + arm_theta_1_cos * t477) + arm_theta_1_sin * t479;
+    const double t438 = arm_phi_1_sin * t436 + arm_phi_1_cos * t435;
+    const double t439 = arm_phi_1_cos * t436 - arm_phi_1_sin * t435;
+    const double t440 = t412 - (t158 * t437 + t160 * t438 + t162 * t439);
+    const double t441 = t411 - (t157 * t437 + t159 * t438 + t161 * t439);
+    const double t442 = arm_phi_1_cos * t440 - arm_phi_1_sin * t441 - (arm_psi_1_sin * t426 - arm_psi_1_cos *
+        t427);
+    const double t443 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t440 + arm_phi_1_cos * t441 - (arm_theta_1_cos *
+        t430 - arm_theta_1_sin * t432));
+    const double t444 = t410 + (arm_theta_1_sin * t430 + arm_theta_1_cos * t432) + arm_theta_1_sin * t443;
+    const double t445 = arm_psi_2_sin * t440 + arm_psi_2_cos * t410;
+    const double t446 = t438 + p->derived.arm_element_length * t441;
+    const double t447 = t439 - p->derived.arm_element_length * t440;
+    const double t448 = arm_psi_2_sin * t446 + arm_psi_2_cos * t437;
+    const double t449 = arm_psi_2_cos * t446 - arm_psi_2_sin * t437;
+    const double t450 = arm_theta_2_sin * t448 + arm_theta_2_cos * t447;
+    const double t451 = arm_theta_2_cos * t448 - arm_theta_2_sin * t447;
     /* arm_phi_2: acceleration, outward */
-    const double t481 = t473 + p->derived.arm_element_length * t476;
-    const double t482 = t474 - p->derived.arm_element_length * t475;
-    const double t483 = arm_psi_2_sin * t481 + arm_psi_2_cos * t472;
-    const double t484 = arm_psi_2_cos * t481 - arm_psi_2_sin * t472;
-    const double t485 = arm_theta_2_sin * t483 + arm_theta_2_cos * t482;
-    const double t486 = arm_theta_2_cos * t483 - arm_theta_2_sin * t482;
-    const double t487 = arm_phi_2_sin * t485 + arm_phi_2_cos * t484;
-    const double t488 = arm_phi_2_cos * t485 - arm_phi_2_sin * t484;
-    const double t489 = t427 - (t115 * t486 + t117 * t487 + t119 * t488);
-    const double t490 = t426 - (t114 * t486 + t116 * t487 + t118 * t488);
-    const double t491 = arm_psi_2_sin * t475 + arm_psi_2_cos * t444;
-    const double t492 = arm_phi_2_cos * t489 - arm_phi_2_sin * t490 - (arm_psi_2_cos * t475 - arm_psi_2_sin *
-        t444);
-    const double t493 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t489 + arm_phi_2_cos * t490 - (arm_theta_2_sin *
-        t491 + arm_theta_2_cos * t476));
-    const double t494 = t425 - (arm_theta_2_cos * t491 - arm_theta_2_sin * t476) + arm_theta_2_sin * t493;
+    const double t452 = arm_phi_2_sin * t450 + arm_phi_2_cos * t449;
+    const double t453 = arm_phi_2_cos * t450 - arm_phi_2_sin * t449;
+    const double t454 = t397 - (t115 * t451 + t117 * t452 + t119 * t453);
+    const double t455 = t396 - (t114 * t451 + t116 * t452 + t118 * t453);
+    const double t456 = arm_phi_2_cos * t454 - arm_phi_2_sin * t455 - (arm_psi_2_cos * t440 - arm_psi_2_sin *
+        t410);
+    const double t457 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t454 + arm_phi_2_cos * t455 - (arm_theta_2_sin *
+        t445 + arm_theta_2_cos * t441));
+    const double t458 = t395 - (arm_theta_2_cos * t445 - arm_theta_2_sin * t441) + arm_theta_2_sin * t457;
+    const double t459 = arm_psi_3_sin * t454 + arm_psi_3_cos * t395;
+    const double t460 = t452 + p->derived.arm_element_length * t455;
+    const double t461 = t453 - p->derived.arm_element_length * t454;
+    const double t462 = arm_psi_3_sin * t460 + arm_psi_3_cos * t451;
+    const double t463 = arm_psi_3_cos * t460 - arm_psi_3_sin * t451;
+    const double t464 = arm_theta_3_sin * t462 + arm_theta_3_cos * t461;
     /* arm_phi_3: acceleration, outward */
-    const double t495 = t487 + p->derived.arm_element_length * t490;
-    const double t496 = t488 - p->derived.arm_element_length * t489;
-    const double t497 = arm_psi_3_sin * t495 + arm_psi_3_cos * t486;
-    const double t498 = arm_psi_3_cos * t495 - arm_psi_3_sin * t486;
-    const double t499 = arm_theta_3_sin * t497 + arm_theta_3_cos * t496;
-    const double t500 = t408 + t90 * (arm_phi_3_cos * t499 - arm_phi_3_sin * t498);
-    const double t501 = t409 - t90 * (arm_phi_3_sin * t499 + arm_phi_3_cos * t498);
-    const double t502 = arm_psi_3_sin * t489 + arm_psi_3_cos * t425;
-    const double t503 = arm_phi_3_cos * t500 - arm_phi_3_sin * t501 - (arm_psi_3_cos * t489 - arm_psi_3_sin *
-        t425);
-    const double t504 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t500 + arm_phi_3_cos * t501 - (arm_theta_3_sin *
-        t502 + arm_theta_3_cos * t490));
-    const double t505 = row_2_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos * t502 - arm_theta_3_sin *
-        t490) + arm_theta_3_sin * t504;
+    const double t465 = t382 + t90 * (arm_phi_3_cos * t464 - arm_phi_3_sin * t463);
+    const double t466 = t383 - t90 * (arm_phi_3_sin * t464 + arm_phi_3_cos * t463);
+    const double t467 = arm_phi_3_cos * t465 - arm_phi_3_sin * t466 - (arm_psi_3_cos * t454 - arm_psi_3_sin *
+        t395);
+    const double t468 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t465 + arm_phi_3_cos * t466 - (arm_theta_3_sin *
+        t459 + arm_theta_3_cos * t455));
+    const double t469 = row_2_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos * t459 - arm_theta_3_sin *
+        t455) + arm_theta_3_sin * t468;
     /* effector_z: acceleration, outward */
-    const double t506 = arm_theta_3_ground_z_x * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t497 -
-        arm_theta_3_sin * t496);
+    const double t470 = arm_theta_3_ground_z_x * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t462 -
+        arm_theta_3_sin * t461);
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t507 = row_1_u_column_psi * t254 - t86 * t259 - t87 * t272 + row_1_u_arm_theta_1 * t271 +
-        row_1_u_arm_phi_1 * t273 + row_1_u_arm_psi_2 * t286 + row_1_u_arm_theta_2 * t285;
-    const double t508 = row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13) +
-        (t507 + row_1_u_arm_phi_2 * t287 + row_1_u_arm_psi_3 * t297 + row_1_u_arm_theta_3 * t296 + row_1_u_arm_phi_3 *
-        t298 - row_1_u_effector_z * t299);
-    const double t509 = row_1_u_column_psi * t358 - t86 * t363 - t87 * t376 + row_1_u_arm_theta_1 * t375 +
-        row_1_u_arm_phi_1 * t377 + row_1_u_arm_psi_2 * t390 + row_1_u_arm_theta_2 * t389;
-    const double t510 = t509 + row_1_u_arm_phi_2 * t391 + row_1_u_arm_psi_3 * t401 + row_1_u_arm_theta_3 *
-        t400 + row_1_u_arm_phi_3 * t402 + row_1_u_effector_z * t403;
-    const double t511 = row_2_u_arm_psi * t259 - t253 + row_2_u_arm_psi_1 * t272 + row_2_u_arm_theta_1 * t271 +
-        row_2_u_arm_phi_1 * t273 + row_2_u_arm_psi_2 * t286 + row_2_u_arm_theta_2 * t285;
-    const double t512 = row_2_v + p->derived.constant_13 * row_2_psi + (t511 + row_2_u_arm_phi_2 * t287 +
-        row_2_u_arm_psi_3 * t297 + row_2_u_arm_theta_3 * t296 + row_2_u_arm_phi_3 * t298 - arm_theta_3_ground_z_x *
-        t299);
-    const double t513 = row_2_u_arm_psi * t363 - t357 + row_2_u_arm_psi_1 * t376 + row_2_u_arm_theta_1 * t375 +
-        row_2_u_arm_phi_1 * t377 + row_2_u_arm_psi_2 * t390 + row_2_u_arm_theta_2 * t389;
-    const double t514 = t513 + row_2_u_arm_phi_2 * t391 + row_2_u_arm_psi_3 * t401 + row_2_u_arm_theta_3 *
-        t400 + row_2_u_arm_phi_3 * t402 + arm_theta_3_ground_z_x * t403;
-    const double t515 = t460 + row_2_u_arm_psi * t466 + row_2_u_arm_psi_1 * t479 + row_2_u_arm_theta_1 * t478 +
-        row_2_u_arm_phi_1 * t480 + row_2_u_arm_psi_2 * t493 + row_2_u_arm_theta_2 * t492;
-    const double t516 = t515 + row_2_u_arm_phi_2 * t494 + row_2_u_arm_psi_3 * t504 + row_2_u_arm_theta_3 *
-        t503 + row_2_u_arm_phi_3 * t505 + arm_theta_3_ground_z_x * t506;
-    const double row_1_pivot_inverse = (t510 * 1e-12 < t510 ? 1.0 / t510 : 0.0);
-    const double t517 = t514 * row_1_pivot_inverse;
-    const double t518 = t516 - t514 * t517;
-    const double row_2_pivot_inverse = (t516 * 1e-12 < t518 ? 1.0 / t518 : 0.0);
-    const double row_2_lambda = (t508 * t517 - t512) * row_2_pivot_inverse;
-    const double t519 = row_1_pivot_inverse * (t508 + t514 * row_2_lambda);
-    qdd[0] = t357 * t519 - t253 + t460 * row_2_lambda;
-    qdd[1] = t254 - t358 * t519 - t461 * row_2_lambda;
-    qdd[2] = t259 - t363 * t519 + t466 * row_2_lambda;
-    qdd[3] = t272 - t376 * t519 + t479 * row_2_lambda;
-    qdd[4] = t271 - t375 * t519 + t478 * row_2_lambda;
-    qdd[5] = t273 - t377 * t519 + t480 * row_2_lambda;
-    qdd[6] = t286 - t390 * t519 + t493 * row_2_lambda;
-    qdd[7] = t285 - t389 * t519 + t492 * row_2_lambda;
-    qdd[8] = t287 - t391 * t519 + t494 * row_2_lambda;
-    qdd[9] = t297 - t401 * t519 + t504 * row_2_lambda;
-    qdd[10] = t296 - t400 * t519 + t503 * row_2_lambda;
-    qdd[11] = t298 - t402 * t519 + t505 * row_2_lambda;
-    qdd[12] = t506 * row_2_lambda - (t299 + t403 * t519);
+    const double t471 = row_1_u_column_psi * t242 - t86 * t247 - t87 * t260 + row_1_u_arm_theta_1 * t259 +
+        row_1_u_arm_phi_1 * t261 + row_1_u_arm_psi_2 * t274 + row_1_u_arm_theta_2 * t273;
+    const double t472 = row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13) +
+        (t471 + row_1_u_arm_phi_2 * t275 + row_1_u_arm_psi_3 * t285 + row_1_u_arm_theta_3 * t284 + row_1_u_arm_phi_3 *
+        t286 - row_1_u_effector_z * t287);
+    const double t473 = row_1_u_column_psi * t334 - t86 * t339 - t87 * t352 + row_1_u_arm_theta_1 * t351 +
+        row_1_u_arm_phi_1 * t353 + row_1_u_arm_psi_2 * t366 + row_1_u_arm_theta_2 * t365;
+    const double t474 = t473 + row_1_u_arm_phi_2 * t367 + row_1_u_arm_psi_3 * t377 + row_1_u_arm_theta_3 *
+        t376 + row_1_u_arm_phi_3 * t378 + row_1_u_effector_z * t379;
+    const double t475 = row_2_u_arm_psi * t247 - t241 + row_2_u_arm_psi_1 * t260 + row_2_u_arm_theta_1 * t259 +
+        row_2_u_arm_phi_1 * t261 + row_2_u_arm_psi_2 * t274 + row_2_u_arm_theta_2 * t273;
+    const double t476 = row_2_v + p->derived.constant_13 * row_2_psi + (t475 + row_2_u_arm_phi_2 * t275 +
+        row_2_u_arm_psi_3 * t285 + row_2_u_arm_theta_3 * t284 + row_2_u_arm_phi_3 * t286 - arm_theta_3_ground_z_x *
+        t287);
+    const double t477 = row_2_u_arm_psi * t339 - t333 + row_2_u_arm_psi_1 * t352 + row_2_u_arm_theta_1 * t351 +
+        row_2_u_arm_phi_1 * t353 + row_2_u_arm_psi_2 * t366 + row_2_u_arm_theta_2 * t365;
+    const double t478 = t477 + row_2_u_arm_phi_2 * t367 + row_2_u_arm_psi_3 * t377 + row_2_u_arm_theta_3 *
+        t376 + row_2_u_arm_phi_3 * t378 + arm_theta_3_ground_z_x * t379;
+    const double t479 = t424 + row_2_u_arm_psi * t430 + row_2_u_arm_psi_1 * t443 + row_2_u_arm_theta_1 * t442 +
+        row_2_u_arm_phi_1 * t444 + row_2_u_arm_psi_2 * t457 + row_2_u_arm_theta_2 * t456;
+    const double t480 = t479 + row_2_u_arm_phi_2 * t458 + row_2_u_arm_psi_3 * t468 + row_2_u_arm_theta_3 *
+        t467 + row_2_u_arm_phi_3 * t469 + arm_theta_3_ground_z_x * t470;
+    const double row_1_pivot_inverse = (t474 * 1e-12 < t474 ? 1.0 / t474 : 0.0);
+    const double t481 = t478 * row_1_pivot_inverse;
+    const double t482 = t480 - t478 * t481;
+    const double row_2_pivot_inverse = (t480 * 1e-12 < t482 ? 1.0 / t482 : 0.0);
+    const double row_2_lambda = (t472 * t481 - t476) * row_2_pivot_inverse;
+    const double t483 = row_1_pivot_inverse * (t472 + t478 * row_2_lambda);
+    qdd[0] = t333 * t483 - t241 + t424 * row_2_lambda;
+    qdd[1] = t242 - t334 * t483 - t425 * row_2_lambda;
+    qdd[2] = t247 - t339 * t483 + t430 * row_2_lambda;
+    qdd[3] = t260 - t352 * t483 + t443 * row_2_lambda;
+    qdd[4] = t259 - t351 * t483 + t442 * row_2_lambda;
+    qdd[5] = t261 - t353 * t483 + t444 * row_2_lambda;
+    qdd[6] = t274 - t366 * t483 + t457 * row_2_lambda;
+    qdd[7] = t273 - t365 * t483 + t456 * row_2_lambda;
+    qdd[8] = t275 - t367 * t483 + t458 * row_2_lambda;
+    qdd[9] = t285 - t377 * t483 + t468 * row_2_lambda;
+    qdd[10] = t284 - t376 * t483 + t467 * row_2_lambda;
+    qdd[11] = t286 - t378 * t483 + t469 * row_2_lambda;
+    qdd[12] = t470 * row_2_lambda - (t287 + t379 * t483);
 }
 
 void manipulator_flexible_force(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -5017,26 +4967,26 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
         arm_theta_3_ground_y_x * effector_z_bias_a_z;
     const double point_E_bias_z = effector_z_ground_z_x * effector_z_bias_a_x + arm_phi_3_ground_z_y * effector_z_bias_a_y +
         arm_theta_3_ground_z_x * effector_z_bias_a_z;
-    const double t59 = effector_z_position_x - arm_psi_3_position_x;
-    const double t60 = effector_z_position_y - arm_psi_3_position_y;
-    const double t61 = effector_z_position_z - arm_psi_3_position_z;
-    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t60 - arm_theta_3_ground_y_x * t59;
-    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t60 - arm_psi_3_ground_y_y * t59;
-    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t60 - arm_phi_2_ground_y_z * t59;
-    const double t62 = effector_z_position_x - arm_psi_2_position_x;
-    const double t63 = effector_z_position_y - arm_psi_2_position_y;
-    const double t64 = effector_z_position_z - arm_psi_2_position_z;
-    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t63 - arm_theta_2_ground_y_x * t62;
-    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t63 - arm_psi_2_ground_y_y * t62;
-    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t63 - arm_phi_1_ground_y_z * t62;
-    const double t65 = effector_z_position_x - arm_psi_1_position_x;
-    const double t66 = effector_z_position_y - arm_psi_1_position_y;
-    const double t67 = effector_z_position_z - arm_psi_1_position_z;
-    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t66 - arm_theta_1_ground_y_x * t65;
-    const double row_2_u_arm_theta_1 = t9 * t65 - t8 * t66;
-    const double row_2_u_arm_psi_1 = column_psi_cos * t65 + column_psi_sin * t66;
-    const double t68 = effector_z_position_z - arm_psi_position_z;
+    const double t59 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    const double t60 = effector_z_position_x - arm_psi_1_position_x;
+    const double t61 = effector_z_position_y - arm_psi_1_position_y;
+    const double t62 = effector_z_position_z - arm_psi_1_position_z;
+    const double row_2_u_arm_psi_1 = column_psi_cos * t60 + column_psi_sin * t61;
+    const double row_2_u_arm_theta_1 = t9 * t60 - t8 * t61;
+    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t61 - arm_theta_1_ground_y_x * t60;
+    const double t63 = effector_z_position_x - arm_psi_2_position_x;
+    const double t64 = effector_z_position_y - arm_psi_2_position_y;
+    const double t65 = effector_z_position_z - arm_psi_2_position_z;
+    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t64 - arm_phi_1_ground_y_z * t63;
+    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t64 - arm_psi_2_ground_y_y * t63;
+    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t64 - arm_theta_2_ground_y_x * t63;
+    const double t66 = effector_z_position_x - arm_psi_3_position_x;
+    const double t67 = effector_z_position_y - arm_psi_3_position_y;
+    const double t68 = effector_z_position_z - arm_psi_3_position_z;
+    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t67 - arm_phi_2_ground_y_z * t66;
+    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t67 - arm_psi_3_ground_y_y * t66;
+    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t67 - arm_theta_3_ground_y_x * t66;
     /* effector_z: composite pseudo-inertia of all beyond, inward */
     const double t69 = p->m_E * effector_z_shift_x;
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
@@ -5073,24 +5023,24 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double t84 = p->derived.constant_12 * (t77 + t77);
     const double t85 = p->derived.constant_11 * (t76 + t76);
     const double row_1_u_column_psi = effector_z_position_x * t84 - effector_z_position_y * t85;
-    const double t86 = column_psi_cos * t68 * t85 + column_psi_sin * t68 * t84;
-    const double t87 = column_psi_cos * t67 * t85 + column_psi_sin * t67 * t84;
-    const double row_1_u_arm_theta_1 = (t8 * t67 + arm_psi_1_ground_z_y * t65) * t84 - (arm_psi_1_ground_z_y *
-        t66 + t9 * t67) * t85;
-    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t67 - arm_theta_1_ground_z_x * t66) * t85 +
-        (arm_theta_1_ground_z_x * t65 - arm_theta_1_ground_x_x * t67) * t84;
-    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t64 - arm_phi_1_ground_z_z * t63) * t85 + (arm_phi_1_ground_z_z *
-        t62 - arm_phi_1_ground_x_z * t64) * t84;
-    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t64 - arm_psi_2_ground_z_y * t63) * t85 + (arm_psi_2_ground_z_y *
-        t62 - arm_psi_2_ground_x_y * t64) * t84;
-    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t64 - arm_theta_2_ground_z_x * t63) * t85 +
-        (arm_theta_2_ground_z_x * t62 - arm_theta_2_ground_x_x * t64) * t84;
-    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t61 - arm_phi_2_ground_z_z * t60) * t85 + (arm_phi_2_ground_z_z *
-        t59 - arm_phi_2_ground_x_z * t61) * t84;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t61 - arm_psi_3_ground_z_y * t60) * t85 + (arm_psi_3_ground_z_y *
-        t59 - arm_psi_3_ground_x_y * t61) * t84;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t61 - arm_theta_3_ground_z_x * t60) * t85 +
-        (arm_theta_3_ground_z_x * t59 - arm_theta_3_ground_x_x * t61) * t84;
+    const double t86 = column_psi_cos * t59 * t85 + column_psi_sin * t59 * t84;
+    const double t87 = column_psi_cos * t62 * t85 + column_psi_sin * t62 * t84;
+    const double row_1_u_arm_theta_1 = (t8 * t62 + arm_psi_1_ground_z_y * t60) * t84 - (arm_psi_1_ground_z_y *
+        t61 + t9 * t62) * t85;
+    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t62 - arm_theta_1_ground_z_x * t61) * t85 +
+        (arm_theta_1_ground_z_x * t60 - arm_theta_1_ground_x_x * t62) * t84;
+    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t65 - arm_phi_1_ground_z_z * t64) * t85 + (arm_phi_1_ground_z_z *
+        t63 - arm_phi_1_ground_x_z * t65) * t84;
+    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t65 - arm_psi_2_ground_z_y * t64) * t85 + (arm_psi_2_ground_z_y *
+        t63 - arm_psi_2_ground_x_y * t65) * t84;
+    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t65 - arm_theta_2_ground_z_x * t64) * t85 +
+        (arm_theta_2_ground_z_x * t63 - arm_theta_2_ground_x_x * t65) * t84;
+    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t68 - arm_phi_2_ground_z_z * t67) * t85 + (arm_phi_2_ground_z_z *
+        t66 - arm_phi_2_ground_x_z * t68) * t84;
+    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t68 - arm_psi_3_ground_z_y * t67) * t85 + (arm_psi_3_ground_z_y *
+        t66 - arm_psi_3_ground_x_y * t68) * t84;
+    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t68 - arm_theta_3_ground_z_x * t67) * t85 +
+        (arm_theta_3_ground_z_x * t66 - arm_theta_3_ground_x_x * t68) * t84;
     const double row_1_u_effector_z = arm_theta_3_ground_x_x * t85 + arm_theta_3_ground_y_x * t84;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
@@ -5268,450 +5218,413 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     const double base_z_U_force_z = p->m_base + (t194 - column_psi_U_force_z * t195);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* effector_z: force left for the joint, inward */
+    /* arm_phi_3: force left for the joint, inward */
     const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
     const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
     const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
-    /* arm_phi_3: force left for the joint, inward */
     const double t196 = arm_theta_3_sin * t75;
     const double t197 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
         qd[9] + t196);
-    const double t198 = arm_phi_3_sin * t197 + arm_phi_3_cos * t74;
-    const double t199 = arm_phi_3_sin * t74 - arm_phi_3_cos * t197;
-    const double t200 = t89 * (arm_phi_3_carried_moment_y + t198);
-    const double t201 = t89 * (t199 - arm_phi_3_carried_moment_z);
-    const double t202 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t201;
-    const double t203 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t200;
-    const double t204 = arm_phi_3_cos * t202 - arm_phi_3_sin * t203;
-    const double t205 = arm_phi_3_sin * t202 + arm_phi_3_cos * t203;
-    const double t206 = arm_phi_3_sin * t199 + arm_phi_3_cos * t198;
-    const double t207 = arm_phi_3_cos * t199 - arm_phi_3_sin * t198;
-    const double t208 = arm_theta_3_cos * t205 - arm_theta_3_sin * arm_phi_3_load_force_x;
-    const double t209 = arm_theta_3_sin * t205 + arm_theta_3_cos * arm_phi_3_load_force_x;
-    const double t210 = arm_theta_3_sin * t207 - arm_theta_3_cos * t75;
-    const double t211 = arm_psi_3_sin * t209 + arm_psi_3_cos * t204;
+    const double t198 = t89 * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t197 + arm_phi_3_cos * t74));
+    const double t199 = t89 * (arm_phi_3_sin * t74 - arm_phi_3_cos * t197 - arm_phi_3_carried_moment_z);
+    const double t200 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t199;
+    const double t201 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t198;
+    const double t202 = arm_phi_3_cos * t200 - arm_phi_3_sin * t201;
+    const double t203 = arm_phi_3_sin * t200 + arm_phi_3_cos * t201;
+    const double t204 = arm_theta_3_cos * t203 - arm_theta_3_sin * arm_phi_3_load_force_x;
+    const double t205 = arm_theta_3_sin * t203 + arm_theta_3_cos * arm_phi_3_load_force_x;
+    const double t206 = arm_theta_3_sin * t197 + arm_theta_3_cos * t75;
+    const double t207 = arm_psi_3_sin * t205 + arm_psi_3_cos * t202;
     /* arm_phi_2: force left for the joint, inward */
-    const double t212 = arm_theta_2_sin * t73;
-    const double t213 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
-        qd[6] + t212);
-    const double t214 = arm_phi_2_sin * t213 + arm_phi_2_cos * t72;
-    const double t215 = arm_phi_2_sin * t72 - arm_phi_2_cos * t213;
-    const double t216 = arm_phi_2_load_moment_y + (arm_psi_3_sin * t210 - arm_psi_3_cos * t206 - p->derived.arm_element_length *
-        t208) + t214;
-    const double t217 = p->derived.constant_20 * (t73 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t206 +
-        arm_psi_3_cos * t210)));
-    const double t218 = t113 * (t215 - (arm_phi_2_load_moment_z + (t196 + arm_theta_3_cos * t207 + p->derived.arm_element_length *
-        t211)) - t112 * t216);
-    const double t219 = t112 * t218 - t111 * t216;
-    const double t220 = arm_phi_2_load_force_x + (arm_psi_3_cos * t209 - arm_psi_3_sin * t204) + (t104 * t218 -
-        t103 * t219);
-    const double t221 = arm_phi_2_load_force_y + t211 + (t110 * t218 - t105 * t219);
-    const double t222 = arm_phi_2_load_force_z + t208 + (t105 * t218 - t109 * t219);
-    const double t223 = arm_phi_2_cos * t221 - arm_phi_2_sin * t222;
-    const double t224 = arm_phi_2_sin * t221 + arm_phi_2_cos * t222;
-    const double t225 = arm_phi_2_sin * t215 + arm_phi_2_cos * t214;
-    const double t226 = arm_phi_2_cos * t215 - arm_phi_2_sin * t214;
-    const double t227 = arm_theta_2_cos * t224 - arm_theta_2_sin * t220;
-    const double t228 = arm_theta_2_sin * t224 + arm_theta_2_cos * t220;
-    const double t229 = arm_theta_2_sin * t226 - arm_theta_2_cos * t73;
-    const double t230 = arm_psi_2_sin * t228 + arm_psi_2_cos * t223;
+    const double t208 = arm_theta_2_sin * t73;
+    const double t209 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
+        qd[6] + t208);
+    const double t210 = arm_phi_2_load_moment_y - (arm_psi_3_sin * t206 + arm_psi_3_cos * t74 + p->derived.arm_element_length *
+        t204) + (arm_phi_2_sin * t209 + arm_phi_2_cos * t72);
+    const double t211 = p->derived.constant_20 * (t73 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t74 -
+        arm_psi_3_cos * t206)));
+    const double t212 = t113 * (arm_phi_2_sin * t72 - arm_phi_2_cos * t209 - (arm_phi_2_load_moment_z + (t196 -
+        arm_theta_3_cos * t197 + p->derived.arm_element_length * t207)) - t112 * t210);
+    const double t213 = t112 * t212 - t111 * t210;
+    const double t214 = arm_phi_2_load_force_x + (arm_psi_3_cos * t205 - arm_psi_3_sin * t202) + (t104 * t212 -
+        t103 * t213);
+    const double t215 = arm_phi_2_load_force_y + t207 + (t110 * t212 - t105 * t213);
+    const double t216 = arm_phi_2_load_force_z + t204 + (t105 * t212 - t109 * t213);
+    const double t217 = arm_phi_2_cos * t215 - arm_phi_2_sin * t216;
+    const double t218 = arm_phi_2_sin * t215 + arm_phi_2_cos * t216;
+    const double t219 = arm_theta_2_cos * t218 - arm_theta_2_sin * t214;
+    const double t220 = arm_theta_2_sin * t218 + arm_theta_2_cos * t214;
+    const double t221 = arm_theta_2_sin * t209 + arm_theta_2_cos * t73;
+    const double t222 = arm_psi_2_sin * t220 + arm_psi_2_cos * t217;
     /* arm_phi_1: force left for the joint, inward */
-    const double t231 = arm_theta_1_sin * t71;
-    const double t232 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
-        qd[3] + t231);
-    const double t233 = arm_phi_1_sin * t232 + arm_phi_1_cos * t70;
-    const double t234 = arm_phi_1_sin * t70 - arm_phi_1_cos * t232;
-    const double t235 = arm_phi_1_load_moment_y + (arm_psi_2_sin * t229 - arm_psi_2_cos * t225 - p->derived.arm_element_length *
-        t227) + t233;
-    const double t236 = p->derived.constant_20 * (t71 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t225 +
-        arm_psi_2_cos * t229)));
-    const double t237 = t156 * (t234 - (arm_phi_1_load_moment_z + (t212 + arm_theta_2_cos * t226 + p->derived.arm_element_length *
-        t230)) - t155 * t235);
-    const double t238 = t155 * t237 - t154 * t235;
-    const double t239 = arm_phi_1_load_force_x + (arm_psi_2_cos * t228 - arm_psi_2_sin * t223) + (t147 * t237 -
-        t146 * t238);
-    const double t240 = arm_phi_1_load_force_y + t230 + (t153 * t237 - t148 * t238);
-    const double t241 = arm_phi_1_load_force_z + t227 + (t148 * t237 - t152 * t238);
-    const double t242 = arm_phi_1_cos * t240 - arm_phi_1_sin * t241;
-    const double t243 = arm_phi_1_sin * t240 + arm_phi_1_cos * t241;
-    const double t244 = arm_phi_1_sin * t234 + arm_phi_1_cos * t233;
-    const double t245 = arm_phi_1_cos * t234 - arm_phi_1_sin * t233;
-    const double t246 = arm_theta_1_sin * t243 + arm_theta_1_cos * t239;
-    const double t247 = arm_theta_1_sin * t245 - arm_theta_1_cos * t71;
-    const double t248 = arm_psi_1_sin * t246 + arm_psi_1_cos * t242;
-    const double t249 = arm_psi_load_moment_z + (t231 + arm_theta_1_cos * t245 + p->derived.constant_1 * t248);
+    const double t223 = arm_theta_1_sin * t71;
+    const double t224 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
+        qd[3] + t223);
+    const double t225 = arm_phi_1_load_moment_y - (arm_psi_2_sin * t221 + arm_psi_2_cos * t72 + p->derived.arm_element_length *
+        t219) + (arm_phi_1_sin * t224 + arm_phi_1_cos * t70);
+    const double t226 = p->derived.constant_20 * (t71 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t72 -
+        arm_psi_2_cos * t221)));
+    const double t227 = t156 * (arm_phi_1_sin * t70 - arm_phi_1_cos * t224 - (arm_phi_1_load_moment_z + (t208 -
+        arm_theta_2_cos * t209 + p->derived.arm_element_length * t222)) - t155 * t225);
+    const double t228 = t155 * t227 - t154 * t225;
+    const double t229 = arm_phi_1_load_force_x + (arm_psi_2_cos * t220 - arm_psi_2_sin * t217) + (t147 * t227 -
+        t146 * t228);
+    const double t230 = arm_phi_1_load_force_y + t222 + (t153 * t227 - t148 * t228);
+    const double t231 = arm_phi_1_load_force_z + t219 + (t148 * t227 - t152 * t228);
+    const double t232 = arm_phi_1_cos * t230 - arm_phi_1_sin * t231;
+    const double t233 = arm_phi_1_sin * t230 + arm_phi_1_cos * t231;
+    const double t234 = arm_theta_1_sin * t233 + arm_theta_1_cos * t229;
+    const double t235 = arm_theta_1_sin * t224 + arm_theta_1_cos * t71;
+    const double t236 = arm_psi_1_sin * t234 + arm_psi_1_cos * t232;
     /* arm_psi: force left for the joint, inward */
-    const double t250 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t246 - arm_psi_1_sin * t242) -
-        t189 * t249) + arm_psi_cos * (arm_psi_load_force_y + t248 - t190 * t249);
-    const double t251 = arm_psi_cos * (arm_psi_load_moment_y + (arm_psi_1_sin * t247 - arm_psi_1_cos * t244 -
-        p->derived.constant_1 * (arm_theta_1_cos * t243 - arm_theta_1_sin * t239)) + t188 * t249);
+    const double t237 = arm_psi_load_moment_z + (t223 - arm_theta_1_cos * t224 + p->derived.constant_1 * t236);
+    const double t238 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t234 - arm_psi_1_sin * t232) -
+        t189 * t237) + arm_psi_cos * (arm_psi_load_force_y + t236 - t190 * t237);
+    const double t239 = arm_psi_cos * (arm_psi_load_moment_y - (arm_psi_1_sin * t235 + arm_psi_1_cos * t70 +
+        p->derived.constant_1 * (arm_theta_1_cos * t233 - arm_theta_1_sin * t229)) + t188 * t237);
     /* column_psi: force left for the joint, inward */
-    const double t252 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t244 + arm_psi_1_cos * t247)) + t251);
+    const double t240 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t70 - arm_psi_1_cos * t235)) + t239);
     /* base_z: acceleration, outward */
-    const double t253 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        (p->derived.column_psi_load_force_z + t250 + t195 * t252)));
+    const double t241 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        (p->derived.column_psi_load_force_z + t238 + t195 * t240)));
     /* column_psi: acceleration, outward */
-    const double t254 = t195 * t253 + column_psi_D_inverse * t252;
+    const double t242 = t195 * t241 + column_psi_D_inverse * t240;
+    const double t243 = arm_psi_sin * t242;
+    const double t244 = arm_psi_cos * t242;
+    const double t245 = arm_psi_sin * t241;
+    const double t246 = arm_psi_cos * t241;
     /* arm_psi: acceleration, outward */
-    const double t255 = arm_psi_sin * t253;
-    const double t256 = arm_psi_cos * t253;
-    const double t257 = arm_psi_sin * t254;
-    const double t258 = arm_psi_cos * t254;
-    const double t259 = t189 * t255 + t190 * t256 + t188 * t258 - arm_psi_D_inverse * t249;
+    const double t247 = t189 * t245 + t190 * t246 + t188 * t244 - arm_psi_D_inverse * t237;
+    const double t248 = p->derived.constant_1 * t244;
+    const double t249 = arm_psi_1_sin * t244 + arm_psi_1_cos * t243;
+    const double t250 = p->derived.constant_1 * t247 - t246;
+    const double t251 = arm_psi_1_sin * t250 - arm_psi_1_cos * t245;
+    const double t252 = arm_psi_1_sin * t245 + arm_psi_1_cos * t250;
+    const double t253 = arm_theta_1_sin * t251 - arm_theta_1_cos * t248;
+    const double t254 = arm_theta_1_sin * t248 + arm_theta_1_cos * t251;
     /* arm_phi_1: acceleration, outward */
-    const double t260 = p->derived.constant_1 * t258;
-    const double t261 = p->derived.constant_1 * t259 - t256;
-    const double t262 = arm_psi_1_sin * t261 - arm_psi_1_cos * t255;
-    const double t263 = arm_psi_1_sin * t255 + arm_psi_1_cos * t261;
-    const double t264 = arm_theta_1_sin * t262 - arm_theta_1_cos * t260;
-    const double t265 = arm_theta_1_sin * t260 + arm_theta_1_cos * t262;
-    const double t266 = arm_phi_1_sin * t264 + arm_phi_1_cos * t263;
-    const double t267 = arm_phi_1_cos * t264 - arm_phi_1_sin * t263;
-    const double t268 = t238 - (t158 * t265 + t160 * t266 + t162 * t267);
-    const double t269 = t237 - (t157 * t265 + t159 * t266 + t161 * t267);
-    const double t270 = arm_psi_1_sin * t258 + arm_psi_1_cos * t257;
-    const double t271 = arm_phi_1_cos * t268 - arm_phi_1_sin * t269 - (arm_psi_1_cos * t258 - arm_psi_1_sin *
+    const double t255 = arm_phi_1_sin * t253 + arm_phi_1_cos * t252;
+    const double t256 = arm_phi_1_cos * t253 - arm_phi_1_sin * t252;
+    const double t257 = t228 - (t158 * t254 + t160 * t255 + t162 * t256);
+    const double t258 = t227 - (t157 * t254 + t159 * t255 + t161 * t256);
+    const double t259 = arm_phi_1_cos * t257 - arm_phi_1_sin * t258 - (arm_psi_1_cos * t244 - arm_psi_1_sin *
+        t243);
+    const double t260 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t257 + arm_phi_1_cos * t258 - (arm_theta_1_sin *
+        t249 + arm_theta_1_cos * t247));
+    const double t261 = arm_theta_1_sin * t260 - (t226 + (arm_theta_1_cos * t249 - arm_theta_1_sin * t247));
+    const double t262 = arm_psi_2_sin * t257 - arm_psi_2_cos * t226;
+    const double t263 = t255 + p->derived.arm_element_length * t258;
+    const double t264 = t256 - p->derived.arm_element_length * t257;
+    const double t265 = arm_psi_2_sin * t263 + arm_psi_2_cos * t254;
+    const double t266 = arm_psi_2_cos * t263 - arm_psi_2_sin * t254;
+    const double t267 = arm_theta_2_sin * t265 + arm_theta_2_cos * t264;
+    const double t268 = arm_theta_2_cos * t265 - arm_theta_2_sin * t264;
+    /* arm_phi_2: acceleration, outward */
+    const double t269 = arm_phi_2_sin * t267 + arm_phi_2_cos * t266;
+    const double t270 = arm_phi_2_cos * t267 - arm_phi_2_sin * t266;
+    const double t271 = t213 - (t115 * t268 + t117 * t269 + t119 * t270);
+    const double t272 = t212 - (t114 * t268 + t116 * t269 + t118 * t270);
+    const double t273 = arm_phi_2_cos * t271 - arm_phi_2_sin * t272 - (arm_psi_2_sin * t226 + arm_psi_2_cos *
         t257);
-    const double t272 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t268 + arm_phi_1_cos * t269 - (arm_theta_1_sin *
-        t270 + arm_theta_1_cos * t259));
-    const double t273 = arm_theta_1_sin * t272 - (t236 + (arm_theta_1_cos * t270 - arm_theta_1_sin * t259));
-    /* arm_phi_2: acceleration, outward */
-    const double t274 = t266 + p->derived.arm_element_length * t269;
-    const double t275 = t267 - p->derived.arm_element_length * t268;
-    const double t276 = arm_psi_2_sin * t274 + arm_psi_2_cos * t265;
-    const double t277 = arm_psi_2_cos * t274 - arm_psi_2_sin * t265;
-    const double t278 = arm_theta_2_sin * t276 + arm_theta_2_cos * t275;
-    const double t279 = arm_theta_2_cos * t276 - arm_theta_2_sin * t275;
-    const double t280 = arm_phi_2_sin * t278 + arm_phi_2_cos * t277;
-    const double t281 = arm_phi_2_cos * t278 - arm_phi_2_sin * t277;
-    const double t282 = t219 - (t115 * t279 + t117 * t280 + t119 * t281);
-    const double t283 = t218 - (t114 * t279 + t116 * t280 + t118 * t281);
-    const double t284 = arm_psi_2_sin * t268 - arm_psi_2_cos * t236;
-    const double t285 = arm_phi_2_cos * t282 - arm_phi_2_sin * t283 - (arm_psi_2_sin * t236 + arm_psi_2_cos *
-        t268);
-    const double t286 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t282 + arm_phi_2_cos * t283 - (arm_theta_2_sin *
-        t284 + arm_theta_2_cos * t269));
-    const double t287 = arm_theta_2_sin * t286 - (t217 + (arm_theta_2_cos * t284 - arm_theta_2_sin * t269));
+    const double t274 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t271 + arm_phi_2_cos * t272 - (arm_theta_2_sin *
+        t262 + arm_theta_2_cos * t258));
+    const double t275 = arm_theta_2_sin * t274 - (t211 + (arm_theta_2_cos * t262 - arm_theta_2_sin * t258));
+    const double t276 = arm_psi_3_sin * t271 - arm_psi_3_cos * t211;
+    const double t277 = t269 + p->derived.arm_element_length * t272;
+    const double t278 = t270 - p->derived.arm_element_length * t271;
+    const double t279 = arm_psi_3_sin * t277 + arm_psi_3_cos * t268;
+    const double t280 = arm_psi_3_cos * t277 - arm_psi_3_sin * t268;
+    const double t281 = arm_theta_3_sin * t279 + arm_theta_3_cos * t278;
     /* arm_phi_3: acceleration, outward */
-    const double t288 = t280 + p->derived.arm_element_length * t283;
-    const double t289 = t281 - p->derived.arm_element_length * t282;
-    const double t290 = arm_psi_3_sin * t288 + arm_psi_3_cos * t279;
-    const double t291 = arm_psi_3_cos * t288 - arm_psi_3_sin * t279;
-    const double t292 = arm_theta_3_sin * t290 + arm_theta_3_cos * t289;
-    const double t293 = t90 * (arm_phi_3_cos * t292 - arm_phi_3_sin * t291) - t200;
-    const double t294 = t201 - t90 * (arm_phi_3_sin * t292 + arm_phi_3_cos * t291);
-    const double t295 = arm_psi_3_sin * t282 - arm_psi_3_cos * t217;
-    const double t296 = arm_phi_3_cos * t293 - arm_phi_3_sin * t294 - (arm_psi_3_sin * t217 + arm_psi_3_cos *
-        t282);
-    const double t297 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t293 + arm_phi_3_cos * t294 - (arm_theta_3_sin *
-        t295 + arm_theta_3_cos * t283));
-    const double t298 = arm_theta_3_sin * t297 - (p->derived.constant_19 * (arm_phi_3_bias_moment_x + t75) +
-        (arm_theta_3_cos * t295 - arm_theta_3_sin * t283));
+    const double t282 = t90 * (arm_phi_3_cos * t281 - arm_phi_3_sin * t280) - t198;
+    const double t283 = t199 - t90 * (arm_phi_3_sin * t281 + arm_phi_3_cos * t280);
+    const double t284 = arm_phi_3_cos * t282 - arm_phi_3_sin * t283 - (arm_psi_3_sin * t211 + arm_psi_3_cos *
+        t271);
+    const double t285 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t282 + arm_phi_3_cos * t283 - (arm_theta_3_sin *
+        t276 + arm_theta_3_cos * t272));
+    const double t286 = arm_theta_3_sin * t285 - (p->derived.constant_19 * (arm_phi_3_bias_moment_x + t75) +
+        (arm_theta_3_cos * t276 - arm_theta_3_sin * t272));
     /* effector_z: acceleration, outward */
-    const double t299 = arm_theta_3_cos * t290 - arm_theta_3_sin * t289 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t287 = arm_theta_3_cos * t279 - arm_theta_3_sin * t278 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
     /* arm_phi_3: force left for the joint, inward */
-    const double t300 = arm_theta_3_sin * row_1_u_arm_phi_3;
-    const double t301 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t300);
-    const double t302 = arm_phi_3_sin * t301 + arm_phi_3_cos * row_1_u_arm_theta_3;
-    const double t303 = arm_phi_3_cos * t301 - arm_phi_3_sin * row_1_u_arm_theta_3;
-    const double t304 = t89 * t302;
-    const double t305 = t89 * t303;
-    const double t306 = arm_phi_3_moment_beyond_x * t305;
-    const double t307 = arm_phi_3_moment_beyond_x * t304;
-    const double t308 = arm_phi_3_sin * t307 + arm_phi_3_cos * t306;
-    const double t309 = arm_phi_3_sin * t306 - arm_phi_3_cos * t307;
-    const double t310 = arm_phi_3_cos * t302 - arm_phi_3_sin * t303;
-    const double t311 = arm_phi_3_sin * t302 + arm_phi_3_cos * t303;
-    const double t312 = arm_theta_3_cos * t309 - arm_theta_3_sin * row_1_u_effector_z;
-    const double t313 = arm_theta_3_sin * t309 + arm_theta_3_cos * row_1_u_effector_z;
-    const double t314 = arm_theta_3_sin * t311 + arm_theta_3_cos * row_1_u_arm_phi_3;
-    const double t315 = arm_psi_3_sin * t313 + arm_psi_3_cos * t308;
+    const double t288 = arm_theta_3_sin * row_1_u_arm_phi_3;
+    const double t289 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t288);
+    const double t290 = t89 * (arm_phi_3_sin * t289 + arm_phi_3_cos * row_1_u_arm_theta_3);
+    const double t291 = t89 * (arm_phi_3_cos * t289 - arm_phi_3_sin * row_1_u_arm_theta_3);
+    const double t292 = arm_phi_3_moment_beyond_x * t291;
+    const double t293 = arm_phi_3_moment_beyond_x * t290;
+    const double t294 = arm_phi_3_sin * t293 + arm_phi_3_cos * t292;
+    const double t295 = arm_phi_3_sin * t292 - arm_phi_3_cos * t293;
+    const double t296 = arm_theta_3_cos * t295 - arm_theta_3_sin * row_1_u_effector_z;
+    const double t297 = arm_theta_3_sin * t295 + arm_theta_3_cos * row_1_u_effector_z;
+    const double t298 = arm_theta_3_sin * t289 + arm_theta_3_cos * row_1_u_arm_phi_3;
+    const double t299 = arm_psi_3_sin * t297 + arm_psi_3_cos * t294;
     /* arm_phi_2: force left for the joint, inward */
-    const double t316 = arm_theta_2_sin * row_1_u_arm_phi_2;
-    const double t317 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t316);
-    const double t318 = arm_phi_2_sin * t317 + arm_phi_2_cos * row_1_u_arm_theta_2;
-    const double t319 = arm_phi_2_cos * t317 - arm_phi_2_sin * row_1_u_arm_theta_2;
-    const double t320 = t318 - (arm_psi_3_sin * t314 + arm_psi_3_cos * t310 - p->derived.arm_element_length *
-        t312);
-    const double t321 = p->derived.constant_20 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t314 - arm_psi_3_sin *
-        t310));
-    const double t322 = t113 * (t319 - (arm_theta_3_cos * t311 - t300 + p->derived.arm_element_length * t315) +
-        t112 * t320);
-    const double t323 = t111 * t320 + t112 * t322;
-    const double t324 = arm_psi_3_cos * t313 - arm_psi_3_sin * t308 + (t104 * t322 - t103 * t323);
-    const double t325 = t315 + (t110 * t322 - t105 * t323);
-    const double t326 = t312 + (t105 * t322 - t109 * t323);
-    const double t327 = arm_phi_2_cos * t325 - arm_phi_2_sin * t326;
-    const double t328 = arm_phi_2_sin * t325 + arm_phi_2_cos * t326;
-    const double t329 = arm_phi_2_cos * t318 - arm_phi_2_sin * t319;
-    const double t330 = arm_phi_2_sin * t318 + arm_phi_2_cos * t319;
-    const double t331 = arm_theta_2_cos * t328 - arm_theta_2_sin * t324;
-    const double t332 = arm_theta_2_sin * t328 + arm_theta_2_cos * t324;
-    const double t333 = arm_theta_2_sin * t330 + arm_theta_2_cos * row_1_u_arm_phi_2;
-    const double t334 = arm_psi_2_sin * t332 + arm_psi_2_cos * t327;
+    const double t300 = arm_theta_2_sin * row_1_u_arm_phi_2;
+    const double t301 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t300);
+    const double t302 = arm_phi_2_sin * t301 + arm_phi_2_cos * row_1_u_arm_theta_2 - (arm_psi_3_sin * t298 +
+        arm_psi_3_cos * row_1_u_arm_theta_3 - p->derived.arm_element_length * t296);
+    const double t303 = p->derived.constant_20 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t298 - arm_psi_3_sin *
+        row_1_u_arm_theta_3));
+    const double t304 = t113 * (arm_phi_2_cos * t301 - arm_phi_2_sin * row_1_u_arm_theta_2 - (arm_theta_3_cos *
+        t289 - t288 + p->derived.arm_element_length * t299) + t112 * t302);
+    const double t305 = t111 * t302 + t112 * t304;
+    const double t306 = arm_psi_3_cos * t297 - arm_psi_3_sin * t294 + (t104 * t304 - t103 * t305);
+    const double t307 = t299 + (t110 * t304 - t105 * t305);
+    const double t308 = t296 + (t105 * t304 - t109 * t305);
+    const double t309 = arm_phi_2_cos * t307 - arm_phi_2_sin * t308;
+    const double t310 = arm_phi_2_sin * t307 + arm_phi_2_cos * t308;
+    const double t311 = arm_theta_2_cos * t310 - arm_theta_2_sin * t306;
+    const double t312 = arm_theta_2_sin * t310 + arm_theta_2_cos * t306;
+    const double t313 = arm_theta_2_sin * t301 + arm_theta_2_cos * row_1_u_arm_phi_2;
+    const double t314 = arm_psi_2_sin * t312 + arm_psi_2_cos * t309;
     /* arm_phi_1: force left for the joint, inward */
-    const double t335 = arm_theta_1_sin * row_1_u_arm_phi_1;
-    const double t336 = arm_theta_1_cos_inverse * (t335 - t87);
-    const double t337 = arm_phi_1_sin * t336 + arm_phi_1_cos * row_1_u_arm_theta_1;
-    const double t338 = arm_phi_1_cos * t336 - arm_phi_1_sin * row_1_u_arm_theta_1;
-    const double t339 = t337 - (arm_psi_2_sin * t333 + arm_psi_2_cos * t329 - p->derived.arm_element_length *
-        t331);
-    const double t340 = p->derived.constant_20 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t333 - arm_psi_2_sin *
-        t329));
-    const double t341 = t156 * (t338 - (arm_theta_2_cos * t330 - t316 + p->derived.arm_element_length * t334) +
-        t155 * t339);
-    const double t342 = t154 * t339 + t155 * t341;
-    const double t343 = arm_psi_2_cos * t332 - arm_psi_2_sin * t327 + (t147 * t341 - t146 * t342);
-    const double t344 = t334 + (t153 * t341 - t148 * t342);
-    const double t345 = t331 + (t148 * t341 - t152 * t342);
-    const double t346 = arm_phi_1_cos * t344 - arm_phi_1_sin * t345;
-    const double t347 = arm_phi_1_sin * t344 + arm_phi_1_cos * t345;
-    const double t348 = arm_phi_1_cos * t337 - arm_phi_1_sin * t338;
-    const double t349 = arm_phi_1_sin * t337 + arm_phi_1_cos * t338;
-    const double t350 = arm_theta_1_sin * t347 + arm_theta_1_cos * t343;
-    const double t351 = arm_theta_1_sin * t349 + arm_theta_1_cos * row_1_u_arm_phi_1;
-    const double t352 = arm_psi_1_sin * t350 + arm_psi_1_cos * t346;
+    const double t315 = arm_theta_1_sin * row_1_u_arm_phi_1;
+    const double t316 = arm_theta_1_cos_inverse * (t315 - t87);
+    const double t317 = arm_phi_1_sin * t316 + arm_phi_1_cos * row_1_u_arm_theta_1 - (arm_psi_2_sin * t313 +
+        arm_psi_2_cos * row_1_u_arm_theta_2 - p->derived.arm_element_length * t311);
+    const double t318 = p->derived.constant_20 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t313 - arm_psi_2_sin *
+        row_1_u_arm_theta_2));
+    const double t319 = t156 * (arm_phi_1_cos * t316 - arm_phi_1_sin * row_1_u_arm_theta_1 - (arm_theta_2_cos *
+        t301 - t300 + p->derived.arm_element_length * t314) + t155 * t317);
+    const double t320 = t154 * t317 + t155 * t319;
+    const double t321 = arm_psi_2_cos * t312 - arm_psi_2_sin * t309 + (t147 * t319 - t146 * t320);
+    const double t322 = t314 + (t153 * t319 - t148 * t320);
+    const double t323 = t311 + (t148 * t319 - t152 * t320);
+    const double t324 = arm_phi_1_cos * t322 - arm_phi_1_sin * t323;
+    const double t325 = arm_phi_1_sin * t322 + arm_phi_1_cos * t323;
+    const double t326 = arm_theta_1_sin * t325 + arm_theta_1_cos * t321;
+    const double t327 = arm_theta_1_sin * t316 + arm_theta_1_cos * row_1_u_arm_phi_1;
+    const double t328 = arm_psi_1_sin * t326 + arm_psi_1_cos * t324;
     /* arm_psi: force left for the joint, inward */
-    const double t353 = t86 + (arm_theta_1_cos * t349 - t335 + p->derived.constant_1 * t352);
-    const double t354 = arm_psi_sin * (arm_psi_1_cos * t351 - arm_psi_1_sin * t348) + arm_psi_cos * (arm_psi_1_sin *
-        t351 + arm_psi_1_cos * t348 - p->derived.constant_1 * (arm_theta_1_cos * t347 - arm_theta_1_sin *
-        t343) + t188 * t353);
+    const double t329 = t86 + (arm_theta_1_cos * t316 - t315 + p->derived.constant_1 * t328);
+    const double t330 = arm_psi_sin * (arm_psi_1_cos * t327 - arm_psi_1_sin * row_1_u_arm_theta_1) + arm_psi_cos *
+        (arm_psi_1_sin * t327 + arm_psi_1_cos * row_1_u_arm_theta_1 - p->derived.constant_1 * (arm_theta_1_cos *
+        t325 - arm_theta_1_sin * t321) + t188 * t329);
     /* column_psi: force left for the joint, inward */
-    const double t355 = row_1_u_column_psi - t354;
-    const double t356 = arm_psi_sin * (arm_psi_1_cos * t350 - arm_psi_1_sin * t346 - t189 * t353) + arm_psi_cos *
-        (t352 - t190 * t353) + t195 * t355;
+    const double t331 = row_1_u_column_psi - t330;
+    const double t332 = arm_psi_sin * (arm_psi_1_cos * t326 - arm_psi_1_sin * t324 - t189 * t329) + arm_psi_cos *
+        (t328 - t190 * t329) + t195 * t331;
     /* base_z: acceleration, outward */
-    const double t357 = base_z_D_inverse * t356;
+    const double t333 = base_z_D_inverse * t332;
     /* column_psi: acceleration, outward */
-    const double t358 = t195 * t357 + column_psi_D_inverse * t355;
+    const double t334 = t195 * t333 + column_psi_D_inverse * t331;
+    const double t335 = arm_psi_sin * t334;
+    const double t336 = arm_psi_cos * t334;
+    const double t337 = arm_psi_sin * t333;
+    const double t338 = arm_psi_cos * t333;
     /* arm_psi: acceleration, outward */
-    const double t359 = arm_psi_sin * t357;
-    const double t360 = arm_psi_cos * t357;
-    const double t361 = arm_psi_sin * t358;
-    const double t362 = arm_psi_cos * t358;
-    const double t363 = t189 * t359 + t190 * t360 + t188 * t362 - arm_psi_D_inverse * t353;
+    const double t339 = t189 * t337 + t190 * t338 + t188 * t336 - arm_psi_D_inverse * t329;
+    const double t340 = p->derived.constant_1 * t336;
+    const double t341 = arm_psi_1_sin * t336 + arm_psi_1_cos * t335;
+    const double t342 = p->derived.constant_1 * t339 - t338;
+    const double t343 = arm_psi_1_sin * t342 - arm_psi_1_cos * t337;
+    const double t344 = arm_psi_1_sin * t337 + arm_psi_1_cos * t342;
+    const double t345 = arm_theta_1_sin * t343 - arm_theta_1_cos * t340;
+    const double t346 = arm_theta_1_sin * t340 + arm_theta_1_cos * t343;
     /* arm_phi_1: acceleration, outward */
-    const double t364 = p->derived.constant_1 * t362;
-    const double t365 = p->derived.constant_1 * t363 - t360;
-    const double t366 = arm_psi_1_sin * t365 - arm_psi_1_cos * t359;
-    const double t367 = arm_psi_1_sin * t359 + arm_psi_1_cos * t365;
-    const double t368 = arm_theta_1_sin * t366 - arm_theta_1_cos * t364;
-    const double t369 = arm_theta_1_sin * t364 + arm_theta_1_cos * t366;
-    const double t370 = arm_phi_1_sin * t368 + arm_phi_1_cos * t367;
-    const double t371 = arm_phi_1_cos * t368 - arm_phi_1_sin * t367;
-    const double t372 = t342 - (t158 * t369 + t160 * t370 + t162 * t371);
-    const double t373 = t341 - (t157 * t369 + t159 * t370 + t161 * t371);
-    const double t374 = arm_psi_1_sin * t362 + arm_psi_1_cos * t361;
-    const double t375 = arm_phi_1_cos * t372 - arm_phi_1_sin * t373 - (arm_psi_1_cos * t362 - arm_psi_1_sin *
-        t361);
-    const double t376 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t372 + arm_phi_1_cos * t373 - (arm_theta_1_sin *
-        t374 + arm_theta_1_cos * t363));
-    const double t377 = t340 - (arm_theta_1_cos * t374 - arm_theta_1_sin * t363) + arm_theta_1_sin * t376;
+    const double t347 = arm_phi_1_sin * t345 + arm_phi_1_cos * t344;
+    const double t348 = arm_phi_1_cos * t345 - arm_phi_1_sin * t344;
+    const double t349 = t320 - (t158 * t346 + t160 * t347 + t162 * t348);
+    const double t350 = t319 - (t157 * t346 + t159 * t347 + t161 * t348);
+    const double t351 = arm_phi_1_cos * t349 - arm_phi_1_sin * t350 - (arm_psi_1_cos * t336 - arm_psi_1_sin *
+        t335);
+    const double t352 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t349 + arm_phi_1_cos * t350 - (arm_theta_1_sin *
+        t341 + arm_theta_1_cos * t339));
+    const double t353 = t318 - (arm_theta_1_cos * t341 - arm_theta_1_sin * t339) + arm_theta_1_sin * t352;
+    const double t354 = arm_psi_2_sin * t349 + arm_psi_2_cos * t318;
+    const double t355 = t347 + p->derived.arm_element_length * t350;
+    const double t356 = t348 - p->derived.arm_element_length * t349;
+    const double t357 = arm_psi_2_sin * t355 + arm_psi_2_cos * t346;
+    const double t358 = arm_psi_2_cos * t355 - arm_psi_2_sin * t346;
+    const double t359 = arm_theta_2_sin * t357 + arm_theta_2_cos * t356;
+    const double t360 = arm_theta_2_cos * t357 - arm_theta_2_sin * t356;
     /* arm_phi_2: acceleration, outward */
-    const double t378 = t370 + p->derived.arm_element_length * t373;
-    const double t379 = t371 - p->derived.arm_element_length * t372;
-    const double t380 = arm_psi_2_sin * t378 + arm_psi_2_cos * t369;
-    const double t381 = arm_psi_2_cos * t378 - arm_psi_2_sin * t369;
-    const double t382 = arm_theta_2_sin * t380 + arm_theta_2_cos * t379;
-    const double t383 = arm_theta_2_cos * t380 - arm_theta_2_sin * t379;
-    const double t384 = arm_phi_2_sin * t382 + arm_phi_2_cos * t381;
-    const double t385 = arm_phi_2_cos * t382 - arm_phi_2_sin * t381;
-    const double t386 = t323 - (t115 * t383 + t117 * t384 + t119 * t385);
-    const double t387 = t322 - (t114 * t383 + t116 * t384 + t118 * t385);
-    const double t388 = arm_psi_2_sin * t372 + arm_psi_2_cos * t340;
-    const double t389 = arm_phi_2_cos * t386 - arm_phi_2_sin * t387 - (arm_psi_2_cos * t372 - arm_psi_2_sin *
-        t340);
-    const double t390 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t386 + arm_phi_2_cos * t387 - (arm_theta_2_sin *
-        t388 + arm_theta_2_cos * t373));
-    const double t391 = t321 - (arm_theta_2_cos * t388 - arm_theta_2_sin * t373) + arm_theta_2_sin * t390;
+    const double t361 = arm_phi_2_sin * t359 + arm_phi_2_cos * t358;
+    const double t362 = arm_phi_2_cos * t359 - arm_phi_2_sin * t358;
+    const double t363 = t305 - (t115 * t360 + t117 * t361 + t119 * t362);
+    const double t364 = t304 - (t114 * t360 + t116 * t361 + t118 * t362);
+    const double t365 = arm_phi_2_cos * t363 - arm_phi_2_sin * t364 - (arm_psi_2_cos * t349 - arm_psi_2_sin *
+        t318);
+    const double t366 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t363 + arm_phi_2_cos * t364 - (arm_theta_2_sin *
+        t354 + arm_theta_2_cos * t350));
+    const double t367 = t303 - (arm_theta_2_cos * t354 - arm_theta_2_sin * t350) + arm_theta_2_sin * t366;
+    const double t368 = arm_psi_3_sin * t363 + arm_psi_3_cos * t303;
+    const double t369 = t361 + p->derived.arm_element_length * t364;
+    const double t370 = t362 - p->derived.arm_element_length * t363;
+    const double t371 = arm_psi_3_sin * t369 + arm_psi_3_cos * t360;
+    const double t372 = arm_psi_3_cos * t369 - arm_psi_3_sin * t360;
+    const double t373 = arm_theta_3_sin * t371 + arm_theta_3_cos * t370;
     /* arm_phi_3: acceleration, outward */
-    const double t392 = t384 + p->derived.arm_element_length * t387;
-    const double t393 = t385 - p->derived.arm_element_length * t386;
-    const double t394 = arm_psi_3_sin * t392 + arm_psi_3_cos * t383;
-    const double t395 = arm_psi_3_cos * t392 - arm_psi_3_sin * t383;
-    const double t396 = arm_theta_3_sin * t394 + arm_theta_3_cos * t393;
-    const double t397 = t304 + t90 * (arm_phi_3_cos * t396 - arm_phi_3_sin * t395);
-    const double t398 = t305 - t90 * (arm_phi_3_sin * t396 + arm_phi_3_cos * t395);
-    const double t399 = arm_psi_3_sin * t386 + arm_psi_3_cos * t321;
-    const double t400 = arm_phi_3_cos * t397 - arm_phi_3_sin * t398 - (arm_psi_3_cos * t386 - arm_psi_3_sin *
-        t321);
-    const double t401 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t397 + arm_phi_3_cos * t398 - (arm_theta_3_sin *
-        t399 + arm_theta_3_cos * t387));
-    const double t402 = row_1_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos * t399 - arm_theta_3_sin *
-        t387) + arm_theta_3_sin * t401;
+    const double t374 = t290 + t90 * (arm_phi_3_cos * t373 - arm_phi_3_sin * t372);
+    const double t375 = t291 - t90 * (arm_phi_3_sin * t373 + arm_phi_3_cos * t372);
+    const double t376 = arm_phi_3_cos * t374 - arm_phi_3_sin * t375 - (arm_psi_3_cos * t363 - arm_psi_3_sin *
+        t303);
+    const double t377 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t374 + arm_phi_3_cos * t375 - (arm_theta_3_sin *
+        t368 + arm_theta_3_cos * t364));
+    const double t378 = row_1_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos * t368 - arm_theta_3_sin *
+        t364) + arm_theta_3_sin * t377;
     /* effector_z: acceleration, outward */
-    const double t403 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t394 - arm_theta_3_sin *
-        t393);
+    const double t379 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t371 - arm_theta_3_sin *
+        t370);
     /* arm_phi_3: force left for the joint, inward */
-    const double t404 = arm_theta_3_sin * row_2_u_arm_phi_3;
-    const double t405 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t404);
-    const double t406 = arm_phi_3_sin * t405 + arm_phi_3_cos * row_2_u_arm_theta_3;
-    const double t407 = arm_phi_3_cos * t405 - arm_phi_3_sin * row_2_u_arm_theta_3;
-    const double t408 = t89 * t406;
-    const double t409 = t89 * t407;
-    const double t410 = arm_phi_3_moment_beyond_x * t409;
-    const double t411 = arm_phi_3_moment_beyond_x * t408;
-    const double t412 = arm_phi_3_sin * t411 + arm_phi_3_cos * t410;
-    const double t413 = arm_phi_3_sin * t410 - arm_phi_3_cos * t411;
-    const double t414 = arm_phi_3_cos * t406 - arm_phi_3_sin * t407;
-    const double t415 = arm_phi_3_sin * t406 + arm_phi_3_cos * t407;
-    const double t416 = arm_theta_3_cos * t413 - arm_theta_3_sin * arm_theta_3_ground_z_x;
-    const double t417 = arm_theta_3_sin * t413 + arm_theta_3_cos * arm_theta_3_ground_z_x;
-    const double t418 = arm_theta_3_sin * t415 + arm_theta_3_cos * row_2_u_arm_phi_3;
-    const double t419 = arm_psi_3_sin * t417 + arm_psi_3_cos * t412;
+    const double t380 = arm_theta_3_sin * row_2_u_arm_phi_3;
+    const double t381 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t380);
+    const double t382 = t89 * (arm_phi_3_sin * t381 + arm_phi_3_cos * row_2_u_arm_theta_3);
+    const double t383 = t89 * (arm_phi_3_cos * t381 - arm_phi_3_sin * row_2_u_arm_theta_3);
+    const double t384 = arm_phi_3_moment_beyond_x * t383;
+    const double t385 = arm_phi_3_moment_beyond_x * t382;
+    const double t386 = arm_phi_3_sin * t385 + arm_phi_3_cos * t384;
+    const double t387 = arm_phi_3_sin * t384 - arm_phi_3_cos * t385;
+    const double t388 = arm_theta_3_cos * t387 - arm_theta_3_sin * arm_theta_3_ground_z_x;
+    const double t389 = arm_theta_3_sin * t387 + arm_theta_3_cos * arm_theta_3_ground_z_x;
+    const double t390 = arm_theta_3_sin * t381 + arm_theta_3_cos * row_2_u_arm_phi_3;
+    const double t391 = arm_psi_3_sin * t389 + arm_psi_3_cos * t386;
     /* arm_phi_2: force left for the joint, inward */
-    const double t420 = arm_theta_2_sin * row_2_u_arm_phi_2;
-    const double t421 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t420);
-    const double t422 = arm_phi_2_sin * t421 + arm_phi_2_cos * row_2_u_arm_theta_2;
-    const double t423 = arm_phi_2_cos * t421 - arm_phi_2_sin * row_2_u_arm_theta_2;
-    const double t424 = t422 - (arm_psi_3_sin * t418 + arm_psi_3_cos * t414 - p->derived.arm_element_length *
-        t416);
-    const double t425 = p->derived.constant_20 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t418 - arm_psi_3_sin *
-        t414));
-    const double t426 = t113 * (t423 - (arm_theta_3_cos * t415 - t404 + p->derived.arm_element_length * t419) +
-        t112 * t424);
-    const double t427 = t111 * t424 + t112 * t426;
-    const double t428 = arm_psi_3_cos * t417 - arm_psi_3_sin * t412 + (t104 * t426 - t103 * t427);
-    const double t429 = t419 + (t110 * t426 - t105 * t427);
-    const double t430 = t416 + (t105 * t426 - t109 * t427);
-    const double t431 = arm_phi_2_cos * t429 - arm_phi_2_sin * t430;
-    const double t432 = arm_phi_2_sin * t429 + arm_phi_2_cos * t430;
-    const double t433 = arm_phi_2_cos * t422 - arm_phi_2_sin * t423;
-    const double t434 = arm_phi_2_sin * t422 + arm_phi_2_cos * t423;
-    const double t435 = arm_theta_2_cos * t432 - arm_theta_2_sin * t428;
-    const double t436 = arm_theta_2_sin * t432 + arm_theta_2_cos * t428;
-    const double t437 = arm_theta_2_sin * t434 + arm_theta_2_cos * row_2_u_arm_phi_2;
-    const double t438 = arm_psi_2_sin * t436 + arm_psi_2_cos * t431;
+    const double t392 = arm_theta_2_sin * row_2_u_arm_phi_2;
+    const double t393 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t392);
+    const double t394 = arm_phi_2_sin * t393 + arm_phi_2_cos * row_2_u_arm_theta_2 - (arm_psi_3_sin * t390 +
+        arm_psi_3_cos * row_2_u_arm_theta_3 - p->derived.arm_element_length * t388);
+    const double t395 = p->derived.constant_20 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t390 - arm_psi_3_sin *
+        row_2_u_arm_theta_3));
+    const double t396 = t113 * (arm_phi_2_cos * t393 - arm_phi_2_sin * row_2_u_arm_theta_2 - (arm_theta_3_cos *
+        t381 - t380 + p->derived.arm_element_length * t391) + t112 * t394);
+    const double t397 = t111 * t394 + t112 * t396;
+    const double t398 = arm_psi_3_cos * t389 - arm_psi_3_sin * t386 + (t104 * t396 - t103 * t397);
+    const double t399 = t391 + (t110 * t396 - t105 * t397);
+    const double t400 = t388 + (t105 * t396 - t109 * t397);
+    const double t401 = arm_phi_2_cos * t399 - arm_phi_2_sin * t400;
+    const double t402 = arm_phi_2_sin * t399 + arm_phi_2_cos * t400;
+    const double t403 = arm_theta_2_cos * t402 - arm_theta_2_sin * t398;
+    const double t404 = arm_theta_2_sin * t402 + arm_theta_2_cos * t398;
+    const double t405 = arm_theta_2_sin * t393 + arm_theta_2_cos * row_2_u_arm_phi_2;
+    const double t406 = arm_psi_2_sin * t404 + arm_psi_2_cos * t401;
     /* arm_phi_1: force left for the joint, inward */
-    const double t439 = arm_theta_1_sin * row_2_u_arm_phi_1;
-    const double t440 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t439);
-    const double t441 = arm_phi_1_sin * t440 + arm_phi_1_cos * row_2_u_arm_theta_1;
-    const double t442 = arm_phi_1_cos * t440 - arm_phi_1_sin * row_2_u_arm_theta_1;
-    const double t443 = t441 - (arm_psi_2_sin * t437 + arm_psi_2_cos * t433 - p->derived.arm_element_length *
-        t435);
-    const double t444 = p->derived.constant_20 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t437 - arm_psi_2_sin *
-        t433));
-    const double t445 = t156 * (t442 - (arm_theta_2_cos * t434 - t420 + p->derived.arm_element_length * t438) +
-        t155 * t443);
-    const double t446 = t154 * t443 + t155 * t445;
-    const double t447 = arm_psi_2_cos * t436 - arm_psi_2_sin * t431 + (t147 * t445 - t146 * t446);
-    const double t448 = t438 + (t153 * t445 - t148 * t446);
-    const double t449 = t435 + (t148 * t445 - t152 * t446);
-    const double t450 = arm_phi_1_cos * t448 - arm_phi_1_sin * t449;
-    const double t451 = arm_phi_1_sin * t448 + arm_phi_1_cos * t449;
-    const double t452 = arm_phi_1_cos * t441 - arm_phi_1_sin * t442;
-    const double t453 = arm_phi_1_sin * t441 + arm_phi_1_cos * t442;
-    const double t454 = arm_theta_1_sin * t451 + arm_theta_1_cos * t447;
-    const double t455 = arm_theta_1_sin * t453 + arm_theta_1_cos * row_2_u_arm_phi_1;
-    const double t456 = arm_psi_1_sin * t454 + arm_psi_1_cos * t450;
+    const double t407 = arm_theta_1_sin * row_2_u_arm_phi_1;
+    const double t408 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t407);
+    const double t409 = arm_phi_1_sin * t408 + arm_phi_1_cos * row_2_u_arm_theta_1 - (arm_psi_2_sin * t405 +
+        arm_psi_2_cos * row_2_u_arm_theta_2 - p->derived.arm_element_length * t403);
+    const double t410 = p->derived.constant_20 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t405 - arm_psi_2_sin *
+        row_2_u_arm_theta_2));
+    const double t411 = t156 * (arm_phi_1_cos * t408 - arm_phi_1_sin * row_2_u_arm_theta_1 - (arm_theta_2_cos *
+        t393 - t392 + p->derived.arm_element_length * t406) + t155 * t409);
+    const double t412 = t154 * t409 + t155 * t411;
+    const double t413 = arm_psi_2_cos * t404 - arm_psi_2_sin * t401 + (t147 * t411 - t146 * t412);
+    const double t414 = t406 + (t153 * t411 - t148 * t412);
+    const double t415 = t403 + (t148 * t411 - t152 * t412);
+    const double t416 = arm_phi_1_cos * t414 - arm_phi_1_sin * t415;
+    const double t417 = arm_phi_1_sin * t414 + arm_phi_1_cos * t415;
+    const double t418 = arm_theta_1_sin * t417 + arm_theta_1_cos * t413;
+    const double t419 = arm_theta_1_sin * t408 + arm_theta_1_cos * row_2_u_arm_phi_1;
+    const double t420 = arm_psi_1_sin * t418 + arm_psi_1_cos * t416;
     /* arm_psi: force left for the joint, inward */
-    const double t457 = row_2_u_arm_psi - (arm_theta_1_cos * t453 - t439 + p->derived.constant_1 * t456);
-    const double t458 = arm_psi_sin * (arm_psi_1_cos * t455 - arm_psi_1_sin * t452) + arm_psi_cos * (arm_psi_1_sin *
-        t455 + arm_psi_1_cos * t452 - p->derived.constant_1 * (arm_theta_1_cos * t451 - arm_theta_1_sin *
-        t447) - t188 * t457);
+    const double t421 = row_2_u_arm_psi - (arm_theta_1_cos * t408 - t407 + p->derived.constant_1 * t420);
+    const double t422 = arm_psi_sin * (arm_psi_1_cos * t419 - arm_psi_1_sin * row_2_u_arm_theta_1) + arm_psi_cos *
+        (arm_psi_1_sin * t419 + arm_psi_1_cos * row_2_u_arm_theta_1 - p->derived.constant_1 * (arm_theta_1_cos *
+        t417 - arm_theta_1_sin * t413) - t188 * t421);
     /* column_psi: force left for the joint, inward */
-    const double t459 = arm_psi_sin * (arm_psi_1_cos * t454 - arm_psi_1_sin * t450 + t189 * t457) + arm_psi_cos *
-        (t456 + t190 * t457) - t195 * t458;
+    const double t423 = arm_psi_sin * (arm_psi_1_cos * t418 - arm_psi_1_sin * t416 + t189 * t421) + arm_psi_cos *
+        (t420 + t190 * t421) - t195 * t422;
     /* base_z: acceleration, outward */
-    const double t460 = base_z_D_inverse * (1.0 - t459);
+    const double t424 = base_z_D_inverse * (1.0 - t423);
     /* column_psi: acceleration, outward */
-    const double t461 = t195 * t460 + column_psi_D_inverse * t458;
+    const double t425 = t195 * t424 + column_psi_D_inverse * t422;
+    const double t426 = arm_psi_sin * t425;
+    const double t427 = arm_psi_cos * t425;
+    const double t428 = arm_psi_sin * t424;
+    const double t429 = arm_psi_cos * t424;
     /* arm_psi: acceleration, outward */
-    const double t462 = arm_psi_sin * t460;
-    const double t463 = arm_psi_cos * t460;
-    const double t464 = arm_psi_sin * t461;
-    const double t465 = arm_psi_cos * t461;
-    const double t466 = arm_psi_D_inverse * t457 - (t189 * t462 + t190 * t463 + t188 * t465);
+    const double t430 = arm_psi_D_inverse * t421 - (t189 * t428 + t190 * t429 + t188 * t427);
+    const double t431 = p->derived.constant_1 * t427;
+    const double t432 = arm_psi_1_sin * t427 + arm_psi_1_cos * t426;
+    const double t433 = t429 + p->derived.constant_1 * t430;
+    const double t434 = arm_psi_1_sin * t433 + arm_psi_1_cos * t428;
+    const double t435 = arm_psi_1_cos * t433 - arm_psi_1_sin * t428;
+    const double t436 = arm_theta_1_sin * t434 + arm_theta_1_cos * t431;
+    const double t437 = arm_theta_1_cos * t434 - arm_theta_1_sin * t431;
     /* arm_phi_1: acceleration, outward */
-    const double t467 = p->derived.constant_1 * t465;
-    const double t468 = t463 + p->derived.constant_1 * t466;
-    const double t469 = arm_psi_1_sin * t468 + arm_psi_1_cos * t462;
-    const double t470 = arm_psi_1_cos * t468 - arm_psi_1_sin * t462;
-    const double t471 = arm_theta_1_sin * t469 + arm_theta_1_cos * t467;
-    const double t472 = arm_theta_1_cos * t469 - arm_theta_1_sin * t467;
-    const double t473 = arm_phi_1_sin * t471 + arm_phi_1_cos * t470;
-    const double t474 = arm_phi_1_cos * t471 - arm_phi_1_sin * t470;
-    const double t475 = t446 - (t158 * t472 + t160 * t473 + t162 * t474);
-    const double t476 = t445 - (t157 * t472 + t159 * t473 + t161 * t474);
-    const double t477 = arm_psi_1_sin * t465 + arm_psi_1_cos * t464;
-    const double t478 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t475 + arm_phi_1_cos * t476 - (arm_theta_1_cos *
-        t466 - arm_theta_1_sin * t477));
+    const double t438 = arm_phi_1_sin * t436 + arm_phi_1_cos * t435;
+    const double t439 = arm_phi_1_cos * t436 - arm_phi_1_sin * t435;
+    const double t440 = t412 - (t158 * t437 + t160 * t438 + t162 * t439);
+    const double t441 = t411 - (t157 * t437 + t159 * t438 + t161 * t439);
+    const double t442 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t440 + arm_phi_1_cos * t441 - (arm_theta_1_cos *
+        t430 - arm_theta_1_sin * t432));
+    const double t443 = arm_psi_2_sin * t440 + arm_psi_2_cos * t410;
+    const double t444 = t438 + p->derived.arm_element_length * t441;
+    const double t445 = t439 - p->derived.arm_element_length * t440;
+    const double t446 = arm_psi_2_sin * t444 + arm_psi_2_cos * t437;
+    const double t447 = arm_psi_2_cos * t444 - arm_psi_2_sin * t437;
+    const double t448 = arm_theta_2_sin * t446 + arm_theta_2_cos * t445;
+    const double t449 = arm_theta_2_cos * t446 - arm_theta_2_sin * t445;
     /* arm_phi_2: acceleration, outward */
-    const double t479 = t473 + p->derived.arm_element_length * t476;
-    const double t480 = t474 - p->derived.arm_element_length * t475;
-    const double t481 = arm_psi_2_sin * t479 + arm_psi_2_cos * t472;
-    const double t482 = arm_psi_2_cos * t479 - arm_psi_2_sin * t472;
-    const double t483 = arm_theta_2_sin * t481 + arm_theta_2_cos * t480;
-    const double t484 = arm_theta_2_cos * t481 - arm_theta_2_sin * t480;
-    const double t485 = arm_phi_2_sin * t483 + arm_phi_2_cos * t482;
-    const double t486 = arm_phi_2_cos * t483 - arm_phi_2_sin * t482;
-    const double t487 = t427 - (t115 * t484 + t117 * t485 + t119 * t486);
-    const double t488 = t426 - (t114 * t484 + t116 * t485 + t118 * t486);
-    const double t489 = arm_psi_2_sin * t475 + arm_psi_2_cos * t444;
-    const double t490 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t487 + arm_phi_2_cos * t488 - (arm_theta_2_sin *
-        t489 + arm_theta_2_cos * t476));
+    const double t450 = arm_phi_2_sin * t448 + arm_phi_2_cos * t447;
+    const double t451 = arm_phi_2_cos * t448 - arm_phi_2_sin * t447;
+    const double t452 = t397 - (t115 * t449 + t117 * t450 + t119 * t451);
+    const double t453 = t396 - (t114 * t449 + t116 * t450 + t118 * t451);
+    const double t454 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t452 + arm_phi_2_cos * t453 - (arm_theta_2_sin *
+        t443 + arm_theta_2_cos * t441));
+    const double t455 = arm_psi_3_sin * t452 + arm_psi_3_cos * t395;
+    const double t456 = t450 + p->derived.arm_element_length * t453;
+    const double t457 = t451 - p->derived.arm_element_length * t452;
+    const double t458 = arm_psi_3_sin * t456 + arm_psi_3_cos * t449;
+    const double t459 = arm_psi_3_cos * t456 - arm_psi_3_sin * t449;
+    const double t460 = arm_theta_3_sin * t458 + arm_theta_3_cos * t457;
     /* arm_phi_3: acceleration, outward */
-    const double t491 = t485 + p->derived.arm_element_length * t488;
-    const double t492 = t486 - p->derived.arm_element_length * t487;
-    const double t493 = arm_psi_3_sin * t491 + arm_psi_3_cos * t484;
-    const double t494 = arm_psi_3_cos * t491 - arm_psi_3_sin * t484;
-    const double t495 = arm_theta_3_sin * t493 + arm_theta_3_cos * t492;
-    const double t496 = t408 + t90 * (arm_phi_3_cos * t495 - arm_phi_3_sin * t494);
-    const double t497 = t409 - t90 * (arm_phi_3_sin * t495 + arm_phi_3_cos * t494);
-    const double t498 = arm_psi_3_sin * t487 + arm_psi_3_cos * t425;
-    const double t499 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t496 + arm_phi_3_cos * t497 - (arm_theta_3_sin *
-        t498 + arm_theta_3_cos * t488));
+    const double t461 = t382 + t90 * (arm_phi_3_cos * t460 - arm_phi_3_sin * t459);
+    const double t462 = t383 - t90 * (arm_phi_3_sin * t460 + arm_phi_3_cos * t459);
+    const double t463 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t461 + arm_phi_3_cos * t462 - (arm_theta_3_sin *
+        t455 + arm_theta_3_cos * t453));
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t500 = row_1_u_column_psi * t254 - t86 * t259 - t87 * t272 + row_1_u_arm_theta_1 * t271 +
-        row_1_u_arm_phi_1 * t273 + row_1_u_arm_psi_2 * t286 + row_1_u_arm_theta_2 * t285;
-    const double t501 = row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13) +
-        (t500 + row_1_u_arm_phi_2 * t287 + row_1_u_arm_psi_3 * t297 + row_1_u_arm_theta_3 * t296 + row_1_u_arm_phi_3 *
-        t298 - row_1_u_effector_z * t299);
-    const double t502 = row_1_u_column_psi * t358 - t86 * t363 - t87 * t376 + row_1_u_arm_theta_1 * t375 +
-        row_1_u_arm_phi_1 * t377 + row_1_u_arm_psi_2 * t390 + row_1_u_arm_theta_2 * t389;
-    const double t503 = t502 + row_1_u_arm_phi_2 * t391 + row_1_u_arm_psi_3 * t401 + row_1_u_arm_theta_3 *
-        t400 + row_1_u_arm_phi_3 * t402 + row_1_u_effector_z * t403;
-    const double t504 = row_2_u_arm_psi * t259 - t253 + row_2_u_arm_psi_1 * t272 + row_2_u_arm_theta_1 * t271 +
-        row_2_u_arm_phi_1 * t273 + row_2_u_arm_psi_2 * t286 + row_2_u_arm_theta_2 * t285;
-    const double t505 = row_2_v + p->derived.constant_13 * row_2_psi + (t504 + row_2_u_arm_phi_2 * t287 +
-        row_2_u_arm_psi_3 * t297 + row_2_u_arm_theta_3 * t296 + row_2_u_arm_phi_3 * t298 - arm_theta_3_ground_z_x *
-        t299);
-    const double t506 = row_2_u_arm_psi * t363 - t357 + row_2_u_arm_psi_1 * t376 + row_2_u_arm_theta_1 * t375 +
-        row_2_u_arm_phi_1 * t377 + row_2_u_arm_psi_2 * t390 + row_2_u_arm_theta_2 * t389;
-    const double t507 = t506 + row_2_u_arm_phi_2 * t391 + row_2_u_arm_psi_3 * t401 + row_2_u_arm_theta_3 *
-        t400 + row_2_u_arm_phi_3 * t402 + arm_theta_3_ground_z_x * t403;
-    const double t508 = t460 + row_2_u_arm_psi * t466 + row_2_u_arm_psi_1 * t478 + row_2_u_arm_theta_1 * (arm_phi_1_cos *
-        t475 - arm_phi_1_sin * t476 - (arm_psi_1_sin * t464 - arm_psi_1_cos * t465));
-    const double t509 = t508 + row_2_u_arm_phi_1 * (t444 + (arm_theta_1_sin * t466 + arm_theta_1_cos * t477) +
-        arm_theta_1_sin * t478) + row_2_u_arm_psi_2 * t490 + row_2_u_arm_theta_2 * (arm_phi_2_cos * t487 -
-        arm_phi_2_sin * t488 - (arm_psi_2_cos * t475 - arm_psi_2_sin * t444));
-    const double t510 = t509 + row_2_u_arm_phi_2 * (t425 - (arm_theta_2_cos * t489 - arm_theta_2_sin * t476) +
-        arm_theta_2_sin * t490) + row_2_u_arm_psi_3 * t499 + row_2_u_arm_theta_3 * (arm_phi_3_cos * t496 -
-        arm_phi_3_sin * t497 - (arm_psi_3_cos * t487 - arm_psi_3_sin * t425));
-    const double t511 = t510 + row_2_u_arm_phi_3 * (row_2_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos *
-        t498 - arm_theta_3_sin * t488) + arm_theta_3_sin * t499) + arm_theta_3_ground_z_x * (arm_theta_3_ground_z_x *
-        p->derived.effector_z_D_inverse - (arm_theta_3_cos * t493 - arm_theta_3_sin * t492));
-    const double row_1_pivot_inverse = (t503 * 1e-12 < t503 ? 1.0 / t503 : 0.0);
-    const double t512 = t507 * row_1_pivot_inverse;
-    const double t513 = t511 - t507 * t512;
-    const double row_2_pivot_inverse = (t511 * 1e-12 < t513 ? 1.0 / t513 : 0.0);
-    const double row_2_lambda = (t501 * t512 - t505) * row_2_pivot_inverse;
-    const double t514 = row_1_pivot_inverse * (t501 + t507 * row_2_lambda);
+    const double t464 = row_1_u_column_psi * t242 - t86 * t247 - t87 * t260 + row_1_u_arm_theta_1 * t259 +
+        row_1_u_arm_phi_1 * t261 + row_1_u_arm_psi_2 * t274 + row_1_u_arm_theta_2 * t273;
+    const double t465 = row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13) +
+        (t464 + row_1_u_arm_phi_2 * t275 + row_1_u_arm_psi_3 * t285 + row_1_u_arm_theta_3 * t284 + row_1_u_arm_phi_3 *
+        t286 - row_1_u_effector_z * t287);
+    const double t466 = row_1_u_column_psi * t334 - t86 * t339 - t87 * t352 + row_1_u_arm_theta_1 * t351 +
+        row_1_u_arm_phi_1 * t353 + row_1_u_arm_psi_2 * t366 + row_1_u_arm_theta_2 * t365;
+    const double t467 = t466 + row_1_u_arm_phi_2 * t367 + row_1_u_arm_psi_3 * t377 + row_1_u_arm_theta_3 *
+        t376 + row_1_u_arm_phi_3 * t378 + row_1_u_effector_z * t379;
+    const double t468 = row_2_u_arm_psi * t247 - t241 + row_2_u_arm_psi_1 * t260 + row_2_u_arm_theta_1 * t259 +
+        row_2_u_arm_phi_1 * t261 + row_2_u_arm_psi_2 * t274 + row_2_u_arm_theta_2 * t273;
+    const double t469 = row_2_v + p->derived.constant_13 * row_2_psi + (t468 + row_2_u_arm_phi_2 * t275 +
+        row_2_u_arm_psi_3 * t285 + row_2_u_arm_theta_3 * t284 + row_2_u_arm_phi_3 * t286 - arm_theta_3_ground_z_x *
+        t287);
+    const double t470 = row_2_u_arm_psi * t339 - t333 + row_2_u_arm_psi_1 * t352 + row_2_u_arm_theta_1 * t351 +
+        row_2_u_arm_phi_1 * t353 + row_2_u_arm_psi_2 * t366 + row_2_u_arm_theta_2 * t365;
+    const double t471 = t470 + row_2_u_arm_phi_2 * t367 + row_2_u_arm_psi_3 * t377 + row_2_u_arm_theta_3 *
+        t376 + row_2_u_arm_phi_3 * t378 + arm_theta_3_ground_z_x * t379;
+    const double t472 = t424 + row_2_u_arm_psi * t430 + row_2_u_arm_psi_1 * t442 + row_2_u_arm_theta_1 * (arm_phi_1_cos *
+        t440 - arm_phi_1_sin * t441 - (arm_psi_1_sin * t426 - arm_psi_1_cos * t427));
+    const double t473 = t472 + row_2_u_arm_phi_1 * (t410 + (arm_theta_1_sin * t430 + arm_theta_1_cos * t432) +
+        arm_theta_1_sin * t442) + row_2_u_arm_psi_2 * t454 + row_2_u_arm_theta_2 * (arm_phi_2_cos * t452 -
+        arm_phi_2_sin * t453 - (arm_psi_2_cos * t440 - arm_psi_2_sin * t410));
+    const double t474 = t473 + row_2_u_arm_phi_2 * (t395 - (arm_theta_2_cos * t443 - arm_theta_2_sin * t441) +
+        arm_theta_2_sin * t454) + row_2_u_arm_psi_3 * t463 + row_2_u_arm_theta_3 * (arm_phi_3_cos * t461 -
+        arm_phi_3_sin * t462 - (arm_psi_3_cos * t452 - arm_psi_3_sin * t395));
+    const double t475 = t474 + row_2_u_arm_phi_3 * (row_2_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos *
+        t455 - arm_theta_3_sin * t453) + arm_theta_3_sin * t463) + arm_theta_3_ground_z_x * (arm_theta_3_ground_z_x *
+        p->derived.effector_z_D_inverse - (arm_theta_3_cos * t458 - arm_theta_3_sin * t457));
+    const double row_1_pivot_inverse = (t467 * 1e-12 < t467 ? 1.0 / t467 : 0.0);
+    const double t476 = t471 * row_1_pivot_inverse;
+    const double t477 = t475 - t471 * t476;
+    const double row_2_pivot_inverse = (t475 * 1e-12 < t477 ? 1.0 / t477 : 0.0);
+    const double row_2_lambda = (t465 * t476 - t469) * row_2_pivot_inverse;
+    const double t478 = row_1_pivot_inverse * (t465 + t471 * row_2_lambda);
     force[0] = row_2_lambda;
-    force[1] = -row_1_u_column_psi * t514;
-    force[2] = t86 * t514 + row_2_u_arm_psi * row_2_lambda;
-    force[3] = t87 * t514 + row_2_u_arm_psi_1 * row_2_lambda;
-    force[4] = row_2_u_arm_theta_1 * row_2_lambda - row_1_u_arm_theta_1 * t514;
-    force[5] = row_2_u_arm_phi_1 * row_2_lambda - row_1_u_arm_phi_1 * t514;
-    force[6] = row_2_u_arm_psi_2 * row_2_lambda - row_1_u_arm_psi_2 * t514;
-    force[7] = row_2_u_arm_theta_2 * row_2_lambda - row_1_u_arm_theta_2 * t514;
-    force[8] = row_2_u_arm_phi_2 * row_2_lambda - row_1_u_arm_phi_2 * t514;
-    force[9] = row_2_u_arm_psi_3 * row_2_lambda - row_1_u_arm_psi_3 * t514;
-    force[10] = row_2_u_arm_theta_3 * row_2_lambda - row_1_u_arm_theta_3 * t514;
-    force[11] = row_2_u_arm_phi_3 * row_2_lambda - row_1_u_arm_phi_3 * t514;
-    force[12] = arm_theta_3_ground_z_x * row_2_lambda - row_1_u_effector_z * t514;
+    force[1] = -row_1_u_column_psi * t478;
+    force[2] = t86 * t478 + row_2_u_arm_psi * row_2_lambda;
+    force[3] = t87 * t478 + row_2_u_arm_psi_1 * row_2_lambda;
+    force[4] = row_2_u_arm_theta_1 * row_2_lambda - row_1_u_arm_theta_1 * t478;
+    force[5] = row_2_u_arm_phi_1 * row_2_lambda - row_1_u_arm_phi_1 * t478;
+    force[6] = row_2_u_arm_psi_2 * row_2_lambda - row_1_u_arm_psi_2 * t478;
+    force[7] = row_2_u_arm_theta_2 * row_2_lambda - row_1_u_arm_theta_2 * t478;
+    force[8] = row_2_u_arm_phi_2 * row_2_lambda - row_1_u_arm_phi_2 * t478;
+    force[9] = row_2_u_arm_psi_3 * row_2_lambda - row_1_u_arm_psi_3 * t478;
+    force[10] = row_2_u_arm_theta_3 * row_2_lambda - row_1_u_arm_theta_3 * t478;
+    force[11] = row_2_u_arm_phi_3 * row_2_lambda - row_1_u_arm_phi_3 * t478;
+    force[12] = arm_theta_3_ground_z_x * row_2_lambda - row_1_u_effector_z * t478;
 }
 
 void manipulator_flexible_equations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -6053,26 +5966,26 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         arm_theta_3_ground_y_x * effector_z_bias_a_z;
     const double point_E_bias_z = effector_z_ground_z_x * effector_z_bias_a_x + arm_phi_3_ground_z_y * effector_z_bias_a_y +
         arm_theta_3_ground_z_x * effector_z_bias_a_z;
-    const double t59 = effector_z_position_x - arm_psi_3_position_x;
-    const double t60 = effector_z_position_y - arm_psi_3_position_y;
-    const double t61 = effector_z_position_z - arm_psi_3_position_z;
-    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t60 - arm_theta_3_ground_y_x * t59;
-    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t60 - arm_psi_3_ground_y_y * t59;
-    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t60 - arm_phi_2_ground_y_z * t59;
-    const double t62 = effector_z_position_x - arm_psi_2_position_x;
-    const double t63 = effector_z_position_y - arm_psi_2_position_y;
-    const double t64 = effector_z_position_z - arm_psi_2_position_z;
-    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t63 - arm_theta_2_ground_y_x * t62;
-    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t63 - arm_psi_2_ground_y_y * t62;
-    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t63 - arm_phi_1_ground_y_z * t62;
-    const double t65 = effector_z_position_x - arm_psi_1_position_x;
-    const double t66 = effector_z_position_y - arm_psi_1_position_y;
-    const double t67 = effector_z_position_z - arm_psi_1_position_z;
-    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t66 - arm_theta_1_ground_y_x * t65;
-    const double row_2_u_arm_theta_1 = t9 * t65 - t8 * t66;
-    const double row_2_u_arm_psi_1 = column_psi_cos * t65 + column_psi_sin * t66;
-    const double t68 = effector_z_position_z - arm_psi_position_z;
+    const double t59 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    const double t60 = effector_z_position_x - arm_psi_1_position_x;
+    const double t61 = effector_z_position_y - arm_psi_1_position_y;
+    const double t62 = effector_z_position_z - arm_psi_1_position_z;
+    const double row_2_u_arm_psi_1 = column_psi_cos * t60 + column_psi_sin * t61;
+    const double row_2_u_arm_theta_1 = t9 * t60 - t8 * t61;
+    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t61 - arm_theta_1_ground_y_x * t60;
+    const double t63 = effector_z_position_x - arm_psi_2_position_x;
+    const double t64 = effector_z_position_y - arm_psi_2_position_y;
+    const double t65 = effector_z_position_z - arm_psi_2_position_z;
+    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t64 - arm_phi_1_ground_y_z * t63;
+    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t64 - arm_psi_2_ground_y_y * t63;
+    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t64 - arm_theta_2_ground_y_x * t63;
+    const double t66 = effector_z_position_x - arm_psi_3_position_x;
+    const double t67 = effector_z_position_y - arm_psi_3_position_y;
+    const double t68 = effector_z_position_z - arm_psi_3_position_z;
+    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t67 - arm_phi_2_ground_y_z * t66;
+    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t67 - arm_psi_3_ground_y_y * t66;
+    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t67 - arm_theta_3_ground_y_x * t66;
     /* effector_z: composite pseudo-inertia of all beyond, inward */
     const double t69 = p->m_E * effector_z_shift_x;
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
@@ -6415,22 +6328,22 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double t264 = p->derived.constant_12 * (t257 + t257);
     const double t265 = p->derived.constant_11 * (t256 + t256);
     const double row_1_u_column_psi = effector_z_position_x * t264 - effector_z_position_y * t265;
-    const double row_1_u_arm_theta_1 = (t8 * t67 + arm_psi_1_ground_z_y * t65) * t264 - (arm_psi_1_ground_z_y *
-        t66 + t9 * t67) * t265;
-    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t67 - arm_theta_1_ground_z_x * t66) * t265 +
-        (arm_theta_1_ground_z_x * t65 - arm_theta_1_ground_x_x * t67) * t264;
-    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t64 - arm_phi_1_ground_z_z * t63) * t265 + (arm_phi_1_ground_z_z *
-        t62 - arm_phi_1_ground_x_z * t64) * t264;
-    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t64 - arm_psi_2_ground_z_y * t63) * t265 +
-        (arm_psi_2_ground_z_y * t62 - arm_psi_2_ground_x_y * t64) * t264;
-    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t64 - arm_theta_2_ground_z_x * t63) * t265 +
-        (arm_theta_2_ground_z_x * t62 - arm_theta_2_ground_x_x * t64) * t264;
-    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t61 - arm_phi_2_ground_z_z * t60) * t265 + (arm_phi_2_ground_z_z *
-        t59 - arm_phi_2_ground_x_z * t61) * t264;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t61 - arm_psi_3_ground_z_y * t60) * t265 +
-        (arm_psi_3_ground_z_y * t59 - arm_psi_3_ground_x_y * t61) * t264;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t61 - arm_theta_3_ground_z_x * t60) * t265 +
-        (arm_theta_3_ground_z_x * t59 - arm_theta_3_ground_x_x * t61) * t264;
+    const double row_1_u_arm_theta_1 = (t8 * t62 + arm_psi_1_ground_z_y * t60) * t264 - (arm_psi_1_ground_z_y *
+        t61 + t9 * t62) * t265;
+    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t62 - arm_theta_1_ground_z_x * t61) * t265 +
+        (arm_theta_1_ground_z_x * t60 - arm_theta_1_ground_x_x * t62) * t264;
+    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t65 - arm_phi_1_ground_z_z * t64) * t265 + (arm_phi_1_ground_z_z *
+        t63 - arm_phi_1_ground_x_z * t65) * t264;
+    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t65 - arm_psi_2_ground_z_y * t64) * t265 +
+        (arm_psi_2_ground_z_y * t63 - arm_psi_2_ground_x_y * t65) * t264;
+    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t65 - arm_theta_2_ground_z_x * t64) * t265 +
+        (arm_theta_2_ground_z_x * t63 - arm_theta_2_ground_x_x * t65) * t264;
+    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t68 - arm_phi_2_ground_z_z * t67) * t265 + (arm_phi_2_ground_z_z *
+        t66 - arm_phi_2_ground_x_z * t68) * t264;
+    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t68 - arm_psi_3_ground_z_y * t67) * t265 +
+        (arm_psi_3_ground_z_y * t66 - arm_psi_3_ground_x_y * t68) * t264;
+    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t68 - arm_theta_3_ground_z_x * t67) * t265 +
+        (arm_theta_3_ground_z_x * t66 - arm_theta_3_ground_x_x * t68) * t264;
     const double row_1_u_effector_z = arm_theta_3_ground_x_x * t265 + arm_theta_3_ground_y_x * t264;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
@@ -6476,7 +6389,7 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    /* effector_z: force left for the joint, inward */
+    /* arm_phi_3: force left for the joint, inward */
     const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
     const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
@@ -6686,8 +6599,8 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     out->f[12] = -effector_z_load_force_z;
     out->u[0 * 13 + 0] = 0.0;
     out->u[0 * 13 + 1] = row_1_u_column_psi;
-    out->u[0 * 13 + 2] = -(column_psi_cos * t68 * t265 + column_psi_sin * t68 * t264);
-    out->u[0 * 13 + 3] = -(column_psi_cos * t67 * t265 + column_psi_sin * t67 * t264);
+    out->u[0 * 13 + 2] = -(column_psi_cos * t59 * t265 + column_psi_sin * t59 * t264);
+    out->u[0 * 13 + 3] = -(column_psi_cos * t62 * t265 + column_psi_sin * t62 * t264);
     out->u[0 * 13 + 4] = row_1_u_arm_theta_1;
     out->u[0 * 13 + 5] = row_1_u_arm_phi_1;
     out->u[0 * 13 + 6] = row_1_u_arm_psi_2;
@@ -7059,7 +6972,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "3216fe5116f93a02",
+    SET(hash) "58bc7954db8d9d1b",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

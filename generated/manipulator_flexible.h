@@ -36,9 +36,9 @@
  *   energy        128    208    0   20
  *   power          12     25    1    3
  *   Q_q           121    239    0   20
- *   qdd_free      456    630   12   23
- *   qdd          1045   1520   17   27
- *   force        1030   1517   17   27
+ *   qdd_free      450    618   12   23
+ *   qdd          1027   1484   17   27
+ *   force        1012   1481   17   27
  *   equations     717   1103    4   27
  *   course          2      7    2    4
  *   breaks          0      0    0    0

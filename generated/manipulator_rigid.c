@@ -490,12 +490,12 @@ void manipulator_rigid_energy(const struct manipulator_rigid_parameters *p, cons
     const double column_psi_moment_beyond_z = p->derived.column_psi_moment_z + (arm_psi_sin * arm_psi_moment_beyond_x +
         p->derived.constant_1);
     /* kinetic energy */
-    const double t1 = qd[0] * (p->m_base * qd[0]) + qd[0] * (p->m_col * qd[0]) + qd[1] * (p->Izz_col * qd[1]) +
+    const double t1 = arm_psi_w_x * (p->derived.arm_psi_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_psi_inertia_yy *
+        arm_psi_w_y) + qd[2] * (p->derived.arm_psi_inertia_yy * qd[2] + p->derived.arm_psi_moment_x * arm_psi_v_y) +
         (arm_psi_v_x * (p->derived.arm_psi_mass * arm_psi_v_x) + arm_psi_v_y * (p->derived.arm_psi_moment_x *
         qd[2] + p->derived.arm_psi_mass * arm_psi_v_y));
-    const double t2 = t1 + (arm_psi_w_x * (p->derived.arm_psi_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_psi_inertia_yy *
-        arm_psi_w_y) + qd[2] * (p->derived.arm_psi_inertia_yy * qd[2] + p->derived.arm_psi_moment_x * arm_psi_v_y)) +
-        (effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_y * (p->m_E * effector_z_v_y) + effector_z_v_z *
+    const double t2 = qd[0] * (p->m_base * qd[0]) + (qd[1] * (p->Izz_col * qd[1]) + qd[0] * (p->m_col * qd[0])) +
+        t1 + (effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_y * (p->m_E * effector_z_v_y) + effector_z_v_z *
         (p->m_E * effector_z_v_z));
     energy[0] = 0.5 * t2;
     energy[1] = p->g * (column_psi_moment_beyond_z + q[0] * p->derived.base_z_mass_beyond) + p->derived.constant_10 *
@@ -601,7 +601,7 @@ void manipulator_rigid_qdd_free(const struct manipulator_rigid_parameters *p, co
     const double base_z_U_force_z = p->m_base + (p->m_col + (t8 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_mass -
         t8))));
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* effector_z: force left for the joint, inward */
+    /* arm_psi: force left for the joint, inward */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* base_z: acceleration, outward */
@@ -726,7 +726,7 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
     const double base_z_U_force_z = p->m_base + (p->m_col + (t28 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_mass -
         t28))));
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* effector_z: force left for the joint, inward */
+    /* arm_psi: force left for the joint, inward */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* base_z: acceleration, outward */
@@ -883,7 +883,7 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
     const double base_z_U_force_z = p->m_base + (p->m_col + (t28 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_mass -
         t28))));
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* effector_z: force left for the joint, inward */
+    /* arm_psi: force left for the joint, inward */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* base_z: acceleration, outward */
@@ -1030,7 +1030,7 @@ void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, c
     /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    /* effector_z: force left for the joint, inward */
+    /* arm_psi: force left for the joint, inward */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* arm_psi: bias and gravity forces c + g, inward */
@@ -1344,7 +1344,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "555c6e0a723cfb57",
+    SET(hash) "de08ba195f49ff5f",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,

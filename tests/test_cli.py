@@ -356,6 +356,17 @@ def test_bench():
     assert set(quantities["build"]) >= {"gen_s", "cc_s", "source_bytes", "object_bytes", "peak_kb"}
 
 
+@pytest.mark.parametrize("model", ["manipulator", "gantry", "planar"])
+def test_bench_has_every_quantity(model, tmp_path):
+    """A line for each function that `refdyn gen` lists, with the same counts."""
+    listed = re.findall(r"^(\w+) +(\d+) +(\d+) +(\d+) +(\d+)$", refdyn("gen", MODELS / f"{model}.lua", "-o", tmp_path).stdout, re.M)
+    lines = [json.loads(line) for line in refdyn("bench", MODELS / f"{model}.lua").stdout.splitlines()]
+    found = {line["quantity"]: [line.get(key) for key in ("adds", "muls", "divs", "funcs")] for line in lines}
+    assert listed and len(lines) == len(found)
+    for name, *counts in listed:
+        assert found.get(name) == [int(count) for count in counts], name
+
+
 def test_report(tmp_path):
     refdyn("report", REFERENCE, "--set", "n_rfe=1", "--until", "0.2", "--steps", "2e-3,1e-3", "-o", tmp_path)
     names = {path.suffix for path in tmp_path.iterdir()}

@@ -22,10 +22,11 @@ struct quantity {
     { #name, offsetof(struct refdyn_model, name) }
 
 static const struct quantity quantities[] = {
-    QUANTITY(M),        QUANTITY(h),   QUANTITY(Q),      QUANTITY(u),        QUANTITY(v),
-    QUANTITY(phi),      QUANTITY(psi), QUANTITY(k),      QUANTITY(r),        QUANTITY(rd),
-    QUANTITY(C),        QUANTITY(d),   QUANTITY(energy), QUANTITY(power),    QUANTITY(Q_q),
-    QUANTITY(qdd_free), QUANTITY(qdd), QUANTITY(force),  QUANTITY(equations)};
+    QUANTITY(M),        QUANTITY(h),      QUANTITY(Q),      QUANTITY(u),         QUANTITY(v),
+    QUANTITY(phi),      QUANTITY(psi),    QUANTITY(k),      QUANTITY(r),         QUANTITY(rd),
+    QUANTITY(C),        QUANTITY(d),      QUANTITY(energy), QUANTITY(power),     QUANTITY(Q_q),
+    QUANTITY(qdd_free), QUANTITY(qdd),    QUANTITY(force),  QUANTITY(equations), QUANTITY(course),
+    QUANTITY(breaks),   QUANTITY(anchor), QUANTITY(start)};
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof quantities[0] };
 
@@ -122,10 +123,12 @@ static void disturb(struct scene *scene) {
     scene->state.t = 2.385;
 }
 
-/* Room for the largest result: the equations, the points' columns, the tangent. */
+/* Room for every result: the equations, the points' columns, the start, values that the model names. */
 static double *result_room(const struct refdyn_model *model) {
     size_t n = (size_t)model->n, m = (size_t)model->m, points = (size_t)model->point_count;
-    return allocate(n * (n + 1) + m * (n + 4) + 3 * points * n + 3 * points + 2 * n + 2, sizeof(double));
+    size_t named = (size_t)model->course_count + (size_t)model->break_count + (size_t)model->anchored_count;
+    return allocate(n * (n + 1) + m * (n + 4) + 3 * points * n + 3 * points + 2 * n + 2 + named,
+                    sizeof(double));
 }
 
 static void print_quantities(struct scene *scene, FILE *out) {

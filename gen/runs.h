@@ -1,0 +1,22 @@
+/*
+ * Runs of equal elements: a tree in which each run of equal frames stands for one of its elements.
+ *
+ * Takes the tree, gives the rolled tree that everything is derived from: frames that stand alone as before,
+ * and for each run an ENTRY frame, the frames of one element, and an EXIT frame. The ENTRY is fixed to what
+ * carries the run, so displaced that all elements, the first included, are placed alike; the EXIT is the last
+ * element's last frame, which carries what follows. Derivations walk the element once, in a loop
+ * (recursion.h), whatever the count is.
+ */
+#ifndef REFDYN_GEN_RUNS_H
+#define REFDYN_GEN_RUNS_H
+
+#include "tree.h"
+
+/*
+ * Runs of at least `least` elements are rolled, 0: none. A frame stands alone when the author's formulas
+ * name its coordinate or a point is fixed to it.
+ */
+void roll(struct memory *memory, const struct model *model, const struct tree *tree, int least,
+          struct tree *rolled);
+
+#endif
