@@ -23,6 +23,9 @@ struct emission {
     const struct function *function; /* being printed */
     int piece;                       /* being printed; -1 in `prepare` */
     int loop;                        /* of the graph, being printed; 0: none */
+    bool is_cut;                     /* the function being printed is cut into pieces */
+    bool has_sincos;                 /* the file being printed has the pass over angles */
+    int first_angle, angle_count;    /* coordinates in the pass of the function being printed; 0: no pass */
     bool uses_p, uses_x, uses_t, uses_q, uses_qd, uses_carried;
 };
 
@@ -46,6 +49,14 @@ void emit_loops(struct emission *emission, struct text *text, const struct funct
 /* How a field is called there. */
 const char *field_text(struct emission *emission, const struct function *function, int field,
                        const char *local);
+/* Sines and cosines in one pass (emit_sincos.c): which of them a function needs, */
+void find_angles(struct emission *emission, const struct function *function);
+/* the pass, once a file; its arrays; its call; */
+void emit_sincos(struct emission *emission, struct text *text);
+void emit_angle_arrays(const struct emission *emission, struct text *text);
+void emit_angle_pass(const struct emission *emission, struct text *text);
+/* and the array entry that e is; false when it is none. */
+bool emit_angle(struct emission *emission, struct text *text, expression e);
 
 /* The parts of a model's files. */
 void emit_header(struct emission *emission, struct text *text);

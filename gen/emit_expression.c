@@ -181,7 +181,8 @@ void emit_definition(struct emission *x, struct text *text, expression e) {
         emit_spline(x, text, &node);
         return;
     default:
-        emit_call(x, text, &node);
+        if (!emit_angle(x, text, e))
+            emit_call(x, text, &node);
     }
 }
 

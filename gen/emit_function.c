@@ -378,10 +378,13 @@ static void emit_short_function(struct writer *w) {
     w->text = &body;
     emit_body(w, 0);
     w->text = text;
+    w->x->uses_q |= w->x->angle_count > 0;
     emit_signature(w->x, text, w->function);
     text_add(text, " {\n");
     emit_unused(w, text);
     emit_locals(w);
+    emit_angle_arrays(w->x, text);
+    emit_angle_pass(w->x, text);
     emit_fills(w);
     text_add(text, "%s", body.data ? body.data : "");
     emit_mirrors(w);
@@ -411,6 +414,7 @@ static void emit_carried(struct writer *w) {
                      x->plan->rolled->runs[x->g->loops[x->g->slots[slot].loop].run].count);
     }
     emit_locals(w);
+    emit_angle_arrays(x, w->text);
     text_add(w->text, "};\n\n");
 }
 
@@ -438,6 +442,7 @@ static void emit_calls(struct writer *w) {
     text_add(w->text, " {\n    struct %s_%s_carried s;\n", x->name, w->function->quantity);
     w->local = "s.";
     emit_fills(w);
+    emit_angle_pass(x, w->text);
     for (int piece = 0; piece < w->function->piece_count; piece++) {
         text_add(w->text, "    %s_%s_%d(", x->name, w->function->quantity, piece + 1);
         if (is_prepare(w))
@@ -468,6 +473,10 @@ void emit_function(struct emission *x, struct text *text, const struct function 
         x->is_carried[x->g->slots[slot].carried] = false;
     mark_statements(x->plan, function);
     number_statements(&w);
+    find_angles(x, function);
+    x->is_cut = function->piece_count > 1;
+    if (x->angle_count)
+        emit_sincos(x, text);
     if (function->piece_count == 1) {
         emit_short_function(&w);
         return;

@@ -78,40 +78,93 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     p->derived.constant_20 = 1.0 / p->derived.arm_phi_1_inertia_xx;
 }
 
+/* Sines and cosines of 4 angles up to 100000 rad: x = k pi/2 + r, and two polynomials of r, minimax on
+   |r| <= pi/4; error at most 0.82 units in the last place. */
+static void manipulator_flexible_sincos_4(const double *angle, double *sine, double *cosine) {
+    const double whole = 6755399441055744.0; /* 1.5 2^52: beside it only whole numbers exist */
+    double x[4], s[4], c[4];
+    for (int i = 0; i < 4; i++)
+        x[i] = angle[i];
+    for (int i = 0; i < 4; i++) {
+        const double k = (x[i] * 0.6366197723675814 + whole) - whole;
+        const double first = x[i] - k * 1.5707963267923333;
+        const double second = k * 2.5633441515839558e-12;
+        const double high = first - second;
+        const double rest = k * 1.0562999066987428e-23 - ((first - high) - second);
+        const double r = high - rest, low = (high - r) - rest;
+        const double z = r * r, zz = z * z, half = 0.5 * z, level = 1.0 - half;
+        const double S = (-0.1666666666666663 + z * 0.008333333333322113) +
+            zz * ((-0.00019841269829584855 + z * 2.7557313619702316e-06) +
+            zz * (-2.5050747490622132e-08 + z * 1.5896213900738014e-10));
+        const double C = (0.0416666666666666 - z * 0.0013888888888874131) +
+            zz * ((2.4801587289487026e-05 - z * 2.755731435379326e-07) +
+            zz * (2.0875723479646543e-09 - z * 1.135965887716259e-11));
+        const double sin_r = r + ((r * z) * S + low * level);
+        const double cos_r = level + (((1.0 - level) - half) + (zz * C - r * low));
+        /* k = 2 h + odd, odd = -1, 0 or 1; the sign is that of (-1)^h. */
+        const double h = (0.5 * k + whole) - whole;
+        const double odd = k - 2.0 * h;
+        const double g = h - 2.0 * ((0.5 * h + whole) - whole);
+        const double sign = 1.0 - 2.0 * (g * g);
+        const double turned = sign * odd;
+        const double even = sign - turned * odd;
+        s[i] = even * sin_r + turned * cos_r;
+        c[i] = even * cos_r - turned * sin_r;
+    }
+    for (int i = 0; i < 4; i++) {
+        sine[i] = s[i];
+        cosine[i] = c[i];
+    }
+}
+
+/* Of `count` angles, 4 at the least; the last block may overlap the one before. */
+static void manipulator_flexible_sincos(const double *angle, double *sine, double *cosine, int count) {
+    for (int i = 0; i < count - 4; i += 4)
+        manipulator_flexible_sincos_4(angle + i, sine + i, cosine + i);
+    manipulator_flexible_sincos_4(angle + count - 4, sine + count - 4, cosine + count - 4);
+    for (int i = 0; i < count; i++)
+        if (!(fabs(angle[i]) <= 100000.0)) {
+            sine[i] = sin(angle[i]);
+            cosine[i] = cos(angle[i]);
+        }
+}
+
 void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double M[13 * 13]) {
     (void)x;
     (void)t;
     (void)qd;
+    double sine[9], cosine[9];
+    manipulator_flexible_sincos(q + 2, sine, cosine, 9);
     for (int i = 0; i < 169; i++)
         M[i] = 0.0;
     /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
+    const double arm_psi_sin = sine[0];
+    const double arm_psi_cos = cosine[0];
     /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sin(q[3]);
-    const double arm_psi_1_cos = cos(q[3]);
+    const double arm_psi_1_sin = sine[1];
+    const double arm_psi_1_cos = cosine[1];
     /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sin(q[4]);
-    const double arm_theta_1_cos = cos(q[4]);
+    const double arm_theta_1_sin = sine[2];
+    const double arm_theta_1_cos = cosine[2];
     /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sin(q[5]);
-    const double arm_phi_1_cos = cos(q[5]);
+    const double arm_phi_1_sin = sine[3];
+    const double arm_phi_1_cos = cosine[3];
     /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sin(q[6]);
-    const double arm_psi_2_cos = cos(q[6]);
+    const double arm_psi_2_sin = sine[4];
+    const double arm_psi_2_cos = cosine[4];
     /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sin(q[7]);
-    const double arm_theta_2_cos = cos(q[7]);
+    const double arm_theta_2_sin = sine[5];
+    const double arm_theta_2_cos = cosine[5];
     /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sin(q[8]);
-    const double arm_phi_2_cos = cos(q[8]);
+    const double arm_phi_2_sin = sine[6];
+    const double arm_phi_2_cos = cosine[6];
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sin(q[9]);
-    const double arm_psi_3_cos = cos(q[9]);
+    const double arm_psi_3_sin = sine[7];
+    const double arm_psi_3_cos = cosine[7];
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sin(q[10]);
-    const double arm_theta_3_cos = cos(q[10]);
+    const double arm_theta_3_sin = sine[8];
+    const double arm_theta_3_cos = cosine[8];
     /* effector_z: motion from arm_phi_3 outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
     /* effector_z: composite pseudo-inertia of all beyond, inward */
@@ -523,9 +576,11 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         const double q[13], const double qd[13], double h[13]) {
     (void)x;
     (void)t;
+    double sine[10], cosine[10];
+    manipulator_flexible_sincos(q + 2, sine, cosine, 10);
     /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
+    const double arm_psi_sin = sine[0];
+    const double arm_psi_cos = cosine[0];
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
@@ -533,8 +588,8 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double t2 = arm_psi_w_x * arm_psi_w_y;
     const double t3 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
     /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sin(q[3]);
-    const double arm_psi_1_cos = cos(q[3]);
+    const double arm_psi_1_sin = sine[1];
+    const double arm_psi_1_cos = cosine[1];
     const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
     const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
     const double t4 = p->derived.constant_1 * t3;
@@ -547,8 +602,8 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double t6 = arm_psi_bias_wd_x * arm_psi_1_sin + t1 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
     const double arm_psi_1_w_z = qd[2] + qd[3];
     /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sin(q[4]);
-    const double arm_theta_1_cos = cos(q[4]);
+    const double arm_theta_1_sin = sine[2];
+    const double arm_theta_1_cos = cosine[2];
     const double arm_theta_1_w_z = arm_psi_1_w_x * arm_theta_1_sin + arm_psi_1_w_z * arm_theta_1_cos;
     const double arm_theta_1_w_x = arm_psi_1_w_x * arm_theta_1_cos - arm_psi_1_w_z * arm_theta_1_sin;
     const double arm_theta_1_bias_a_z = arm_psi_1_bias_a_x * arm_theta_1_sin + arm_psi_1_bias_a_z * arm_theta_1_cos;
@@ -557,8 +612,8 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double arm_theta_1_bias_wd_z = arm_psi_1_bias_wd_x * arm_theta_1_sin + arm_theta_1_w_x * qd[4];
     const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
     /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sin(q[5]);
-    const double arm_phi_1_cos = cos(q[5]);
+    const double arm_phi_1_sin = sine[3];
+    const double arm_phi_1_cos = cosine[3];
     const double arm_phi_1_w_y = arm_theta_1_w_z * arm_phi_1_sin + arm_theta_1_w_y * arm_phi_1_cos;
     const double arm_phi_1_w_z = arm_theta_1_w_z * arm_phi_1_cos - arm_theta_1_w_y * arm_phi_1_sin;
     const double arm_phi_1_bias_a_y = arm_theta_1_bias_a_z * arm_phi_1_sin + arm_psi_1_bias_a_y * arm_phi_1_cos;
@@ -574,8 +629,8 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double t10 = arm_phi_1_w_z * arm_phi_1_w_x;
     const double t11 = t10 - arm_phi_1_bias_wd_y;
     /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sin(q[6]);
-    const double arm_psi_2_cos = cos(q[6]);
+    const double arm_psi_2_sin = sine[4];
+    const double arm_psi_2_cos = cosine[4];
     const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
     const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
     const double t12 = arm_theta_1_bias_a_x - p->derived.arm_element_length * t8;
@@ -589,8 +644,8 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         arm_psi_2_w_x * qd[6];
     const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
     /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sin(q[7]);
-    const double arm_theta_2_cos = cos(q[7]);
+    const double arm_theta_2_sin = sine[5];
+    const double arm_theta_2_cos = cosine[5];
     const double arm_theta_2_w_z = arm_psi_2_w_x * arm_theta_2_sin + arm_psi_2_w_z * arm_theta_2_cos;
     const double arm_theta_2_w_x = arm_psi_2_w_x * arm_theta_2_cos - arm_psi_2_w_z * arm_theta_2_sin;
     const double arm_theta_2_bias_a_z = arm_psi_2_bias_a_x * arm_theta_2_sin + arm_psi_2_bias_a_z * arm_theta_2_cos;
@@ -601,8 +656,8 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         arm_theta_2_w_x * qd[7];
     const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
     /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sin(q[8]);
-    const double arm_phi_2_cos = cos(q[8]);
+    const double arm_phi_2_sin = sine[6];
+    const double arm_phi_2_cos = cosine[6];
     const double arm_phi_2_w_y = arm_theta_2_w_z * arm_phi_2_sin + arm_theta_2_w_y * arm_phi_2_cos;
     const double arm_phi_2_w_z = arm_theta_2_w_z * arm_phi_2_cos - arm_theta_2_w_y * arm_phi_2_sin;
     const double arm_phi_2_bias_a_y = arm_theta_2_bias_a_z * arm_phi_2_sin + arm_psi_2_bias_a_y * arm_phi_2_cos;
@@ -618,8 +673,8 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double t17 = arm_phi_2_w_z * arm_phi_2_w_x;
     const double t18 = t17 - arm_phi_2_bias_wd_y;
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sin(q[9]);
-    const double arm_psi_3_cos = cos(q[9]);
+    const double arm_psi_3_sin = sine[7];
+    const double arm_psi_3_cos = cosine[7];
     const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
     const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
     const double t19 = arm_theta_2_bias_a_x - p->derived.arm_element_length * t15;
@@ -633,8 +688,8 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         arm_psi_3_w_x * qd[9];
     const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sin(q[10]);
-    const double arm_theta_3_cos = cos(q[10]);
+    const double arm_theta_3_sin = sine[8];
+    const double arm_theta_3_cos = cosine[8];
     const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
     const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
     const double arm_theta_3_bias_a_z = arm_psi_3_bias_a_x * arm_theta_3_sin + arm_psi_3_bias_a_z * arm_theta_3_cos;
@@ -645,8 +700,8 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         arm_theta_3_w_x * qd[10];
     const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
     /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sin(q[11]);
-    const double arm_phi_3_cos = cos(q[11]);
+    const double arm_phi_3_sin = sine[9];
+    const double arm_phi_3_cos = cosine[9];
     const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
     const double t21 = arm_theta_3_w_y * arm_phi_3_sin;
     const double t22 = arm_theta_3_w_z * arm_phi_3_cos;
@@ -798,50 +853,52 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
 void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double Q[13]) {
     (void)x;
+    double sine[9], cosine[9];
+    manipulator_flexible_sincos(q + 2, sine, cosine, 9);
     /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
+    const double arm_psi_sin = sine[0];
+    const double arm_psi_cos = cosine[0];
     const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
     const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
     /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sin(q[3]);
-    const double arm_psi_1_cos = cos(q[3]);
+    const double arm_psi_1_sin = sine[1];
+    const double arm_psi_1_cos = cosine[1];
     const double t1 = arm_psi_bias_a_falling_y * arm_psi_1_sin + arm_psi_bias_a_falling_x * arm_psi_1_cos;
     const double arm_psi_1_gravity_y = arm_psi_bias_a_falling_x * arm_psi_1_sin - arm_psi_bias_a_falling_y *
         arm_psi_1_cos;
     /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sin(q[4]);
-    const double arm_theta_1_cos = cos(q[4]);
+    const double arm_theta_1_sin = sine[2];
+    const double arm_theta_1_cos = cosine[2];
     const double t2 = t1 * arm_theta_1_sin;
     const double t3 = t1 * arm_theta_1_cos;
     /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sin(q[5]);
-    const double arm_phi_1_cos = cos(q[5]);
+    const double arm_phi_1_sin = sine[3];
+    const double arm_phi_1_cos = cosine[3];
     const double arm_phi_1_gravity_y = arm_psi_1_gravity_y * arm_phi_1_cos - t2 * arm_phi_1_sin;
     const double t4 = arm_psi_1_gravity_y * arm_phi_1_sin + t2 * arm_phi_1_cos;
     /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sin(q[6]);
-    const double arm_psi_2_cos = cos(q[6]);
+    const double arm_psi_2_sin = sine[4];
+    const double arm_psi_2_cos = cosine[4];
     const double arm_psi_2_gravity_x = arm_phi_1_gravity_y * arm_psi_2_sin - t3 * arm_psi_2_cos;
     const double arm_psi_2_gravity_y = t3 * arm_psi_2_sin + arm_phi_1_gravity_y * arm_psi_2_cos;
     /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sin(q[7]);
-    const double arm_theta_2_cos = cos(q[7]);
+    const double arm_theta_2_sin = sine[5];
+    const double arm_theta_2_cos = cosine[5];
     const double arm_theta_2_gravity_z = arm_psi_2_gravity_x * arm_theta_2_sin - t4 * arm_theta_2_cos;
     const double arm_theta_2_gravity_x = t4 * arm_theta_2_sin + arm_psi_2_gravity_x * arm_theta_2_cos;
     /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sin(q[8]);
-    const double arm_phi_2_cos = cos(q[8]);
+    const double arm_phi_2_sin = sine[6];
+    const double arm_phi_2_cos = cosine[6];
     const double arm_phi_2_gravity_y = arm_theta_2_gravity_z * arm_phi_2_sin + arm_psi_2_gravity_y * arm_phi_2_cos;
     const double arm_phi_2_gravity_z = arm_theta_2_gravity_z * arm_phi_2_cos - arm_psi_2_gravity_y * arm_phi_2_sin;
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sin(q[9]);
-    const double arm_psi_3_cos = cos(q[9]);
+    const double arm_psi_3_sin = sine[7];
+    const double arm_psi_3_cos = cosine[7];
     const double arm_psi_3_gravity_x = arm_phi_2_gravity_y * arm_psi_3_sin + arm_theta_2_gravity_x * arm_psi_3_cos;
     const double arm_psi_3_gravity_y = arm_phi_2_gravity_y * arm_psi_3_cos - arm_theta_2_gravity_x * arm_psi_3_sin;
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sin(q[10]);
-    const double arm_theta_3_cos = cos(q[10]);
+    const double arm_theta_3_sin = sine[8];
+    const double arm_theta_3_cos = cosine[8];
     const double arm_theta_3_gravity_z = arm_psi_3_gravity_x * arm_theta_3_sin + arm_phi_2_gravity_z * arm_theta_3_cos;
     const double arm_theta_3_gravity_x = arm_psi_3_gravity_x * arm_theta_3_cos - arm_phi_2_gravity_z * arm_theta_3_sin;
     /* effector_z: motion from arm_phi_3 outward */
@@ -909,20 +966,22 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
     (void)x;
     (void)t;
     (void)qd;
+    double sine[10], cosine[10];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 10);
     /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
+    const double column_psi_sin = sine[0];
+    const double column_psi_cos = cosine[0];
     /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
+    const double arm_psi_sin = sine[1];
+    const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     const double t1 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
     const double t2 = column_psi_sin * arm_psi_sin;
     const double arm_psi_position_z = p->h + q[0];
     /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sin(q[3]);
-    const double arm_psi_1_cos = cos(q[3]);
+    const double arm_psi_1_sin = sine[2];
+    const double arm_psi_1_cos = cosine[2];
     const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t1 * arm_psi_1_sin;
     const double t3 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
     const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
@@ -933,8 +992,8 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_1_position_y = p->derived.constant_1 * arm_psi_ground_y_x;
     const double arm_psi_1_position_z = arm_psi_position_z + p->derived.constant_1 * arm_psi_sin;
     /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sin(q[4]);
-    const double arm_theta_1_cos = cos(q[4]);
+    const double arm_theta_1_sin = sine[3];
+    const double arm_theta_1_cos = cosine[3];
     const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
     const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
     const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
@@ -942,8 +1001,8 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
     const double arm_theta_1_ground_z_z = arm_psi_1_ground_z_x * arm_theta_1_sin;
     const double arm_theta_1_ground_z_x = arm_psi_1_ground_z_x * arm_theta_1_cos;
     /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sin(q[5]);
-    const double arm_phi_1_cos = cos(q[5]);
+    const double arm_phi_1_sin = sine[4];
+    const double arm_phi_1_cos = cosine[4];
     const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t3 * arm_phi_1_cos;
     const double arm_phi_1_ground_x_z = t3 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
     const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
@@ -951,8 +1010,8 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_1_ground_z_y = arm_theta_1_ground_z_z * arm_phi_1_sin + arm_psi_1_ground_z_y * arm_phi_1_cos;
     const double arm_phi_1_ground_z_z = arm_theta_1_ground_z_z * arm_phi_1_cos - arm_psi_1_ground_z_y * arm_phi_1_sin;
     /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sin(q[6]);
-    const double arm_psi_2_cos = cos(q[6]);
+    const double arm_psi_2_sin = sine[5];
+    const double arm_psi_2_cos = cosine[5];
     const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
     const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
     const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
@@ -963,8 +1022,8 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_2_position_y = arm_psi_1_position_y + p->derived.arm_element_length * arm_theta_1_ground_y_x;
     const double arm_psi_2_position_z = arm_psi_1_position_z + p->derived.arm_element_length * arm_theta_1_ground_z_x;
     /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sin(q[7]);
-    const double arm_theta_2_cos = cos(q[7]);
+    const double arm_theta_2_sin = sine[6];
+    const double arm_theta_2_cos = cosine[6];
     const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
         arm_theta_2_cos;
     const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
@@ -978,8 +1037,8 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
     const double arm_theta_2_ground_z_x = arm_psi_2_ground_z_x * arm_theta_2_cos - arm_phi_1_ground_z_z *
         arm_theta_2_sin;
     /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sin(q[8]);
-    const double arm_phi_2_cos = cos(q[8]);
+    const double arm_phi_2_sin = sine[7];
+    const double arm_phi_2_cos = cosine[7];
     const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
     const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
     const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
@@ -987,8 +1046,8 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_2_ground_z_y = arm_theta_2_ground_z_z * arm_phi_2_sin + arm_psi_2_ground_z_y * arm_phi_2_cos;
     const double arm_phi_2_ground_z_z = arm_theta_2_ground_z_z * arm_phi_2_cos - arm_psi_2_ground_z_y * arm_phi_2_sin;
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sin(q[9]);
-    const double arm_psi_3_cos = cos(q[9]);
+    const double arm_psi_3_sin = sine[8];
+    const double arm_psi_3_cos = cosine[8];
     const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
     const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
     const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
@@ -999,8 +1058,8 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_3_position_y = arm_psi_2_position_y + p->derived.arm_element_length * arm_theta_2_ground_y_x;
     const double arm_psi_3_position_z = arm_psi_2_position_z + p->derived.arm_element_length * arm_theta_2_ground_z_x;
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sin(q[10]);
-    const double arm_theta_3_cos = cos(q[10]);
+    const double arm_theta_3_sin = sine[9];
+    const double arm_theta_3_cos = cosine[9];
     const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
         arm_theta_3_sin;
     const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
@@ -1087,13 +1146,15 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
 void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double v[2]) {
     (void)x;
+    double sine[11], cosine[11];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
     const double t1 = t * 3.141592653589793 / p->T;
     /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
+    const double column_psi_sin = sine[0];
+    const double column_psi_cos = cosine[0];
     /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
+    const double arm_psi_sin = sine[1];
+    const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     const double t2 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
@@ -1105,8 +1166,8 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
     const double t4 = arm_psi_w_x * qd[2];
     /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sin(q[3]);
-    const double arm_psi_1_cos = cos(q[3]);
+    const double arm_psi_1_sin = sine[2];
+    const double arm_psi_1_cos = cosine[2];
     const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
     const double t5 = arm_psi_ground_x_x * arm_psi_1_sin + t2 * arm_psi_1_cos;
     const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t3 * arm_psi_1_sin;
@@ -1131,8 +1192,8 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
     const double t11 = arm_psi_bias_wd_x * arm_psi_1_sin + t4 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
     const double arm_psi_1_w_z = qd[2] + qd[3];
     /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sin(q[4]);
-    const double arm_theta_1_cos = cos(q[4]);
+    const double arm_theta_1_sin = sine[3];
+    const double arm_theta_1_cos = cosine[3];
     const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
     const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
     const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
@@ -1149,8 +1210,8 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
     const double arm_theta_1_bias_wd_z = arm_psi_1_bias_wd_x * arm_theta_1_sin + arm_theta_1_w_x * qd[4];
     const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
     /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sin(q[5]);
-    const double arm_phi_1_cos = cos(q[5]);
+    const double arm_phi_1_sin = sine[4];
+    const double arm_phi_1_cos = cosine[4];
     const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t5 * arm_phi_1_cos;
     const double arm_phi_1_ground_x_z = t5 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
     const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t6 * arm_phi_1_cos;
@@ -1169,8 +1230,8 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
         qd[5];
     const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
     /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sin(q[6]);
-    const double arm_psi_2_cos = cos(q[6]);
+    const double arm_psi_2_sin = sine[5];
+    const double arm_psi_2_cos = cosine[5];
     const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
     const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
     const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
@@ -1199,8 +1260,8 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
         arm_psi_2_w_x * qd[6];
     const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
     /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sin(q[7]);
-    const double arm_theta_2_cos = cos(q[7]);
+    const double arm_theta_2_sin = sine[6];
+    const double arm_theta_2_cos = cosine[6];
     const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
         arm_theta_2_cos;
     const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
@@ -1225,8 +1286,8 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
         arm_theta_2_w_x * qd[7];
     const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
     /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sin(q[8]);
-    const double arm_phi_2_cos = cos(q[8]);
+    const double arm_phi_2_sin = sine[7];
+    const double arm_phi_2_cos = cosine[7];
     const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
     const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
     const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
@@ -1245,8 +1306,8 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
         arm_phi_2_w_y * qd[8];
     const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sin(q[9]);
-    const double arm_psi_3_cos = cos(q[9]);
+    const double arm_psi_3_sin = sine[8];
+    const double arm_psi_3_cos = cosine[8];
     const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
     const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
     const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
@@ -1275,8 +1336,8 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
         arm_psi_3_w_x * qd[9];
     const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sin(q[10]);
-    const double arm_theta_3_cos = cos(q[10]);
+    const double arm_theta_3_sin = sine[9];
+    const double arm_theta_3_cos = cosine[9];
     const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
         arm_theta_3_cos;
     const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
@@ -1299,8 +1360,8 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
         arm_theta_3_w_x * qd[10];
     const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
     /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sin(q[11]);
-    const double arm_phi_3_cos = cos(q[11]);
+    const double arm_phi_3_sin = sine[10];
+    const double arm_phi_3_cos = cosine[10];
     const double arm_phi_3_ground_x_y = arm_theta_3_ground_x_z * arm_phi_3_sin + arm_psi_3_ground_x_y * arm_phi_3_cos;
     const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
     const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
@@ -1365,19 +1426,21 @@ void manipulator_flexible_phi(const struct manipulator_flexible_parameters *p, c
     (void)x;
     (void)t;
     (void)qd;
+    double sine[10], cosine[10];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 10);
     /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
+    const double column_psi_sin = sine[0];
+    const double column_psi_cos = cosine[0];
     /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
+    const double arm_psi_sin = sine[1];
+    const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     const double t1 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
     const double t2 = column_psi_sin * arm_psi_sin;
     /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sin(q[3]);
-    const double arm_psi_1_cos = cos(q[3]);
+    const double arm_psi_1_sin = sine[2];
+    const double arm_psi_1_cos = cosine[2];
     const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t1 * arm_psi_1_sin;
     const double t3 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
     const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
@@ -1385,22 +1448,22 @@ void manipulator_flexible_phi(const struct manipulator_flexible_parameters *p, c
     const double arm_psi_1_position_x = p->derived.constant_1 * arm_psi_ground_x_x;
     const double arm_psi_1_position_y = p->derived.constant_1 * arm_psi_ground_y_x;
     /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sin(q[4]);
-    const double arm_theta_1_cos = cos(q[4]);
+    const double arm_theta_1_sin = sine[3];
+    const double arm_theta_1_cos = cosine[3];
     const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
     const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
     const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
     const double arm_theta_1_ground_y_x = column_psi_cos * arm_theta_1_sin + arm_psi_1_ground_y_x * arm_theta_1_cos;
     /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sin(q[5]);
-    const double arm_phi_1_cos = cos(q[5]);
+    const double arm_phi_1_sin = sine[4];
+    const double arm_phi_1_cos = cosine[4];
     const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t3 * arm_phi_1_cos;
     const double arm_phi_1_ground_x_z = t3 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
     const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
     const double arm_phi_1_ground_y_z = t4 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
     /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sin(q[6]);
-    const double arm_psi_2_cos = cos(q[6]);
+    const double arm_psi_2_sin = sine[5];
+    const double arm_psi_2_cos = cosine[5];
     const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
     const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
     const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
@@ -1408,8 +1471,8 @@ void manipulator_flexible_phi(const struct manipulator_flexible_parameters *p, c
     const double arm_psi_2_position_x = arm_psi_1_position_x + p->derived.arm_element_length * arm_theta_1_ground_x_x;
     const double arm_psi_2_position_y = arm_psi_1_position_y + p->derived.arm_element_length * arm_theta_1_ground_y_x;
     /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sin(q[7]);
-    const double arm_theta_2_cos = cos(q[7]);
+    const double arm_theta_2_sin = sine[6];
+    const double arm_theta_2_cos = cosine[6];
     const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
         arm_theta_2_cos;
     const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
@@ -1419,22 +1482,22 @@ void manipulator_flexible_phi(const struct manipulator_flexible_parameters *p, c
     const double arm_theta_2_ground_y_x = arm_psi_2_ground_y_x * arm_theta_2_cos - arm_phi_1_ground_y_z *
         arm_theta_2_sin;
     /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sin(q[8]);
-    const double arm_phi_2_cos = cos(q[8]);
+    const double arm_phi_2_sin = sine[7];
+    const double arm_phi_2_cos = cosine[7];
     const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
     const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
     const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
     const double arm_phi_2_ground_y_z = arm_theta_2_ground_y_z * arm_phi_2_cos - arm_psi_2_ground_y_y * arm_phi_2_sin;
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sin(q[9]);
-    const double arm_psi_3_cos = cos(q[9]);
+    const double arm_psi_3_sin = sine[8];
+    const double arm_psi_3_cos = cosine[8];
     const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
     const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
     const double arm_psi_3_position_x = arm_psi_2_position_x + p->derived.arm_element_length * arm_theta_2_ground_x_x;
     const double arm_psi_3_position_y = arm_psi_2_position_y + p->derived.arm_element_length * arm_theta_2_ground_y_x;
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sin(q[10]);
-    const double arm_theta_3_cos = cos(q[10]);
+    const double arm_theta_3_sin = sine[9];
+    const double arm_theta_3_cos = cosine[9];
     const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
         arm_theta_3_sin;
     const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
@@ -1454,13 +1517,15 @@ void manipulator_flexible_phi(const struct manipulator_flexible_parameters *p, c
 void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double psi[2]) {
     (void)x;
+    double sine[11], cosine[11];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
     const double t1 = sin(t * 3.141592653589793 / p->T);
     /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
+    const double column_psi_sin = sine[0];
+    const double column_psi_cos = cosine[0];
     /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
+    const double arm_psi_sin = sine[1];
+    const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     const double t2 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
@@ -1470,8 +1535,8 @@ void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, c
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
     const double arm_psi_v_y = qd[0] * arm_psi_cos;
     /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sin(q[3]);
-    const double arm_psi_1_cos = cos(q[3]);
+    const double arm_psi_1_sin = sine[2];
+    const double arm_psi_1_cos = cosine[2];
     const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
     const double t4 = arm_psi_ground_x_x * arm_psi_1_sin + t2 * arm_psi_1_cos;
     const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t3 * arm_psi_1_sin;
@@ -1488,8 +1553,8 @@ void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, c
     const double arm_psi_1_v_y = arm_psi_1_cos * t7 - arm_psi_v_x * arm_psi_1_sin;
     const double arm_psi_1_w_z = qd[2] + qd[3];
     /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sin(q[4]);
-    const double arm_theta_1_cos = cos(q[4]);
+    const double arm_theta_1_sin = sine[3];
+    const double arm_theta_1_cos = cosine[3];
     const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
     const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
     const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
@@ -1502,8 +1567,8 @@ void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, c
     const double arm_theta_1_v_x = t6 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
     const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
     /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sin(q[5]);
-    const double arm_phi_1_cos = cos(q[5]);
+    const double arm_phi_1_sin = sine[4];
+    const double arm_phi_1_cos = cosine[4];
     const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
     const double arm_phi_1_ground_x_z = t4 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
     const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t5 * arm_phi_1_cos;
@@ -1516,8 +1581,8 @@ void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, c
     const double arm_phi_1_v_z = arm_theta_1_v_z * arm_phi_1_cos - arm_psi_1_v_y * arm_phi_1_sin;
     const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
     /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sin(q[6]);
-    const double arm_psi_2_cos = cos(q[6]);
+    const double arm_psi_2_sin = sine[5];
+    const double arm_psi_2_cos = cosine[5];
     const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
     const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
     const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
@@ -1534,8 +1599,8 @@ void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, c
     const double arm_psi_2_v_y = arm_psi_2_cos * t8 - arm_theta_1_v_x * arm_psi_2_sin;
     const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
     /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sin(q[7]);
-    const double arm_theta_2_cos = cos(q[7]);
+    const double arm_theta_2_sin = sine[6];
+    const double arm_theta_2_cos = cosine[6];
     const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
         arm_theta_2_cos;
     const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
@@ -1554,8 +1619,8 @@ void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, c
     const double arm_theta_2_v_x = arm_psi_2_v_x * arm_theta_2_cos - arm_psi_2_v_z * arm_theta_2_sin;
     const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
     /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sin(q[8]);
-    const double arm_phi_2_cos = cos(q[8]);
+    const double arm_phi_2_sin = sine[7];
+    const double arm_phi_2_cos = cosine[7];
     const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
     const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
     const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
@@ -1568,8 +1633,8 @@ void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, c
     const double arm_phi_2_v_z = arm_theta_2_v_z * arm_phi_2_cos - arm_psi_2_v_y * arm_phi_2_sin;
     const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sin(q[9]);
-    const double arm_psi_3_cos = cos(q[9]);
+    const double arm_psi_3_sin = sine[8];
+    const double arm_psi_3_cos = cosine[8];
     const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
     const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
     const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
@@ -1586,8 +1651,8 @@ void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, c
     const double arm_psi_3_v_y = arm_psi_3_cos * t9 - arm_theta_2_v_x * arm_psi_3_sin;
     const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sin(q[10]);
-    const double arm_theta_3_cos = cos(q[10]);
+    const double arm_theta_3_sin = sine[9];
+    const double arm_theta_3_cos = cosine[9];
     const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
         arm_theta_3_cos;
     const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
@@ -1605,8 +1670,8 @@ void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, c
     const double arm_theta_3_v_x = arm_psi_3_v_x * arm_theta_3_cos - arm_psi_3_v_z * arm_theta_3_sin;
     const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
     /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sin(q[11]);
-    const double arm_phi_3_cos = cos(q[11]);
+    const double arm_phi_3_sin = sine[10];
+    const double arm_phi_3_cos = cosine[10];
     const double arm_phi_3_ground_x_y = arm_theta_3_ground_x_z * arm_phi_3_sin + arm_psi_3_ground_x_y * arm_phi_3_cos;
     const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
     const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
@@ -1644,14 +1709,16 @@ void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, c
 void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double k[2]) {
     (void)x;
+    double sine[11], cosine[11];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
     const double t1 = t * 3.141592653589793 / p->T;
     const double t2 = sin(t1);
     /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
+    const double column_psi_sin = sine[0];
+    const double column_psi_cos = cosine[0];
     /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
+    const double arm_psi_sin = sine[1];
+    const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     const double t3 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
@@ -1663,8 +1730,8 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
     const double t5 = arm_psi_w_x * qd[2];
     /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sin(q[3]);
-    const double arm_psi_1_cos = cos(q[3]);
+    const double arm_psi_1_sin = sine[2];
+    const double arm_psi_1_cos = cosine[2];
     const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t3 * arm_psi_1_sin;
     const double t6 = arm_psi_ground_x_x * arm_psi_1_sin + t3 * arm_psi_1_cos;
     const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t4 * arm_psi_1_sin;
@@ -1689,8 +1756,8 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
     const double t12 = arm_psi_bias_wd_x * arm_psi_1_sin + t5 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
     const double arm_psi_1_w_z = qd[2] + qd[3];
     /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sin(q[4]);
-    const double arm_theta_1_cos = cos(q[4]);
+    const double arm_theta_1_sin = sine[3];
+    const double arm_theta_1_cos = cosine[3];
     const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
     const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
     const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
@@ -1707,8 +1774,8 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
     const double arm_theta_1_bias_wd_z = arm_psi_1_bias_wd_x * arm_theta_1_sin + arm_theta_1_w_x * qd[4];
     const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
     /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sin(q[5]);
-    const double arm_phi_1_cos = cos(q[5]);
+    const double arm_phi_1_sin = sine[4];
+    const double arm_phi_1_cos = cosine[4];
     const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t6 * arm_phi_1_cos;
     const double arm_phi_1_ground_x_z = t6 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
     const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t7 * arm_phi_1_cos;
@@ -1727,8 +1794,8 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
         qd[5];
     const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
     /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sin(q[6]);
-    const double arm_psi_2_cos = cos(q[6]);
+    const double arm_psi_2_sin = sine[5];
+    const double arm_psi_2_cos = cosine[5];
     const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
     const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
     const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
@@ -1757,8 +1824,8 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
         arm_psi_2_w_x * qd[6];
     const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
     /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sin(q[7]);
-    const double arm_theta_2_cos = cos(q[7]);
+    const double arm_theta_2_sin = sine[6];
+    const double arm_theta_2_cos = cosine[6];
     const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
         arm_theta_2_cos;
     const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
@@ -1783,8 +1850,8 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
         arm_theta_2_w_x * qd[7];
     const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
     /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sin(q[8]);
-    const double arm_phi_2_cos = cos(q[8]);
+    const double arm_phi_2_sin = sine[7];
+    const double arm_phi_2_cos = cosine[7];
     const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
     const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
     const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
@@ -1803,8 +1870,8 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
         arm_phi_2_w_y * qd[8];
     const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sin(q[9]);
-    const double arm_psi_3_cos = cos(q[9]);
+    const double arm_psi_3_sin = sine[8];
+    const double arm_psi_3_cos = cosine[8];
     const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
     const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
     const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
@@ -1833,8 +1900,8 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
         arm_psi_3_w_x * qd[9];
     const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sin(q[10]);
-    const double arm_theta_3_cos = cos(q[10]);
+    const double arm_theta_3_sin = sine[9];
+    const double arm_theta_3_cos = cosine[9];
     const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
         arm_theta_3_cos;
     const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
@@ -1857,8 +1924,8 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
         arm_theta_3_w_x * qd[10];
     const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
     /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sin(q[11]);
-    const double arm_phi_3_cos = cos(q[11]);
+    const double arm_phi_3_sin = sine[10];
+    const double arm_phi_3_cos = cosine[10];
     const double arm_phi_3_ground_x_y = arm_theta_3_ground_x_z * arm_phi_3_sin + arm_psi_3_ground_x_y * arm_phi_3_cos;
     const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
     const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
@@ -1932,20 +1999,22 @@ void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, con
     (void)x;
     (void)t;
     (void)qd;
+    double sine[10], cosine[10];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 10);
     /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
+    const double column_psi_sin = sine[0];
+    const double column_psi_cos = cosine[0];
     /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
+    const double arm_psi_sin = sine[1];
+    const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     const double t1 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
     const double t2 = column_psi_sin * arm_psi_sin;
     const double arm_psi_position_z = p->h + q[0];
     /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sin(q[3]);
-    const double arm_psi_1_cos = cos(q[3]);
+    const double arm_psi_1_sin = sine[2];
+    const double arm_psi_1_cos = cosine[2];
     const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t1 * arm_psi_1_sin;
     const double t3 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
     const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
@@ -1956,8 +2025,8 @@ void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_1_position_y = p->derived.constant_1 * arm_psi_ground_y_x;
     const double arm_psi_1_position_z = arm_psi_position_z + p->derived.constant_1 * arm_psi_sin;
     /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sin(q[4]);
-    const double arm_theta_1_cos = cos(q[4]);
+    const double arm_theta_1_sin = sine[3];
+    const double arm_theta_1_cos = cosine[3];
     const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
     const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
     const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
@@ -1965,8 +2034,8 @@ void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, con
     const double arm_theta_1_ground_z_z = arm_psi_1_ground_z_x * arm_theta_1_sin;
     const double arm_theta_1_ground_z_x = arm_psi_1_ground_z_x * arm_theta_1_cos;
     /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sin(q[5]);
-    const double arm_phi_1_cos = cos(q[5]);
+    const double arm_phi_1_sin = sine[4];
+    const double arm_phi_1_cos = cosine[4];
     const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t3 * arm_phi_1_cos;
     const double arm_phi_1_ground_x_z = t3 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
     const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
@@ -1974,8 +2043,8 @@ void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_1_ground_z_y = arm_theta_1_ground_z_z * arm_phi_1_sin + arm_psi_1_ground_z_y * arm_phi_1_cos;
     const double arm_phi_1_ground_z_z = arm_theta_1_ground_z_z * arm_phi_1_cos - arm_psi_1_ground_z_y * arm_phi_1_sin;
     /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sin(q[6]);
-    const double arm_psi_2_cos = cos(q[6]);
+    const double arm_psi_2_sin = sine[5];
+    const double arm_psi_2_cos = cosine[5];
     const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
     const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
     const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
@@ -1986,8 +2055,8 @@ void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_2_position_y = arm_psi_1_position_y + p->derived.arm_element_length * arm_theta_1_ground_y_x;
     const double arm_psi_2_position_z = arm_psi_1_position_z + p->derived.arm_element_length * arm_theta_1_ground_z_x;
     /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sin(q[7]);
-    const double arm_theta_2_cos = cos(q[7]);
+    const double arm_theta_2_sin = sine[6];
+    const double arm_theta_2_cos = cosine[6];
     const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
         arm_theta_2_cos;
     const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
@@ -2001,8 +2070,8 @@ void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, con
     const double arm_theta_2_ground_z_x = arm_psi_2_ground_z_x * arm_theta_2_cos - arm_phi_1_ground_z_z *
         arm_theta_2_sin;
     /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sin(q[8]);
-    const double arm_phi_2_cos = cos(q[8]);
+    const double arm_phi_2_sin = sine[7];
+    const double arm_phi_2_cos = cosine[7];
     const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
     const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
     const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
@@ -2010,8 +2079,8 @@ void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_2_ground_z_y = arm_theta_2_ground_z_z * arm_phi_2_sin + arm_psi_2_ground_z_y * arm_phi_2_cos;
     const double arm_phi_2_ground_z_z = arm_theta_2_ground_z_z * arm_phi_2_cos - arm_psi_2_ground_z_y * arm_phi_2_sin;
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sin(q[9]);
-    const double arm_psi_3_cos = cos(q[9]);
+    const double arm_psi_3_sin = sine[8];
+    const double arm_psi_3_cos = cosine[8];
     const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
     const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
     const double arm_psi_3_ground_z_x = arm_phi_2_ground_z_y * arm_psi_3_sin + arm_theta_2_ground_z_x * arm_psi_3_cos;
@@ -2019,8 +2088,8 @@ void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_3_position_y = arm_psi_2_position_y + p->derived.arm_element_length * arm_theta_2_ground_y_x;
     const double arm_psi_3_position_z = arm_psi_2_position_z + p->derived.arm_element_length * arm_theta_2_ground_z_x;
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sin(q[10]);
-    const double arm_theta_3_cos = cos(q[10]);
+    const double arm_theta_3_sin = sine[9];
+    const double arm_theta_3_cos = cosine[9];
     const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
         arm_theta_3_sin;
     const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
@@ -2041,12 +2110,14 @@ void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p, co
         const double q[13], const double qd[13], double rd[1 * 3]) {
     (void)x;
     (void)t;
+    double sine[11], cosine[11];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
     /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
+    const double column_psi_sin = sine[0];
+    const double column_psi_cos = cosine[0];
     /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
+    const double arm_psi_sin = sine[1];
+    const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     const double t1 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
@@ -2056,8 +2127,8 @@ void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p, co
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
     const double arm_psi_v_y = qd[0] * arm_psi_cos;
     /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sin(q[3]);
-    const double arm_psi_1_cos = cos(q[3]);
+    const double arm_psi_1_sin = sine[2];
+    const double arm_psi_1_cos = cosine[2];
     const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t1 * arm_psi_1_sin;
     const double t3 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
     const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
@@ -2072,8 +2143,8 @@ void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p, co
     const double arm_psi_1_v_y = arm_psi_1_cos * t6 - arm_psi_v_x * arm_psi_1_sin;
     const double arm_psi_1_w_z = qd[2] + qd[3];
     /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sin(q[4]);
-    const double arm_theta_1_cos = cos(q[4]);
+    const double arm_theta_1_sin = sine[3];
+    const double arm_theta_1_cos = cosine[3];
     const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
     const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
     const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
@@ -2086,8 +2157,8 @@ void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p, co
     const double arm_theta_1_v_x = t5 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
     const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
     /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sin(q[5]);
-    const double arm_phi_1_cos = cos(q[5]);
+    const double arm_phi_1_sin = sine[4];
+    const double arm_phi_1_cos = cosine[4];
     const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t3 * arm_phi_1_cos;
     const double arm_phi_1_ground_x_z = t3 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
     const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
@@ -2100,8 +2171,8 @@ void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p, co
     const double arm_phi_1_v_z = arm_theta_1_v_z * arm_phi_1_cos - arm_psi_1_v_y * arm_phi_1_sin;
     const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
     /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sin(q[6]);
-    const double arm_psi_2_cos = cos(q[6]);
+    const double arm_psi_2_sin = sine[5];
+    const double arm_psi_2_cos = cosine[5];
     const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
     const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
     const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
@@ -2116,8 +2187,8 @@ void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p, co
     const double arm_psi_2_v_y = arm_psi_2_cos * t7 - arm_theta_1_v_x * arm_psi_2_sin;
     const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
     /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sin(q[7]);
-    const double arm_theta_2_cos = cos(q[7]);
+    const double arm_theta_2_sin = sine[6];
+    const double arm_theta_2_cos = cosine[6];
     const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
         arm_theta_2_cos;
     const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
@@ -2136,8 +2207,8 @@ void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p, co
     const double arm_theta_2_v_x = arm_psi_2_v_x * arm_theta_2_cos - arm_psi_2_v_z * arm_theta_2_sin;
     const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
     /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sin(q[8]);
-    const double arm_phi_2_cos = cos(q[8]);
+    const double arm_phi_2_sin = sine[7];
+    const double arm_phi_2_cos = cosine[7];
     const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
     const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
     const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
@@ -2150,8 +2221,8 @@ void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p, co
     const double arm_phi_2_v_z = arm_theta_2_v_z * arm_phi_2_cos - arm_psi_2_v_y * arm_phi_2_sin;
     const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sin(q[9]);
-    const double arm_psi_3_cos = cos(q[9]);
+    const double arm_psi_3_sin = sine[8];
+    const double arm_psi_3_cos = cosine[8];
     const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
     const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
     const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
@@ -2166,8 +2237,8 @@ void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p, co
     const double arm_psi_3_v_y = arm_psi_3_cos * t8 - arm_theta_2_v_x * arm_psi_3_sin;
     const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sin(q[10]);
-    const double arm_theta_3_cos = cos(q[10]);
+    const double arm_theta_3_sin = sine[9];
+    const double arm_theta_3_cos = cosine[9];
     const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
         arm_theta_3_cos;
     const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
@@ -2185,8 +2256,8 @@ void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p, co
     const double arm_theta_3_v_x = arm_psi_3_v_x * arm_theta_3_cos - arm_psi_3_v_z * arm_theta_3_sin;
     const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
     /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sin(q[11]);
-    const double arm_phi_3_cos = cos(q[11]);
+    const double arm_phi_3_sin = sine[10];
+    const double arm_phi_3_cos = cosine[10];
     const double arm_phi_3_ground_x_y = arm_theta_3_ground_x_z * arm_phi_3_sin + arm_psi_3_ground_x_y * arm_phi_3_cos;
     const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
     const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
@@ -2219,20 +2290,22 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
     (void)x;
     (void)t;
     (void)qd;
+    double sine[10], cosine[10];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 10);
     /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
+    const double column_psi_sin = sine[0];
+    const double column_psi_cos = cosine[0];
     /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
+    const double arm_psi_sin = sine[1];
+    const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     const double t1 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
     const double t2 = column_psi_sin * arm_psi_sin;
     const double arm_psi_position_z = p->h + q[0];
     /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sin(q[3]);
-    const double arm_psi_1_cos = cos(q[3]);
+    const double arm_psi_1_sin = sine[2];
+    const double arm_psi_1_cos = cosine[2];
     const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t1 * arm_psi_1_sin;
     const double t3 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
     const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
@@ -2243,8 +2316,8 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_1_position_y = p->derived.constant_1 * arm_psi_ground_y_x;
     const double arm_psi_1_position_z = arm_psi_position_z + p->derived.constant_1 * arm_psi_sin;
     /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sin(q[4]);
-    const double arm_theta_1_cos = cos(q[4]);
+    const double arm_theta_1_sin = sine[3];
+    const double arm_theta_1_cos = cosine[3];
     const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
     const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
     const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
@@ -2252,8 +2325,8 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
     const double arm_theta_1_ground_z_z = arm_psi_1_ground_z_x * arm_theta_1_sin;
     const double arm_theta_1_ground_z_x = arm_psi_1_ground_z_x * arm_theta_1_cos;
     /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sin(q[5]);
-    const double arm_phi_1_cos = cos(q[5]);
+    const double arm_phi_1_sin = sine[4];
+    const double arm_phi_1_cos = cosine[4];
     const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t3 * arm_phi_1_cos;
     const double arm_phi_1_ground_x_z = t3 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
     const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
@@ -2261,8 +2334,8 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_1_ground_z_y = arm_theta_1_ground_z_z * arm_phi_1_sin + arm_psi_1_ground_z_y * arm_phi_1_cos;
     const double arm_phi_1_ground_z_z = arm_theta_1_ground_z_z * arm_phi_1_cos - arm_psi_1_ground_z_y * arm_phi_1_sin;
     /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sin(q[6]);
-    const double arm_psi_2_cos = cos(q[6]);
+    const double arm_psi_2_sin = sine[5];
+    const double arm_psi_2_cos = cosine[5];
     const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
     const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
     const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
@@ -2273,8 +2346,8 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_2_position_y = arm_psi_1_position_y + p->derived.arm_element_length * arm_theta_1_ground_y_x;
     const double arm_psi_2_position_z = arm_psi_1_position_z + p->derived.arm_element_length * arm_theta_1_ground_z_x;
     /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sin(q[7]);
-    const double arm_theta_2_cos = cos(q[7]);
+    const double arm_theta_2_sin = sine[6];
+    const double arm_theta_2_cos = cosine[6];
     const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
         arm_theta_2_cos;
     const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
@@ -2288,8 +2361,8 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
     const double arm_theta_2_ground_z_x = arm_psi_2_ground_z_x * arm_theta_2_cos - arm_phi_1_ground_z_z *
         arm_theta_2_sin;
     /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sin(q[8]);
-    const double arm_phi_2_cos = cos(q[8]);
+    const double arm_phi_2_sin = sine[7];
+    const double arm_phi_2_cos = cosine[7];
     const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
     const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
     const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
@@ -2297,8 +2370,8 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_2_ground_z_y = arm_theta_2_ground_z_z * arm_phi_2_sin + arm_psi_2_ground_z_y * arm_phi_2_cos;
     const double arm_phi_2_ground_z_z = arm_theta_2_ground_z_z * arm_phi_2_cos - arm_psi_2_ground_z_y * arm_phi_2_sin;
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sin(q[9]);
-    const double arm_psi_3_cos = cos(q[9]);
+    const double arm_psi_3_sin = sine[8];
+    const double arm_psi_3_cos = cosine[8];
     const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
     const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
     const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
@@ -2309,8 +2382,8 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_3_position_y = arm_psi_2_position_y + p->derived.arm_element_length * arm_theta_2_ground_y_x;
     const double arm_psi_3_position_z = arm_psi_2_position_z + p->derived.arm_element_length * arm_theta_2_ground_z_x;
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sin(q[10]);
-    const double arm_theta_3_cos = cos(q[10]);
+    const double arm_theta_3_sin = sine[9];
+    const double arm_theta_3_cos = cosine[9];
     const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
         arm_theta_3_sin;
     const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
@@ -2388,12 +2461,14 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
         const double q[13], const double qd[13], double d[1 * 3]) {
     (void)x;
     (void)t;
+    double sine[11], cosine[11];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
     /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
+    const double column_psi_sin = sine[0];
+    const double column_psi_cos = cosine[0];
     /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
+    const double arm_psi_sin = sine[1];
+    const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     const double t1 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
@@ -2403,8 +2478,8 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
     const double t3 = arm_psi_w_x * qd[2];
     /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sin(q[3]);
-    const double arm_psi_1_cos = cos(q[3]);
+    const double arm_psi_1_sin = sine[2];
+    const double arm_psi_1_cos = cosine[2];
     const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t1 * arm_psi_1_sin;
     const double t4 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
     const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
@@ -2423,8 +2498,8 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
     const double t8 = arm_psi_bias_wd_x * arm_psi_1_sin + t3 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
     const double arm_psi_1_w_z = qd[2] + qd[3];
     /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sin(q[4]);
-    const double arm_theta_1_cos = cos(q[4]);
+    const double arm_theta_1_sin = sine[3];
+    const double arm_theta_1_cos = cosine[3];
     const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
     const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
     const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
@@ -2439,8 +2514,8 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
     const double arm_theta_1_bias_wd_z = arm_psi_1_bias_wd_x * arm_theta_1_sin + arm_theta_1_w_x * qd[4];
     const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
     /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sin(q[5]);
-    const double arm_phi_1_cos = cos(q[5]);
+    const double arm_phi_1_sin = sine[4];
+    const double arm_phi_1_cos = cosine[4];
     const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
     const double arm_phi_1_ground_x_z = t4 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
     const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t5 * arm_phi_1_cos;
@@ -2457,8 +2532,8 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
         qd[5];
     const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
     /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sin(q[6]);
-    const double arm_psi_2_cos = cos(q[6]);
+    const double arm_psi_2_sin = sine[5];
+    const double arm_psi_2_cos = cosine[5];
     const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
     const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
     const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
@@ -2481,8 +2556,8 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
         arm_psi_2_w_x * qd[6];
     const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
     /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sin(q[7]);
-    const double arm_theta_2_cos = cos(q[7]);
+    const double arm_theta_2_sin = sine[6];
+    const double arm_theta_2_cos = cosine[6];
     const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
         arm_theta_2_cos;
     const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
@@ -2505,8 +2580,8 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
         arm_theta_2_w_x * qd[7];
     const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
     /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sin(q[8]);
-    const double arm_phi_2_cos = cos(q[8]);
+    const double arm_phi_2_sin = sine[7];
+    const double arm_phi_2_cos = cosine[7];
     const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
     const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
     const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
@@ -2523,8 +2598,8 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
         arm_phi_2_w_y * qd[8];
     const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sin(q[9]);
-    const double arm_psi_3_cos = cos(q[9]);
+    const double arm_psi_3_sin = sine[8];
+    const double arm_psi_3_cos = cosine[8];
     const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
     const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
     const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
@@ -2547,8 +2622,8 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
         arm_psi_3_w_x * qd[9];
     const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sin(q[10]);
-    const double arm_theta_3_cos = cos(q[10]);
+    const double arm_theta_3_sin = sine[9];
+    const double arm_theta_3_cos = cosine[9];
     const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
         arm_theta_3_cos;
     const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
@@ -2569,8 +2644,8 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
         arm_theta_3_w_x * qd[10];
     const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
     /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sin(q[11]);
-    const double arm_phi_3_cos = cos(q[11]);
+    const double arm_phi_3_sin = sine[10];
+    const double arm_phi_3_cos = cosine[10];
     const double arm_phi_3_ground_x_y = arm_theta_3_ground_x_z * arm_phi_3_sin + arm_psi_3_ground_x_y * arm_phi_3_cos;
     const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
     const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
@@ -2615,16 +2690,18 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         const double q[13], const double qd[13], double energy[2]) {
     (void)x;
     (void)t;
+    double sine[10], cosine[10];
+    manipulator_flexible_sincos(q + 2, sine, cosine, 10);
     /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
+    const double arm_psi_sin = sine[0];
+    const double arm_psi_cos = cosine[0];
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
     const double arm_psi_v_y = qd[0] * arm_psi_cos;
     /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sin(q[3]);
-    const double arm_psi_1_cos = cos(q[3]);
+    const double arm_psi_1_sin = sine[1];
+    const double arm_psi_1_cos = cosine[1];
     const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
     const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
     const double t1 = p->derived.constant_1 * arm_psi_w_y;
@@ -2633,24 +2710,24 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     const double arm_psi_1_v_y = arm_psi_1_cos * t2 - arm_psi_v_x * arm_psi_1_sin;
     const double arm_psi_1_w_z = qd[2] + qd[3];
     /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sin(q[4]);
-    const double arm_theta_1_cos = cos(q[4]);
+    const double arm_theta_1_sin = sine[2];
+    const double arm_theta_1_cos = cosine[2];
     const double arm_theta_1_w_z = arm_psi_1_w_x * arm_theta_1_sin + arm_psi_1_w_z * arm_theta_1_cos;
     const double arm_theta_1_w_x = arm_psi_1_w_x * arm_theta_1_cos - arm_psi_1_w_z * arm_theta_1_sin;
     const double arm_theta_1_v_z = arm_psi_1_v_x * arm_theta_1_sin - t1 * arm_theta_1_cos;
     const double arm_theta_1_v_x = t1 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
     const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
     /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sin(q[5]);
-    const double arm_phi_1_cos = cos(q[5]);
+    const double arm_phi_1_sin = sine[3];
+    const double arm_phi_1_cos = cosine[3];
     const double arm_phi_1_w_y = arm_theta_1_w_z * arm_phi_1_sin + arm_theta_1_w_y * arm_phi_1_cos;
     const double arm_phi_1_w_z = arm_theta_1_w_z * arm_phi_1_cos - arm_theta_1_w_y * arm_phi_1_sin;
     const double arm_phi_1_v_y = arm_theta_1_v_z * arm_phi_1_sin + arm_psi_1_v_y * arm_phi_1_cos;
     const double arm_phi_1_v_z = arm_theta_1_v_z * arm_phi_1_cos - arm_psi_1_v_y * arm_phi_1_sin;
     const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
     /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sin(q[6]);
-    const double arm_psi_2_cos = cos(q[6]);
+    const double arm_psi_2_sin = sine[4];
+    const double arm_psi_2_cos = cosine[4];
     const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
     const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
     const double t3 = arm_phi_1_v_y + p->derived.arm_element_length * arm_phi_1_w_z;
@@ -2659,24 +2736,24 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     const double arm_psi_2_v_y = arm_psi_2_cos * t3 - arm_theta_1_v_x * arm_psi_2_sin;
     const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
     /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sin(q[7]);
-    const double arm_theta_2_cos = cos(q[7]);
+    const double arm_theta_2_sin = sine[5];
+    const double arm_theta_2_cos = cosine[5];
     const double arm_theta_2_w_z = arm_psi_2_w_x * arm_theta_2_sin + arm_psi_2_w_z * arm_theta_2_cos;
     const double arm_theta_2_w_x = arm_psi_2_w_x * arm_theta_2_cos - arm_psi_2_w_z * arm_theta_2_sin;
     const double arm_theta_2_v_z = arm_psi_2_v_x * arm_theta_2_sin + arm_psi_2_v_z * arm_theta_2_cos;
     const double arm_theta_2_v_x = arm_psi_2_v_x * arm_theta_2_cos - arm_psi_2_v_z * arm_theta_2_sin;
     const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
     /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sin(q[8]);
-    const double arm_phi_2_cos = cos(q[8]);
+    const double arm_phi_2_sin = sine[6];
+    const double arm_phi_2_cos = cosine[6];
     const double arm_phi_2_w_y = arm_theta_2_w_z * arm_phi_2_sin + arm_theta_2_w_y * arm_phi_2_cos;
     const double arm_phi_2_w_z = arm_theta_2_w_z * arm_phi_2_cos - arm_theta_2_w_y * arm_phi_2_sin;
     const double arm_phi_2_v_y = arm_theta_2_v_z * arm_phi_2_sin + arm_psi_2_v_y * arm_phi_2_cos;
     const double arm_phi_2_v_z = arm_theta_2_v_z * arm_phi_2_cos - arm_psi_2_v_y * arm_phi_2_sin;
     const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sin(q[9]);
-    const double arm_psi_3_cos = cos(q[9]);
+    const double arm_psi_3_sin = sine[7];
+    const double arm_psi_3_cos = cosine[7];
     const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
     const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
     const double t4 = arm_phi_2_v_y + p->derived.arm_element_length * arm_phi_2_w_z;
@@ -2685,16 +2762,16 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     const double arm_psi_3_v_y = arm_psi_3_cos * t4 - arm_theta_2_v_x * arm_psi_3_sin;
     const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sin(q[10]);
-    const double arm_theta_3_cos = cos(q[10]);
+    const double arm_theta_3_sin = sine[8];
+    const double arm_theta_3_cos = cosine[8];
     const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
     const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
     const double arm_theta_3_v_z = arm_psi_3_v_x * arm_theta_3_sin + arm_psi_3_v_z * arm_theta_3_cos;
     const double arm_theta_3_v_x = arm_psi_3_v_x * arm_theta_3_cos - arm_psi_3_v_z * arm_theta_3_sin;
     const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
     /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sin(q[11]);
-    const double arm_phi_3_cos = cos(q[11]);
+    const double arm_phi_3_sin = sine[9];
+    const double arm_phi_3_cos = cosine[9];
     const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
     const double arm_phi_3_w_z = arm_theta_3_w_z * arm_phi_3_cos - arm_theta_3_w_y * arm_phi_3_sin;
     const double arm_phi_3_v_y = arm_theta_3_v_z * arm_phi_3_sin + arm_psi_3_v_y * arm_phi_3_cos;
@@ -2801,49 +2878,51 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     (void)x;
     (void)t;
     (void)qd;
+    double sine[10], cosine[10];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 10);
     for (int i = 0; i < 169; i++)
         Q_q[i] = 0.0;
     /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
+    const double column_psi_sin = sine[0];
+    const double column_psi_cos = cosine[0];
     /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
+    const double arm_psi_sin = sine[1];
+    const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     const double t1 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
     const double t2 = column_psi_sin * arm_psi_sin;
     /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sin(q[3]);
-    const double arm_psi_1_cos = cos(q[3]);
+    const double arm_psi_1_sin = sine[2];
+    const double arm_psi_1_cos = cosine[2];
     const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t1 * arm_psi_1_sin;
     const double t3 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
     const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
     const double t4 = arm_psi_ground_y_x * arm_psi_1_sin + t2 * arm_psi_1_cos;
     /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sin(q[4]);
-    const double arm_theta_1_cos = cos(q[4]);
+    const double arm_theta_1_sin = sine[3];
+    const double arm_theta_1_cos = cosine[3];
     const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
     const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
     const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
     const double arm_theta_1_ground_y_x = column_psi_cos * arm_theta_1_sin + arm_psi_1_ground_y_x * arm_theta_1_cos;
     /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sin(q[5]);
-    const double arm_phi_1_cos = cos(q[5]);
+    const double arm_phi_1_sin = sine[4];
+    const double arm_phi_1_cos = cosine[4];
     const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t3 * arm_phi_1_cos;
     const double arm_phi_1_ground_x_z = t3 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
     const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
     const double arm_phi_1_ground_y_z = t4 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
     /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sin(q[6]);
-    const double arm_psi_2_cos = cos(q[6]);
+    const double arm_psi_2_sin = sine[5];
+    const double arm_psi_2_cos = cosine[5];
     const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
     const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
     const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
     const double arm_psi_2_ground_y_y = arm_phi_1_ground_y_y * arm_psi_2_cos - arm_theta_1_ground_y_x * arm_psi_2_sin;
     /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sin(q[7]);
-    const double arm_theta_2_cos = cos(q[7]);
+    const double arm_theta_2_sin = sine[6];
+    const double arm_theta_2_cos = cosine[6];
     const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
         arm_theta_2_cos;
     const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
@@ -2853,22 +2932,22 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     const double arm_theta_2_ground_y_x = arm_psi_2_ground_y_x * arm_theta_2_cos - arm_phi_1_ground_y_z *
         arm_theta_2_sin;
     /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sin(q[8]);
-    const double arm_phi_2_cos = cos(q[8]);
+    const double arm_phi_2_sin = sine[7];
+    const double arm_phi_2_cos = cosine[7];
     const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
     const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
     const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
     const double arm_phi_2_ground_y_z = arm_theta_2_ground_y_z * arm_phi_2_cos - arm_psi_2_ground_y_y * arm_phi_2_sin;
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sin(q[9]);
-    const double arm_psi_3_cos = cos(q[9]);
+    const double arm_psi_3_sin = sine[8];
+    const double arm_psi_3_cos = cosine[8];
     const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
     const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
     const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
     const double arm_psi_3_ground_y_y = arm_phi_2_ground_y_y * arm_psi_3_cos - arm_theta_2_ground_y_x * arm_psi_3_sin;
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sin(q[10]);
-    const double arm_theta_3_cos = cos(q[10]);
+    const double arm_theta_3_sin = sine[9];
+    const double arm_theta_3_cos = cosine[9];
     const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
         arm_theta_3_cos;
     const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
@@ -3054,9 +3133,11 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
 void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double qdd[13]) {
     (void)x;
+    double sine[10], cosine[10];
+    manipulator_flexible_sincos(q + 2, sine, cosine, 10);
     /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
+    const double arm_psi_sin = sine[0];
+    const double arm_psi_cos = cosine[0];
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
@@ -3066,8 +3147,8 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
     const double t2 = arm_psi_w_x * arm_psi_w_y;
     const double t3 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
     /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sin(q[3]);
-    const double arm_psi_1_cos = cos(q[3]);
+    const double arm_psi_1_sin = sine[1];
+    const double arm_psi_1_cos = cosine[1];
     const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
     const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
     const double arm_psi_1_bias_a_z = p->derived.constant_1 * (t1 + t1);
@@ -3080,8 +3161,8 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
     const double t6 = arm_psi_bias_wd_x * arm_psi_1_sin + t1 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
     const double arm_psi_1_w_z = qd[2] + qd[3];
     /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sin(q[4]);
-    const double arm_theta_1_cos = cos(q[4]);
+    const double arm_theta_1_sin = sine[2];
+    const double arm_theta_1_cos = cosine[2];
     const double arm_theta_1_w_z = arm_psi_1_w_x * arm_theta_1_sin + arm_psi_1_w_z * arm_theta_1_cos;
     const double arm_theta_1_w_x = arm_psi_1_w_x * arm_theta_1_cos - arm_psi_1_w_z * arm_theta_1_sin;
     const double arm_theta_1_bias_a_falling_z = arm_psi_1_bias_a_z * arm_theta_1_cos + arm_psi_1_bias_a_falling_x *
@@ -3092,8 +3173,8 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
     const double arm_theta_1_bias_wd_z = arm_psi_1_bias_wd_x * arm_theta_1_sin + arm_theta_1_w_x * qd[4];
     const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
     /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sin(q[5]);
-    const double arm_phi_1_cos = cos(q[5]);
+    const double arm_phi_1_sin = sine[3];
+    const double arm_phi_1_cos = cosine[3];
     const double arm_phi_1_w_y = arm_theta_1_w_z * arm_phi_1_sin + arm_theta_1_w_y * arm_phi_1_cos;
     const double arm_phi_1_w_z = arm_theta_1_w_z * arm_phi_1_cos - arm_theta_1_w_y * arm_phi_1_sin;
     const double arm_phi_1_bias_a_falling_y = arm_theta_1_bias_a_falling_z * arm_phi_1_sin + arm_psi_1_bias_a_falling_y *
@@ -3111,8 +3192,8 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
     const double t10 = arm_phi_1_w_z * arm_phi_1_w_x;
     const double t11 = t10 - arm_phi_1_bias_wd_y;
     /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sin(q[6]);
-    const double arm_psi_2_cos = cos(q[6]);
+    const double arm_psi_2_sin = sine[4];
+    const double arm_psi_2_cos = cosine[4];
     const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
     const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
     const double t12 = arm_theta_1_bias_a_falling_x - p->derived.arm_element_length * t8;
@@ -3127,8 +3208,8 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
         arm_psi_2_w_x * qd[6];
     const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
     /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sin(q[7]);
-    const double arm_theta_2_cos = cos(q[7]);
+    const double arm_theta_2_sin = sine[5];
+    const double arm_theta_2_cos = cosine[5];
     const double arm_theta_2_w_z = arm_psi_2_w_x * arm_theta_2_sin + arm_psi_2_w_z * arm_theta_2_cos;
     const double arm_theta_2_w_x = arm_psi_2_w_x * arm_theta_2_cos - arm_psi_2_w_z * arm_theta_2_sin;
     const double arm_theta_2_bias_a_falling_z = arm_psi_2_bias_a_falling_x * arm_theta_2_sin + arm_psi_2_bias_a_falling_z *
@@ -3141,8 +3222,8 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
         arm_theta_2_w_x * qd[7];
     const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
     /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sin(q[8]);
-    const double arm_phi_2_cos = cos(q[8]);
+    const double arm_phi_2_sin = sine[6];
+    const double arm_phi_2_cos = cosine[6];
     const double arm_phi_2_w_y = arm_theta_2_w_z * arm_phi_2_sin + arm_theta_2_w_y * arm_phi_2_cos;
     const double arm_phi_2_w_z = arm_theta_2_w_z * arm_phi_2_cos - arm_theta_2_w_y * arm_phi_2_sin;
     const double arm_phi_2_bias_a_falling_y = arm_theta_2_bias_a_falling_z * arm_phi_2_sin + arm_psi_2_bias_a_falling_y *
@@ -3160,8 +3241,8 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
     const double t17 = arm_phi_2_w_z * arm_phi_2_w_x;
     const double t18 = t17 - arm_phi_2_bias_wd_y;
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sin(q[9]);
-    const double arm_psi_3_cos = cos(q[9]);
+    const double arm_psi_3_sin = sine[7];
+    const double arm_psi_3_cos = cosine[7];
     const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
     const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
     const double t19 = arm_theta_2_bias_a_falling_x - p->derived.arm_element_length * t15;
@@ -3176,8 +3257,8 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
         arm_psi_3_w_x * qd[9];
     const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sin(q[10]);
-    const double arm_theta_3_cos = cos(q[10]);
+    const double arm_theta_3_sin = sine[8];
+    const double arm_theta_3_cos = cosine[8];
     const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
     const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
     const double arm_theta_3_bias_a_falling_z = arm_psi_3_bias_a_falling_x * arm_theta_3_sin + arm_psi_3_bias_a_falling_z *
@@ -3190,8 +3271,8 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
         arm_theta_3_w_x * qd[10];
     const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
     /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sin(q[11]);
-    const double arm_phi_3_cos = cos(q[11]);
+    const double arm_phi_3_sin = sine[9];
+    const double arm_phi_3_cos = cosine[9];
     const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
     const double t21 = arm_theta_3_w_y * arm_phi_3_sin;
     const double t22 = arm_theta_3_w_z * arm_phi_3_cos;
@@ -3549,14 +3630,16 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
 void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double qdd[13]) {
     (void)x;
+    double sine[11], cosine[11];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
     const double t1 = t * 3.141592653589793 / p->T;
     const double t2 = sin(t1);
     /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
+    const double column_psi_sin = sine[0];
+    const double column_psi_cos = cosine[0];
     /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
+    const double arm_psi_sin = sine[1];
+    const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     const double t3 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
@@ -3573,8 +3656,8 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double t6 = arm_psi_w_x * arm_psi_w_y;
     const double t7 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
     /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sin(q[3]);
-    const double arm_psi_1_cos = cos(q[3]);
+    const double arm_psi_1_sin = sine[2];
+    const double arm_psi_1_cos = cosine[2];
     const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t3 * arm_psi_1_sin;
     const double t8 = arm_psi_ground_x_x * arm_psi_1_sin + t3 * arm_psi_1_cos;
     const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t4 * arm_psi_1_sin;
@@ -3604,8 +3687,8 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double t16 = arm_psi_bias_wd_x * arm_psi_1_sin + t5 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
     const double arm_psi_1_w_z = qd[2] + qd[3];
     /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sin(q[4]);
-    const double arm_theta_1_cos = cos(q[4]);
+    const double arm_theta_1_sin = sine[3];
+    const double arm_theta_1_cos = cosine[3];
     const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
     const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
     const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
@@ -3626,8 +3709,8 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double arm_theta_1_bias_wd_z = arm_psi_1_bias_wd_x * arm_theta_1_sin + arm_theta_1_w_x * qd[4];
     const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
     /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sin(q[5]);
-    const double arm_phi_1_cos = cos(q[5]);
+    const double arm_phi_1_sin = sine[4];
+    const double arm_phi_1_cos = cosine[4];
     const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t8 * arm_phi_1_cos;
     const double arm_phi_1_ground_x_z = t8 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
     const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t9 * arm_phi_1_cos;
@@ -3655,8 +3738,8 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double t22 = arm_phi_1_w_z * arm_phi_1_w_x;
     const double t23 = t22 - arm_phi_1_bias_wd_y;
     /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sin(q[6]);
-    const double arm_psi_2_cos = cos(q[6]);
+    const double arm_psi_2_sin = sine[5];
+    const double arm_psi_2_cos = cosine[5];
     const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
     const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
     const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
@@ -3691,8 +3774,8 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
         arm_psi_2_w_x * qd[6];
     const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
     /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sin(q[7]);
-    const double arm_theta_2_cos = cos(q[7]);
+    const double arm_theta_2_sin = sine[6];
+    const double arm_theta_2_cos = cosine[6];
     const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
         arm_theta_2_cos;
     const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
@@ -3721,8 +3804,8 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
         arm_theta_2_w_x * qd[7];
     const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
     /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sin(q[8]);
-    const double arm_phi_2_cos = cos(q[8]);
+    const double arm_phi_2_sin = sine[7];
+    const double arm_phi_2_cos = cosine[7];
     const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
     const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
     const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
@@ -3750,8 +3833,8 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double t35 = arm_phi_2_w_z * arm_phi_2_w_x;
     const double t36 = t35 - arm_phi_2_bias_wd_y;
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sin(q[9]);
-    const double arm_psi_3_cos = cos(q[9]);
+    const double arm_psi_3_sin = sine[8];
+    const double arm_psi_3_cos = cosine[8];
     const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
     const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
     const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
@@ -3786,8 +3869,8 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
         arm_psi_3_w_x * qd[9];
     const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sin(q[10]);
-    const double arm_theta_3_cos = cos(q[10]);
+    const double arm_theta_3_sin = sine[9];
+    const double arm_theta_3_cos = cosine[9];
     const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
         arm_theta_3_cos;
     const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
@@ -3816,8 +3899,8 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
         arm_theta_3_w_x * qd[10];
     const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
     /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sin(q[11]);
-    const double arm_phi_3_cos = cos(q[11]);
+    const double arm_phi_3_sin = sine[10];
+    const double arm_phi_3_cos = cosine[10];
     const double arm_phi_3_ground_x_y = arm_theta_3_ground_x_z * arm_phi_3_sin + arm_psi_3_ground_x_y * arm_phi_3_cos;
     const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
     const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
@@ -4550,14 +4633,16 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
 void manipulator_flexible_force(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double force[13]) {
     (void)x;
+    double sine[11], cosine[11];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
     const double t1 = t * 3.141592653589793 / p->T;
     const double t2 = sin(t1);
     /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
+    const double column_psi_sin = sine[0];
+    const double column_psi_cos = cosine[0];
     /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
+    const double arm_psi_sin = sine[1];
+    const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     const double t3 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
@@ -4574,8 +4659,8 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double t6 = arm_psi_w_x * arm_psi_w_y;
     const double t7 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
     /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sin(q[3]);
-    const double arm_psi_1_cos = cos(q[3]);
+    const double arm_psi_1_sin = sine[2];
+    const double arm_psi_1_cos = cosine[2];
     const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t3 * arm_psi_1_sin;
     const double t8 = arm_psi_ground_x_x * arm_psi_1_sin + t3 * arm_psi_1_cos;
     const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t4 * arm_psi_1_sin;
@@ -4605,8 +4690,8 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double t16 = arm_psi_bias_wd_x * arm_psi_1_sin + t5 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
     const double arm_psi_1_w_z = qd[2] + qd[3];
     /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sin(q[4]);
-    const double arm_theta_1_cos = cos(q[4]);
+    const double arm_theta_1_sin = sine[3];
+    const double arm_theta_1_cos = cosine[3];
     const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
     const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
     const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
@@ -4627,8 +4712,8 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double arm_theta_1_bias_wd_z = arm_psi_1_bias_wd_x * arm_theta_1_sin + arm_theta_1_w_x * qd[4];
     const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
     /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sin(q[5]);
-    const double arm_phi_1_cos = cos(q[5]);
+    const double arm_phi_1_sin = sine[4];
+    const double arm_phi_1_cos = cosine[4];
     const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t8 * arm_phi_1_cos;
     const double arm_phi_1_ground_x_z = t8 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
     const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t9 * arm_phi_1_cos;
@@ -4656,8 +4741,8 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double t22 = arm_phi_1_w_z * arm_phi_1_w_x;
     const double t23 = t22 - arm_phi_1_bias_wd_y;
     /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sin(q[6]);
-    const double arm_psi_2_cos = cos(q[6]);
+    const double arm_psi_2_sin = sine[5];
+    const double arm_psi_2_cos = cosine[5];
     const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
     const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
     const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
@@ -4692,8 +4777,8 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
         arm_psi_2_w_x * qd[6];
     const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
     /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sin(q[7]);
-    const double arm_theta_2_cos = cos(q[7]);
+    const double arm_theta_2_sin = sine[6];
+    const double arm_theta_2_cos = cosine[6];
     const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
         arm_theta_2_cos;
     const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
@@ -4722,8 +4807,8 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
         arm_theta_2_w_x * qd[7];
     const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
     /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sin(q[8]);
-    const double arm_phi_2_cos = cos(q[8]);
+    const double arm_phi_2_sin = sine[7];
+    const double arm_phi_2_cos = cosine[7];
     const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
     const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
     const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
@@ -4751,8 +4836,8 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double t35 = arm_phi_2_w_z * arm_phi_2_w_x;
     const double t36 = t35 - arm_phi_2_bias_wd_y;
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sin(q[9]);
-    const double arm_psi_3_cos = cos(q[9]);
+    const double arm_psi_3_sin = sine[8];
+    const double arm_psi_3_cos = cosine[8];
     const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
     const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
     const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
@@ -4787,8 +4872,8 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
         arm_psi_3_w_x * qd[9];
     const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sin(q[10]);
-    const double arm_theta_3_cos = cos(q[10]);
+    const double arm_theta_3_sin = sine[9];
+    const double arm_theta_3_cos = cosine[9];
     const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
         arm_theta_3_cos;
     const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
@@ -4817,8 +4902,8 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
         arm_theta_3_w_x * qd[10];
     const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
     /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sin(q[11]);
-    const double arm_phi_3_cos = cos(q[11]);
+    const double arm_phi_3_sin = sine[10];
+    const double arm_phi_3_cos = cosine[10];
     const double arm_phi_3_ground_x_y = arm_theta_3_ground_x_z * arm_phi_3_sin + arm_psi_3_ground_x_y * arm_phi_3_cos;
     const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
     const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
@@ -5545,16 +5630,18 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
 void manipulator_flexible_equations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], struct manipulator_flexible_equations_result *out) {
     (void)x;
+    double sine[11], cosine[11];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
     for (int i = 0; i < 169; i++)
         out->M[i] = 0.0;
     const double t1 = t * 3.141592653589793 / p->T;
     const double t2 = sin(t1);
     /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
+    const double column_psi_sin = sine[0];
+    const double column_psi_cos = cosine[0];
     /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
+    const double arm_psi_sin = sine[1];
+    const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     const double t3 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
@@ -5571,8 +5658,8 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double t6 = arm_psi_w_x * arm_psi_w_y;
     const double t7 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
     /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sin(q[3]);
-    const double arm_psi_1_cos = cos(q[3]);
+    const double arm_psi_1_sin = sine[2];
+    const double arm_psi_1_cos = cosine[2];
     const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t3 * arm_psi_1_sin;
     const double t8 = arm_psi_ground_x_x * arm_psi_1_sin + t3 * arm_psi_1_cos;
     const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t4 * arm_psi_1_sin;
@@ -5602,8 +5689,8 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double t16 = arm_psi_bias_wd_x * arm_psi_1_sin + t5 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
     const double arm_psi_1_w_z = qd[2] + qd[3];
     /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sin(q[4]);
-    const double arm_theta_1_cos = cos(q[4]);
+    const double arm_theta_1_sin = sine[3];
+    const double arm_theta_1_cos = cosine[3];
     const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
     const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
     const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
@@ -5624,8 +5711,8 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double arm_theta_1_bias_wd_z = arm_psi_1_bias_wd_x * arm_theta_1_sin + arm_theta_1_w_x * qd[4];
     const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
     /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sin(q[5]);
-    const double arm_phi_1_cos = cos(q[5]);
+    const double arm_phi_1_sin = sine[4];
+    const double arm_phi_1_cos = cosine[4];
     const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t8 * arm_phi_1_cos;
     const double arm_phi_1_ground_x_z = t8 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
     const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t9 * arm_phi_1_cos;
@@ -5653,8 +5740,8 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double t22 = arm_phi_1_w_z * arm_phi_1_w_x;
     const double t23 = t22 - arm_phi_1_bias_wd_y;
     /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sin(q[6]);
-    const double arm_psi_2_cos = cos(q[6]);
+    const double arm_psi_2_sin = sine[5];
+    const double arm_psi_2_cos = cosine[5];
     const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
     const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
     const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
@@ -5689,8 +5776,8 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         arm_psi_2_w_x * qd[6];
     const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
     /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sin(q[7]);
-    const double arm_theta_2_cos = cos(q[7]);
+    const double arm_theta_2_sin = sine[6];
+    const double arm_theta_2_cos = cosine[6];
     const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
         arm_theta_2_cos;
     const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
@@ -5719,8 +5806,8 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         arm_theta_2_w_x * qd[7];
     const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
     /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sin(q[8]);
-    const double arm_phi_2_cos = cos(q[8]);
+    const double arm_phi_2_sin = sine[7];
+    const double arm_phi_2_cos = cosine[7];
     const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
     const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
     const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
@@ -5748,8 +5835,8 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double t35 = arm_phi_2_w_z * arm_phi_2_w_x;
     const double t36 = t35 - arm_phi_2_bias_wd_y;
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sin(q[9]);
-    const double arm_psi_3_cos = cos(q[9]);
+    const double arm_psi_3_sin = sine[8];
+    const double arm_psi_3_cos = cosine[8];
     const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
     const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
     const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
@@ -5784,8 +5871,8 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         arm_psi_3_w_x * qd[9];
     const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sin(q[10]);
-    const double arm_theta_3_cos = cos(q[10]);
+    const double arm_theta_3_sin = sine[9];
+    const double arm_theta_3_cos = cosine[9];
     const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
         arm_theta_3_cos;
     const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
@@ -5814,8 +5901,8 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         arm_theta_3_w_x * qd[10];
     const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
     /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sin(q[11]);
-    const double arm_phi_3_cos = cos(q[11]);
+    const double arm_phi_3_sin = sine[10];
+    const double arm_phi_3_cos = cosine[10];
     const double arm_phi_3_ground_x_y = arm_theta_3_ground_x_z * arm_phi_3_sin + arm_psi_3_ground_x_y * arm_phi_3_cos;
     const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
     const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
@@ -6574,56 +6661,58 @@ void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p
     (void)x;
     (void)t;
     (void)qd;
+    double sine[10], cosine[10];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 10);
     /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
+    const double column_psi_sin = sine[0];
+    const double column_psi_cos = cosine[0];
     /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
+    const double arm_psi_sin = sine[1];
+    const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     const double t1 = column_psi_cos * arm_psi_sin;
     /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sin(q[3]);
-    const double arm_psi_1_cos = cos(q[3]);
+    const double arm_psi_1_sin = sine[2];
+    const double arm_psi_1_cos = cosine[2];
     const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t1 * arm_psi_1_sin;
     const double t2 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
     const double arm_psi_1_position_x = p->derived.constant_1 * arm_psi_ground_x_x;
     /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sin(q[4]);
-    const double arm_theta_1_cos = cos(q[4]);
+    const double arm_theta_1_sin = sine[3];
+    const double arm_theta_1_cos = cosine[3];
     const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
     const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
     /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sin(q[5]);
-    const double arm_phi_1_cos = cos(q[5]);
+    const double arm_phi_1_sin = sine[4];
+    const double arm_phi_1_cos = cosine[4];
     const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t2 * arm_phi_1_cos;
     const double arm_phi_1_ground_x_z = t2 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
     /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sin(q[6]);
-    const double arm_psi_2_cos = cos(q[6]);
+    const double arm_psi_2_sin = sine[5];
+    const double arm_psi_2_cos = cosine[5];
     const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
     const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
     const double arm_psi_2_position_x = arm_psi_1_position_x + p->derived.arm_element_length * arm_theta_1_ground_x_x;
     /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sin(q[7]);
-    const double arm_theta_2_cos = cos(q[7]);
+    const double arm_theta_2_sin = sine[6];
+    const double arm_theta_2_cos = cosine[6];
     const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
         arm_theta_2_cos;
     const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
         arm_theta_2_sin;
     /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sin(q[8]);
-    const double arm_phi_2_cos = cos(q[8]);
+    const double arm_phi_2_sin = sine[7];
+    const double arm_phi_2_cos = cosine[7];
     const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
     const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sin(q[9]);
-    const double arm_psi_3_cos = cos(q[9]);
+    const double arm_psi_3_sin = sine[8];
+    const double arm_psi_3_cos = cosine[8];
     const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
     const double arm_psi_3_position_x = arm_psi_2_position_x + p->derived.arm_element_length * arm_theta_2_ground_x_x;
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sin(q[10]);
-    const double arm_theta_3_cos = cos(q[10]);
+    const double arm_theta_3_sin = sine[9];
+    const double arm_theta_3_cos = cosine[9];
     const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
         arm_theta_3_sin;
     /* effector_z: motion from arm_phi_3 outward */
@@ -6883,7 +6972,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "1bd2860ec97d47f3",
+    SET(hash) "58bc7954db8d9d1b",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

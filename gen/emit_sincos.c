@@ -1,0 +1,156 @@
+/*
+ * Sines and cosines of the coordinates that are angles: all of a call in one pass, which compilers turn into
+ * vector instructions. Takes the function that is printed, gives the range of coordinates, the pass as C
+ * text, and its results as entries of two arrays. Angles that are no plain coordinate are left to libm, and
+ * so are functions of few angles, where sine and cosine of libm in pairs are as fast.
+ *
+ * Reduction: W. J. Cody and W. Waite, Software Manual for the Elementary Functions, 1980, ch. 8, with pi/2 in
+ * three parts: 37, 35 and 53 bits, so that the products with multiples below 2^16 are exact in the first two;
+ * what the last subtraction rounds away is carried on as `low`. Polynomials: tests/minimax.py, relative error
+ * 4e-18 and 5e-20 on |x| <= pi/4. tests/test_sincos.py derives them again and measures the whole: at most
+ * 0.82 units in the last place.
+ */
+#include "emit.h"
+
+enum {
+    FEWEST = 4,      /* angles of one pass: as wide as vectors of doubles mostly are */
+    LARGEST = 100000 /* [rad] beyond, and for what is no number, libm is asked */
+};
+
+/* Coordinates whose sine or cosine a node is: first, first + stride, ... one for each element; count 0: none.
+ */
+struct angles {
+    int first, stride, count;
+};
+
+static struct angles angles_of(const struct emission *x, expression e) {
+    const struct node *node = &x->g->nodes[e];
+    const bool is_either = node->operation == OP_SIN || node->operation == OP_COS;
+    const struct symbol *s = is_either ? as_symbol(x->g, node->operand[0]) : NULL;
+    if (s && s->kind == SYMBOL_COORDINATE && s->order == 0)
+        return (struct angles){s->index, 0, 1};
+    if (!s || s->kind != SYMBOL_ELEMENT || s->order != 0)
+        return (struct angles){0, 0, 0};
+    const struct frame *frame = &x->plan->rolled->frames[s->index];
+    const struct element_run *run = &x->plan->rolled->runs[frame->run];
+    return (struct angles){frame->coordinate, run->period, run->count};
+}
+
+static bool *mark_angles(const struct emission *x, const struct function *function) {
+    bool *is_angle = memory_get(x->plan->memory, ((size_t)x->plan->tree->count + 1) * sizeof *is_angle);
+    for (expression e = 0; e < x->g->count; e++) {
+        const struct angles angles = function->is_needed[e] ? angles_of(x, e) : (struct angles){0, 0, 0};
+        for (int r = 0; r < angles.count; r++)
+            is_angle[angles.first + r * angles.stride] = true;
+    }
+    return is_angle;
+}
+
+void find_angles(struct emission *x, const struct function *function) {
+    const bool *is_angle = mark_angles(x, function);
+    int count = 0, last = -1;
+    x->first_angle = x->angle_count = 0;
+    for (int i = 0; i < x->plan->tree->count; i++) {
+        if (!is_angle[i])
+            continue;
+        if (!count++)
+            x->first_angle = i;
+        last = i;
+    }
+    const int range = last - x->first_angle + 1;
+    if (range >= FEWEST && 3 * count >= 2 * range) /* slides among them are computed in vain */
+        x->angle_count = range;
+}
+
+void emit_sincos(struct emission *x, struct text *text) {
+    if (x->has_sincos)
+        return;
+    x->has_sincos = true;
+    text_add(text,
+             "/* Sines and cosines of %d angles up to %d rad: x = k pi/2 + r, and two polynomials of r, "
+             "minimax on\n"
+             "   |r| <= pi/4; error at most 0.82 units in the last place. */\n"
+             "static void %s_sincos_%d(const double *angle, double *sine, double *cosine) {\n",
+             FEWEST, LARGEST, x->name, FEWEST);
+    text_add(
+        text,
+        "    const double whole = 6755399441055744.0; /* 1.5 2^52: beside it only whole numbers exist */\n"
+        "    double x[%d], s[%d], c[%d];\n"
+        "    for (int i = 0; i < %d; i++)\n"
+        "        x[i] = angle[i];\n"
+        "    for (int i = 0; i < %d; i++) {\n"
+        "        const double k = (x[i] * 0.6366197723675814 + whole) - whole;\n"
+        "        const double first = x[i] - k * 1.5707963267923333;\n"
+        "        const double second = k * 2.5633441515839558e-12;\n"
+        "        const double high = first - second;\n"
+        "        const double rest = k * 1.0562999066987428e-23 - ((first - high) - second);\n"
+        "        const double r = high - rest, low = (high - r) - rest;\n",
+        FEWEST, FEWEST, FEWEST, FEWEST, FEWEST);
+    text_add(text, "        const double z = r * r, zz = z * z, half = 0.5 * z, level = 1.0 - half;\n"
+                   "        const double S = (-0.1666666666666663 + z * 0.008333333333322113) +\n"
+                   "            zz * ((-0.00019841269829584855 + z * 2.7557313619702316e-06) +\n"
+                   "            zz * (-2.5050747490622132e-08 + z * 1.5896213900738014e-10));\n"
+                   "        const double C = (0.0416666666666666 - z * 0.0013888888888874131) +\n"
+                   "            zz * ((2.4801587289487026e-05 - z * 2.755731435379326e-07) +\n"
+                   "            zz * (2.0875723479646543e-09 - z * 1.135965887716259e-11));\n"
+                   "        const double sin_r = r + ((r * z) * S + low * level);\n"
+                   "        const double cos_r = level + (((1.0 - level) - half) + (zz * C - r * low));\n");
+    text_add(text,
+             "        /* k = 2 h + odd, odd = -1, 0 or 1; the sign is that of (-1)^h. */\n"
+             "        const double h = (0.5 * k + whole) - whole;\n"
+             "        const double odd = k - 2.0 * h;\n"
+             "        const double g = h - 2.0 * ((0.5 * h + whole) - whole);\n"
+             "        const double sign = 1.0 - 2.0 * (g * g);\n"
+             "        const double turned = sign * odd;\n"
+             "        const double even = sign - turned * odd;\n"
+             "        s[i] = even * sin_r + turned * cos_r;\n"
+             "        c[i] = even * cos_r - turned * sin_r;\n"
+             "    }\n"
+             "    for (int i = 0; i < %d; i++) {\n"
+             "        sine[i] = s[i];\n"
+             "        cosine[i] = c[i];\n"
+             "    }\n"
+             "}\n\n",
+             FEWEST);
+    text_add(text,
+             "/* Of `count` angles, %d at the least; the last block may overlap the one before. */\n"
+             "static void %s_sincos(const double *angle, double *sine, double *cosine, int count) {\n"
+             "    for (int i = 0; i < count - %d; i += %d)\n"
+             "        %s_sincos_%d(angle + i, sine + i, cosine + i);\n"
+             "    %s_sincos_%d(angle + count - %d, sine + count - %d, cosine + count - %d);\n",
+             FEWEST, x->name, FEWEST, FEWEST, x->name, FEWEST, x->name, FEWEST, FEWEST, FEWEST, FEWEST);
+    text_add(text,
+             "    for (int i = 0; i < count; i++)\n"
+             "        if (!(fabs(angle[i]) <= %d.0)) {\n"
+             "            sine[i] = sin(angle[i]);\n"
+             "            cosine[i] = cos(angle[i]);\n"
+             "        }\n"
+             "}\n\n",
+             LARGEST);
+}
+
+void emit_angle_arrays(const struct emission *x, struct text *text) {
+    if (x->angle_count)
+        text_add(text, "    double sine[%d], cosine[%d];\n", x->angle_count, x->angle_count);
+}
+
+void emit_angle_pass(const struct emission *x, struct text *text) {
+    const char *within = x->is_cut ? "s." : "";
+    if (x->angle_count)
+        text_add(text, "    %s_sincos(q + %d, %ssine, %scosine, %d);\n", x->name, x->first_angle, within,
+                 within, x->angle_count);
+}
+
+bool emit_angle(struct emission *x, struct text *text, expression e) {
+    const struct angles angles = angles_of(x, e);
+    if (!x->angle_count || !angles.count)
+        return false;
+    x->uses_carried |= x->is_cut;
+    text_add(text, "%s%s[", x->is_cut ? "s->" : "", x->g->nodes[e].operation == OP_SIN ? "sine" : "cosine");
+    if (angles.stride)
+        emit_run_index(text, angles.first - x->first_angle, angles.stride);
+    else
+        text_add(text, "%d", angles.first - x->first_angle);
+    text_add(text, "]");
+    return true;
+}
