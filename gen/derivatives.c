@@ -303,11 +303,6 @@ static void add_derivatives(struct builder *b, const struct targets *targets) {
     add_slope_loops(b, targets);
 }
 
-static expression slope_in_time(void *context, struct graph *g, expression e) {
-    (void)context;
-    return as_symbol(g, e)->kind == SYMBOL_TIME ? one(g) : zero(g);
-}
-
 /* Accelerations and multipliers as symbols, so that they stay while all else changes. */
 static expression *symbols_of(struct derivation *d, enum symbol_kind kind, int count, int order) {
     expression *symbols = new_values(d, count);
@@ -316,18 +311,84 @@ static expression *symbols_of(struct derivation *d, enum symbol_kind kind, int c
     return symbols;
 }
 
-/* M qdd - h - Q - u^T lambda, then u qdd - k: n + m values, qdd and lambda as symbols. */
-static expression *balances(struct derivation *d, const struct pulls *pulls) {
-    const expression *qdd = symbols_of(d, SYMBOL_COORDINATE, d->n, 2);
+/* What stands for a term while only t, inputs and parameters change: qdd and lambda are symbols. */
+struct terms {
+    expression *values; /* n: M qdd - h - Q - u^T lambda; m: u qdd - k; n: u^T lambda */
+    int count;
+};
+
+static struct terms terms_at_symbols(struct derivation *d, const struct pulls *pulls) {
+    const int n = d->n, m = d->m;
+    const expression *qdd = symbols_of(d, SYMBOL_COORDINATE, n, 2);
     struct held *held = hold(&d->kinematics, qdd, NULL);
-    expression *balances = new_values(d, d->n + d->m);
+    struct pulls *rows_alone = no_pulls(&d->kinematics);
+    struct terms terms = {new_values(d, 2 * n + m), 2 * n + m};
+    add_row_pulls(&d->kinematics, rows_alone);
     const expression *inertia = derive_inertia_forces(held, loads(d)), *Q = pulled(held, pulls);
-    const expression *row = row_balances(&d->kinematics);
-    for (int i = 0; i < d->n; i++)
-        balances[i] = sub(d->g, inertia[i], Q[i]);
-    for (int i = 0; i < d->m; i++)
-        balances[d->n + i] = place_held(held, row[i]);
-    return balances;
+    const expression *row = row_balances(&d->kinematics), *force = pulled(held, rows_alone);
+    for (int i = 0; i < n; i++) {
+        terms.values[i] = sub(d->g, inertia[i], Q[i]);
+        terms.values[n + m + i] = force[i];
+    }
+    for (int i = 0; i < m; i++)
+        terms.values[n + i] = place_held(held, row[i]);
+    return terms;
+}
+
+/* One symbol that terms are differentiated by. */
+struct variable {
+    enum symbol_kind kind;
+    int index;
+};
+
+static expression slope_by_variable(void *context, struct graph *g, expression e) {
+    const struct variable *by = context;
+    const struct symbol *s = as_symbol(g, e);
+    return s->kind == by->kind && s->index == by->index ? one(g) : zero(g);
+}
+
+/* Derivatives of `count` values by one symbol, then qdd and lambda for their symbols. */
+static expression *slopes_by(struct builder *b, const expression *values, int count, struct variable by) {
+    expression *slopes = new_values(b->d, count);
+    differentiate_all(b->d->g, values, slopes, count, slope_by_variable, &by);
+    for (int i = 0; i < count; i++)
+        slopes[i] = slopes[i] ? place_held(b->held, slopes[i]) : 0;
+    return slopes;
+}
+
+/* ---- Blocks: derivatives by q, qd, t, inputs and parameters, side by side in one function ---- */
+
+enum block { BY_Q, BY_QD, BY_T, BY_X, BY_P, BLOCK_COUNT };
+
+struct block_kind {
+    const char *name, *about;
+    enum symbol_kind kind;
+};
+
+static const struct block_kind blocks[BLOCK_COUNT] = {
+    [BY_Q] = {"q", "by the coordinates", SYMBOL_COORDINATE},
+    [BY_QD] = {"qd", "by their rates", SYMBOL_COORDINATE},
+    [BY_T] = {"t", "by time", SYMBOL_TIME},
+    [BY_X] = {"x", "by the inputs", SYMBOL_INPUT},
+    [BY_P] = {"p", "by the parameters, in the order of the table", SYMBOL_PARAMETER},
+};
+
+static bool reads_parameters(const struct derivation *d, const expression *values, int count) {
+    for (int i = 0; i < count; i++)
+        if (d->g->nodes[values[i]].depends & ON_PARAMETER)
+            return true;
+    return false;
+}
+
+/* Columns of a block; 0: it is left out. */
+static int width_of(const struct derivation *d, enum block block, bool has_parameters) {
+    const int widths[BLOCK_COUNT] = {d->n, d->n, 1, d->model->input_count,
+                                     has_parameters ? d->model->parameter_count : 0};
+    return widths[block];
+}
+
+static void mark_block(struct function *f, int field, enum block block) {
+    f->fields[field].by_parameter = block == BY_P;
 }
 
 static int add_result(struct derivation *d, struct function *f, const char *name, const char *about,
@@ -336,50 +397,95 @@ static int add_result(struct derivation *d, struct function *f, const char *name
     return f->field_count - 1;
 }
 
+static int add_matrix(struct derivation *d, struct function *f, const char *name, int rows, int columns) {
+    int field;
+    add_local(d->memory, f, name, rows * columns, columns, &field);
+    return field;
+}
+
+/* Results "q", "qd" ... of `rows` rows each. */
+static void add_block_results(struct derivation *d, struct function *f, const char *before, const char *what,
+                              int rows, const int widths[BLOCK_COUNT], int fields[BLOCK_COUNT]) {
+    static const char *const sizes[BLOCK_COUNT] = {"x n", "x n", "x 1", "x inputs", "x parameters"};
+    for (int k = 0; k < BLOCK_COUNT; k++) {
+        fields[k] = NOTHING;
+        if (!widths[k])
+            continue;
+        const char *name = memory_format(d->memory, "%s%s", before, blocks[k].name);
+        const char *about = memory_format(d->memory, "(%s %s) %s %s", rows == d->n ? "n" : "m", sizes[k],
+                                          what, blocks[k].about);
+        fields[k] = add_result(d, f, name, about, rows * widths[k], widths[k]);
+        mark_block(f, fields[k], k);
+    }
+}
+
+static void add_block_locals(struct derivation *d, struct function *f, const char *before, int rows,
+                             const int widths[BLOCK_COUNT], int fields[BLOCK_COUNT]) {
+    for (int k = 0; k < BLOCK_COUNT; k++) {
+        fields[k] = NOTHING;
+        if (!widths[k])
+            continue;
+        fields[k] =
+            add_matrix(d, f, memory_format(d->memory, "%s%s", before, blocks[k].name), rows, widths[k]);
+        mark_block(f, fields[k], k);
+    }
+}
+
 static void fill(const struct function *f, int field, const expression *values) {
     memcpy(field_values(f, field), values, (size_t)f->fields[field].count * sizeof *values);
 }
 
+/* values = factor * the slopes of rows [first, first + rows) of the terms, one column a variable. */
+static void fill_block(struct builder *b, const expression *values, int rows, enum block block, double factor,
+                       int field) {
+    struct graph *g = b->d->g;
+    if (field == NOTHING)
+        return;
+    const int width = b->f->fields[field].columns;
+    expression *into = field_values(b->f, field);
+    for (int column = 0; column < width; column++) {
+        const expression *slopes = slopes_by(b, values, rows, (struct variable){blocks[block].kind, column});
+        for (int i = 0; i < rows; i++)
+            into[i * width + column] = mul(g, number(g, factor), slopes[i]);
+    }
+}
+
 /* d(u qdd - k) by q or qd, m x n. */
-static void fill_row_slopes(struct builder *b, int order, int field) {
-    const expression *row = row_balances(&b->d->kinematics);
+static void fill_row_slopes(struct builder *b, const expression *rows_in_symbols, int order, double factor,
+                            int field) {
+    struct derivation *d = b->d;
     expression *values = field_values(b->f, field);
-    for (int i = 0; i < b->d->m; i++)
-        memcpy(values + i * b->d->n, held_slopes(b->held, row[i], order), (size_t)b->d->n * sizeof *values);
+    for (int i = 0; i < d->m; i++) {
+        const expression *slopes =
+            rows_in_symbols[i] ? held_slopes(b->held, rows_in_symbols[i], order) : NULL;
+        for (int j = 0; slopes && j < d->n; j++)
+            values[i * d->n + j] = mul(d->g, number(d->g, factor), slopes[j]);
+    }
 }
 
-static void fill_u(const struct derivation *d, const struct function *f, int field) {
+static void fill_u(struct derivation *d, const struct function *f, int field) {
     for (int i = 0; i < d->m; i++)
-        memcpy(field_values(f, field) + i * d->n, d->rows[i].u, (size_t)d->n * sizeof(expression));
+        memcpy(field_values(f, field) + i * d->n, rows(d)[i].u, (size_t)d->n * sizeof(expression));
 }
 
-static struct builder start(struct derivation *d, struct function *f) {
+/* ---- The tangent and what follows from it ---- */
+
+static struct builder start(struct derivation *d, struct function *f, bool has_rows) {
     struct pulls *pulls = no_pulls(&d->kinematics);
     struct builder b = {.d = d, .f = f, .pulls = pulls};
     add_applied_pulls(&d->kinematics, pulls);
-    add_row_pulls(&d->kinematics, pulls);
-    if (d->m)
+    if (has_rows) {
+        add_row_pulls(&d->kinematics, pulls);
         constrained_accelerations(d);
-    b.held = hold(&d->kinematics, d->m ? d->qdd : free_accelerations(d), d->lambda);
+    }
+    b.held = hold(&d->kinematics, has_rows ? d->qdd : free_accelerations(d), d->lambda);
     return b;
-}
-
-static void fill_time_slopes(struct builder *b, int f_t, int g_t) {
-    struct derivation *d = b->d;
-    const int count = d->n + d->m;
-    expression *values = balances(d, b->pulls);
-    differentiate_all(d->g, values, values, count, slope_in_time, NULL);
-    for (int i = 0; i < count; i++)
-        values[i] = place_held(b->held, values[i]);
-    fill(b->f, f_t, values);
-    if (d->m)
-        fill(b->f, g_t, values + d->n);
 }
 
 void build_tangent(struct derivation *d, struct function *f) {
     const int n = d->n, m = d->m;
     int lambda = NOTHING, G_q = NOTHING, G_qd = NOTHING, g_t = NOTHING, u = NOTHING;
-    struct builder b = start(d, f);
+    struct builder b = start(d, f, m > 0);
     const int qdd = add_result(d, f, "qdd", "(n) accelerations", n, 0);
     if (m)
         lambda = add_result(d, f, "lambda", "(m) multipliers, programme force u^T lambda", m, 0);
@@ -390,20 +496,236 @@ void build_tangent(struct derivation *d, struct function *f) {
         G_q = add_result(d, f, "G_q", "(m x n) d(u qdd - k)/dq at held qdd", m * n, n);
         G_qd = add_result(d, f, "G_qd", "(m x n) the same by qd", m * n, n);
     }
-    const int f_t = add_result(d, f, "f_t", "(n) d(M qdd - h - Q - u^T lambda)/dt at held qdd, lambda", n, 0);
+    const int f_t = add_result(d, f, "f_t", "(n) d(M qdd - h - Q - u^T lambda)/dt at held qdd, lambda", n, 1);
     if (m)
-        g_t = add_result(d, f, "g_t", "(m) d(u qdd - k)/dt at held qdd", m, 0);
+        g_t = add_result(d, f, "g_t", "(m) d(u qdd - k)/dt at held qdd", m, 1);
     const int M = add_result(d, f, "M", "(n x n) mass matrix", n * n, n);
     if (m)
         u = add_result(d, f, "u", "(m x n) row coefficients", m * n, n);
+    const struct terms terms = terms_at_symbols(d, b.pulls);
     fill(f, qdd, b.held->accelerations);
-    fill_time_slopes(&b, f_t, g_t);
+    fill_block(&b, terms.values, n, BY_T, 1, f_t);
+    fill_block(&b, terms.values + n, m, BY_T, 1, g_t);
     if (m) {
         fill(f, lambda, d->lambda);
-        fill_row_slopes(&b, 0, G_q);
-        fill_row_slopes(&b, 1, G_qd);
+        fill_row_slopes(&b, row_balances(&d->kinematics), 0, 1, G_q);
+        fill_row_slopes(&b, row_balances(&d->kinematics), 1, 1, G_qd);
         fill_u(d, f, u);
     }
     add_derivatives(&b, &(struct targets){K, D, M, true, -1});
     drop_unread(d->memory, f);
+}
+
+static void block_widths(const struct derivation *d, const struct terms *terms, int widths[BLOCK_COUNT]) {
+    const bool has_parameters = reads_parameters(d, terms->values, terms->count);
+    for (int k = 0; k < BLOCK_COUNT; k++)
+        widths[k] = width_of(d, k, has_parameters);
+}
+
+/* Straight-line entries of t, inputs and parameters, and the loops of q and qd. */
+static void add_block_derivatives(struct builder *b, const expression *values, const int fields[BLOCK_COUNT],
+                                  struct targets targets) {
+    for (int k = BY_T; k < BLOCK_COUNT; k++)
+        fill_block(b, values, b->d->n, k, 1, fields[k]);
+    targets.by_q = fields[BY_Q];
+    targets.by_qd = fields[BY_QD];
+    add_derivatives(b, &targets);
+}
+
+/* What the multipliers' derivatives need: arrays by their names in quantities.c. */
+struct row_arrays {
+    int u, responses, inverse; /* m x n; M^-1 u^T, n x m; (u M^-1 u^T)^-1, m x m */
+};
+
+static struct row_arrays add_row_arrays(struct builder *b) {
+    struct derivation *d = b->d;
+    const int n = d->n, m = d->m;
+    struct row_arrays a;
+    a.u = add_matrix(d, b->f, "u", m, n);
+    fill_u(d, b->f, a.u);
+    a.responses = add_matrix(d, b->f, "responses", n, m);
+    for (int i = 0; i < n * m; i++)
+        field_values(b->f, a.responses)[i] = d->responses[i % m][i / m];
+    a.inverse = add_matrix(d, b->f, "inverse", m, m);
+    for (int row = 0; row < m; row++) {
+        expression *unit = field_values(b->f, a.inverse) + row * m;
+        unit[row] = one(d->g);
+        solve_rows(d, d->S, unit, memory_format(d->memory, "inverse_%d", row + 1));
+    }
+    return a;
+}
+
+/*
+ * d(lambda) of one block from its derivatives r of M qdd - h - Q - u^T lambda and g of u qdd - k at held qdd,
+ * lambda: M dqdd - u^T dlambda = -r and u dqdd = -g give (u M^-1 u^T) dlambda = (M^-1 u^T)^T r - g.
+ */
+static void add_multiplier_loops(struct builder *b, const struct row_arrays *a, const int r[BLOCK_COUNT],
+                                 const int minus_g[BLOCK_COUNT], const int dlambda[BLOCK_COUNT]) {
+    for (int k = 0; k < BLOCK_COUNT; k++) {
+        if (r[k] == NOTHING)
+            continue;
+        add_product(b, minus_g[k], a->responses, r[k], 1,
+                    memory_format(b->d->memory, "derivatives of lambda %s", blocks[k].about));
+        add_product(b, dlambda[k], a->inverse, minus_g[k], 1, "(u M^-1 u^T)^-1");
+    }
+}
+
+static void fill_minus_g(struct builder *b, const struct terms *terms, const int minus_g[BLOCK_COUNT]) {
+    const expression *balance = row_balances(&b->d->kinematics);
+    fill_row_slopes(b, balance, 0, -1, minus_g[BY_Q]);
+    fill_row_slopes(b, balance, 1, -1, minus_g[BY_QD]);
+    for (int k = BY_T; k < BLOCK_COUNT; k++)
+        fill_block(b, terms->values + b->d->n, b->d->m, k, -1, minus_g[k]);
+}
+
+/* Derivatives of lambda, m x width each, from those of the equations of motion in `r`. */
+static struct row_arrays add_multiplier_blocks(struct builder *b, const struct terms *terms,
+                                               const int widths[BLOCK_COUNT], const int r[BLOCK_COUNT],
+                                               int dlambda[BLOCK_COUNT]) {
+    int minus_g[BLOCK_COUNT];
+    const struct row_arrays arrays = add_row_arrays(b);
+    add_block_locals(b->d, b->f, "rows_", b->d->m, widths, minus_g);
+    add_block_locals(b->d, b->f, "lambda_", b->d->m, widths, dlambda);
+    fill_minus_g(b, terms, minus_g);
+    add_multiplier_loops(b, &arrays, r, minus_g, dlambda);
+    return arrays;
+}
+
+/* dqdd = -M^-1 (r - u^T dlambda) in place of r. */
+static void build_acceleration_derivatives(struct derivation *d, struct function *f, bool has_rows) {
+    int widths[BLOCK_COUNT], r[BLOCK_COUNT], dlambda[BLOCK_COUNT];
+    struct builder b = start(d, f, has_rows);
+    const struct terms terms = terms_at_symbols(d, b.pulls);
+    block_widths(d, &terms, widths);
+    add_block_results(d, f, "", "d(qdd)", d->n, widths, r);
+    const int M = add_matrix(d, f, "M", d->n, d->n);
+    add_block_derivatives(&b, terms.values, r, (struct targets){.mass = M, .has_inertia = true, .sign = -1});
+    if (has_rows) {
+        const struct row_arrays arrays = add_multiplier_blocks(&b, &terms, widths, r, dlambda);
+        for (int k = 0; k < BLOCK_COUNT; k++)
+            if (r[k] != NOTHING)
+                add_product(&b, r[k], arrays.u, dlambda[k], -1, "programme forces u^T dlambda");
+    }
+    add_loop(d->memory, f, LOOP_FACTORING, "M = L^T D L")->of.factoring = (struct factoring){M};
+    for (int k = 0; k < BLOCK_COUNT; k++)
+        if (r[k] != NOTHING)
+            add_loop(d->memory, f, LOOP_SOLVING, "accelerations")->of.solving = (struct solving){M, r[k]};
+    drop_unread(d->memory, f);
+}
+
+void build_d_qdd(struct derivation *d, struct function *f) {
+    build_acceleration_derivatives(d, f, true);
+}
+
+void build_d_qdd_free(struct derivation *d, struct function *f) {
+    build_acceleration_derivatives(d, f, false);
+}
+
+/* d(u^T lambda) = its derivatives at held lambda + u^T dlambda. */
+void build_d_force(struct derivation *d, struct function *f) {
+    int widths[BLOCK_COUNT], force[BLOCK_COUNT], r[BLOCK_COUNT], dlambda[BLOCK_COUNT];
+    struct builder b = start(d, f, true);
+    const struct terms terms = terms_at_symbols(d, b.pulls);
+    struct pulls *rows_alone = no_pulls(&d->kinematics);
+    block_widths(d, &terms, widths);
+    add_block_results(d, f, "", "d(force)", d->n, widths, force);
+    add_block_locals(d, f, "motion_", d->n, widths, r);
+    const int M = add_matrix(d, f, "M", d->n, d->n);
+    add_block_derivatives(&b, terms.values, r, (struct targets){.mass = M, .has_inertia = true, .sign = -1});
+    const struct row_arrays arrays = add_multiplier_blocks(&b, &terms, widths, r, dlambda);
+    add_row_pulls(&d->kinematics, rows_alone);
+    b.pulls = rows_alone;
+    add_block_derivatives(&b, terms.values + d->n + d->m, force, (struct targets){.sign = 1});
+    for (int k = 0; k < BLOCK_COUNT; k++)
+        if (force[k] != NOTHING)
+            add_product(&b, force[k], arrays.u, dlambda[k], 1, "programme forces u^T dlambda");
+    drop_unread(d->memory, f);
+}
+
+/* ---- Statics and rows: straight-line alone ---- */
+
+void build_d_statics(struct derivation *d, struct function *f) {
+    int widths[BLOCK_COUNT], fields[BLOCK_COUNT];
+    struct builder b = {.d = d, .f = f};
+    expression *Q = generalized_forces(d);
+    b.held = hold(&d->kinematics, new_values(d, d->n), NULL);
+    for (int i = 0; i < d->n; i++)
+        Q[i] = at_rest(&d->kinematics, Q[i]);
+    block_widths(d, &(struct terms){Q, d->n}, widths);
+    widths[BY_QD] = 0;
+    add_block_results(d, f, "", "d(Q)", d->n, widths, fields);
+    fill(f, fields[BY_Q], statics_tangent(d));
+    for (int k = BY_T; k < BLOCK_COUNT; k++)
+        fill_block(&b, Q, d->n, k, 1, fields[k]);
+}
+
+/* Residuals and k of all rows, in symbols and in terms of the state. */
+struct row_values {
+    const char *before, *what;
+    expression *in_symbols, *values;
+};
+
+static void add_row_derivatives(struct builder *b, const struct row_values *row,
+                                const int widths[BLOCK_COUNT]) {
+    struct derivation *d = b->d;
+    int fields[BLOCK_COUNT];
+    add_block_results(d, b->f, row->before, row->what, d->m, widths, fields);
+    fill_row_slopes(b, row->in_symbols, 0, 1, fields[BY_Q]);
+    if (fields[BY_QD] != NOTHING)
+        fill_row_slopes(b, row->in_symbols, 1, 1, fields[BY_QD]);
+    for (int k = BY_T; k < BLOCK_COUNT; k++)
+        fill_block(b, row->values, d->m, k, 1, fields[k]);
+}
+
+void build_d_rows(struct derivation *d, struct function *f) {
+    const int m = d->m;
+    int widths[BLOCK_COUNT];
+    struct builder b = {.d = d, .f = f, .held = hold(&d->kinematics, new_values(d, d->n), NULL)};
+    struct row_values parts[] = {{"phi_", "d(phi)", new_values(d, m), new_values(d, m)},
+                                 {"psi_", "d(psi)", new_values(d, m), new_values(d, m)},
+                                 {"k_", "d(k)", new_values(d, m), new_values(d, m)}};
+    expression *all = new_values(d, 3 * m);
+    for (int i = 0; i < m; i++) {
+        const struct row_symbols symbols = row_symbols(&d->kinematics, i);
+        const expression in_symbols[] = {symbols.phi, symbols.psi, neg(d->g, symbols.balance)};
+        for (int part = 0; part < 3; part++) {
+            parts[part].in_symbols[i] = in_symbols[part];
+            all[part * m + i] = parts[part].values[i] = place_held(b.held, in_symbols[part]);
+        }
+    }
+    block_widths(d, &(struct terms){all, 3 * m}, widths);
+    add_row_derivatives(&b, &parts[1], widths);
+    add_row_derivatives(&b, &parts[2], widths);
+    widths[BY_QD] = 0;
+    add_row_derivatives(&b, &parts[0], widths);
+}
+
+/* ---- Parameters that are not emitted ---- */
+
+static void keep_columns(struct function *f, const bool *is_emitted) {
+    int kept = 0;
+    struct field *field = f->fields;
+    for (int i = 0; i < f->field_count + f->local_count; i++, field++) {
+        const int begin = kept, columns = field->columns;
+        for (int e = 0; e < field->count; e++)
+            if (!field->by_parameter || is_emitted[e % columns])
+                f->out[kept++] = f->out[field->offset + e];
+        *(i < f->field_count ? &f->out_count : &f->local_out_count) += kept - begin - field->count;
+        if (field->by_parameter)
+            field->columns = (kept - begin) / (field->count / columns);
+        field->offset = begin;
+        field->count = kept - begin;
+    }
+}
+
+void keep_emitted_parameters(struct plan *plan) {
+    const int count = plan->model->parameter_count;
+    bool *is_emitted = memory_get(plan->memory, ((size_t)count + 1) * sizeof *is_emitted);
+    const bool *needed = nodes_of_functions(plan);
+    for (int i = 0; i < count; i++) {
+        const expression e = symbol(plan->g, SYMBOL_PARAMETER, i, 0);
+        is_emitted[i] = needed[e];
+    }
+    for (int f = 0; f < plan->function_count; f++)
+        keep_columns(&plan->functions[f], is_emitted);
 }

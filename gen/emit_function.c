@@ -132,7 +132,7 @@ static bool is_slot_needed(const struct writer *w, int slot) {
 }
 
 /* Of all elements, what the loop carried into them, when other loops read it. */
-static void emit_kept_slots(struct writer *w, const struct block *block, int count, bool declare) {
+static void emit_kept_slots(struct writer *w, const struct code_block *block, int count, bool declare) {
     struct emission *x = w->x;
     for (int s = 0; s < x->g->slot_count; s++) {
         const expression e = x->g->slots[s].carried;
@@ -148,7 +148,7 @@ static void emit_kept_slots(struct writer *w, const struct block *block, int cou
 }
 
 /* Arrays that the loop fills for others, and what it carries. */
-static void emit_loop_variables(struct writer *w, const struct block *block, int begin, int count) {
+static void emit_loop_variables(struct writer *w, const struct code_block *block, int begin, int count) {
     struct emission *x = w->x;
     for (int i = begin; i < block->end; i++) {
         const expression e = w->function->statements[i];
@@ -170,7 +170,7 @@ static void emit_loop_variables(struct writer *w, const struct block *block, int
 }
 
 /* What the next iteration begins with: all is computed before any is changed. */
-static void emit_slot_updates(struct writer *w, const struct block *block) {
+static void emit_slot_updates(struct writer *w, const struct code_block *block) {
     struct emission *x = w->x;
     for (int pass = 0; pass < 2; pass++)
         for (int s = 0; s < x->g->slot_count; s++) {
@@ -215,7 +215,7 @@ static void emit_run_results(struct writer *w, int block) {
 }
 
 /* What later pieces read of what the loop carried. */
-static void emit_carried_slots(struct writer *w, const struct block *block) {
+static void emit_carried_slots(struct writer *w, const struct code_block *block) {
     const struct emission *x = w->x;
     for (int s = 0; s < x->g->slot_count; s++)
         if (block->loop && x->g->slots[s].loop == block->loop && x->is_slot_carried[s])
@@ -224,7 +224,7 @@ static void emit_carried_slots(struct writer *w, const struct block *block) {
 
 static void emit_loop(struct writer *w, int index, int begin) {
     struct emission *x = w->x;
-    const struct block *block = &w->function->blocks[index];
+    const struct code_block *block = &w->function->blocks[index];
     const struct element_run *run = &x->plan->rolled->runs[block->run];
     const bool inward = block->loop && x->g->loops[block->loop].inward;
     emit_loop_variables(w, block, begin, run->count);
@@ -322,7 +322,7 @@ static void emit_mirrors(struct writer *w) {
 static void emit_blocks(struct writer *w, int begin, int end) {
     const struct function *function = w->function;
     for (int b = 0, at = 0; b < function->block_count; at = function->blocks[b++].end) {
-        const struct block *block = &function->blocks[b];
+        const struct code_block *block = &function->blocks[b];
         const bool is_last = at == end && end == function->statement_count;
         if (block->run >= 0 && at >= begin && (at < end || is_last))
             emit_loop(w, b, at);

@@ -40,11 +40,21 @@ struct pair_arrays open_pairs(const struct kinematics *k, struct function *funct
     return p;
 }
 
+static bool has_local(const struct function *function, const char *name) {
+    for (int f = function->field_count; f < function->field_count + function->local_count; f++)
+        if (!strcmp(function->fields[f].name, name))
+            return true;
+    return false;
+}
+
 expression *add_local(struct memory *memory, struct function *function, const char *name, int count,
                       int columns, int *field) {
+    const char *unique = name;
+    for (int copy = 2; has_local(function, unique); copy++)
+        unique = memory_format(memory, "%s_%d", name, copy);
     *field = function->field_count + function->local_count;
     expression *values = open_field(
-        memory, function, (struct field){.name = name, .about = "", .count = count, .columns = columns});
+        memory, function, (struct field){.name = unique, .about = "", .count = count, .columns = columns});
     function->local_count++;
     function->local_out_count += count;
     return values;

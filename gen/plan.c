@@ -159,12 +159,12 @@ static void choose_statements(struct plan *plan, const struct function *function
 /* ---- Order of execution ---- */
 
 static void add_block(struct plan *plan, struct function *function, int run, int loop) {
-    struct block *last = function->block_count ? &function->blocks[function->block_count - 1] : NULL;
+    struct code_block *last = function->block_count ? &function->blocks[function->block_count - 1] : NULL;
     if (last && last->run < 0 && run < 0)
         return;
     (void)plan;
     function->blocks[function->block_count++] =
-        (struct block){run, (uint16_t)loop, function->statement_count};
+        (struct code_block){run, (uint16_t)loop, function->statement_count};
 }
 
 static void add_statement(struct function *function, expression e) {

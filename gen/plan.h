@@ -31,7 +31,7 @@ struct run_result {
 #define GIVEN_IN_LOOP UINT32_MAX
 
 /* Statements computed one after the other, once or in a loop over the elements of a run. */
-struct block {
+struct code_block {
     int run;       /* -1: once */
     uint16_t loop; /* of the graph; 0: once, or a loop that only writes results */
     int end;       /* of its statements */
@@ -50,7 +50,7 @@ struct function {
     /* planned */
     expression *statements; /* nodes that become named values, in order of execution */
     int statement_count;
-    struct block *blocks;
+    struct code_block *blocks;
     int block_count;
     bool *is_stored; /* by handle: of a loop, kept for all elements, since other loops read it */
     bool *is_needed; /* by handle: slots of loops among them */

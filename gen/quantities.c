@@ -83,7 +83,7 @@ static expression *bias_forces(struct derivation *d) {
     return total_of(d, false, d->bias, s, s);
 }
 
-static expression *generalized_forces(struct derivation *d) {
+expression *generalized_forces(struct derivation *d) {
     const expression *gravity = derive_gravity_forces(&d->kinematics, composites(d));
     return total_of(d, true, gravity, applied_total(d), NULL);
 }
@@ -367,16 +367,23 @@ static void build_power(struct derivation *d, struct function *f) {
     out[0] = sum_over_joints(d->g, d->kinematics.tree, power_of_joint, d);
 }
 
-static void build_Q_q(struct derivation *d, struct function *f) {
+const expression *statics_tangent(struct derivation *d) {
     const int n = d->n;
-    expression *out = add_field(d, f, "Q_q", "(n x n) dQ_i/dq_j at qd = 0", n * n, n);
+    expression *tangent = new_values(d, n * n);
     const expression *gravity = derive_gravity_tangent(&d->kinematics, composites(d));
     const expression *forces = derive_applied_tangent(&d->kinematics);
+    for (int i = 0; i < n * n; i++)
+        tangent[i] = sub(d->g, forces[i], gravity[i]);
+    return tangent;
+}
+
+static void build_Q_q(struct derivation *d, struct function *f) {
+    const int n = d->n;
+    const expression *tangent = statics_tangent(d);
     bool symmetric = true; /* all forces have a potential */
     for (int i = 0; i < n * n; i++)
-        out[i] = sub(d->g, forces[i], gravity[i]);
-    for (int i = 0; i < n * n; i++)
-        symmetric = symmetric && out[i] == out[i % n * n + i / n];
+        symmetric = symmetric && tangent[i] == tangent[i % n * n + i / n];
+    fill_field(d, f, "Q_q", "(n x n) dQ_i/dq_j at qd = 0", tangent, n * n);
     f->fields[f->field_count - 1].symmetric = symmetric ? n : 0;
 }
 
@@ -455,6 +462,10 @@ static bool has_rows(const struct derivation *d) {
     return d->m > 0;
 }
 
+static bool is_corrected_with_rows(const struct derivation *d) {
+    return is_corrected(d) && has_rows(d);
+}
+
 static bool has_level(const struct derivation *d, enum row_level highest) {
     for (int i = 0; i < d->m; i++)
         if (d->model->rows[i].level <= highest)
@@ -526,6 +537,13 @@ static const struct quantity quantities[] = {
     {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations, false},
     {"tangent", "derivatives of M qdd - h - Q - u^T lambda and u qdd - k at held qdd and lambda",
      is_corrected, "corrected form", build_tangent, true},
+    {"d_qdd", "derivatives of qdd", is_corrected_with_rows, "constraints in the corrected form", build_d_qdd,
+     true},
+    {"d_qdd_free", "derivatives of qdd_free", is_corrected, "corrected form", build_d_qdd_free, true},
+    {"d_force", "derivatives of the programme force", is_corrected_with_rows,
+     "constraints in the corrected form", build_d_force, true},
+    {"d_statics", "derivatives of Q at qd = 0", is_corrected, "corrected form", build_d_statics, true},
+    {"d_rows", "derivatives of phi, psi and k", has_rows, "constraints", build_d_rows, true},
     {"course", "values that the model records with a motion", has_courses, "courses", build_course, false},
     {"breaks", "times at which formulas of time alone have kinks", has_breaks, "kinks in time", build_breaks,
      false},
@@ -626,4 +644,5 @@ void list_functions(struct plan *plan, const char *emit) {
         *function = (struct function){.quantity = quantity->name, .about = quantity->about};
         quantity->build(&d, function);
     }
+    keep_emitted_parameters(plan);
 }

@@ -30,6 +30,9 @@ expression *new_values(const struct derivation *d, int count);
 const struct inertia *composites(struct derivation *d);
 const struct row_terms *rows(struct derivation *d);
 const struct wrench *loads(struct derivation *d);
+/* Q, and dQ/dq at qd = 0 (n x n). */
+expression *generalized_forces(struct derivation *d);
+const expression *statics_tangent(struct derivation *d);
 const expression *free_accelerations(struct derivation *d);
 /* Sets qdd, force, lambda, responses and S. */
 void constrained_accelerations(struct derivation *d);
@@ -41,5 +44,12 @@ expression *add_field(struct derivation *d, struct function *f, const char *name
 
 /* derivatives.c: what is emitted on request alone. */
 void build_tangent(struct derivation *d, struct function *f);
+void build_d_qdd(struct derivation *d, struct function *f);
+void build_d_qdd_free(struct derivation *d, struct function *f);
+void build_d_force(struct derivation *d, struct function *f);
+void build_d_statics(struct derivation *d, struct function *f);
+void build_d_rows(struct derivation *d, struct function *f);
+/* Takes the columns of parameters out that nothing reads: when all functions are listed. */
+void keep_emitted_parameters(struct plan *plan);
 
 #endif

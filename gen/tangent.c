@@ -65,22 +65,27 @@ static expression rate_of_symbol(void *context, struct graph *g, expression e) {
     return zero(g);
 }
 
-static expression row_balance(struct graph *g, const struct row *row) {
+/* Acceleration rows have no residual to stabilise, velocity rows no phi. */
+struct row_symbols row_symbols(const struct kinematics *k, int index) {
+    struct graph *g = k->g;
+    const struct row *row = &k->model->rows[index];
     const expression damping = mul(g, number(g, 2), row->alpha), stiffness = mul(g, row->beta, row->beta);
-    expression velocity = row->residual;
     if (row->level == ROW_ACCELERATION)
-        return row->residual;
-    if (row->level == ROW_POSITION)
-        velocity = differentiate(g, row->residual, rate_of_symbol, NULL);
-    const expression balance =
-        add(g, differentiate(g, velocity, rate_of_symbol, NULL), mul(g, damping, velocity));
-    return row->level == ROW_VELOCITY ? balance : add(g, balance, mul(g, stiffness, row->residual));
+        return (struct row_symbols){.balance = row->residual};
+    struct row_symbols s = {.psi = row->residual};
+    if (row->level == ROW_POSITION) {
+        s.phi = row->residual;
+        s.psi = differentiate(g, s.phi, rate_of_symbol, NULL);
+    }
+    s.balance = differentiate(g, s.psi, rate_of_symbol, NULL);
+    s.balance = add(g, s.balance, add(g, mul(g, damping, s.psi), mul(g, stiffness, s.phi)));
+    return s;
 }
 
 expression *row_balances(const struct kinematics *k) {
     expression *balances = memory_get(k->memory, ((size_t)k->model->row_count + 1) * sizeof *balances);
     for (int row = 0; row < k->model->row_count; row++)
-        balances[row] = row_balance(k->g, &k->model->rows[row]);
+        balances[row] = row_symbols(k, row).balance;
     return balances;
 }
 

@@ -28,7 +28,13 @@ struct pulls *no_pulls(const struct kinematics *k);
 void add_applied_pulls(const struct kinematics *k, struct pulls *pulls);
 /* u^T lambda: lambda times the gradient of each row's residual by its symbols of highest order. */
 void add_row_pulls(const struct kinematics *k, struct pulls *pulls);
-/* u qdd - k of each row, in symbols: d2/dt2 of the residual, or d/dt, with what stabilises it. */
+/* Of one row, in symbols: residuals, and u qdd - k with what stabilises it. */
+struct row_symbols {
+    expression phi, psi, balance;
+};
+
+struct row_symbols row_symbols(const struct kinematics *k, int row);
+/* The balances of all rows. */
 expression *row_balances(const struct kinematics *k);
 /* sum pull . column (n): generalized forces of the pulls. */
 expression *pulled(const struct held *held, const struct pulls *pulls);
