@@ -22,10 +22,9 @@ struct emission {
     bool *is_slot_carried;           /* by slot: read in a later piece */
     const struct function *function; /* being printed */
     int piece;                       /* being printed; -1 in `prepare` */
-    int loop;                        /* of the graph, being printed; 0: none */
+    int group;                       /* of loops, being printed; 0: none */
     bool is_cut;                     /* the function being printed is cut into pieces */
     bool has_sincos;                 /* the file being printed has the pass over angles */
-    int first_angle, angle_count;    /* coordinates in the pass of the function being printed; 0: no pass */
     bool uses_p, uses_x, uses_t, uses_q, uses_qd, uses_carried;
 };
 
@@ -49,9 +48,7 @@ void emit_loops(struct emission *emission, struct text *text, const struct funct
 /* How a field is called there. */
 const char *field_text(struct emission *emission, const struct function *function, int field,
                        const char *local);
-/* Sines and cosines in one pass (emit_sincos.c): which of them a function needs, */
-void find_angles(struct emission *emission, const struct function *function);
-/* the pass, once a file; its arrays; its call; */
+/* Sines and cosines in one pass (emit_sincos.c): the pass, once a file; its arrays; its call; */
 void emit_sincos(struct emission *emission, struct text *text);
 void emit_angle_arrays(const struct emission *emission, struct text *text);
 void emit_angle_pass(const struct emission *emission, struct text *text);

@@ -125,6 +125,10 @@ static void emit_field_name(struct writer *w, int f) {
 
 /* ---- Loops ---- */
 
+static bool is_slot_of(const struct writer *w, int slot, const struct code_block *block) {
+    return block->group && w->function->group_of[w->x->g->slots[slot].loop] == block->group;
+}
+
 static bool is_slot_needed(const struct writer *w, int slot) {
     const struct graph *g = w->x->g;
     const bool *needed = w->function->is_needed;
@@ -137,7 +141,7 @@ static void emit_kept_slots(struct writer *w, const struct code_block *block, in
     for (int s = 0; s < x->g->slot_count; s++) {
         const expression e = x->g->slots[s].carried;
         const char *name = x->slot_names[s], *place = x->is_carried[e] ? "s->" : "";
-        if (!block->loop || x->g->slots[s].loop != block->loop || !w->function->is_stored[e])
+        if (!is_slot_of(w, s, block) || !w->function->is_stored[e])
             continue;
         x->uses_carried |= x->is_carried[e];
         if (!declare)
@@ -160,7 +164,7 @@ static void emit_loop_variables(struct writer *w, const struct code_block *block
     }
     emit_kept_slots(w, block, count, true);
     for (int s = 0; s < x->g->slot_count; s++) {
-        if (!block->loop || x->g->slots[s].loop != block->loop || !is_slot_needed(w, s))
+        if (!is_slot_of(w, s, block) || !is_slot_needed(w, s))
             continue;
         x->slot_piece[s] = x->piece;
         text_add(w->text, "    double %s = ", x->slot_names[s]);
@@ -176,7 +180,7 @@ static void emit_slot_updates(struct writer *w, const struct code_block *block) 
         for (int s = 0; s < x->g->slot_count; s++) {
             const expression next = x->g->slots[s].next;
             const bool is_stated = x->plan->is_statement[next];
-            if (!block->loop || x->g->slots[s].loop != block->loop || !is_slot_needed(w, s))
+            if (!is_slot_of(w, s, block) || !is_slot_needed(w, s))
                 continue;
             if (pass == 0 && !is_stated) {
                 text_add(w->text, "        const double next_%s = ", x->slot_names[s]);
@@ -217,29 +221,47 @@ static void emit_run_results(struct writer *w, int block) {
 static void emit_carried_slots(struct writer *w, const struct code_block *block) {
     const struct emission *x = w->x;
     for (int s = 0; s < x->g->slot_count; s++)
-        if (block->loop && x->g->slots[s].loop == block->loop && x->is_slot_carried[s])
+        if (is_slot_of(w, s, block) && x->is_slot_carried[s])
             text_add(w->text, "    s->%s = %s;\n", x->slot_names[s], x->slot_names[s]);
+}
+
+/* Names for sines and cosines of the element. */
+static void emit_angle_uses(struct writer *w, int group) {
+    struct emission *x = w->x;
+    for (int i = 0; i < w->function->angle_use_count; i++) {
+        const struct angle_use *use = &w->function->angle_uses[i];
+        if (use->group != group)
+            continue;
+        x->piece_of[use->value] = x->piece;
+        x->is_carried[use->value] = false;
+        text_add(w->text, "        const double ");
+        emit_name(x, w->text, use->value);
+        text_add(w->text, " = ");
+        emit_angle(x, w->text, use->value);
+        text_add(w->text, ";\n");
+    }
 }
 
 static void emit_loop(struct writer *w, int index, int begin) {
     struct emission *x = w->x;
     const struct code_block *block = &w->function->blocks[index];
     const struct element_run *run = &x->plan->rolled->runs[block->run];
-    const bool inward = block->loop && x->g->loops[block->loop].inward;
+    const bool inward = block->inward;
     emit_loop_variables(w, block, begin, run->count);
     text_add(w->text,
              inward ? "    for (int e = %d; e >= 0; e--) { /* %s, inward */\n"
                     : "    for (int e = 0; e < %d; e++) { /* %s */\n",
              inward ? run->count - 1 : run->count, run->name);
     w->indent = "        ";
-    x->loop = block->loop;
+    x->group = block->group;
+    emit_angle_uses(w, block->group);
     emit_kept_slots(w, block, run->count, false);
     for (int i = begin; i < block->end; i++)
         emit_statement(w, w->function->statements[i]);
     emit_run_results(w, index);
     emit_slot_updates(w, block);
     w->indent = "    ";
-    x->loop = 0;
+    x->group = 0;
     text_add(w->text, "    }\n");
     emit_carried_slots(w, block);
 }
@@ -377,7 +399,7 @@ static void emit_short_function(struct writer *w) {
     w->text = &body;
     emit_body(w, 0);
     w->text = text;
-    w->x->uses_q |= w->x->angle_count > 0;
+    w->x->uses_q |= w->function->angle_count > 0;
     emit_signature(w->x, text, w->function);
     text_add(text, " {\n");
     emit_unused(w, text);
@@ -472,9 +494,8 @@ void emit_function(struct emission *x, struct text *text, const struct function 
         x->is_carried[x->g->slots[slot].carried] = false;
     mark_statements(x->plan, function);
     number_statements(&w);
-    find_angles(x, function);
     x->is_cut = function->piece_count > 1;
-    if (x->angle_count)
+    if (function->angle_count)
         emit_sincos(x, text);
     if (function->piece_count == 1) {
         emit_short_function(&w);

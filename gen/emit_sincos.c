@@ -12,55 +12,7 @@
  */
 #include "emit.h"
 
-enum {
-    FEWEST = 4,      /* angles of one pass: as wide as vectors of doubles mostly are */
-    LARGEST = 100000 /* [rad] beyond, and for what is no number, libm is asked */
-};
-
-/* Coordinates whose sine or cosine a node is: first, first + stride, ... one for each element; count 0: none.
- */
-struct angles {
-    int first, stride, count;
-};
-
-static struct angles angles_of(const struct emission *x, expression e) {
-    const struct node *node = &x->g->nodes[e];
-    const bool is_either = node->operation == OP_SIN || node->operation == OP_COS;
-    const struct symbol *s = is_either ? as_symbol(x->g, node->operand[0]) : NULL;
-    if (s && s->kind == SYMBOL_COORDINATE && s->order == 0)
-        return (struct angles){s->index, 0, 1};
-    if (!s || s->kind != SYMBOL_ELEMENT || s->order != 0)
-        return (struct angles){0, 0, 0};
-    const struct frame *frame = &x->plan->rolled->frames[s->index];
-    const struct element_run *run = &x->plan->rolled->runs[frame->run];
-    return (struct angles){frame->coordinate, run->period, run->count};
-}
-
-static bool *mark_angles(const struct emission *x, const struct function *function) {
-    bool *is_angle = memory_get(x->plan->memory, ((size_t)x->plan->tree->count + 1) * sizeof *is_angle);
-    for (expression e = 0; e < x->g->count; e++) {
-        const struct angles angles = function->is_needed[e] ? angles_of(x, e) : (struct angles){0, 0, 0};
-        for (int r = 0; r < angles.count; r++)
-            is_angle[angles.first + r * angles.stride] = true;
-    }
-    return is_angle;
-}
-
-void find_angles(struct emission *x, const struct function *function) {
-    const bool *is_angle = mark_angles(x, function);
-    int count = 0, last = -1;
-    x->first_angle = x->angle_count = 0;
-    for (int i = 0; i < x->plan->tree->count; i++) {
-        if (!is_angle[i])
-            continue;
-        if (!count++)
-            x->first_angle = i;
-        last = i;
-    }
-    const int range = last - x->first_angle + 1;
-    if (range >= FEWEST && 3 * count >= 2 * range) /* slides among them are computed in vain */
-        x->angle_count = range;
-}
+enum { LARGEST = 100000 }; /* [rad] beyond, and for what is no number, libm is asked */
 
 void emit_sincos(struct emission *x, struct text *text) {
     if (x->has_sincos)
@@ -71,7 +23,7 @@ void emit_sincos(struct emission *x, struct text *text) {
              "minimax on\n"
              "   |r| <= pi/4; error at most 0.82 units in the last place. */\n"
              "static void %s_sincos_%d(const double *angle, double *sine, double *cosine) {\n",
-             FEWEST, LARGEST, x->name, FEWEST);
+             FEWEST_ANGLES, LARGEST, x->name, FEWEST_ANGLES);
     text_add(
         text,
         "    const double whole = 6755399441055744.0; /* 1.5 2^52: beside it only whole numbers exist */\n"
@@ -85,7 +37,7 @@ void emit_sincos(struct emission *x, struct text *text) {
         "        const double high = first - second;\n"
         "        const double rest = k * 1.0562999066987428e-23 - ((first - high) - second);\n"
         "        const double r = high - rest, low = (high - r) - rest;\n",
-        FEWEST, FEWEST, FEWEST, FEWEST, FEWEST);
+        FEWEST_ANGLES, FEWEST_ANGLES, FEWEST_ANGLES, FEWEST_ANGLES, FEWEST_ANGLES);
     text_add(text, "        const double z = r * r, zz = z * z, half = 0.5 * z, level = 1.0 - half;\n"
                    "        const double S = (-0.1666666666666663 + z * 0.008333333333322113) +\n"
                    "            zz * ((-0.00019841269829584855 + z * 2.7557313619702316e-06) +\n"
@@ -111,14 +63,14 @@ void emit_sincos(struct emission *x, struct text *text) {
              "        cosine[i] = c[i];\n"
              "    }\n"
              "}\n\n",
-             FEWEST);
+             FEWEST_ANGLES);
     text_add(text,
              "/* Of `count` angles, %d at the least; the last block may overlap the one before. */\n"
              "static void %s_sincos(const double *angle, double *sine, double *cosine, int count) {\n"
              "    for (int i = 0; i < count - %d; i += %d)\n"
              "        %s_sincos_%d(angle + i, sine + i, cosine + i);\n"
              "    %s_sincos_%d(angle + count - %d, sine + count - %d, cosine + count - %d);\n",
-             FEWEST, x->name, FEWEST, FEWEST, x->name, FEWEST, x->name, FEWEST, FEWEST, FEWEST, FEWEST);
+             FEWEST_ANGLES, x->name, FEWEST_ANGLES, FEWEST_ANGLES, x->name, FEWEST_ANGLES, x->name, FEWEST_ANGLES, FEWEST_ANGLES, FEWEST_ANGLES, FEWEST_ANGLES);
     text_add(text,
              "    for (int i = 0; i < count; i++)\n"
              "        if (!(fabs(angle[i]) <= %d.0)) {\n"
@@ -130,27 +82,29 @@ void emit_sincos(struct emission *x, struct text *text) {
 }
 
 void emit_angle_arrays(const struct emission *x, struct text *text) {
-    if (x->angle_count)
-        text_add(text, "    double sine[%d], cosine[%d];\n", x->angle_count, x->angle_count);
+    if (x->function->angle_count)
+        text_add(text, "    double sine[%d], cosine[%d];\n", x->function->angle_count, x->function->angle_count);
 }
 
 void emit_angle_pass(const struct emission *x, struct text *text) {
     const char *within = x->is_cut ? "s." : "";
-    if (x->angle_count)
-        text_add(text, "    %s_sincos(q + %d, %ssine, %scosine, %d);\n", x->name, x->first_angle, within,
-                 within, x->angle_count);
+    if (x->function->angle_count)
+        text_add(text, "    %s_sincos(q + %d, %ssine, %scosine, %d);\n", x->name, x->function->first_angle, within,
+                 within, x->function->angle_count);
 }
 
 bool emit_angle(struct emission *x, struct text *text, expression e) {
-    const struct angles angles = angles_of(x, e);
-    if (!x->angle_count || !angles.count)
+    if (!is_in_pass(x->plan, x->function, e))
         return false;
+    const struct node *node = &x->g->nodes[e];
+    const struct symbol *s = as_symbol(x->g, node->operand[0]);
+    const struct frame *frame = s->kind == SYMBOL_ELEMENT ? &x->plan->rolled->frames[s->index] : NULL;
     x->uses_carried |= x->is_cut;
-    text_add(text, "%s%s[", x->is_cut ? "s->" : "", x->g->nodes[e].operation == OP_SIN ? "sine" : "cosine");
-    if (angles.stride)
-        emit_run_index(text, angles.first - x->first_angle, angles.stride);
+    text_add(text, "%s%s[", x->is_cut ? "s->" : "", node->operation == OP_SIN ? "sine" : "cosine");
+    if (frame)
+        emit_run_index(text, frame->coordinate - x->function->first_angle, frame->step);
     else
-        text_add(text, "%d", angles.first - x->first_angle);
+        text_add(text, "%d", s->index - x->function->first_angle);
     text_add(text, "]");
     return true;
 }

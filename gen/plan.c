@@ -171,132 +171,12 @@ static void choose_statements(struct plan *plan, const struct function *function
     }
 }
 
-/* ---- Order of execution ---- */
-
-static void add_block(struct plan *plan, struct function *function, int run, int loop) {
-    struct code_block *last = function->block_count ? &function->blocks[function->block_count - 1] : NULL;
-    if (last && last->run < 0 && run < 0)
-        return;
-    (void)plan;
-    function->blocks[function->block_count++] =
-        (struct code_block){run, (uint16_t)loop, function->statement_count};
-}
-
-static void add_statement(struct function *function, expression e) {
-    function->statements[function->statement_count++] = e;
-    function->blocks[function->block_count - 1].end = function->statement_count;
-}
-
-static void add_loop_block(struct plan *plan, struct function *function, int loop) {
-    const struct element_loop *l = &plan->g->loops[loop];
-    add_block(plan, function, l->run, loop);
-    for (expression e = l->begin; e < l->end; e++)
-        if (plan->is_statement[e] && plan->g->nodes[e].loop == loop)
-            add_statement(function, e);
-}
-
-/* By loop: does the function compute anything in it? */
-static bool *loops_of_function(const struct plan *plan, const struct function *function) {
-    const struct graph *g = plan->g;
-    bool *used = memory_get(plan->memory, (size_t)g->loop_count + 1);
-    for (expression e = 0; e < g->count; e++) {
-        if (!function->is_needed[e])
-            continue;
-        if (g->nodes[e].loop != ANY_LOOP && plan->is_statement[e])
-            used[g->nodes[e].loop] = true;
-        if (as_slot(g, e))
-            used[as_slot(g, e)->loop] = true;
-    }
-    for (int i = 0; i < function->run_result_count; i++)
-        if (g->nodes[function->run_results[i].value].loop != ANY_LOOP)
-            used[g->nodes[function->run_results[i].value].loop] = true;
-    used[0] = false;
-    return used;
-}
-
-/* Statements in the order of their handles, a loop's where it was closed. */
-static void order_statements(struct plan *plan, struct function *function) {
-    const struct graph *g = plan->g;
-    const bool *used = loops_of_function(plan, function);
-    int loop = 1;
-    add_block(plan, function, -1, 0);
-    for (expression e = 0; e < g->count; e++) {
-        for (; loop < g->loop_count && g->loops[loop].end <= e; loop++)
-            if (used[loop])
-                add_loop_block(plan, function, loop);
-        if (!plan->is_statement[e] || g->nodes[e].loop)
-            continue;
-        add_block(plan, function, -1, 0);
-        add_statement(function, e);
-    }
-    for (; loop < g->loop_count; loop++)
-        if (used[loop])
-            add_loop_block(plan, function, loop);
-}
-
-static int block_of_loop(const struct function *function, int run, uint16_t loop) {
-    int block = function->block_count - 1;
-    while (block >= 0 && !(function->blocks[block].run == run && function->blocks[block].loop == loop))
-        block--;
-    return block;
-}
-
-/* Results of runs are written by the loop that computes them; what no loop computes gets one of its own. */
-static void place_run_results(struct plan *plan, struct function *function) {
-    for (int i = 0; i < function->run_result_count; i++) {
-        struct run_result *result = &function->run_results[i];
-        const uint16_t loop = plan->g->nodes[result->value].loop;
-        const uint16_t at = loop == ANY_LOOP ? 0 : loop;
-        result->block = block_of_loop(function, result->run, at);
-        if (result->block >= 0)
-            continue;
-        add_block(plan, function, result->run, at);
-        result->block = function->block_count - 1;
-    }
-}
-
-/* ---- What loops keep for other loops ---- */
-
-/* Marks what stands for itself in the C: statements, and what a loop carries. */
-static bool has_own_name(const struct plan *plan, expression e) {
-    return plan->is_statement[e] || plan->is_derived[e] || as_slot(plan->g, e);
-}
-
-static void mark_read(const struct plan *plan, struct function *function, expression e, uint16_t loop);
-
-static void mark_read_operands(const struct plan *plan, struct function *function, expression e,
-                               uint16_t loop) {
-    const struct node *node = &plan->g->nodes[e];
-    for (int k = 0; k < operation_arity(node->operation); k++)
-        mark_read(plan, function, node->operand[k], loop);
-}
-
-/* Marks values of other loops that `loop` reads with e. */
-static void mark_read(const struct plan *plan, struct function *function, expression e, uint16_t loop) {
-    const uint16_t home = plan->g->nodes[e].loop;
-    if (!has_own_name(plan, e))
-        mark_read_operands(plan, function, e, loop);
-    else if (home && home != loop)
-        function->is_stored[e] = true;
-}
-
-static void find_stored(struct plan *plan, struct function *function) {
-    const struct graph *g = plan->g;
-    function->is_stored = memory_get(plan->memory, g->count * sizeof *function->is_stored);
-    for (int i = 0; i < function->statement_count; i++)
-        mark_read_operands(plan, function, function->statements[i], g->nodes[function->statements[i]].loop);
-    for (int i = 0; i < function->run_result_count; i++)
-        mark_read(plan, function, function->run_results[i].value,
-                  function->blocks[function->run_results[i].block].loop);
-    for (expression e = 0; e < g->count; e++)
-        if (function->is_needed[e] && as_slot(g, e))
-            mark_read(plan, function, as_slot(g, e)->next, as_slot(g, e)->loop);
-}
-
 void mark_statements(struct plan *plan, const struct function *function) {
     memset(plan->is_statement, 0, plan->g->count * sizeof *plan->is_statement);
     for (int i = 0; i < function->statement_count; i++)
         plan->is_statement[function->statements[i]] = true;
+    for (int i = 0; i < function->angle_use_count; i++)
+        plan->is_statement[function->angle_uses[i].value] = true;
 }
 
 /* How often a call computes a node. */
@@ -384,19 +264,10 @@ static void plan_function(struct plan *plan, struct function *function) {
     mark_function(plan, function);
     choose_statements(plan, function, count_uses(plan, function));
     count_operations(plan, function);
-    int statements = 0;
-    for (expression e = 0; e < g->count; e++) {
-        statements += plan->is_statement[e];
+    for (expression e = 0; e < g->count; e++)
         if (function->is_needed[e] && is_moved(plan, function, e))
             plan->is_derived[e] = true;
-    }
-    function->statements = memory_get(plan->memory, ((size_t)statements + 1) * sizeof(expression));
-    function->blocks =
-        memory_get(plan->memory, (2 * (size_t)g->loop_count + (size_t)plan->rolled->run_count + 3) *
-                                     sizeof *function->blocks);
-    order_statements(plan, function);
-    place_run_results(plan, function);
-    find_stored(plan, function);
+    schedule(plan, function);
     cut_pieces(plan, function);
 }
 

@@ -32,9 +32,16 @@ struct run_result {
 
 /* Statements computed one after the other, once or in a loop over the elements of a run. */
 struct code_block {
-    int run;       /* -1: once */
-    uint16_t loop; /* of the graph; 0: once, or a loop that only writes results */
-    int end;       /* of its statements */
+    int run;      /* -1: once */
+    int group;    /* of loops of the graph that run as one; 0: once, or a loop that only writes results */
+    bool inward;  /* from the last element to the first */
+    int end;      /* of its statements */
+};
+
+/* A sine or cosine of an element's coordinate, which each group of loops reads from the pass over angles. */
+struct angle_use {
+    int group;
+    expression value;
 };
 
 struct function {
@@ -52,6 +59,10 @@ struct function {
     int statement_count;
     struct code_block *blocks;
     int block_count;
+    int *group_of; /* by loop of the graph; 0: the function has nothing of it */
+    struct angle_use *angle_uses;
+    int angle_use_count, angle_use_capacity;
+    int first_angle, angle_count; /* coordinates in the pass over angles; count 0: there is none */
     bool *is_stored; /* by handle: of a loop, kept for all elements, since other loops read it */
     bool *is_needed; /* by handle: slots of loops among them */
     int *piece_ends; /* blocks are cut into piece_count static functions when there are many statements */
@@ -93,6 +104,12 @@ void give(struct memory *memory, const struct tree *tree, struct function *funct
 void list_functions(struct plan *plan, const char *emit);
 /* plan.c: statements, derived values, pieces, counts. */
 void plan_functions(struct plan *plan);
+enum { FEWEST_ANGLES = 4 }; /* of one pass: as wide as vectors of doubles mostly are */
+/* angles.c: the coordinates in the pass over angles, and whether a node is one of its results. */
+void find_angles(const struct plan *plan, struct function *function);
+bool is_in_pass(const struct plan *plan, const struct function *function, expression e);
+/* schedule.c: order of execution from is_statement and is_needed. */
+void schedule(struct plan *plan, struct function *function);
 /* Marks is_statement for one function: before printing it. */
 void mark_statements(struct plan *plan, const struct function *function);
 bool is_output_copied(const struct field *field, int entry); /* false in the mirrored upper half */
