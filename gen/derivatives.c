@@ -26,6 +26,7 @@ struct builder {
     struct held *held;
     const struct pulls *pulls;
     struct pair_arrays arrays;
+    const struct vector *shifts; /* by frame, ground axes */
 };
 
 /* ---- Geometry: pulls that stay what they are while the columns of C turn ---- */
@@ -109,7 +110,7 @@ static struct inertia_arrays add_inertia_arrays(struct builder *b, const struct 
     a.rate = axis_arrays(b, "axis_rate", offsetof(struct held_frame, axis_rate));
     a.rate2 = axis_arrays(b, "axis_rate2", offsetof(struct held_frame, axis_rate2));
     a.lever = arrays_of(b, v, offsetof(struct pair_vectors, falling_lever), "lever");
-    const struct vector_arrays shift = arrays_of(b, v, offsetof(struct pair_vectors, shift), "shift");
+    const struct vector_arrays shift = add_arrays(&b->arrays, "shift", b->shifts);
     const struct vector_arrays shift_rate =
         arrays_of(b, v, offsetof(struct pair_vectors, shift_rate), "shift_rate");
     a.mass_force = arrays_of(b, v, offsetof(struct pair_vectors, mass.force), "mass_force");
@@ -298,7 +299,8 @@ static expression *field_values(const struct function *f, int field) {
 static void add_derivatives(struct builder *b, const struct targets *targets) {
     fill_coordinate_slopes(b, 0, targets->sign, field_values(b->f, targets->by_q));
     fill_coordinate_slopes(b, 1, targets->sign, field_values(b->f, targets->by_qd));
-    b->arrays = open_pairs(&b->d->kinematics, b->f);
+    b->shifts = derive_ground_shifts(&b->d->kinematics);
+    b->arrays = open_pairs(b->d->plan, &b->d->kinematics, b->f, b->shifts);
     add_pair_loop(b, targets);
     add_slope_loops(b, targets);
 }

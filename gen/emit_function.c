@@ -200,14 +200,13 @@ static void emit_run_results(struct writer *w, int block) {
         const struct run_result *result = &function->run_results[i];
         if (result->block != block)
             continue;
-        const int f = field_index(function, result->entry);
-        const struct field *field = &function->fields[f];
+        const int f = result->field;
         w->wrote_result |= !is_local(w, f);
         w->x->uses_carried |= is_local(w, f);
         text_add(w->text, "        ");
         emit_field_name(w, f);
         text_add(w->text, "[");
-        emit_run_index(w->text, result->entry - field->offset, result->stride);
+        emit_run_index(w->text, result->entry, result->stride);
         text_add(w->text, "] = ");
         emit_value(w->x, w->text, result->value);
         text_add(w->text, ";\n");

@@ -281,3 +281,39 @@ void derive_kinematics(struct memory *memory, const struct model *model, const s
     for (int i = 0; i < model->marker_count; i++)
         derive_point(k, i);
 }
+
+/* How far a frame without a joint stands from the joint before it: added to what comes next. */
+struct ground_shifts {
+    const struct kinematics *k;
+    struct vector *pending, *shifts;
+};
+
+static void shift_outward(void *context, int i) {
+    const struct ground_shifts *x = context;
+    const struct kinematics *k = x->k;
+    const struct frame *frame = &k->tree->frames[i];
+    const struct vector none = {{0, 0, 0}};
+    struct vector shift = none;
+    if (frame->parent >= 0) {
+        shift = matrix_times(k->g, k->frames[frame->parent].rotation.at, k->joints[i].shift);
+        shift = vector_add(k->g, shift, x->pending[frame->parent]);
+    }
+    x->pending[i] = frame->kind == FRAME_JOINT ? none : shift;
+    x->shifts[i] = shift;
+    name_vector(k, i, "shift_ground", shift);
+}
+
+struct vector *derive_ground_shifts(const struct kinematics *k) {
+    const size_t n = (size_t)k->tree->count + 1;
+    struct ground_shifts x = {k, memory_get(k->memory, n * sizeof *x.pending),
+                              memory_get(k->memory, n * sizeof *x.shifts)};
+    const struct recursion recursion = {.memory = k->memory,
+                                        .g = k->g,
+                                        .tree = k->tree,
+                                        .state = x.pending,
+                                        .width = 3,
+                                        .step = shift_outward,
+                                        .context = &x};
+    recur_outward(&recursion);
+    return x.shifts;
+}

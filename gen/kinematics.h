@@ -57,6 +57,9 @@ struct vector to_child(const struct kinematics *k, int i, struct vector a);
 struct vector to_parent(const struct kinematics *k, int i, struct vector a);
 struct tensor tensor_to_parent(const struct kinematics *k, int i, struct tensor t);
 
+/* By frame: the joint's origin from that of the joint before, ground axes. */
+struct vector *derive_ground_shifts(const struct kinematics *k);
+
 /* Names for a reader of the C: "arm_psi_1_<what>_x" ... */
 void name_vector(const struct kinematics *k, int i, const char *what, struct vector a);
 void name_scalar(const struct kinematics *k, int i, const char *what, expression e);

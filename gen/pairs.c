@@ -5,38 +5,48 @@
 #include <string.h>
 
 /* Positions in depth-first order, children in the order of their numbers. */
-static void order_frames(struct pair_arrays *p) {
-    const struct tree *tree = p->k->tree;
+static void order_coordinates(struct pair_arrays *p) {
+    const struct tree *tree = p->plan->tree;
     const int n = tree->count;
-    int *beyond =
-        memory_get(p->memory, ((size_t)n + 1) * sizeof *beyond); /* frames beyond each, itself too */
-    int *position = memory_get(p->memory, ((size_t)n + 1) * sizeof *position);
-    int *next = memory_get(p->memory, ((size_t)n + 1) * sizeof *next); /* where its next child begins */
+    int *beyond = memory_get(p->memory, ((size_t)n + 1) * sizeof *beyond); /* beyond each, itself too */
+    int *next = memory_get(p->memory, ((size_t)n + 1) * sizeof *next);     /* where its next child begins */
     for (int i = n - 1; i >= 0; i--)
         beyond[tree->frames[i].parent < 0 ? n : tree->frames[i].parent] += beyond[i] += 1;
     for (int i = 0; i < n; i++) {
         int *from = &next[tree->frames[i].parent < 0 ? n : tree->frames[i].parent];
-        position[i] = *from;
+        p->position[i] = *from;
         *from += beyond[i];
-        next[i] = position[i] + 1;
-        p->order[position[i]] = i;
-        p->end[position[i]] = position[i] + beyond[i];
+        next[i] = p->position[i] + 1;
+        p->order[p->position[i]] = i;
+        p->end[p->position[i]] = p->position[i] + beyond[i];
     }
 }
 
-struct pair_arrays open_pairs(const struct kinematics *k, struct function *function) {
-    const size_t n = (size_t)k->tree->count + 1;
-    struct pair_arrays p = {.memory = k->memory, .function = function, .k = k};
+/* Elements of a run are alike. */
+static void mark_joints(struct pair_arrays *p, const struct vector *shifts) {
+    const struct tree *tree = p->k->tree;
+    for (int i = 0; i < tree->count; i++) {
+        const struct frame *frame = &tree->frames[i];
+        const int count = frame->kind != FRAME_JOINT ? 0 : frame->run < 0 ? 1 : tree->runs[frame->run].count;
+        for (int e = 0; e < count; e++) {
+            const int at = p->position[frame->coordinate + e * frame->step];
+            p->is_turn[at] = frame->joint.is_turn;
+            p->moves_on[at] = frame->parent >= 0 && !vector_is_zero(shifts[i]);
+        }
+    }
+}
+
+struct pair_arrays open_pairs(struct plan *plan, const struct kinematics *k, struct function *function,
+                              const struct vector *shifts) {
+    const size_t n = (size_t)plan->tree->count + 1;
+    struct pair_arrays p = {.memory = k->memory, .plan = plan, .function = function, .k = k};
     p.order = memory_get(k->memory, n * sizeof *p.order);
+    p.position = memory_get(k->memory, n * sizeof *p.position);
     p.end = memory_get(k->memory, n * sizeof *p.end);
     p.is_turn = memory_get(k->memory, n * sizeof *p.is_turn);
     p.moves_on = memory_get(k->memory, n * sizeof *p.moves_on);
-    order_frames(&p);
-    for (int i = 0; i < k->tree->count; i++) {
-        const struct frame *frame = &k->tree->frames[p.order[i]];
-        p.is_turn[i] = frame->joint.is_turn;
-        p.moves_on[i] = frame->parent >= 0 && !vector_is_zero(k->joints[p.order[i]].shift);
-    }
+    order_coordinates(&p);
+    mark_joints(&p, shifts);
     return p;
 }
 
@@ -60,28 +70,30 @@ expression *add_local(struct memory *memory, struct function *function, const ch
     return values;
 }
 
-static int add_axis(struct pair_arrays *p, const char *name, const struct vector *by_coordinate, int axis) {
+static int add_axis(struct pair_arrays *p, const char *name, const struct vector *by_frame, int axis) {
+    const struct tree *tree = p->k->tree;
     int field;
-    expression *values =
-        add_local(p->memory, p->function, memory_format(p->memory, "%s_%c", name, "xyz"[axis]),
-                  p->k->tree->count, 0, &field);
-    for (int i = 0; i < p->k->tree->count; i++)
-        values[i] = by_coordinate[p->order[i]].at[axis];
+    add_local(p->memory, p->function, memory_format(p->memory, "%s_%c", name, "xyz"[axis]),
+              p->plan->tree->count, 0, &field);
+    for (int i = 0; i < tree->count; i++)
+        if (tree->frames[i].kind == FRAME_JOINT)
+            give(p->memory, tree, p->function, field, p->position[tree->frames[i].coordinate],
+                 tree->frames[i].step, i, by_frame[i].at[axis]);
     return field;
 }
 
-static bool is_zero_axis(const struct pair_arrays *p, const struct vector *by_coordinate, int axis) {
+static bool is_zero_axis(const struct pair_arrays *p, const struct vector *by_frame, int axis) {
     for (int i = 0; i < p->k->tree->count; i++)
-        if (by_coordinate[i].at[axis])
+        if (p->k->tree->frames[i].kind == FRAME_JOINT && by_frame[i].at[axis])
             return false;
     return true;
 }
 
-struct vector_arrays add_arrays(struct pair_arrays *p, const char *name, const struct vector *by_coordinate) {
+struct vector_arrays add_arrays(struct pair_arrays *p, const char *name, const struct vector *by_frame) {
     struct vector_arrays arrays;
     for (int axis = 0; axis < 3; axis++)
         arrays.at[axis] =
-            is_zero_axis(p, by_coordinate, axis) ? NOTHING : add_axis(p, name, by_coordinate, axis);
+            is_zero_axis(p, by_frame, axis) ? NOTHING : add_axis(p, name, by_frame, axis);
     return arrays;
 }
 
@@ -89,13 +101,13 @@ static bool meet(const struct pair_move *move, int shift, int force) {
     return move->shift.at[shift] != NOTHING && move->force.at[force] != NOTHING;
 }
 
-void add_moved(struct pair_arrays *p, const char *name, const struct vector *by_coordinate,
+void add_moved(struct pair_arrays *p, const char *name, const struct vector *by_frame,
                struct pair_move *move) {
     for (int axis = 0; axis < 3; axis++) {
         const int b = (axis + 1) % 3, c = (axis + 2) % 3;
         const bool stays_zero =
-            is_zero_axis(p, by_coordinate, axis) && !meet(move, b, c) && !meet(move, c, b);
-        move->moment.at[axis] = stays_zero ? NOTHING : add_axis(p, name, by_coordinate, axis);
+            is_zero_axis(p, by_frame, axis) && !meet(move, b, c) && !meet(move, c, b);
+        move->moment.at[axis] = stays_zero ? NOTHING : add_axis(p, name, by_frame, axis);
     }
 }
 
@@ -114,7 +126,7 @@ struct pairs *add_pairs(struct pair_arrays *p, const char *about) {
                             .end = p->end,
                             .is_turn = p->is_turn,
                             .moves_on = p->moves_on,
-                            .n = p->k->tree->count};
+                            .n = p->plan->tree->count};
     return pairs;
 }
 
@@ -231,6 +243,17 @@ static void renumber_loop(struct loop *loop, const int *number) {
     }
 }
 
+static void renumber_run_results(struct function *function, const int *number) {
+    int kept = 0;
+    for (int i = 0; i < function->run_result_count; i++) {
+        struct run_result result = function->run_results[i];
+        result.field = number[result.field];
+        if (result.field != NOTHING)
+            function->run_results[kept++] = result;
+    }
+    function->run_result_count = kept;
+}
+
 void drop_unread(struct memory *memory, struct function *function) {
     const int fields = function->field_count + function->local_count;
     bool *used = memory_get(memory, ((size_t)fields + 1) * sizeof *used);
@@ -253,4 +276,5 @@ void drop_unread(struct memory *memory, struct function *function) {
     function->local_count = kept - function->field_count;
     for (int i = 0; i < function->loop_count; i++)
         renumber_loop(&function->loops[i], number);
+    renumber_run_results(function, number);
 }

@@ -1,7 +1,7 @@
 /*
  * Local arrays and loops of one function: from vectors of coordinates to the plan's loops over pairs.
  *
- * Takes vectors by coordinate, gives arrays by position in the order in which all beyond a joint follow it.
+ * Takes vectors by frame, gives arrays by position in the order in which all beyond a joint follow it.
  * Fields of the result come first: locals are added behind the last of them.
  */
 #ifndef REFDYN_GEN_PAIRS_H
@@ -12,20 +12,23 @@
 
 struct pair_arrays {
     struct memory *memory;
+    struct plan *plan;
     struct function *function;
     const struct kinematics *k;
-    int *order, *end;
+    int *order, *position, *end; /* position: by coordinate */
     bool *is_turn, *moves_on;
 };
 
-struct pair_arrays open_pairs(const struct kinematics *k, struct function *function);
+/* shifts: by frame, from the origin of the joint before, ground axes. */
+struct pair_arrays open_pairs(struct plan *plan, const struct kinematics *k, struct function *function,
+                              const struct vector *shifts);
 /* A local array; its values, to be filled in before the next field, and its number in *field. */
 expression *add_local(struct memory *memory, struct function *function, const char *name, int count,
                       int columns, int *field);
-/* Three arrays NAME_x, NAME_y, NAME_z of a vector by coordinate; axes that are zero everywhere have none. */
-struct vector_arrays add_arrays(struct pair_arrays *p, const char *name, const struct vector *by_coordinate);
+/* Three arrays NAME_x, NAME_y, NAME_z of a vector by frame; axes that are zero everywhere have none. */
+struct vector_arrays add_arrays(struct pair_arrays *p, const char *name, const struct vector *by_frame);
 /* The same for a moment that `move` adds to: its other arrays are there already. */
-void add_moved(struct pair_arrays *p, const char *name, const struct vector *by_coordinate,
+void add_moved(struct pair_arrays *p, const char *name, const struct vector *by_frame,
                struct pair_move *move);
 struct loop *add_loop(struct memory *memory, struct function *function, enum loop_kind kind,
                       const char *about);

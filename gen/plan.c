@@ -33,6 +33,21 @@ expression *open_field(struct memory *memory, struct function *function, struct 
     return function->out + count;
 }
 
+void give(struct memory *memory, const struct tree *tree, struct function *f, int field, int first, int step,
+          int frame, expression value) {
+    const int run = tree->frames[frame].run;
+    expression *out = f->out + f->fields[field].offset;
+    if (run < 0)
+        out[first] = value;
+    if (run < 0 || !value)
+        return;
+    for (int e = 0; e < tree->runs[run].count; e++)
+        out[first + e * step] = GIVEN_IN_LOOP;
+    f->run_results = memory_room(memory, f->run_results, f->run_result_count, &f->run_result_capacity,
+                                 sizeof *f->run_results);
+    f->run_results[f->run_result_count++] = (struct run_result){value, field, first, step, run, 0};
+}
+
 /* Moved out of all functions but `prepare`; a sign stays where it is. */
 static bool is_parameter_only(const struct graph *g, expression e) {
     return g->nodes[e].depends == ON_PARAMETER && operation_arity(g->nodes[e].operation) > 0 &&

@@ -20,10 +20,10 @@ struct field {
     bool by_parameter; /* one column for each of the model's parameters: those not emitted are taken out */
 };
 
-/* Results of all elements of a run: out[entry + r * stride] for element r. */
+/* Values of all elements of a run: entry + e * stride of a field for element e. */
 struct run_result {
     expression value;
-    int entry, stride, run;
+    int field, entry, stride, run;
     int block; /* planned: the loop that writes them */
 };
 
@@ -85,6 +85,10 @@ struct plan {
 /* One more field behind all others: its values, to be filled in. The caller counts it among results or
  * locals. */
 expression *open_field(struct memory *memory, struct function *function, struct field field);
+
+/* The value of a frame with a joint, in entry `first` + step * e of a field, e the element in a run, 0 else. */
+void give(struct memory *memory, const struct tree *tree, struct function *function, int field, int first,
+          int step, int frame, expression value);
 
 /* quantities.c: outputs of every function asked for (`emit` as in gen_plan). */
 void list_functions(struct plan *plan, const char *emit);

@@ -6,6 +6,7 @@
  */
 #include "quantities.h"
 #include "breaks.h"
+#include "pairs.h"
 #include "sensitivity.h"
 
 #include <stdio.h>
@@ -332,31 +333,12 @@ static void fill_field(struct derivation *d, struct function *f, const char *nam
     memcpy(out, values, (size_t)count * sizeof *out);
 }
 
-/* The value of a run's frame for each element. */
-static void spread_in_run(struct derivation *d, struct function *f, int entry, int step, int frame,
-                          expression value) {
-    const struct tree *tree = d->kinematics.tree;
-    const struct element_run *run = &tree->runs[tree->frames[frame].run];
-    const struct run_result result = {value, entry, step * run->period, tree->frames[frame].run, 0};
-    for (int r = 0; r < run->count; r++)
-        f->out[entry + r * result.stride] = GIVEN_IN_LOOP;
-    f->run_results = memory_room(d->memory, f->run_results, f->run_result_count, &f->run_result_capacity,
-                                 sizeof *f->run_results);
-    f->run_results[f->run_result_count++] = result;
-}
-
-/* Values by frame into entries begin + step * coordinate of the results. */
-static void spread(struct derivation *d, struct function *f, int begin, int step,
-                   const expression *by_frame) {
+/* Values by frame into entries begin + coordinate of the last field. */
+static void spread(struct derivation *d, struct function *f, int begin, const expression *by_frame) {
     for (int i = 0; i < d->frames; i++) {
         const struct frame *frame = &d->kinematics.tree->frames[i];
-        const int entry = begin + step * frame->coordinate;
-        if (frame->kind != FRAME_JOINT || !by_frame[i])
-            continue;
-        if (frame->run < 0)
-            f->out[entry] = by_frame[i];
-        else
-            spread_in_run(d, f, entry, step, i, by_frame[i]);
+        if (frame->kind == FRAME_JOINT)
+            give(d->memory, d->kinematics.tree, f, f->field_count - 1, begin + frame->coordinate, frame->step, i, by_frame[i]);
     }
 }
 
@@ -364,13 +346,27 @@ static void spread(struct derivation *d, struct function *f, int begin, int step
 static void spread_field(struct derivation *d, struct function *f, const char *name, const char *about,
                          const expression *by_frame) {
     add_field(d, f, name, about, d->n, 0);
-    spread(d, f, f->out_count - d->n, 1, by_frame);
+    spread(d, f, 0, by_frame);
+}
+
+/* A field for M; with runs its values come from loops, which stand behind all fields. */
+static int add_mass_field(struct derivation *d, struct function *f) {
+    add_field(d, f, "M", "(n x n) mass matrix [kg, kg m, kg m^2]", d->n * d->n, d->n);
+    return f->field_count - 1;
+}
+
+static void fill_mass_field(struct derivation *d, struct function *f, int field) {
+    if (d->kinematics.tree->run_count) {
+        add_mass_pairs(d, f, field);
+        drop_unread(d->memory, f);
+        return;
+    }
+    memcpy(f->out + f->fields[field].offset, mass_matrix(d), (size_t)(d->n * d->n) * sizeof(expression));
+    f->fields[field].symmetric = d->n;
 }
 
 static void build_M(struct derivation *d, struct function *f) {
-    const expression *M = mass_matrix(d);
-    fill_field(d, f, "M", "(n x n) mass matrix [kg, kg m, kg m^2]", M, d->n * d->n);
-    f->fields[f->field_count - 1].symmetric = d->n;
+    fill_mass_field(d, f, add_mass_field(d, f));
 }
 
 static void build_h(struct derivation *d, struct function *f) {
@@ -383,9 +379,8 @@ static void build_Q(struct derivation *d, struct function *f) {
 
 static void build_u(struct derivation *d, struct function *f) {
     add_field(d, f, "u", "(m x n) row coefficients, u qdd + v = 0", d->m * d->n, d->n);
-    const int begin = f->out_count - d->m * d->n;
     for (int i = 0; i < d->m; i++)
-        spread(d, f, begin + i * d->n, 1, rows(d)[i].u);
+        spread(d, f, i * d->n, rows(d)[i].u);
 }
 
 static void build_v(struct derivation *d, struct function *f) {
@@ -438,14 +433,13 @@ static void build_d(struct derivation *d, struct function *f) {
 }
 
 static void build_C(struct derivation *d, struct function *f) {
-    const int count = 3 * d->points * d->n;
-    add_field(d, f, "C", "(points x 3 x n) rd = C qd", count, d->n);
+    add_field(d, f, "C", "(points x 3 x n) rd = C qd", 3 * d->points * d->n, d->n);
     expression *row = new_values(d, d->frames);
     for (int p = 0; p < d->points; p++)
         for (int a = 0; a < 3; a++) {
             for (int j = 0; j < d->frames; j++)
                 row[j] = d->kinematics.points[p].columns[j].at[a];
-            spread(d, f, f->out_count - count + (3 * p + a) * d->n, 1, row);
+            spread(d, f, (3 * p + a) * d->n, row);
         }
 }
 
@@ -503,15 +497,16 @@ static void build_force(struct derivation *d, struct function *f) {
 }
 
 static void build_equations(struct derivation *d, struct function *f) {
-    build_M(d, f);
+    const int mass = add_mass_field(d, f);
     spread_field(d, f, "f", "(n) h + Q [N, N m]", all_forces(d));
-    if (!d->m)
-        return;
-    build_u(d, f);
-    build_v(d, f);
-    build_phi(d, f);
-    build_psi(d, f);
-    build_k(d, f);
+    if (d->m) {
+        build_u(d, f);
+        build_v(d, f);
+        build_phi(d, f);
+        build_psi(d, f);
+        build_k(d, f);
+    }
+    fill_mass_field(d, f, mass);
 }
 
 static void build_course(struct derivation *d, struct function *f) {
@@ -535,8 +530,8 @@ static void build_start(struct derivation *d, struct function *f) {
         start[i] = frames[i].joint.start;
         rate[i] = frames[i].joint.start_rate;
     }
-    spread(d, f, 0, 1, start);
-    spread(d, f, d->n, 1, rate);
+    spread(d, f, 0, start);
+    spread(d, f, d->n, rate);
 }
 
 static bool is_set_by_anchor(const struct derivation *d, int parameter) {

@@ -54,6 +54,8 @@ void solve_rows(struct derivation *d, const expression *S, expression *rest, con
 expression *add_field(struct derivation *d, struct function *f, const char *name, const char *about,
                       int count, int columns);
 
+/* mass_pairs.c: M into a field of f, n x n, as loops over pairs; drop_unread in the end. */
+void add_mass_pairs(struct derivation *d, struct function *f, int field);
 /* derivatives.c: what is emitted on request alone. */
 void build_tangent(struct derivation *d, struct function *f);
 void build_d_qdd(struct derivation *d, struct function *f);

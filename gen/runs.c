@@ -167,6 +167,7 @@ static void append_run(struct rolling *x, struct element_run run) {
         struct frame *frame = append(x, &elements[k]);
         frame->parent = entry + k;
         frame->run = index;
+        frame->step = run.period;
         frame->name = name_in_run(x, elements[k].name);
         frame->placement = elements[run.period + k].placement;
     }

@@ -303,7 +303,7 @@ static void turn_to_ground(const struct kinematics *k, int i, struct vector *v) 
     *v = matrix_times(k->g, k->frames[i].rotation.at, *v);
 }
 
-/* All to ground axes; the shifts stand in the parent's. */
+/* All to ground axes; the rate of the shift stands in the parent's. */
 static void vectors_to_ground(const struct kinematics *k, int i, struct pair_vectors *v) {
     struct vector *const own[] = {&v->falling_lever,  &v->mass.moment,      &v->mass.force,
                                   &v->spin,           &v->stiffness.moment, &v->stiffness.force,
@@ -311,10 +311,8 @@ static void vectors_to_ground(const struct kinematics *k, int i, struct pair_vec
     for (size_t a = 0; a < sizeof own / sizeof *own; a++)
         turn_to_ground(k, i, own[a]);
     const int parent = k->tree->frames[i].parent;
-    if (parent >= 0) {
-        turn_to_ground(k, parent, &v->shift);
+    if (parent >= 0)
         turn_to_ground(k, parent, &v->shift_rate);
-    }
 }
 
 static struct pair_vectors vectors_of_joint(const struct held *held, int i, const struct inertia *beyond,
@@ -329,10 +327,8 @@ static struct pair_vectors vectors_of_joint(const struct held *held, int i, cons
     } else {
         slide_vectors(g, beyond, flow, &axis, &v);
     }
-    if (k->tree->frames[i].parent >= 0) {
-        v.shift = k->joints[i].shift;
+    if (k->tree->frames[i].parent >= 0)
         v.shift_rate = shift_rate(k, i);
-    }
     vectors_to_ground(k, i, &v);
     return v;
 }

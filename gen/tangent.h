@@ -43,7 +43,7 @@ expression *pulled(const struct held *held, const struct pulls *pulls);
  * felt. */
 struct pair_vectors {
     struct vector falling_lever;      /* near: (acceleration - gravity) x e */
-    struct vector shift, shift_rate;  /* from the parent's origin, ground axes */
+    struct vector shift_rate;         /* from the parent's origin, ground axes */
     struct wrench mass;               /* int C_i, int rho x C_i */
     struct vector spin;               /* int rho' x C_i */
     struct wrench stiffness, damping; /* int ddC_i and 2 int dC_i, with what turns C_j along */

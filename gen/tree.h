@@ -26,6 +26,7 @@ struct frame {
     int parent;
     enum frame_kind kind;
     int coordinate;    /* of the first element, in a run */
+    int step;          /* from one element's coordinate to the next one's; 0 when it stands alone */
     int run;           /* -1: stands alone */
     int partner;       /* ENTRY: its EXIT, and back */
     int link, element; /* element 0: the link itself or its first element */
