@@ -62,4 +62,14 @@ struct elimination *eliminate(const struct kinematics *k);
 expression *solve_eliminated(const struct kinematics *k, const struct elimination *elimination,
                              const expression *f, const struct wrench *loads);
 
+/*
+ * M x = f: M as L^T D L (factor.c); then any right side costs O(n^2), in branched trees less. In trees
+ * without runs alone.
+ */
+struct factors;
+struct factors *factor(const struct kinematics *k, const expression *mass_matrix);
+expression *solve_factored(const struct factors *factors, const expression *f);
+/* Additions and multiplications of the factorisation of a matrix M in which no entry vanishes. */
+long factor_operations(const struct tree *tree);
+
 #endif

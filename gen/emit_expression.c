@@ -236,7 +236,7 @@ static const char *unique_name(struct emission *x, const char **table, size_t si
     return candidate;
 }
 
-/* Each name of the derivation once; values of parameters alone always have one. */
+/* Each name of the derivation that some function prints once; values of parameters alone always have one. */
 void name_values(struct emission *x) {
     struct memory *memory = x->plan->memory;
     size_t size = 1024;
@@ -245,8 +245,9 @@ void name_values(struct emission *x) {
         size *= 2;
     const char **table = memory_get(memory, size * sizeof *table);
     x->value_names = memory_get(memory, x->g->count * sizeof *x->value_names);
+    const bool *needed = nodes_of_functions(x->plan);
     for (expression e = 0; e < x->g->count; e++) {
-        const char *name = x->g->names[e];
+        const char *name = needed[e] ? x->g->names[e] : NULL;
         if (!name && x->plan->is_derived[e])
             name = memory_format(memory, "constant_%d", ++derived);
         if (name)

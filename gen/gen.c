@@ -45,6 +45,7 @@ enum gen_status gen_read(struct generation *gen, const struct read_request *requ
     graph_start(&gen->graph, &gen->memory);
     gen->model.graph = &gen->graph;
     gen->model.fold = request->fold;
+    gen->model.accelerations = request->accelerations;
     read_model(gen, request);
     sort_messages(&gen->messages);
     return gen->messages.errors ? GEN_MODEL_ERROR : GEN_OK;
@@ -59,7 +60,10 @@ enum gen_status gen_plan(struct generation *gen, const char *emit) {
                           .model = &gen->model,
                           .tree = &gen->tree,
                           .rolled = &gen->rolled};
-    roll(&gen->memory, &gen->model, &gen->tree, getenv("ROLL") ? atoi(getenv("ROLL")) : 0, &gen->rolled);
+    int least = getenv("ROLL") ? atoi(getenv("ROLL")) : 0;
+    if (gen->model.accelerations == ACCELERATIONS_DENSE)
+        least = 0; /* factors know no runs */
+    roll(&gen->memory, &gen->model, &gen->tree, least, &gen->rolled);
     list_functions(plan, emit);
     plan_functions(plan);
     emit_files(plan);

@@ -155,13 +155,18 @@ struct row {
     struct place place;
 };
 
+/* How M x = f is solved for the accelerations: by recursion in O(n), with M as a matrix, or by what is
+ * cheaper. */
+enum accelerations { ACCELERATIONS_AUTO, ACCELERATIONS_RECURSIVE, ACCELERATIONS_DENSE };
+
 struct model {
     const char *name;
     const char *file;
     struct place place;
     struct graph *graph;
-    bool printed_form;     /* h and Q as the chapter prints them */
-    bool fold;             /* parameters are numbers in the graph */
+    bool printed_form; /* h and Q as the chapter prints them */
+    bool fold;         /* parameters are numbers in the graph */
+    enum accelerations accelerations;
     expression gravity[3]; /* [m/s^2], ground frame */
     struct option *options;
     int option_count;

@@ -87,6 +87,7 @@ struct plan {
     struct function prepare; /* results: values of parameters alone, ascending */
     bool *is_statement;      /* scratch of the function being planned or printed, by handle */
     bool *is_derived;        /* by handle */
+    const char *accelerations; /* how M x = f is solved and what it costs, for the summary; NULL: not at all */
     const char *left_out;    /* what the scene does not need, for the summary */
     struct emitted_file *files;
     int file_count;

@@ -110,14 +110,26 @@ static const struct elimination *elimination(struct derivation *d) {
     return d->elimination;
 }
 
-const expression *free_accelerations(struct derivation *d) {
-    const struct kinematics *k = &d->kinematics;
-    if (!d->qdd_free && d->model->printed_form) {
-        d->qdd_free = solve_eliminated(k, elimination(d), all_forces(d), NULL);
-    } else if (!d->qdd_free) {
-        d->qdd_free = solve_eliminated(k, elimination(d), applied_total(d), loads(d));
-    }
-    return d->qdd_free;
+static const struct factors *factors(struct derivation *d) {
+    if (!d->factors)
+        d->factors = factor(&d->kinematics, mass_matrix(d));
+    return d->factors;
+}
+
+/* M^-1 f */
+static expression *solve(struct derivation *d, const struct solution *solution, const expression *f) {
+    return solution->is_dense ? solve_factored(factors(d), f)
+                              : solve_eliminated(&d->kinematics, elimination(d), f, NULL);
+}
+
+static const expression *free_by(struct derivation *d, struct solution *solution) {
+    if (solution->free)
+        return solution->free;
+    if (solution->is_dense || d->model->printed_form)
+        solution->free = solve(d, solution, all_forces(d));
+    else /* the recursion sums up h on its way */
+        solution->free = solve_eliminated(&d->kinematics, elimination(d), applied_total(d), loads(d));
+    return solution->free;
 }
 
 struct dot_product {
@@ -175,18 +187,17 @@ void solve_rows(struct derivation *d, const expression *matrix, expression *rest
 struct constraint_effect {
     struct derivation *d;
     const struct row_terms *row;
-    expression **response; /* by row: M^-1 u^T */
-    const expression *lambda;
+    struct solution *solution;
 };
 
 static void add_effect(void *context, int j) {
     const struct constraint_effect *x = context;
-    struct derivation *d = x->d;
-    struct graph *g = d->g;
-    d->qdd[j] = d->qdd_free[j];
-    for (int i = 0; i < d->m; i++) {
-        d->force[j] = add(g, d->force[j], mul(g, x->row[i].u[j], x->lambda[i]));
-        d->qdd[j] = add(g, d->qdd[j], mul(g, x->response[i][j], x->lambda[i]));
+    struct solution *s = x->solution;
+    struct graph *g = x->d->g;
+    s->qdd[j] = s->free[j];
+    for (int i = 0; i < x->d->m; i++) {
+        s->force[j] = add(g, s->force[j], mul(g, x->row[i].u[j], s->lambda[i]));
+        s->qdd[j] = add(g, s->qdd[j], mul(g, s->responses[i][j], s->lambda[i]));
     }
 }
 
@@ -194,16 +205,16 @@ static void add_effect(void *context, int j) {
  * qdd = qdd_free + M^-1 u^T lambda with (u M^-1 u^T) lambda = k - u qdd_free: the GPME with the
  * multipliers eliminated, one more O(n) solution a row. The programme force is r = u^T lambda.
  */
-void constrained_accelerations(struct derivation *d) {
-    if (d->qdd)
-        return;
+static const expression *constrained_by(struct derivation *d, struct solution *solution) {
+    if (solution->qdd)
+        return solution->qdd;
     const int m = d->m;
     const struct row_terms *row = rows(d);
-    const expression *free = free_accelerations(d);
-    expression **response = d->responses = memory_get(d->memory, ((size_t)m + 1) * sizeof *response);
-    expression *S = d->S = new_values(d, m * m), *lambda = d->lambda = new_values(d, m);
+    const expression *free = free_by(d, solution);
+    expression **response = solution->responses = memory_get(d->memory, ((size_t)m + 1) * sizeof *response);
+    expression *S = solution->S = new_values(d, m * m), *lambda = solution->lambda = new_values(d, m);
     for (int i = 0; i < m; i++)
-        response[i] = solve_eliminated(&d->kinematics, elimination(d), row[i].u, NULL);
+        response[i] = solve(d, solution, row[i].u);
     remark(d->g, "rows: (u M^-1 u^T) lambda = k - u qdd_free");
     for (int i = 0; i < m; i++) {
         lambda[i] = sub(d->g, row[i].k, dot(d, row[i].u, free));
@@ -212,10 +223,100 @@ void constrained_accelerations(struct derivation *d) {
     }
     solve_rows(d, S, lambda, "lambda");
     remark(d->g, "programme force r = u^T lambda, qdd = qdd_free + M^-1 r");
-    d->qdd = new_values(d, d->frames);
-    d->force = new_values(d, d->frames);
-    struct constraint_effect x = {d, row, response, lambda};
+    solution->qdd = new_values(d, d->frames);
+    solution->force = new_values(d, d->frames);
+    struct constraint_effect x = {d, row, solution};
     visit_joints(d->g, d->kinematics.tree, add_effect, &x);
+    return solution->qdd;
+}
+
+/* ---- Which way of solving M x = f ---- */
+
+/* A division keeps its unit busy for four to five cycles, in which as many products or sums begin and more.
+ */
+enum { DIVISION_WEIGHT = 4 };
+
+/* Operations of a call that computes these values and nothing else; what depends on parameters alone is free.
+ */
+static long weigh(const struct derivation *d, const expression *values) {
+    const struct graph *g = d->g;
+    bool *needed = memory_get(d->memory, g->count * sizeof *needed);
+    long operations = 0;
+    for (int i = 0; i < d->frames; i++)
+        needed[values[i]] = true;
+    mark_operands(g, needed, g->count);
+    for (expression e = 0; e < g->count; e++) {
+        const enum cost cost = operation_cost(g->nodes[e].operation);
+        if (needed[e] && (g->nodes[e].depends & ~ON_PARAMETER) != 0)
+            operations += cost == COST_DIV ? DIVISION_WEIGHT : cost == COST_ADD || cost == COST_MUL;
+    }
+    return operations;
+}
+
+typedef const expression *solve_by(struct derivation *d, struct solution *solution);
+
+/* "qdd_free recursive, 1055 operations (dense 1512)" */
+static void say_choice(struct derivation *d, const char *quantity, const struct solution *chosen,
+                       const char *costs) {
+    struct plan *plan = d->plan;
+    plan->accelerations = memory_format(
+        plan->memory, "%s%s%s %s%s", plan->accelerations ? plan->accelerations : "",
+        plan->accelerations ? "; " : "", quantity, chosen->is_dense ? "dense" : "recursive", costs);
+}
+
+/*
+ * The matrix is taken where it saves a tenth and more: for less the recursion is not given up, which loses no
+ * digits to the condition of M. The matrix is not even derived where its factors alone could cost more than
+ * the whole recursion, nor with runs of equal elements, whose recursions are loops.
+ */
+static struct solution *cheaper(struct derivation *d, const char *quantity, solve_by *by) {
+    struct solution *recursive = &d->by_method[0], *dense = &d->by_method[1];
+    const struct tree *tree = d->kinematics.tree;
+    if (tree->run_count) {
+        say_choice(d, quantity, recursive, "");
+        return recursive;
+    }
+    const long own = weigh(d, by(d, recursive)), factoring = factor_operations(tree);
+    if (factoring >= own) {
+        say_choice(d, quantity, recursive,
+                   memory_format(d->memory, ", %ld operations (dense: up to %ld for the factors alone)", own,
+                                 factoring));
+        return recursive;
+    }
+    const long other = weigh(d, by(d, dense));
+    if (10 * other <= 9 * own) {
+        say_choice(d, quantity, dense,
+                   memory_format(d->memory, ", %ld operations (recursive %ld)", other, own));
+        return dense;
+    }
+    say_choice(d, quantity, recursive, memory_format(d->memory, ", %ld operations (dense %ld)", own, other));
+    return recursive;
+}
+
+static struct solution *choose_solution(struct derivation *d, const char *quantity, solve_by *by) {
+    d->by_method[1].is_dense = true;
+    if (d->model->accelerations == ACCELERATIONS_AUTO)
+        return cheaper(d, quantity, by);
+    struct solution *asked = &d->by_method[d->model->accelerations == ACCELERATIONS_DENSE];
+    say_choice(d, quantity, asked, ", as asked");
+    return asked;
+}
+
+const expression *free_accelerations(struct derivation *d) {
+    if (!d->free_solution)
+        d->free_solution = choose_solution(d, "qdd_free", free_by);
+    return free_by(d, d->free_solution);
+}
+
+void constrained_accelerations(struct derivation *d) {
+    if (d->solution)
+        return;
+    d->solution = choose_solution(d, "qdd", constrained_by);
+    d->qdd = (expression *)constrained_by(d, d->solution);
+    d->force = d->solution->force;
+    d->responses = d->solution->responses;
+    d->S = d->solution->S;
+    d->lambda = d->solution->lambda;
 }
 
 expression *add_field(struct derivation *d, struct function *f, const char *name, const char *about,

@@ -9,6 +9,15 @@
 #include "plan.h"
 #include "rows.h"
 
+/* What one way of solving M x = f gives; NULL: not derived yet. */
+struct solution {
+    bool is_dense;
+    const expression *free; /* qdd_free */
+    expression **responses; /* M^-1 u^T by row */
+    expression *S, *lambda; /* u M^-1 u^T, multipliers */
+    expression *qdd, *force;
+};
+
 struct derivation {
     struct plan *plan;
     struct memory *memory;
@@ -18,12 +27,15 @@ struct derivation {
     int frames;       /* of the rolled tree: values of coordinates are kept by frame */
     struct kinematics kinematics;
     struct inertia *composites;
-    expression *M, *bias, *falling, *qdd_free, *qdd, *force;
+    expression *M, *bias, *falling, *qdd, *force;
     struct applied applied;
     struct row_terms *rows;
     expression **responses, *S, *lambda; /* M^-1 u^T by row, u M^-1 u^T, multipliers */
     struct wrench *loads;
     struct elimination *elimination;
+    struct factors *factors;
+    struct solution by_method[2];              /* recursive, dense */
+    struct solution *free_solution, *solution; /* chosen for qdd_free and for qdd */
 };
 
 expression *new_values(const struct derivation *d, int count);

@@ -17,6 +17,7 @@ struct read_request {
     const struct setting *settings; /* --set NAME=VALUE, later ones win */
     int setting_count;
     bool fold; /* parameters become numbers; anchored ones stay parameters */
+    enum accelerations accelerations;
 };
 
 struct script;

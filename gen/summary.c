@@ -34,6 +34,8 @@ void gen_print_summary(const struct generation *gen, FILE *out) {
         fprintf(out, "%-10s %8ld %8ld %6ld %6ld\n", count->quantity, count->adds, count->muls, count->divs,
                 count->functions);
     }
+    if (plan->accelerations)
+        fprintf(out, "accelerations: %s\n", plan->accelerations);
     if (plan->left_out)
         fprintf(out, "left out: %s\n", plan->left_out);
     print_unread(gen, out);

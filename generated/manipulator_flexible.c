@@ -73,9 +73,9 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     p->derived.effector_z_D_inverse = 1.0 / p->m_E;
     /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    p->derived.constant_19 = 1.0 / p->derived.arm_psi_inertia_xx;
+    p->derived.arm_phi_3_pivot_inverse = 1.0 / p->derived.arm_psi_inertia_xx;
     /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    p->derived.constant_20 = 1.0 / p->derived.arm_phi_1_inertia_xx;
+    p->derived.constant_19 = 1.0 / p->derived.arm_phi_1_inertia_xx;
 }
 
 /* Sines and cosines of 4 angles up to 100000 rad: x = k pi/2 + r, and two polynomials of r, minimax on
@@ -3362,269 +3362,270 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
     /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t37 = 1.0 / arm_phi_3_inertia_beyond_yy;
+    const double arm_theta_3_pivot_inverse = 1.0 / arm_phi_3_inertia_beyond_yy;
     const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
-    const double t38 = arm_phi_3_moment_beyond_x * t37;
-    const double t39 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t38;
-    const double t40 = arm_theta_3_sin * (t39 - p->derived.arm_psi_mass);
-    const double t41 = arm_theta_3_sin * t40;
-    const double t42 = t39 - t41;
-    const double t43 = p->derived.arm_psi_mass + t41;
-    const double t44 = arm_theta_3_cos * t40;
-    const double t45 = arm_psi_3_sin * (t43 - t39);
-    const double t46 = arm_psi_3_sin * t45;
-    const double t47 = t39 + t46;
-    const double t48 = arm_psi_3_cos * t45;
-    const double t49 = arm_psi_3_cos * t44;
-    const double t50 = arm_psi_3_sin * t44;
-    const double t51 = p->derived.arm_element_length * t49;
-    const double t52 = p->derived.arm_element_length * t48;
-    const double t53 = p->derived.arm_element_length * t50;
-    const double t54 = p->derived.arm_element_length * t47;
-    const double t55 = p->derived.arm_element_length * t42;
-    const double t56 = p->derived.arm_element_length * t53;
+    const double t37 = arm_phi_3_moment_beyond_x * arm_theta_3_pivot_inverse;
+    const double t38 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t37;
+    const double t39 = arm_theta_3_sin * (t38 - p->derived.arm_psi_mass);
+    const double t40 = arm_theta_3_sin * t39;
+    const double t41 = t38 - t40;
+    const double t42 = p->derived.arm_psi_mass + t40;
+    const double t43 = arm_theta_3_cos * t39;
+    const double t44 = arm_psi_3_sin * (t42 - t38);
+    const double t45 = arm_psi_3_sin * t44;
+    const double t46 = t38 + t45;
+    const double t47 = arm_psi_3_cos * t44;
+    const double t48 = arm_psi_3_cos * t43;
+    const double t49 = arm_psi_3_sin * t43;
+    const double t50 = p->derived.arm_element_length * t48;
+    const double t51 = p->derived.arm_element_length * t47;
+    const double t52 = p->derived.arm_element_length * t49;
+    const double t53 = p->derived.arm_element_length * t46;
+    const double t54 = p->derived.arm_element_length * t41;
+    const double t55 = p->derived.arm_element_length * t52;
     /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t57 = p->derived.arm_phi_1_moment_x + t55;
-    const double t58 = p->derived.arm_phi_1_moment_x + t54;
-    const double t59 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t55);
-    const double t60 = t56 * t59;
-    const double t61 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t54 - t56 *
-        t60);
+    const double t56 = p->derived.arm_phi_1_moment_x + t54;
+    const double t57 = p->derived.arm_phi_1_moment_x + t53;
+    const double t58 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t54);
+    const double t59 = t55 * t58;
+    const double t60 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t53 - t55 *
+        t59);
     const double arm_theta_2_cos_inverse = 1.0 / arm_theta_2_cos;
-    const double t62 = t61 * (t52 - t51 * t60);
-    const double t63 = t60 * t62 - t51 * t59;
-    const double t64 = t61 * (t58 - t53 * t60);
-    const double t65 = t60 * t64 - t53 * t59;
-    const double t66 = t61 * (t53 - t57 * t60);
-    const double t67 = t60 * t66 - t57 * t59;
-    const double t68 = p->derived.arm_phi_1_mass + (t43 - t46) - (t52 * t62 - t51 * t63);
-    const double t69 = t48 - (t52 * t64 - t51 * t65);
-    const double t70 = t49 - (t52 * t66 - t51 * t67);
-    const double t71 = p->derived.arm_phi_1_mass + t47 - (t58 * t64 - t53 * t65);
-    const double t72 = t50 - (t58 * t66 - t53 * t67);
-    const double t73 = p->derived.arm_phi_1_mass + t42 - (t53 * t66 - t57 * t67);
-    const double t74 = arm_phi_2_cos * (t72 + t72) + arm_phi_2_sin * (t71 - t73);
-    const double t75 = arm_phi_2_sin * t74;
-    const double t76 = t71 - t75;
-    const double t77 = t73 + t75;
-    const double t78 = arm_phi_2_cos * t74 - t72;
-    const double t79 = arm_phi_2_cos * t69 - arm_phi_2_sin * t70;
-    const double t80 = arm_phi_2_cos * t70 + arm_phi_2_sin * t69;
-    const double t81 = arm_theta_2_cos * (t80 + t80) + arm_theta_2_sin * (t77 - t68);
-    const double t82 = arm_theta_2_sin * t81;
-    const double t83 = t77 - t82;
-    const double t84 = t68 + t82;
-    const double t85 = arm_theta_2_cos * t81 - t80;
-    const double t86 = arm_theta_2_cos * t78 - arm_theta_2_sin * t79;
-    const double t87 = arm_theta_2_cos * t79 + arm_theta_2_sin * t78;
-    const double t88 = arm_psi_2_cos * (t87 + t87) + arm_psi_2_sin * (t84 - t76);
-    const double t89 = arm_psi_2_sin * t88;
-    const double t90 = t76 + t89;
-    const double t91 = arm_psi_2_cos * t88 - t87;
-    const double t92 = arm_psi_2_cos * t85 - arm_psi_2_sin * t86;
-    const double t93 = arm_psi_2_cos * t86 + arm_psi_2_sin * t85;
-    const double t94 = p->derived.arm_element_length * t92;
-    const double t95 = p->derived.arm_element_length * t91;
-    const double t96 = p->derived.arm_element_length * t93;
-    const double t97 = p->derived.arm_element_length * t90;
-    const double t98 = p->derived.arm_element_length * t83;
-    const double t99 = p->derived.arm_element_length * t96;
+    const double t61 = t60 * (t51 - t50 * t59);
+    const double t62 = t59 * t61 - t50 * t58;
+    const double t63 = t60 * (t57 - t52 * t59);
+    const double t64 = t59 * t63 - t52 * t58;
+    const double t65 = t60 * (t52 - t56 * t59);
+    const double t66 = t59 * t65 - t56 * t58;
+    const double t67 = p->derived.arm_phi_1_mass + (t42 - t45) - (t51 * t61 - t50 * t62);
+    const double t68 = t47 - (t51 * t63 - t50 * t64);
+    const double t69 = t48 - (t51 * t65 - t50 * t66);
+    const double t70 = p->derived.arm_phi_1_mass + t46 - (t57 * t63 - t52 * t64);
+    const double t71 = t49 - (t57 * t65 - t52 * t66);
+    const double t72 = p->derived.arm_phi_1_mass + t41 - (t52 * t65 - t56 * t66);
+    const double t73 = arm_phi_2_cos * (t71 + t71) + arm_phi_2_sin * (t70 - t72);
+    const double t74 = arm_phi_2_sin * t73;
+    const double t75 = t70 - t74;
+    const double t76 = t72 + t74;
+    const double t77 = arm_phi_2_cos * t73 - t71;
+    const double t78 = arm_phi_2_cos * t68 - arm_phi_2_sin * t69;
+    const double t79 = arm_phi_2_cos * t69 + arm_phi_2_sin * t68;
+    const double t80 = arm_theta_2_cos * (t79 + t79) + arm_theta_2_sin * (t76 - t67);
+    const double t81 = arm_theta_2_sin * t80;
+    const double t82 = t76 - t81;
+    const double t83 = t67 + t81;
+    const double t84 = arm_theta_2_cos * t80 - t79;
+    const double t85 = arm_theta_2_cos * t77 - arm_theta_2_sin * t78;
+    const double t86 = arm_theta_2_cos * t78 + arm_theta_2_sin * t77;
+    const double t87 = arm_psi_2_cos * (t86 + t86) + arm_psi_2_sin * (t83 - t75);
+    const double t88 = arm_psi_2_sin * t87;
+    const double t89 = t75 + t88;
+    const double t90 = arm_psi_2_cos * t87 - t86;
+    const double t91 = arm_psi_2_cos * t84 - arm_psi_2_sin * t85;
+    const double t92 = arm_psi_2_cos * t85 + arm_psi_2_sin * t84;
+    const double t93 = p->derived.arm_element_length * t91;
+    const double t94 = p->derived.arm_element_length * t90;
+    const double t95 = p->derived.arm_element_length * t92;
+    const double t96 = p->derived.arm_element_length * t89;
+    const double t97 = p->derived.arm_element_length * t82;
+    const double t98 = p->derived.arm_element_length * t95;
     /* arm_phi_1 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t100 = p->derived.arm_phi_1_moment_x + t98;
-    const double t101 = p->derived.arm_phi_1_moment_x + t97;
-    const double t102 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t98);
-    const double t103 = t99 * t102;
-    const double t104 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t97 - t99 *
-        t103);
+    const double t99 = p->derived.arm_phi_1_moment_x + t97;
+    const double t100 = p->derived.arm_phi_1_moment_x + t96;
+    const double t101 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t97);
+    const double t102 = t98 * t101;
+    const double t103 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t96 - t98 *
+        t102);
     const double arm_theta_1_cos_inverse = 1.0 / arm_theta_1_cos;
-    const double t105 = t104 * (t95 - t94 * t103);
-    const double t106 = t103 * t105 - t94 * t102;
-    const double t107 = t104 * (t101 - t96 * t103);
-    const double t108 = t103 * t107 - t96 * t102;
-    const double t109 = t104 * (t96 - t100 * t103);
-    const double t110 = t103 * t109 - t100 * t102;
-    const double t111 = p->derived.arm_phi_1_mass + (t84 - t89) - (t95 * t105 - t94 * t106);
-    const double t112 = t91 - (t95 * t107 - t94 * t108);
-    const double t113 = t92 - (t95 * t109 - t94 * t110);
-    const double t114 = p->derived.arm_phi_1_mass + t90 - (t101 * t107 - t96 * t108);
-    const double t115 = t93 - (t101 * t109 - t96 * t110);
-    const double t116 = p->derived.arm_phi_1_mass + t83 - (t96 * t109 - t100 * t110);
-    const double t117 = arm_phi_1_cos * (t115 + t115) + arm_phi_1_sin * (t114 - t116);
-    const double t118 = arm_phi_1_sin * t117;
-    const double t119 = t114 - t118;
-    const double t120 = t116 + t118;
-    const double t121 = arm_phi_1_cos * t117 - t115;
-    const double t122 = arm_phi_1_cos * t112 - arm_phi_1_sin * t113;
-    const double t123 = arm_phi_1_cos * t113 + arm_phi_1_sin * t112;
-    const double t124 = arm_theta_1_cos * (t123 + t123) + arm_theta_1_sin * (t120 - t111);
-    const double t125 = arm_theta_1_sin * t124;
-    const double t126 = t111 + t125;
-    const double t127 = arm_theta_1_cos * t124 - t123;
-    const double t128 = arm_theta_1_cos * t121 - arm_theta_1_sin * t122;
-    const double t129 = arm_theta_1_cos * t122 + arm_theta_1_sin * t121;
-    const double t130 = arm_psi_1_cos * (t129 + t129) + arm_psi_1_sin * (t126 - t119);
-    const double t131 = arm_psi_1_sin * t130;
-    const double t132 = t119 + t131;
-    const double t133 = arm_psi_1_cos * t130 - t129;
-    const double arm_psi_U_force_x = p->derived.constant_1 * t133;
-    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t128 + arm_psi_1_sin * t127);
-    const double t134 = p->derived.constant_1 * t132;
-    const double t135 = p->derived.constant_1 * arm_psi_U_force_z;
+    const double t104 = t103 * (t94 - t93 * t102);
+    const double t105 = t102 * t104 - t93 * t101;
+    const double t106 = t103 * (t100 - t95 * t102);
+    const double t107 = t102 * t106 - t95 * t101;
+    const double t108 = t103 * (t95 - t99 * t102);
+    const double t109 = t102 * t108 - t99 * t101;
+    const double t110 = p->derived.arm_phi_1_mass + (t83 - t88) - (t94 * t104 - t93 * t105);
+    const double t111 = t90 - (t94 * t106 - t93 * t107);
+    const double t112 = t91 - (t94 * t108 - t93 * t109);
+    const double t113 = p->derived.arm_phi_1_mass + t89 - (t100 * t106 - t95 * t107);
+    const double t114 = t92 - (t100 * t108 - t95 * t109);
+    const double t115 = p->derived.arm_phi_1_mass + t82 - (t95 * t108 - t99 * t109);
+    const double t116 = arm_phi_1_cos * (t114 + t114) + arm_phi_1_sin * (t113 - t115);
+    const double t117 = arm_phi_1_sin * t116;
+    const double t118 = t113 - t117;
+    const double t119 = t115 + t117;
+    const double t120 = arm_phi_1_cos * t116 - t114;
+    const double t121 = arm_phi_1_cos * t111 - arm_phi_1_sin * t112;
+    const double t122 = arm_phi_1_cos * t112 + arm_phi_1_sin * t111;
+    const double t123 = arm_theta_1_cos * (t122 + t122) + arm_theta_1_sin * (t119 - t110);
+    const double t124 = arm_theta_1_sin * t123;
+    const double t125 = t110 + t124;
+    const double t126 = arm_theta_1_cos * t123 - t122;
+    const double t127 = arm_theta_1_cos * t120 - arm_theta_1_sin * t121;
+    const double t128 = arm_theta_1_cos * t121 + arm_theta_1_sin * t120;
+    const double t129 = arm_psi_1_cos * (t128 + t128) + arm_psi_1_sin * (t125 - t118);
+    const double t130 = arm_psi_1_sin * t129;
+    const double t131 = t118 + t130;
+    const double t132 = arm_psi_1_cos * t129 - t128;
+    const double arm_psi_U_force_x = p->derived.constant_1 * t132;
+    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t127 + arm_psi_1_sin * t126);
+    const double t133 = p->derived.constant_1 * t131;
+    const double t134 = p->derived.constant_1 * arm_psi_U_force_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t134;
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t134;
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t133;
+    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t133;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t136 = t135 * arm_psi_D_inverse;
-    const double t137 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t138 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t139 = t133 - arm_psi_U_force_x * t138;
-    const double t140 = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * (p->derived.constant_1 * (t120 -
-        t125)) - t135 * t136;
-    const double t141 = p->derived.arm_psi_mass + t132 - arm_psi_U_force_y * t138;
-    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t135 * t137 - p->derived.constant_1 *
-        (arm_psi_1_cos * t127 - arm_psi_1_sin * t128))) + arm_psi_cos * (arm_psi_cos * (t135 * t138 - arm_psi_U_force_z));
+    const double t135 = t134 * arm_psi_D_inverse;
+    const double t136 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t137 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t138 = t132 - arm_psi_U_force_x * t137;
+    const double t139 = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * (p->derived.constant_1 * (t119 -
+        t124)) - t134 * t135;
+    const double t140 = p->derived.arm_psi_mass + t131 - arm_psi_U_force_y * t137;
+    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t134 * t136 - p->derived.constant_1 *
+        (arm_psi_1_cos * t126 - arm_psi_1_sin * t127))) + arm_psi_cos * (arm_psi_cos * (t134 * t137 - arm_psi_U_force_z));
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (t140 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
-        t140)));
-    const double t142 = p->m_col + (t141 + arm_psi_sin * (arm_psi_cos * (t139 + t139) + arm_psi_sin * (p->derived.arm_psi_mass +
-        (t126 - t131) - arm_psi_U_force_x * t137 - t141)));
+    const double column_psi_U_moment_z = p->Izz_col + (t139 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        t139)));
+    const double t141 = p->m_col + (t140 + arm_psi_sin * (arm_psi_cos * (t138 + t138) + arm_psi_sin * (p->derived.arm_psi_mass +
+        (t125 - t130) - arm_psi_U_force_x * t136 - t140)));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t143 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t142 = column_psi_U_force_z * column_psi_D_inverse;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (t142 - column_psi_U_force_z * t143);
+    const double base_z_U_force_z = p->m_base + (t141 - column_psi_U_force_z * t142);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* arm_phi_3: force left for the joint, inward */
     const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
     const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
     const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
-    const double t144 = arm_theta_3_sin * t36;
-    const double t145 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
-        qd[9] + t144);
-    const double t146 = t37 * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t145 + arm_phi_3_cos * t35));
-    const double t147 = t37 * (arm_phi_3_sin * t35 - arm_phi_3_cos * t145 - arm_phi_3_carried_moment_z);
-    const double t148 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t147;
-    const double t149 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t146;
-    const double t150 = arm_phi_3_cos * t148 - arm_phi_3_sin * t149;
-    const double t151 = arm_phi_3_sin * t148 + arm_phi_3_cos * t149;
-    const double t152 = arm_theta_3_cos * t151 - arm_theta_3_sin * arm_phi_3_load_force_x;
-    const double t153 = arm_theta_3_sin * t151 + arm_theta_3_cos * arm_phi_3_load_force_x;
-    const double t154 = arm_theta_3_sin * t145 + arm_theta_3_cos * t36;
-    const double t155 = arm_psi_3_sin * t153 + arm_psi_3_cos * t150;
+    const double t143 = arm_theta_3_sin * t36;
+    const double t144 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
+        qd[9] + t143);
+    const double t145 = arm_theta_3_pivot_inverse * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t144 +
+        arm_phi_3_cos * t35));
+    const double t146 = arm_theta_3_pivot_inverse * (arm_phi_3_sin * t35 - arm_phi_3_cos * t144 - arm_phi_3_carried_moment_z);
+    const double t147 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t146;
+    const double t148 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t145;
+    const double t149 = arm_phi_3_cos * t147 - arm_phi_3_sin * t148;
+    const double t150 = arm_phi_3_sin * t147 + arm_phi_3_cos * t148;
+    const double t151 = arm_theta_3_cos * t150 - arm_theta_3_sin * arm_phi_3_load_force_x;
+    const double t152 = arm_theta_3_sin * t150 + arm_theta_3_cos * arm_phi_3_load_force_x;
+    const double t153 = arm_theta_3_sin * t144 + arm_theta_3_cos * t36;
+    const double t154 = arm_psi_3_sin * t152 + arm_psi_3_cos * t149;
     /* arm_phi_2: force left for the joint, inward */
-    const double t156 = arm_theta_2_sin * t34;
-    const double t157 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
-        qd[6] + t156);
-    const double t158 = arm_phi_2_load_moment_y - (arm_psi_3_sin * t154 + arm_psi_3_cos * t35 + p->derived.arm_element_length *
-        t152) + (arm_phi_2_sin * t157 + arm_phi_2_cos * t33);
-    const double t159 = p->derived.constant_20 * (t34 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t35 -
-        arm_psi_3_cos * t154)));
-    const double t160 = t61 * (arm_phi_2_sin * t33 - arm_phi_2_cos * t157 - (arm_phi_2_load_moment_z + (t144 -
-        arm_theta_3_cos * t145 + p->derived.arm_element_length * t155)) - t60 * t158);
-    const double t161 = t60 * t160 - t59 * t158;
-    const double t162 = arm_phi_2_load_force_x + (arm_psi_3_cos * t153 - arm_psi_3_sin * t150) + (t52 * t160 -
-        t51 * t161);
-    const double t163 = arm_phi_2_load_force_y + t155 + (t58 * t160 - t53 * t161);
-    const double t164 = arm_phi_2_load_force_z + t152 + (t53 * t160 - t57 * t161);
-    const double t165 = arm_phi_2_cos * t163 - arm_phi_2_sin * t164;
-    const double t166 = arm_phi_2_sin * t163 + arm_phi_2_cos * t164;
-    const double t167 = arm_theta_2_cos * t166 - arm_theta_2_sin * t162;
-    const double t168 = arm_theta_2_sin * t166 + arm_theta_2_cos * t162;
-    const double t169 = arm_theta_2_sin * t157 + arm_theta_2_cos * t34;
-    const double t170 = arm_psi_2_sin * t168 + arm_psi_2_cos * t165;
+    const double t155 = arm_theta_2_sin * t34;
+    const double t156 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
+        qd[6] + t155);
+    const double t157 = arm_phi_2_load_moment_y - (arm_psi_3_sin * t153 + arm_psi_3_cos * t35 + p->derived.arm_element_length *
+        t151) + (arm_phi_2_sin * t156 + arm_phi_2_cos * t33);
+    const double t158 = p->derived.constant_19 * (t34 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t35 -
+        arm_psi_3_cos * t153)));
+    const double t159 = t60 * (arm_phi_2_sin * t33 - arm_phi_2_cos * t156 - (arm_phi_2_load_moment_z + (t143 -
+        arm_theta_3_cos * t144 + p->derived.arm_element_length * t154)) - t59 * t157);
+    const double t160 = t59 * t159 - t58 * t157;
+    const double t161 = arm_phi_2_load_force_x + (arm_psi_3_cos * t152 - arm_psi_3_sin * t149) + (t51 * t159 -
+        t50 * t160);
+    const double t162 = arm_phi_2_load_force_y + t154 + (t57 * t159 - t52 * t160);
+    const double t163 = arm_phi_2_load_force_z + t151 + (t52 * t159 - t56 * t160);
+    const double t164 = arm_phi_2_cos * t162 - arm_phi_2_sin * t163;
+    const double t165 = arm_phi_2_sin * t162 + arm_phi_2_cos * t163;
+    const double t166 = arm_theta_2_cos * t165 - arm_theta_2_sin * t161;
+    const double t167 = arm_theta_2_sin * t165 + arm_theta_2_cos * t161;
+    const double t168 = arm_theta_2_sin * t156 + arm_theta_2_cos * t34;
+    const double t169 = arm_psi_2_sin * t167 + arm_psi_2_cos * t164;
     /* arm_phi_1: force left for the joint, inward */
-    const double t171 = arm_theta_1_sin * t32;
-    const double t172 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
-        qd[3] + t171);
-    const double t173 = arm_phi_1_load_moment_y - (arm_psi_2_sin * t169 + arm_psi_2_cos * t33 + p->derived.arm_element_length *
-        t167) + (arm_phi_1_sin * t172 + arm_phi_1_cos * t31);
-    const double t174 = p->derived.constant_20 * (t32 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t33 -
-        arm_psi_2_cos * t169)));
-    const double t175 = t104 * (arm_phi_1_sin * t31 - arm_phi_1_cos * t172 - (arm_phi_1_load_moment_z + (t156 -
-        arm_theta_2_cos * t157 + p->derived.arm_element_length * t170)) - t103 * t173);
-    const double t176 = t103 * t175 - t102 * t173;
-    const double t177 = arm_phi_1_load_force_x + (arm_psi_2_cos * t168 - arm_psi_2_sin * t165) + (t95 * t175 -
-        t94 * t176);
-    const double t178 = arm_phi_1_load_force_y + t170 + (t101 * t175 - t96 * t176);
-    const double t179 = arm_phi_1_load_force_z + t167 + (t96 * t175 - t100 * t176);
-    const double t180 = arm_phi_1_cos * t178 - arm_phi_1_sin * t179;
-    const double t181 = arm_phi_1_sin * t178 + arm_phi_1_cos * t179;
-    const double t182 = arm_theta_1_sin * t181 + arm_theta_1_cos * t177;
-    const double t183 = arm_theta_1_sin * t172 + arm_theta_1_cos * t32;
-    const double t184 = arm_psi_1_sin * t182 + arm_psi_1_cos * t180;
+    const double t170 = arm_theta_1_sin * t32;
+    const double t171 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
+        qd[3] + t170);
+    const double t172 = arm_phi_1_load_moment_y - (arm_psi_2_sin * t168 + arm_psi_2_cos * t33 + p->derived.arm_element_length *
+        t166) + (arm_phi_1_sin * t171 + arm_phi_1_cos * t31);
+    const double t173 = p->derived.constant_19 * (t32 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t33 -
+        arm_psi_2_cos * t168)));
+    const double t174 = t103 * (arm_phi_1_sin * t31 - arm_phi_1_cos * t171 - (arm_phi_1_load_moment_z + (t155 -
+        arm_theta_2_cos * t156 + p->derived.arm_element_length * t169)) - t102 * t172);
+    const double t175 = t102 * t174 - t101 * t172;
+    const double t176 = arm_phi_1_load_force_x + (arm_psi_2_cos * t167 - arm_psi_2_sin * t164) + (t94 * t174 -
+        t93 * t175);
+    const double t177 = arm_phi_1_load_force_y + t169 + (t100 * t174 - t95 * t175);
+    const double t178 = arm_phi_1_load_force_z + t166 + (t95 * t174 - t99 * t175);
+    const double t179 = arm_phi_1_cos * t177 - arm_phi_1_sin * t178;
+    const double t180 = arm_phi_1_sin * t177 + arm_phi_1_cos * t178;
+    const double t181 = arm_theta_1_sin * t180 + arm_theta_1_cos * t176;
+    const double t182 = arm_theta_1_sin * t171 + arm_theta_1_cos * t32;
+    const double t183 = arm_psi_1_sin * t181 + arm_psi_1_cos * t179;
     /* arm_psi: force left for the joint, inward */
-    const double t185 = arm_psi_load_moment_z + (t171 - arm_theta_1_cos * t172 + p->derived.constant_1 * t184);
-    const double t186 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t182 - arm_psi_1_sin * t180) -
-        t137 * t185) + arm_psi_cos * (arm_psi_load_force_y + t184 - t138 * t185);
-    const double t187 = arm_psi_cos * (arm_psi_load_moment_y - (arm_psi_1_sin * t183 + arm_psi_1_cos * t31 +
-        p->derived.constant_1 * (arm_theta_1_cos * t181 - arm_theta_1_sin * t177)) + t136 * t185);
+    const double t184 = arm_psi_load_moment_z + (t170 - arm_theta_1_cos * t171 + p->derived.constant_1 * t183);
+    const double t185 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t181 - arm_psi_1_sin * t179) -
+        t136 * t184) + arm_psi_cos * (arm_psi_load_force_y + t183 - t137 * t184);
+    const double t186 = arm_psi_cos * (arm_psi_load_moment_y - (arm_psi_1_sin * t182 + arm_psi_1_cos * t31 +
+        p->derived.constant_1 * (arm_theta_1_cos * t180 - arm_theta_1_sin * t176)) + t135 * t184);
     /* column_psi: force left for the joint, inward */
-    const double t188 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t31 - arm_psi_1_cos * t183)) + t187);
+    const double t187 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t31 - arm_psi_1_cos * t182)) + t186);
     /* base_z: acceleration, outward */
-    const double t189 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        (p->derived.column_psi_load_force_z + t186 + t143 * t188)));
+    const double t188 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        (p->derived.column_psi_load_force_z + t185 + t142 * t187)));
     /* column_psi: acceleration, outward */
-    const double t190 = t143 * t189 + column_psi_D_inverse * t188;
-    const double t191 = arm_psi_sin * t190;
-    const double t192 = arm_psi_cos * t190;
-    const double t193 = arm_psi_sin * t189;
-    const double t194 = arm_psi_cos * t189;
+    const double t189 = t142 * t188 + column_psi_D_inverse * t187;
+    const double t190 = arm_psi_sin * t189;
+    const double t191 = arm_psi_cos * t189;
+    const double t192 = arm_psi_sin * t188;
+    const double t193 = arm_psi_cos * t188;
     /* arm_psi: acceleration, outward */
-    const double t195 = t137 * t193 + t138 * t194 + t136 * t192 - arm_psi_D_inverse * t185;
-    const double t196 = p->derived.constant_1 * t192;
-    const double t197 = arm_psi_1_sin * t192 + arm_psi_1_cos * t191;
-    const double t198 = p->derived.constant_1 * t195 - t194;
-    const double t199 = arm_psi_1_sin * t198 - arm_psi_1_cos * t193;
-    const double t200 = arm_psi_1_sin * t193 + arm_psi_1_cos * t198;
-    const double t201 = arm_theta_1_sin * t199 - arm_theta_1_cos * t196;
-    const double t202 = arm_theta_1_sin * t196 + arm_theta_1_cos * t199;
+    const double t194 = t136 * t192 + t137 * t193 + t135 * t191 - arm_psi_D_inverse * t184;
+    const double t195 = p->derived.constant_1 * t191;
+    const double t196 = arm_psi_1_sin * t191 + arm_psi_1_cos * t190;
+    const double t197 = p->derived.constant_1 * t194 - t193;
+    const double t198 = arm_psi_1_sin * t197 - arm_psi_1_cos * t192;
+    const double t199 = arm_psi_1_sin * t192 + arm_psi_1_cos * t197;
+    const double t200 = arm_theta_1_sin * t198 - arm_theta_1_cos * t195;
+    const double t201 = arm_theta_1_sin * t195 + arm_theta_1_cos * t198;
     /* arm_phi_1: acceleration, outward */
-    const double t203 = arm_phi_1_sin * t201 + arm_phi_1_cos * t200;
-    const double t204 = arm_phi_1_cos * t201 - arm_phi_1_sin * t200;
-    const double t205 = t176 - (t106 * t202 + t108 * t203 + t110 * t204);
-    const double t206 = t175 - (t105 * t202 + t107 * t203 + t109 * t204);
-    const double t207 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t205 + arm_phi_1_cos * t206 - (arm_theta_1_sin *
-        t197 + arm_theta_1_cos * t195));
-    const double t208 = arm_psi_2_sin * t205 - arm_psi_2_cos * t174;
-    const double t209 = t203 + p->derived.arm_element_length * t206;
-    const double t210 = t204 - p->derived.arm_element_length * t205;
-    const double t211 = arm_psi_2_sin * t209 + arm_psi_2_cos * t202;
-    const double t212 = arm_psi_2_cos * t209 - arm_psi_2_sin * t202;
-    const double t213 = arm_theta_2_sin * t211 + arm_theta_2_cos * t210;
-    const double t214 = arm_theta_2_cos * t211 - arm_theta_2_sin * t210;
+    const double t202 = arm_phi_1_sin * t200 + arm_phi_1_cos * t199;
+    const double t203 = arm_phi_1_cos * t200 - arm_phi_1_sin * t199;
+    const double t204 = t175 - (t105 * t201 + t107 * t202 + t109 * t203);
+    const double t205 = t174 - (t104 * t201 + t106 * t202 + t108 * t203);
+    const double t206 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t204 + arm_phi_1_cos * t205 - (arm_theta_1_sin *
+        t196 + arm_theta_1_cos * t194));
+    const double t207 = arm_psi_2_sin * t204 - arm_psi_2_cos * t173;
+    const double t208 = t202 + p->derived.arm_element_length * t205;
+    const double t209 = t203 - p->derived.arm_element_length * t204;
+    const double t210 = arm_psi_2_sin * t208 + arm_psi_2_cos * t201;
+    const double t211 = arm_psi_2_cos * t208 - arm_psi_2_sin * t201;
+    const double t212 = arm_theta_2_sin * t210 + arm_theta_2_cos * t209;
+    const double t213 = arm_theta_2_cos * t210 - arm_theta_2_sin * t209;
     /* arm_phi_2: acceleration, outward */
-    const double t215 = arm_phi_2_sin * t213 + arm_phi_2_cos * t212;
-    const double t216 = arm_phi_2_cos * t213 - arm_phi_2_sin * t212;
-    const double t217 = t161 - (t63 * t214 + t65 * t215 + t67 * t216);
-    const double t218 = t160 - (t62 * t214 + t64 * t215 + t66 * t216);
-    const double t219 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t217 + arm_phi_2_cos * t218 - (arm_theta_2_sin *
-        t208 + arm_theta_2_cos * t206));
-    const double t220 = arm_psi_3_sin * t217 - arm_psi_3_cos * t159;
-    const double t221 = t215 + p->derived.arm_element_length * t218;
-    const double t222 = t216 - p->derived.arm_element_length * t217;
-    const double t223 = arm_psi_3_sin * t221 + arm_psi_3_cos * t214;
-    const double t224 = arm_psi_3_cos * t221 - arm_psi_3_sin * t214;
-    const double t225 = arm_theta_3_sin * t223 + arm_theta_3_cos * t222;
+    const double t214 = arm_phi_2_sin * t212 + arm_phi_2_cos * t211;
+    const double t215 = arm_phi_2_cos * t212 - arm_phi_2_sin * t211;
+    const double t216 = t160 - (t62 * t213 + t64 * t214 + t66 * t215);
+    const double t217 = t159 - (t61 * t213 + t63 * t214 + t65 * t215);
+    const double t218 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t216 + arm_phi_2_cos * t217 - (arm_theta_2_sin *
+        t207 + arm_theta_2_cos * t205));
+    const double t219 = arm_psi_3_sin * t216 - arm_psi_3_cos * t158;
+    const double t220 = t214 + p->derived.arm_element_length * t217;
+    const double t221 = t215 - p->derived.arm_element_length * t216;
+    const double t222 = arm_psi_3_sin * t220 + arm_psi_3_cos * t213;
+    const double t223 = arm_psi_3_cos * t220 - arm_psi_3_sin * t213;
+    const double t224 = arm_theta_3_sin * t222 + arm_theta_3_cos * t221;
     /* arm_phi_3: acceleration, outward */
-    const double t226 = t38 * (arm_phi_3_cos * t225 - arm_phi_3_sin * t224) - t146;
-    const double t227 = t147 - t38 * (arm_phi_3_sin * t225 + arm_phi_3_cos * t224);
-    const double t228 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t226 + arm_phi_3_cos * t227 - (arm_theta_3_sin *
-        t220 + arm_theta_3_cos * t218));
-    qdd[0] = -t189;
-    qdd[1] = t190;
-    qdd[2] = t195;
-    qdd[3] = t207;
-    qdd[4] = arm_phi_1_cos * t205 - arm_phi_1_sin * t206 - (arm_psi_1_cos * t192 - arm_psi_1_sin * t191);
-    qdd[5] = arm_theta_1_sin * t207 - (t174 + (arm_theta_1_cos * t197 - arm_theta_1_sin * t195));
-    qdd[6] = t219;
-    qdd[7] = arm_phi_2_cos * t217 - arm_phi_2_sin * t218 - (arm_psi_2_sin * t174 + arm_psi_2_cos * t205);
-    qdd[8] = arm_theta_2_sin * t219 - (t159 + (arm_theta_2_cos * t208 - arm_theta_2_sin * t206));
-    qdd[9] = t228;
-    qdd[10] = arm_phi_3_cos * t226 - arm_phi_3_sin * t227 - (arm_psi_3_sin * t159 + arm_psi_3_cos * t217);
-    qdd[11] = arm_theta_3_sin * t228 - (p->derived.constant_19 * (arm_phi_3_bias_moment_x + t36) + (arm_theta_3_cos *
-        t220 - arm_theta_3_sin * t218));
-    qdd[12] = -(arm_theta_3_cos * t223 - arm_theta_3_sin * t222 + effector_z_load_force_z * p->derived.effector_z_D_inverse);
+    const double t225 = t37 * (arm_phi_3_cos * t224 - arm_phi_3_sin * t223) - t145;
+    const double t226 = t146 - t37 * (arm_phi_3_sin * t224 + arm_phi_3_cos * t223);
+    const double t227 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t225 + arm_phi_3_cos * t226 - (arm_theta_3_sin *
+        t219 + arm_theta_3_cos * t217));
+    qdd[0] = -t188;
+    qdd[1] = t189;
+    qdd[2] = t194;
+    qdd[3] = t206;
+    qdd[4] = arm_phi_1_cos * t204 - arm_phi_1_sin * t205 - (arm_psi_1_cos * t191 - arm_psi_1_sin * t190);
+    qdd[5] = arm_theta_1_sin * t206 - (t173 + (arm_theta_1_cos * t196 - arm_theta_1_sin * t194));
+    qdd[6] = t218;
+    qdd[7] = arm_phi_2_cos * t216 - arm_phi_2_sin * t217 - (arm_psi_2_sin * t173 + arm_psi_2_cos * t204);
+    qdd[8] = arm_theta_2_sin * t218 - (t158 + (arm_theta_2_cos * t207 - arm_theta_2_sin * t205));
+    qdd[9] = t227;
+    qdd[10] = arm_phi_3_cos * t225 - arm_phi_3_sin * t226 - (arm_psi_3_sin * t158 + arm_psi_3_cos * t216);
+    qdd[11] = arm_theta_3_sin * t227 - (p->derived.arm_phi_3_pivot_inverse * (arm_phi_3_bias_moment_x + t36) +
+        (arm_theta_3_cos * t219 - arm_theta_3_sin * t217));
+    qdd[12] = -(arm_theta_3_cos * t222 - arm_theta_3_sin * t221 + effector_z_load_force_z * p->derived.effector_z_D_inverse);
 }
 
 void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -4084,550 +4085,551 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
     /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t89 = 1.0 / arm_phi_3_inertia_beyond_yy;
+    const double arm_theta_3_pivot_inverse = 1.0 / arm_phi_3_inertia_beyond_yy;
     const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
-    const double t90 = arm_phi_3_moment_beyond_x * t89;
-    const double t91 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t90;
-    const double t92 = arm_theta_3_sin * (t91 - p->derived.arm_psi_mass);
-    const double t93 = arm_theta_3_sin * t92;
-    const double t94 = t91 - t93;
-    const double t95 = p->derived.arm_psi_mass + t93;
-    const double t96 = arm_theta_3_cos * t92;
-    const double t97 = arm_psi_3_sin * (t95 - t91);
-    const double t98 = arm_psi_3_sin * t97;
-    const double t99 = t91 + t98;
-    const double t100 = arm_psi_3_cos * t97;
-    const double t101 = arm_psi_3_cos * t96;
-    const double t102 = arm_psi_3_sin * t96;
-    const double t103 = p->derived.arm_element_length * t101;
-    const double t104 = p->derived.arm_element_length * t100;
-    const double t105 = p->derived.arm_element_length * t102;
-    const double t106 = p->derived.arm_element_length * t99;
-    const double t107 = p->derived.arm_element_length * t94;
-    const double t108 = p->derived.arm_element_length * t105;
+    const double t89 = arm_phi_3_moment_beyond_x * arm_theta_3_pivot_inverse;
+    const double t90 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t89;
+    const double t91 = arm_theta_3_sin * (t90 - p->derived.arm_psi_mass);
+    const double t92 = arm_theta_3_sin * t91;
+    const double t93 = t90 - t92;
+    const double t94 = p->derived.arm_psi_mass + t92;
+    const double t95 = arm_theta_3_cos * t91;
+    const double t96 = arm_psi_3_sin * (t94 - t90);
+    const double t97 = arm_psi_3_sin * t96;
+    const double t98 = t90 + t97;
+    const double t99 = arm_psi_3_cos * t96;
+    const double t100 = arm_psi_3_cos * t95;
+    const double t101 = arm_psi_3_sin * t95;
+    const double t102 = p->derived.arm_element_length * t100;
+    const double t103 = p->derived.arm_element_length * t99;
+    const double t104 = p->derived.arm_element_length * t101;
+    const double t105 = p->derived.arm_element_length * t98;
+    const double t106 = p->derived.arm_element_length * t93;
+    const double t107 = p->derived.arm_element_length * t104;
     /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t109 = p->derived.arm_phi_1_moment_x + t107;
-    const double t110 = p->derived.arm_phi_1_moment_x + t106;
-    const double t111 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t107);
-    const double t112 = t108 * t111;
-    const double t113 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t106 - t108 *
-        t112);
+    const double t108 = p->derived.arm_phi_1_moment_x + t106;
+    const double t109 = p->derived.arm_phi_1_moment_x + t105;
+    const double t110 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t106);
+    const double t111 = t107 * t110;
+    const double t112 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t105 - t107 *
+        t111);
     const double arm_theta_2_cos_inverse = 1.0 / arm_theta_2_cos;
-    const double t114 = t113 * (t104 - t103 * t112);
-    const double t115 = t112 * t114 - t103 * t111;
-    const double t116 = t113 * (t110 - t105 * t112);
-    const double t117 = t112 * t116 - t105 * t111;
-    const double t118 = t113 * (t105 - t109 * t112);
-    const double t119 = t112 * t118 - t109 * t111;
-    const double t120 = p->derived.arm_phi_1_mass + (t95 - t98) - (t104 * t114 - t103 * t115);
-    const double t121 = t100 - (t104 * t116 - t103 * t117);
-    const double t122 = t101 - (t104 * t118 - t103 * t119);
-    const double t123 = p->derived.arm_phi_1_mass + t99 - (t110 * t116 - t105 * t117);
-    const double t124 = t102 - (t110 * t118 - t105 * t119);
-    const double t125 = p->derived.arm_phi_1_mass + t94 - (t105 * t118 - t109 * t119);
-    const double t126 = arm_phi_2_cos * (t124 + t124) + arm_phi_2_sin * (t123 - t125);
-    const double t127 = arm_phi_2_sin * t126;
-    const double t128 = t123 - t127;
-    const double t129 = t125 + t127;
-    const double t130 = arm_phi_2_cos * t126 - t124;
-    const double t131 = arm_phi_2_cos * t121 - arm_phi_2_sin * t122;
-    const double t132 = arm_phi_2_cos * t122 + arm_phi_2_sin * t121;
-    const double t133 = arm_theta_2_cos * (t132 + t132) + arm_theta_2_sin * (t129 - t120);
-    const double t134 = arm_theta_2_sin * t133;
-    const double t135 = t129 - t134;
-    const double t136 = t120 + t134;
-    const double t137 = arm_theta_2_cos * t133 - t132;
-    const double t138 = arm_theta_2_cos * t130 - arm_theta_2_sin * t131;
-    const double t139 = arm_theta_2_cos * t131 + arm_theta_2_sin * t130;
-    const double t140 = arm_psi_2_cos * (t139 + t139) + arm_psi_2_sin * (t136 - t128);
-    const double t141 = arm_psi_2_sin * t140;
-    const double t142 = t128 + t141;
-    const double t143 = arm_psi_2_cos * t140 - t139;
-    const double t144 = arm_psi_2_cos * t137 - arm_psi_2_sin * t138;
-    const double t145 = arm_psi_2_cos * t138 + arm_psi_2_sin * t137;
-    const double t146 = p->derived.arm_element_length * t144;
-    const double t147 = p->derived.arm_element_length * t143;
-    const double t148 = p->derived.arm_element_length * t145;
-    const double t149 = p->derived.arm_element_length * t142;
-    const double t150 = p->derived.arm_element_length * t135;
-    const double t151 = p->derived.arm_element_length * t148;
+    const double t113 = t112 * (t103 - t102 * t111);
+    const double t114 = t111 * t113 - t102 * t110;
+    const double t115 = t112 * (t109 - t104 * t111);
+    const double t116 = t111 * t115 - t104 * t110;
+    const double t117 = t112 * (t104 - t108 * t111);
+    const double t118 = t111 * t117 - t108 * t110;
+    const double t119 = p->derived.arm_phi_1_mass + (t94 - t97) - (t103 * t113 - t102 * t114);
+    const double t120 = t99 - (t103 * t115 - t102 * t116);
+    const double t121 = t100 - (t103 * t117 - t102 * t118);
+    const double t122 = p->derived.arm_phi_1_mass + t98 - (t109 * t115 - t104 * t116);
+    const double t123 = t101 - (t109 * t117 - t104 * t118);
+    const double t124 = p->derived.arm_phi_1_mass + t93 - (t104 * t117 - t108 * t118);
+    const double t125 = arm_phi_2_cos * (t123 + t123) + arm_phi_2_sin * (t122 - t124);
+    const double t126 = arm_phi_2_sin * t125;
+    const double t127 = t122 - t126;
+    const double t128 = t124 + t126;
+    const double t129 = arm_phi_2_cos * t125 - t123;
+    const double t130 = arm_phi_2_cos * t120 - arm_phi_2_sin * t121;
+    const double t131 = arm_phi_2_cos * t121 + arm_phi_2_sin * t120;
+    const double t132 = arm_theta_2_cos * (t131 + t131) + arm_theta_2_sin * (t128 - t119);
+    const double t133 = arm_theta_2_sin * t132;
+    const double t134 = t128 - t133;
+    const double t135 = t119 + t133;
+    const double t136 = arm_theta_2_cos * t132 - t131;
+    const double t137 = arm_theta_2_cos * t129 - arm_theta_2_sin * t130;
+    const double t138 = arm_theta_2_cos * t130 + arm_theta_2_sin * t129;
+    const double t139 = arm_psi_2_cos * (t138 + t138) + arm_psi_2_sin * (t135 - t127);
+    const double t140 = arm_psi_2_sin * t139;
+    const double t141 = t127 + t140;
+    const double t142 = arm_psi_2_cos * t139 - t138;
+    const double t143 = arm_psi_2_cos * t136 - arm_psi_2_sin * t137;
+    const double t144 = arm_psi_2_cos * t137 + arm_psi_2_sin * t136;
+    const double t145 = p->derived.arm_element_length * t143;
+    const double t146 = p->derived.arm_element_length * t142;
+    const double t147 = p->derived.arm_element_length * t144;
+    const double t148 = p->derived.arm_element_length * t141;
+    const double t149 = p->derived.arm_element_length * t134;
+    const double t150 = p->derived.arm_element_length * t147;
     /* arm_phi_1 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t152 = p->derived.arm_phi_1_moment_x + t150;
-    const double t153 = p->derived.arm_phi_1_moment_x + t149;
-    const double t154 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t150);
-    const double t155 = t151 * t154;
-    const double t156 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t149 - t151 *
-        t155);
+    const double t151 = p->derived.arm_phi_1_moment_x + t149;
+    const double t152 = p->derived.arm_phi_1_moment_x + t148;
+    const double t153 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t149);
+    const double t154 = t150 * t153;
+    const double t155 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t148 - t150 *
+        t154);
     const double arm_theta_1_cos_inverse = 1.0 / arm_theta_1_cos;
-    const double t157 = t156 * (t147 - t146 * t155);
-    const double t158 = t155 * t157 - t146 * t154;
-    const double t159 = t156 * (t153 - t148 * t155);
-    const double t160 = t155 * t159 - t148 * t154;
-    const double t161 = t156 * (t148 - t152 * t155);
-    const double t162 = t155 * t161 - t152 * t154;
-    const double t163 = p->derived.arm_phi_1_mass + (t136 - t141) - (t147 * t157 - t146 * t158);
-    const double t164 = t143 - (t147 * t159 - t146 * t160);
-    const double t165 = t144 - (t147 * t161 - t146 * t162);
-    const double t166 = p->derived.arm_phi_1_mass + t142 - (t153 * t159 - t148 * t160);
-    const double t167 = t145 - (t153 * t161 - t148 * t162);
-    const double t168 = p->derived.arm_phi_1_mass + t135 - (t148 * t161 - t152 * t162);
-    const double t169 = arm_phi_1_cos * (t167 + t167) + arm_phi_1_sin * (t166 - t168);
-    const double t170 = arm_phi_1_sin * t169;
-    const double t171 = t166 - t170;
-    const double t172 = t168 + t170;
-    const double t173 = arm_phi_1_cos * t169 - t167;
-    const double t174 = arm_phi_1_cos * t164 - arm_phi_1_sin * t165;
-    const double t175 = arm_phi_1_cos * t165 + arm_phi_1_sin * t164;
-    const double t176 = arm_theta_1_cos * (t175 + t175) + arm_theta_1_sin * (t172 - t163);
-    const double t177 = arm_theta_1_sin * t176;
-    const double t178 = t163 + t177;
-    const double t179 = arm_theta_1_cos * t176 - t175;
-    const double t180 = arm_theta_1_cos * t173 - arm_theta_1_sin * t174;
-    const double t181 = arm_theta_1_cos * t174 + arm_theta_1_sin * t173;
-    const double t182 = arm_psi_1_cos * (t181 + t181) + arm_psi_1_sin * (t178 - t171);
-    const double t183 = arm_psi_1_sin * t182;
-    const double t184 = t171 + t183;
-    const double t185 = arm_psi_1_cos * t182 - t181;
-    const double arm_psi_U_force_x = p->derived.constant_1 * t185;
-    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t180 + arm_psi_1_sin * t179);
-    const double t186 = p->derived.constant_1 * t184;
-    const double t187 = p->derived.constant_1 * arm_psi_U_force_z;
+    const double t156 = t155 * (t146 - t145 * t154);
+    const double t157 = t154 * t156 - t145 * t153;
+    const double t158 = t155 * (t152 - t147 * t154);
+    const double t159 = t154 * t158 - t147 * t153;
+    const double t160 = t155 * (t147 - t151 * t154);
+    const double t161 = t154 * t160 - t151 * t153;
+    const double t162 = p->derived.arm_phi_1_mass + (t135 - t140) - (t146 * t156 - t145 * t157);
+    const double t163 = t142 - (t146 * t158 - t145 * t159);
+    const double t164 = t143 - (t146 * t160 - t145 * t161);
+    const double t165 = p->derived.arm_phi_1_mass + t141 - (t152 * t158 - t147 * t159);
+    const double t166 = t144 - (t152 * t160 - t147 * t161);
+    const double t167 = p->derived.arm_phi_1_mass + t134 - (t147 * t160 - t151 * t161);
+    const double t168 = arm_phi_1_cos * (t166 + t166) + arm_phi_1_sin * (t165 - t167);
+    const double t169 = arm_phi_1_sin * t168;
+    const double t170 = t165 - t169;
+    const double t171 = t167 + t169;
+    const double t172 = arm_phi_1_cos * t168 - t166;
+    const double t173 = arm_phi_1_cos * t163 - arm_phi_1_sin * t164;
+    const double t174 = arm_phi_1_cos * t164 + arm_phi_1_sin * t163;
+    const double t175 = arm_theta_1_cos * (t174 + t174) + arm_theta_1_sin * (t171 - t162);
+    const double t176 = arm_theta_1_sin * t175;
+    const double t177 = t162 + t176;
+    const double t178 = arm_theta_1_cos * t175 - t174;
+    const double t179 = arm_theta_1_cos * t172 - arm_theta_1_sin * t173;
+    const double t180 = arm_theta_1_cos * t173 + arm_theta_1_sin * t172;
+    const double t181 = arm_psi_1_cos * (t180 + t180) + arm_psi_1_sin * (t177 - t170);
+    const double t182 = arm_psi_1_sin * t181;
+    const double t183 = t170 + t182;
+    const double t184 = arm_psi_1_cos * t181 - t180;
+    const double arm_psi_U_force_x = p->derived.constant_1 * t184;
+    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t179 + arm_psi_1_sin * t178);
+    const double t185 = p->derived.constant_1 * t183;
+    const double t186 = p->derived.constant_1 * arm_psi_U_force_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t186;
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t186;
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t185;
+    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t185;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t188 = t187 * arm_psi_D_inverse;
-    const double t189 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t190 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t191 = t185 - arm_psi_U_force_x * t190;
-    const double t192 = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * (p->derived.constant_1 * (t172 -
-        t177)) - t187 * t188;
-    const double t193 = p->derived.arm_psi_mass + t184 - arm_psi_U_force_y * t190;
-    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t187 * t189 - p->derived.constant_1 *
-        (arm_psi_1_cos * t179 - arm_psi_1_sin * t180))) + arm_psi_cos * (arm_psi_cos * (t187 * t190 - arm_psi_U_force_z));
+    const double t187 = t186 * arm_psi_D_inverse;
+    const double t188 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t189 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t190 = t184 - arm_psi_U_force_x * t189;
+    const double t191 = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * (p->derived.constant_1 * (t171 -
+        t176)) - t186 * t187;
+    const double t192 = p->derived.arm_psi_mass + t183 - arm_psi_U_force_y * t189;
+    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t186 * t188 - p->derived.constant_1 *
+        (arm_psi_1_cos * t178 - arm_psi_1_sin * t179))) + arm_psi_cos * (arm_psi_cos * (t186 * t189 - arm_psi_U_force_z));
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (t192 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
-        t192)));
-    const double t194 = p->m_col + (t193 + arm_psi_sin * (arm_psi_cos * (t191 + t191) + arm_psi_sin * (p->derived.arm_psi_mass +
-        (t178 - t183) - arm_psi_U_force_x * t189 - t193)));
+    const double column_psi_U_moment_z = p->Izz_col + (t191 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        t191)));
+    const double t193 = p->m_col + (t192 + arm_psi_sin * (arm_psi_cos * (t190 + t190) + arm_psi_sin * (p->derived.arm_psi_mass +
+        (t177 - t182) - arm_psi_U_force_x * t188 - t192)));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t195 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t194 = column_psi_U_force_z * column_psi_D_inverse;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (t194 - column_psi_U_force_z * t195);
+    const double base_z_U_force_z = p->m_base + (t193 - column_psi_U_force_z * t194);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* arm_phi_3: force left for the joint, inward */
     const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
     const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
     const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
-    const double t196 = arm_theta_3_sin * t75;
-    const double t197 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
-        qd[9] + t196);
-    const double t198 = t89 * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t197 + arm_phi_3_cos * t74));
-    const double t199 = t89 * (arm_phi_3_sin * t74 - arm_phi_3_cos * t197 - arm_phi_3_carried_moment_z);
-    const double t200 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t199;
-    const double t201 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t198;
-    const double t202 = arm_phi_3_cos * t200 - arm_phi_3_sin * t201;
-    const double t203 = arm_phi_3_sin * t200 + arm_phi_3_cos * t201;
-    const double t204 = arm_theta_3_cos * t203 - arm_theta_3_sin * arm_phi_3_load_force_x;
-    const double t205 = arm_theta_3_sin * t203 + arm_theta_3_cos * arm_phi_3_load_force_x;
-    const double t206 = arm_theta_3_sin * t197 + arm_theta_3_cos * t75;
-    const double t207 = arm_psi_3_sin * t205 + arm_psi_3_cos * t202;
+    const double t195 = arm_theta_3_sin * t75;
+    const double t196 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
+        qd[9] + t195);
+    const double t197 = arm_theta_3_pivot_inverse * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t196 +
+        arm_phi_3_cos * t74));
+    const double t198 = arm_theta_3_pivot_inverse * (arm_phi_3_sin * t74 - arm_phi_3_cos * t196 - arm_phi_3_carried_moment_z);
+    const double t199 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t198;
+    const double t200 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t197;
+    const double t201 = arm_phi_3_cos * t199 - arm_phi_3_sin * t200;
+    const double t202 = arm_phi_3_sin * t199 + arm_phi_3_cos * t200;
+    const double t203 = arm_theta_3_cos * t202 - arm_theta_3_sin * arm_phi_3_load_force_x;
+    const double t204 = arm_theta_3_sin * t202 + arm_theta_3_cos * arm_phi_3_load_force_x;
+    const double t205 = arm_theta_3_sin * t196 + arm_theta_3_cos * t75;
+    const double t206 = arm_psi_3_sin * t204 + arm_psi_3_cos * t201;
     /* arm_phi_2: force left for the joint, inward */
-    const double t208 = arm_theta_2_sin * t73;
-    const double t209 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
-        qd[6] + t208);
-    const double t210 = arm_phi_2_load_moment_y - (arm_psi_3_sin * t206 + arm_psi_3_cos * t74 + p->derived.arm_element_length *
-        t204) + (arm_phi_2_sin * t209 + arm_phi_2_cos * t72);
-    const double t211 = p->derived.constant_20 * (t73 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t74 -
-        arm_psi_3_cos * t206)));
-    const double t212 = t113 * (arm_phi_2_sin * t72 - arm_phi_2_cos * t209 - (arm_phi_2_load_moment_z + (t196 -
-        arm_theta_3_cos * t197 + p->derived.arm_element_length * t207)) - t112 * t210);
-    const double t213 = t112 * t212 - t111 * t210;
-    const double t214 = arm_phi_2_load_force_x + (arm_psi_3_cos * t205 - arm_psi_3_sin * t202) + (t104 * t212 -
-        t103 * t213);
-    const double t215 = arm_phi_2_load_force_y + t207 + (t110 * t212 - t105 * t213);
-    const double t216 = arm_phi_2_load_force_z + t204 + (t105 * t212 - t109 * t213);
-    const double t217 = arm_phi_2_cos * t215 - arm_phi_2_sin * t216;
-    const double t218 = arm_phi_2_sin * t215 + arm_phi_2_cos * t216;
-    const double t219 = arm_theta_2_cos * t218 - arm_theta_2_sin * t214;
-    const double t220 = arm_theta_2_sin * t218 + arm_theta_2_cos * t214;
-    const double t221 = arm_theta_2_sin * t209 + arm_theta_2_cos * t73;
-    const double t222 = arm_psi_2_sin * t220 + arm_psi_2_cos * t217;
+    const double t207 = arm_theta_2_sin * t73;
+    const double t208 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
+        qd[6] + t207);
+    const double t209 = arm_phi_2_load_moment_y - (arm_psi_3_sin * t205 + arm_psi_3_cos * t74 + p->derived.arm_element_length *
+        t203) + (arm_phi_2_sin * t208 + arm_phi_2_cos * t72);
+    const double t210 = p->derived.constant_19 * (t73 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t74 -
+        arm_psi_3_cos * t205)));
+    const double t211 = t112 * (arm_phi_2_sin * t72 - arm_phi_2_cos * t208 - (arm_phi_2_load_moment_z + (t195 -
+        arm_theta_3_cos * t196 + p->derived.arm_element_length * t206)) - t111 * t209);
+    const double t212 = t111 * t211 - t110 * t209;
+    const double t213 = arm_phi_2_load_force_x + (arm_psi_3_cos * t204 - arm_psi_3_sin * t201) + (t103 * t211 -
+        t102 * t212);
+    const double t214 = arm_phi_2_load_force_y + t206 + (t109 * t211 - t104 * t212);
+    const double t215 = arm_phi_2_load_force_z + t203 + (t104 * t211 - t108 * t212);
+    const double t216 = arm_phi_2_cos * t214 - arm_phi_2_sin * t215;
+    const double t217 = arm_phi_2_sin * t214 + arm_phi_2_cos * t215;
+    const double t218 = arm_theta_2_cos * t217 - arm_theta_2_sin * t213;
+    const double t219 = arm_theta_2_sin * t217 + arm_theta_2_cos * t213;
+    const double t220 = arm_theta_2_sin * t208 + arm_theta_2_cos * t73;
+    const double t221 = arm_psi_2_sin * t219 + arm_psi_2_cos * t216;
     /* arm_phi_1: force left for the joint, inward */
-    const double t223 = arm_theta_1_sin * t71;
-    const double t224 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
-        qd[3] + t223);
-    const double t225 = arm_phi_1_load_moment_y - (arm_psi_2_sin * t221 + arm_psi_2_cos * t72 + p->derived.arm_element_length *
-        t219) + (arm_phi_1_sin * t224 + arm_phi_1_cos * t70);
-    const double t226 = p->derived.constant_20 * (t71 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t72 -
-        arm_psi_2_cos * t221)));
-    const double t227 = t156 * (arm_phi_1_sin * t70 - arm_phi_1_cos * t224 - (arm_phi_1_load_moment_z + (t208 -
-        arm_theta_2_cos * t209 + p->derived.arm_element_length * t222)) - t155 * t225);
-    const double t228 = t155 * t227 - t154 * t225;
-    const double t229 = arm_phi_1_load_force_x + (arm_psi_2_cos * t220 - arm_psi_2_sin * t217) + (t147 * t227 -
-        t146 * t228);
-    const double t230 = arm_phi_1_load_force_y + t222 + (t153 * t227 - t148 * t228);
-    const double t231 = arm_phi_1_load_force_z + t219 + (t148 * t227 - t152 * t228);
-    const double t232 = arm_phi_1_cos * t230 - arm_phi_1_sin * t231;
-    const double t233 = arm_phi_1_sin * t230 + arm_phi_1_cos * t231;
-    const double t234 = arm_theta_1_sin * t233 + arm_theta_1_cos * t229;
-    const double t235 = arm_theta_1_sin * t224 + arm_theta_1_cos * t71;
-    const double t236 = arm_psi_1_sin * t234 + arm_psi_1_cos * t232;
+    const double t222 = arm_theta_1_sin * t71;
+    const double t223 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
+        qd[3] + t222);
+    const double t224 = arm_phi_1_load_moment_y - (arm_psi_2_sin * t220 + arm_psi_2_cos * t72 + p->derived.arm_element_length *
+        t218) + (arm_phi_1_sin * t223 + arm_phi_1_cos * t70);
+    const double t225 = p->derived.constant_19 * (t71 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t72 -
+        arm_psi_2_cos * t220)));
+    const double t226 = t155 * (arm_phi_1_sin * t70 - arm_phi_1_cos * t223 - (arm_phi_1_load_moment_z + (t207 -
+        arm_theta_2_cos * t208 + p->derived.arm_element_length * t221)) - t154 * t224);
+    const double t227 = t154 * t226 - t153 * t224;
+    const double t228 = arm_phi_1_load_force_x + (arm_psi_2_cos * t219 - arm_psi_2_sin * t216) + (t146 * t226 -
+        t145 * t227);
+    const double t229 = arm_phi_1_load_force_y + t221 + (t152 * t226 - t147 * t227);
+    const double t230 = arm_phi_1_load_force_z + t218 + (t147 * t226 - t151 * t227);
+    const double t231 = arm_phi_1_cos * t229 - arm_phi_1_sin * t230;
+    const double t232 = arm_phi_1_sin * t229 + arm_phi_1_cos * t230;
+    const double t233 = arm_theta_1_sin * t232 + arm_theta_1_cos * t228;
+    const double t234 = arm_theta_1_sin * t223 + arm_theta_1_cos * t71;
+    const double t235 = arm_psi_1_sin * t233 + arm_psi_1_cos * t231;
     /* arm_psi: force left for the joint, inward */
-    const double t237 = arm_psi_load_moment_z + (t223 - arm_theta_1_cos * t224 + p->derived.constant_1 * t236);
-    const double t238 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t234 - arm_psi_1_sin * t232) -
-        t189 * t237) + arm_psi_cos * (arm_psi_load_force_y + t236 - t190 * t237);
-    const double t239 = arm_psi_cos * (arm_psi_load_moment_y - (arm_psi_1_sin * t235 + arm_psi_1_cos * t70 +
-        p->derived.constant_1 * (arm_theta_1_cos * t233 - arm_theta_1_sin * t229)) + t188 * t237);
+    const double t236 = arm_psi_load_moment_z + (t222 - arm_theta_1_cos * t223 + p->derived.constant_1 * t235);
+    const double t237 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t233 - arm_psi_1_sin * t231) -
+        t188 * t236) + arm_psi_cos * (arm_psi_load_force_y + t235 - t189 * t236);
+    const double t238 = arm_psi_cos * (arm_psi_load_moment_y - (arm_psi_1_sin * t234 + arm_psi_1_cos * t70 +
+        p->derived.constant_1 * (arm_theta_1_cos * t232 - arm_theta_1_sin * t228)) + t187 * t236);
     /* column_psi: force left for the joint, inward */
-    const double t240 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t70 - arm_psi_1_cos * t235)) + t239);
+    const double t239 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t70 - arm_psi_1_cos * t234)) + t238);
     /* base_z: acceleration, outward */
-    const double t241 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        (p->derived.column_psi_load_force_z + t238 + t195 * t240)));
+    const double t240 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        (p->derived.column_psi_load_force_z + t237 + t194 * t239)));
     /* column_psi: acceleration, outward */
-    const double t242 = t195 * t241 + column_psi_D_inverse * t240;
-    const double t243 = arm_psi_sin * t242;
-    const double t244 = arm_psi_cos * t242;
-    const double t245 = arm_psi_sin * t241;
-    const double t246 = arm_psi_cos * t241;
+    const double t241 = t194 * t240 + column_psi_D_inverse * t239;
+    const double t242 = arm_psi_sin * t241;
+    const double t243 = arm_psi_cos * t241;
+    const double t244 = arm_psi_sin * t240;
+    const double t245 = arm_psi_cos * t240;
     /* arm_psi: acceleration, outward */
-    const double t247 = t189 * t245 + t190 * t246 + t188 * t244 - arm_psi_D_inverse * t237;
-    const double t248 = p->derived.constant_1 * t244;
-    const double t249 = arm_psi_1_sin * t244 + arm_psi_1_cos * t243;
-    const double t250 = p->derived.constant_1 * t247 - t246;
-    const double t251 = arm_psi_1_sin * t250 - arm_psi_1_cos * t245;
-    const double t252 = arm_psi_1_sin * t245 + arm_psi_1_cos * t250;
-    const double t253 = arm_theta_1_sin * t251 - arm_theta_1_cos * t248;
-    const double t254 = arm_theta_1_sin * t248 + arm_theta_1_cos * t251;
+    const double t246 = t188 * t244 + t189 * t245 + t187 * t243 - arm_psi_D_inverse * t236;
+    const double t247 = p->derived.constant_1 * t243;
+    const double t248 = arm_psi_1_sin * t243 + arm_psi_1_cos * t242;
+    const double t249 = p->derived.constant_1 * t246 - t245;
+    const double t250 = arm_psi_1_sin * t249 - arm_psi_1_cos * t244;
+    const double t251 = arm_psi_1_sin * t244 + arm_psi_1_cos * t249;
+    const double t252 = arm_theta_1_sin * t250 - arm_theta_1_cos * t247;
+    const double t253 = arm_theta_1_sin * t247 + arm_theta_1_cos * t250;
     /* arm_phi_1: acceleration, outward */
-    const double t255 = arm_phi_1_sin * t253 + arm_phi_1_cos * t252;
-    const double t256 = arm_phi_1_cos * t253 - arm_phi_1_sin * t252;
-    const double t257 = t228 - (t158 * t254 + t160 * t255 + t162 * t256);
-    const double t258 = t227 - (t157 * t254 + t159 * t255 + t161 * t256);
-    const double t259 = arm_phi_1_cos * t257 - arm_phi_1_sin * t258 - (arm_psi_1_cos * t244 - arm_psi_1_sin *
-        t243);
-    const double t260 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t257 + arm_phi_1_cos * t258 - (arm_theta_1_sin *
-        t249 + arm_theta_1_cos * t247));
-    const double t261 = arm_theta_1_sin * t260 - (t226 + (arm_theta_1_cos * t249 - arm_theta_1_sin * t247));
-    const double t262 = arm_psi_2_sin * t257 - arm_psi_2_cos * t226;
-    const double t263 = t255 + p->derived.arm_element_length * t258;
-    const double t264 = t256 - p->derived.arm_element_length * t257;
-    const double t265 = arm_psi_2_sin * t263 + arm_psi_2_cos * t254;
-    const double t266 = arm_psi_2_cos * t263 - arm_psi_2_sin * t254;
-    const double t267 = arm_theta_2_sin * t265 + arm_theta_2_cos * t264;
-    const double t268 = arm_theta_2_cos * t265 - arm_theta_2_sin * t264;
+    const double t254 = arm_phi_1_sin * t252 + arm_phi_1_cos * t251;
+    const double t255 = arm_phi_1_cos * t252 - arm_phi_1_sin * t251;
+    const double t256 = t227 - (t157 * t253 + t159 * t254 + t161 * t255);
+    const double t257 = t226 - (t156 * t253 + t158 * t254 + t160 * t255);
+    const double t258 = arm_phi_1_cos * t256 - arm_phi_1_sin * t257 - (arm_psi_1_cos * t243 - arm_psi_1_sin *
+        t242);
+    const double t259 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t256 + arm_phi_1_cos * t257 - (arm_theta_1_sin *
+        t248 + arm_theta_1_cos * t246));
+    const double t260 = arm_theta_1_sin * t259 - (t225 + (arm_theta_1_cos * t248 - arm_theta_1_sin * t246));
+    const double t261 = arm_psi_2_sin * t256 - arm_psi_2_cos * t225;
+    const double t262 = t254 + p->derived.arm_element_length * t257;
+    const double t263 = t255 - p->derived.arm_element_length * t256;
+    const double t264 = arm_psi_2_sin * t262 + arm_psi_2_cos * t253;
+    const double t265 = arm_psi_2_cos * t262 - arm_psi_2_sin * t253;
+    const double t266 = arm_theta_2_sin * t264 + arm_theta_2_cos * t263;
+    const double t267 = arm_theta_2_cos * t264 - arm_theta_2_sin * t263;
     /* arm_phi_2: acceleration, outward */
-    const double t269 = arm_phi_2_sin * t267 + arm_phi_2_cos * t266;
-    const double t270 = arm_phi_2_cos * t267 - arm_phi_2_sin * t266;
-    const double t271 = t213 - (t115 * t268 + t117 * t269 + t119 * t270);
-    const double t272 = t212 - (t114 * t268 + t116 * t269 + t118 * t270);
-    const double t273 = arm_phi_2_cos * t271 - arm_phi_2_sin * t272 - (arm_psi_2_sin * t226 + arm_psi_2_cos *
-        t257);
-    const double t274 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t271 + arm_phi_2_cos * t272 - (arm_theta_2_sin *
-        t262 + arm_theta_2_cos * t258));
-    const double t275 = arm_theta_2_sin * t274 - (t211 + (arm_theta_2_cos * t262 - arm_theta_2_sin * t258));
-    const double t276 = arm_psi_3_sin * t271 - arm_psi_3_cos * t211;
-    const double t277 = t269 + p->derived.arm_element_length * t272;
-    const double t278 = t270 - p->derived.arm_element_length * t271;
-    const double t279 = arm_psi_3_sin * t277 + arm_psi_3_cos * t268;
-    const double t280 = arm_psi_3_cos * t277 - arm_psi_3_sin * t268;
-    const double t281 = arm_theta_3_sin * t279 + arm_theta_3_cos * t278;
+    const double t268 = arm_phi_2_sin * t266 + arm_phi_2_cos * t265;
+    const double t269 = arm_phi_2_cos * t266 - arm_phi_2_sin * t265;
+    const double t270 = t212 - (t114 * t267 + t116 * t268 + t118 * t269);
+    const double t271 = t211 - (t113 * t267 + t115 * t268 + t117 * t269);
+    const double t272 = arm_phi_2_cos * t270 - arm_phi_2_sin * t271 - (arm_psi_2_sin * t225 + arm_psi_2_cos *
+        t256);
+    const double t273 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t270 + arm_phi_2_cos * t271 - (arm_theta_2_sin *
+        t261 + arm_theta_2_cos * t257));
+    const double t274 = arm_theta_2_sin * t273 - (t210 + (arm_theta_2_cos * t261 - arm_theta_2_sin * t257));
+    const double t275 = arm_psi_3_sin * t270 - arm_psi_3_cos * t210;
+    const double t276 = t268 + p->derived.arm_element_length * t271;
+    const double t277 = t269 - p->derived.arm_element_length * t270;
+    const double t278 = arm_psi_3_sin * t276 + arm_psi_3_cos * t267;
+    const double t279 = arm_psi_3_cos * t276 - arm_psi_3_sin * t267;
+    const double t280 = arm_theta_3_sin * t278 + arm_theta_3_cos * t277;
     /* arm_phi_3: acceleration, outward */
-    const double t282 = t90 * (arm_phi_3_cos * t281 - arm_phi_3_sin * t280) - t198;
-    const double t283 = t199 - t90 * (arm_phi_3_sin * t281 + arm_phi_3_cos * t280);
-    const double t284 = arm_phi_3_cos * t282 - arm_phi_3_sin * t283 - (arm_psi_3_sin * t211 + arm_psi_3_cos *
-        t271);
-    const double t285 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t282 + arm_phi_3_cos * t283 - (arm_theta_3_sin *
-        t276 + arm_theta_3_cos * t272));
-    const double t286 = arm_theta_3_sin * t285 - (p->derived.constant_19 * (arm_phi_3_bias_moment_x + t75) +
-        (arm_theta_3_cos * t276 - arm_theta_3_sin * t272));
+    const double t281 = t89 * (arm_phi_3_cos * t280 - arm_phi_3_sin * t279) - t197;
+    const double t282 = t198 - t89 * (arm_phi_3_sin * t280 + arm_phi_3_cos * t279);
+    const double t283 = arm_phi_3_cos * t281 - arm_phi_3_sin * t282 - (arm_psi_3_sin * t210 + arm_psi_3_cos *
+        t270);
+    const double t284 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t281 + arm_phi_3_cos * t282 - (arm_theta_3_sin *
+        t275 + arm_theta_3_cos * t271));
+    const double t285 = arm_theta_3_sin * t284 - (p->derived.arm_phi_3_pivot_inverse * (arm_phi_3_bias_moment_x +
+        t75) + (arm_theta_3_cos * t275 - arm_theta_3_sin * t271));
     /* effector_z: acceleration, outward */
-    const double t287 = arm_theta_3_cos * t279 - arm_theta_3_sin * t278 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t286 = arm_theta_3_cos * t278 - arm_theta_3_sin * t277 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
     /* arm_phi_3: force left for the joint, inward */
-    const double t288 = arm_theta_3_sin * row_1_u_arm_phi_3;
-    const double t289 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t288);
-    const double t290 = t89 * (arm_phi_3_sin * t289 + arm_phi_3_cos * row_1_u_arm_theta_3);
-    const double t291 = t89 * (arm_phi_3_cos * t289 - arm_phi_3_sin * row_1_u_arm_theta_3);
-    const double t292 = arm_phi_3_moment_beyond_x * t291;
-    const double t293 = arm_phi_3_moment_beyond_x * t290;
-    const double t294 = arm_phi_3_sin * t293 + arm_phi_3_cos * t292;
-    const double t295 = arm_phi_3_sin * t292 - arm_phi_3_cos * t293;
-    const double t296 = arm_theta_3_cos * t295 - arm_theta_3_sin * row_1_u_effector_z;
-    const double t297 = arm_theta_3_sin * t295 + arm_theta_3_cos * row_1_u_effector_z;
-    const double t298 = arm_theta_3_sin * t289 + arm_theta_3_cos * row_1_u_arm_phi_3;
-    const double t299 = arm_psi_3_sin * t297 + arm_psi_3_cos * t294;
+    const double t287 = arm_theta_3_sin * row_1_u_arm_phi_3;
+    const double t288 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t287);
+    const double t289 = arm_theta_3_pivot_inverse * (arm_phi_3_sin * t288 + arm_phi_3_cos * row_1_u_arm_theta_3);
+    const double t290 = arm_theta_3_pivot_inverse * (arm_phi_3_cos * t288 - arm_phi_3_sin * row_1_u_arm_theta_3);
+    const double t291 = arm_phi_3_moment_beyond_x * t290;
+    const double t292 = arm_phi_3_moment_beyond_x * t289;
+    const double t293 = arm_phi_3_sin * t292 + arm_phi_3_cos * t291;
+    const double t294 = arm_phi_3_sin * t291 - arm_phi_3_cos * t292;
+    const double t295 = arm_theta_3_cos * t294 - arm_theta_3_sin * row_1_u_effector_z;
+    const double t296 = arm_theta_3_sin * t294 + arm_theta_3_cos * row_1_u_effector_z;
+    const double t297 = arm_theta_3_sin * t288 + arm_theta_3_cos * row_1_u_arm_phi_3;
+    const double t298 = arm_psi_3_sin * t296 + arm_psi_3_cos * t293;
     /* arm_phi_2: force left for the joint, inward */
-    const double t300 = arm_theta_2_sin * row_1_u_arm_phi_2;
-    const double t301 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t300);
-    const double t302 = arm_phi_2_sin * t301 + arm_phi_2_cos * row_1_u_arm_theta_2 - (arm_psi_3_sin * t298 +
-        arm_psi_3_cos * row_1_u_arm_theta_3 - p->derived.arm_element_length * t296);
-    const double t303 = p->derived.constant_20 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t298 - arm_psi_3_sin *
+    const double t299 = arm_theta_2_sin * row_1_u_arm_phi_2;
+    const double t300 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t299);
+    const double t301 = arm_phi_2_sin * t300 + arm_phi_2_cos * row_1_u_arm_theta_2 - (arm_psi_3_sin * t297 +
+        arm_psi_3_cos * row_1_u_arm_theta_3 - p->derived.arm_element_length * t295);
+    const double t302 = p->derived.constant_19 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t297 - arm_psi_3_sin *
         row_1_u_arm_theta_3));
-    const double t304 = t113 * (arm_phi_2_cos * t301 - arm_phi_2_sin * row_1_u_arm_theta_2 - (arm_theta_3_cos *
-        t289 - t288 + p->derived.arm_element_length * t299) + t112 * t302);
-    const double t305 = t111 * t302 + t112 * t304;
-    const double t306 = arm_psi_3_cos * t297 - arm_psi_3_sin * t294 + (t104 * t304 - t103 * t305);
-    const double t307 = t299 + (t110 * t304 - t105 * t305);
-    const double t308 = t296 + (t105 * t304 - t109 * t305);
-    const double t309 = arm_phi_2_cos * t307 - arm_phi_2_sin * t308;
-    const double t310 = arm_phi_2_sin * t307 + arm_phi_2_cos * t308;
-    const double t311 = arm_theta_2_cos * t310 - arm_theta_2_sin * t306;
-    const double t312 = arm_theta_2_sin * t310 + arm_theta_2_cos * t306;
-    const double t313 = arm_theta_2_sin * t301 + arm_theta_2_cos * row_1_u_arm_phi_2;
-    const double t314 = arm_psi_2_sin * t312 + arm_psi_2_cos * t309;
+    const double t303 = t112 * (arm_phi_2_cos * t300 - arm_phi_2_sin * row_1_u_arm_theta_2 - (arm_theta_3_cos *
+        t288 - t287 + p->derived.arm_element_length * t298) + t111 * t301);
+    const double t304 = t110 * t301 + t111 * t303;
+    const double t305 = arm_psi_3_cos * t296 - arm_psi_3_sin * t293 + (t103 * t303 - t102 * t304);
+    const double t306 = t298 + (t109 * t303 - t104 * t304);
+    const double t307 = t295 + (t104 * t303 - t108 * t304);
+    const double t308 = arm_phi_2_cos * t306 - arm_phi_2_sin * t307;
+    const double t309 = arm_phi_2_sin * t306 + arm_phi_2_cos * t307;
+    const double t310 = arm_theta_2_cos * t309 - arm_theta_2_sin * t305;
+    const double t311 = arm_theta_2_sin * t309 + arm_theta_2_cos * t305;
+    const double t312 = arm_theta_2_sin * t300 + arm_theta_2_cos * row_1_u_arm_phi_2;
+    const double t313 = arm_psi_2_sin * t311 + arm_psi_2_cos * t308;
     /* arm_phi_1: force left for the joint, inward */
-    const double t315 = arm_theta_1_sin * row_1_u_arm_phi_1;
-    const double t316 = arm_theta_1_cos_inverse * (t315 - t87);
-    const double t317 = arm_phi_1_sin * t316 + arm_phi_1_cos * row_1_u_arm_theta_1 - (arm_psi_2_sin * t313 +
-        arm_psi_2_cos * row_1_u_arm_theta_2 - p->derived.arm_element_length * t311);
-    const double t318 = p->derived.constant_20 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t313 - arm_psi_2_sin *
+    const double t314 = arm_theta_1_sin * row_1_u_arm_phi_1;
+    const double t315 = arm_theta_1_cos_inverse * (t314 - t87);
+    const double t316 = arm_phi_1_sin * t315 + arm_phi_1_cos * row_1_u_arm_theta_1 - (arm_psi_2_sin * t312 +
+        arm_psi_2_cos * row_1_u_arm_theta_2 - p->derived.arm_element_length * t310);
+    const double t317 = p->derived.constant_19 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t312 - arm_psi_2_sin *
         row_1_u_arm_theta_2));
-    const double t319 = t156 * (arm_phi_1_cos * t316 - arm_phi_1_sin * row_1_u_arm_theta_1 - (arm_theta_2_cos *
-        t301 - t300 + p->derived.arm_element_length * t314) + t155 * t317);
-    const double t320 = t154 * t317 + t155 * t319;
-    const double t321 = arm_psi_2_cos * t312 - arm_psi_2_sin * t309 + (t147 * t319 - t146 * t320);
-    const double t322 = t314 + (t153 * t319 - t148 * t320);
-    const double t323 = t311 + (t148 * t319 - t152 * t320);
-    const double t324 = arm_phi_1_cos * t322 - arm_phi_1_sin * t323;
-    const double t325 = arm_phi_1_sin * t322 + arm_phi_1_cos * t323;
-    const double t326 = arm_theta_1_sin * t325 + arm_theta_1_cos * t321;
-    const double t327 = arm_theta_1_sin * t316 + arm_theta_1_cos * row_1_u_arm_phi_1;
-    const double t328 = arm_psi_1_sin * t326 + arm_psi_1_cos * t324;
+    const double t318 = t155 * (arm_phi_1_cos * t315 - arm_phi_1_sin * row_1_u_arm_theta_1 - (arm_theta_2_cos *
+        t300 - t299 + p->derived.arm_element_length * t313) + t154 * t316);
+    const double t319 = t153 * t316 + t154 * t318;
+    const double t320 = arm_psi_2_cos * t311 - arm_psi_2_sin * t308 + (t146 * t318 - t145 * t319);
+    const double t321 = t313 + (t152 * t318 - t147 * t319);
+    const double t322 = t310 + (t147 * t318 - t151 * t319);
+    const double t323 = arm_phi_1_cos * t321 - arm_phi_1_sin * t322;
+    const double t324 = arm_phi_1_sin * t321 + arm_phi_1_cos * t322;
+    const double t325 = arm_theta_1_sin * t324 + arm_theta_1_cos * t320;
+    const double t326 = arm_theta_1_sin * t315 + arm_theta_1_cos * row_1_u_arm_phi_1;
+    const double t327 = arm_psi_1_sin * t325 + arm_psi_1_cos * t323;
     /* arm_psi: force left for the joint, inward */
-    const double t329 = t86 + (arm_theta_1_cos * t316 - t315 + p->derived.constant_1 * t328);
-    const double t330 = arm_psi_sin * (arm_psi_1_cos * t327 - arm_psi_1_sin * row_1_u_arm_theta_1) + arm_psi_cos *
-        (arm_psi_1_sin * t327 + arm_psi_1_cos * row_1_u_arm_theta_1 - p->derived.constant_1 * (arm_theta_1_cos *
-        t325 - arm_theta_1_sin * t321) + t188 * t329);
+    const double t328 = t86 + (arm_theta_1_cos * t315 - t314 + p->derived.constant_1 * t327);
+    const double t329 = arm_psi_sin * (arm_psi_1_cos * t326 - arm_psi_1_sin * row_1_u_arm_theta_1) + arm_psi_cos *
+        (arm_psi_1_sin * t326 + arm_psi_1_cos * row_1_u_arm_theta_1 - p->derived.constant_1 * (arm_theta_1_cos *
+        t324 - arm_theta_1_sin * t320) + t187 * t328);
     /* column_psi: force left for the joint, inward */
-    const double t331 = row_1_u_column_psi - t330;
-    const double t332 = arm_psi_sin * (arm_psi_1_cos * t326 - arm_psi_1_sin * t324 - t189 * t329) + arm_psi_cos *
-        (t328 - t190 * t329) + t195 * t331;
+    const double t330 = row_1_u_column_psi - t329;
+    const double t331 = arm_psi_sin * (arm_psi_1_cos * t325 - arm_psi_1_sin * t323 - t188 * t328) + arm_psi_cos *
+        (t327 - t189 * t328) + t194 * t330;
     /* base_z: acceleration, outward */
-    const double t333 = base_z_D_inverse * t332;
+    const double t332 = base_z_D_inverse * t331;
     /* column_psi: acceleration, outward */
-    const double t334 = t195 * t333 + column_psi_D_inverse * t331;
-    const double t335 = arm_psi_sin * t334;
-    const double t336 = arm_psi_cos * t334;
-    const double t337 = arm_psi_sin * t333;
-    const double t338 = arm_psi_cos * t333;
+    const double t333 = t194 * t332 + column_psi_D_inverse * t330;
+    const double t334 = arm_psi_sin * t333;
+    const double t335 = arm_psi_cos * t333;
+    const double t336 = arm_psi_sin * t332;
+    const double t337 = arm_psi_cos * t332;
     /* arm_psi: acceleration, outward */
-    const double t339 = t189 * t337 + t190 * t338 + t188 * t336 - arm_psi_D_inverse * t329;
-    const double t340 = p->derived.constant_1 * t336;
-    const double t341 = arm_psi_1_sin * t336 + arm_psi_1_cos * t335;
-    const double t342 = p->derived.constant_1 * t339 - t338;
-    const double t343 = arm_psi_1_sin * t342 - arm_psi_1_cos * t337;
-    const double t344 = arm_psi_1_sin * t337 + arm_psi_1_cos * t342;
-    const double t345 = arm_theta_1_sin * t343 - arm_theta_1_cos * t340;
-    const double t346 = arm_theta_1_sin * t340 + arm_theta_1_cos * t343;
+    const double t338 = t188 * t336 + t189 * t337 + t187 * t335 - arm_psi_D_inverse * t328;
+    const double t339 = p->derived.constant_1 * t335;
+    const double t340 = arm_psi_1_sin * t335 + arm_psi_1_cos * t334;
+    const double t341 = p->derived.constant_1 * t338 - t337;
+    const double t342 = arm_psi_1_sin * t341 - arm_psi_1_cos * t336;
+    const double t343 = arm_psi_1_sin * t336 + arm_psi_1_cos * t341;
+    const double t344 = arm_theta_1_sin * t342 - arm_theta_1_cos * t339;
+    const double t345 = arm_theta_1_sin * t339 + arm_theta_1_cos * t342;
     /* arm_phi_1: acceleration, outward */
-    const double t347 = arm_phi_1_sin * t345 + arm_phi_1_cos * t344;
-    const double t348 = arm_phi_1_cos * t345 - arm_phi_1_sin * t344;
-    const double t349 = t320 - (t158 * t346 + t160 * t347 + t162 * t348);
-    const double t350 = t319 - (t157 * t346 + t159 * t347 + t161 * t348);
-    const double t351 = arm_phi_1_cos * t349 - arm_phi_1_sin * t350 - (arm_psi_1_cos * t336 - arm_psi_1_sin *
-        t335);
-    const double t352 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t349 + arm_phi_1_cos * t350 - (arm_theta_1_sin *
-        t341 + arm_theta_1_cos * t339));
-    const double t353 = t318 - (arm_theta_1_cos * t341 - arm_theta_1_sin * t339) + arm_theta_1_sin * t352;
-    const double t354 = arm_psi_2_sin * t349 + arm_psi_2_cos * t318;
-    const double t355 = t347 + p->derived.arm_element_length * t350;
-    const double t356 = t348 - p->derived.arm_element_length * t349;
-    const double t357 = arm_psi_2_sin * t355 + arm_psi_2_cos * t346;
-    const double t358 = arm_psi_2_cos * t355 - arm_psi_2_sin * t346;
-    const double t359 = arm_theta_2_sin * t357 + arm_theta_2_cos * t356;
-    const double t360 = arm_theta_2_cos * t357 - arm_theta_2_sin * t356;
+    const double t346 = arm_phi_1_sin * t344 + arm_phi_1_cos * t343;
+    const double t347 = arm_phi_1_cos * t344 - arm_phi_1_sin * t343;
+    const double t348 = t319 - (t157 * t345 + t159 * t346 + t161 * t347);
+    const double t349 = t318 - (t156 * t345 + t158 * t346 + t160 * t347);
+    const double t350 = arm_phi_1_cos * t348 - arm_phi_1_sin * t349 - (arm_psi_1_cos * t335 - arm_psi_1_sin *
+        t334);
+    const double t351 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t348 + arm_phi_1_cos * t349 - (arm_theta_1_sin *
+        t340 + arm_theta_1_cos * t338));
+    const double t352 = t317 - (arm_theta_1_cos * t340 - arm_theta_1_sin * t338) + arm_theta_1_sin * t351;
+    const double t353 = arm_psi_2_sin * t348 + arm_psi_2_cos * t317;
+    const double t354 = t346 + p->derived.arm_element_length * t349;
+    const double t355 = t347 - p->derived.arm_element_length * t348;
+    const double t356 = arm_psi_2_sin * t354 + arm_psi_2_cos * t345;
+    const double t357 = arm_psi_2_cos * t354 - arm_psi_2_sin * t345;
+    const double t358 = arm_theta_2_sin * t356 + arm_theta_2_cos * t355;
+    const double t359 = arm_theta_2_cos * t356 - arm_theta_2_sin * t355;
     /* arm_phi_2: acceleration, outward */
-    const double t361 = arm_phi_2_sin * t359 + arm_phi_2_cos * t358;
-    const double t362 = arm_phi_2_cos * t359 - arm_phi_2_sin * t358;
-    const double t363 = t305 - (t115 * t360 + t117 * t361 + t119 * t362);
-    const double t364 = t304 - (t114 * t360 + t116 * t361 + t118 * t362);
-    const double t365 = arm_phi_2_cos * t363 - arm_phi_2_sin * t364 - (arm_psi_2_cos * t349 - arm_psi_2_sin *
-        t318);
-    const double t366 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t363 + arm_phi_2_cos * t364 - (arm_theta_2_sin *
-        t354 + arm_theta_2_cos * t350));
-    const double t367 = t303 - (arm_theta_2_cos * t354 - arm_theta_2_sin * t350) + arm_theta_2_sin * t366;
-    const double t368 = arm_psi_3_sin * t363 + arm_psi_3_cos * t303;
-    const double t369 = t361 + p->derived.arm_element_length * t364;
-    const double t370 = t362 - p->derived.arm_element_length * t363;
-    const double t371 = arm_psi_3_sin * t369 + arm_psi_3_cos * t360;
-    const double t372 = arm_psi_3_cos * t369 - arm_psi_3_sin * t360;
-    const double t373 = arm_theta_3_sin * t371 + arm_theta_3_cos * t370;
+    const double t360 = arm_phi_2_sin * t358 + arm_phi_2_cos * t357;
+    const double t361 = arm_phi_2_cos * t358 - arm_phi_2_sin * t357;
+    const double t362 = t304 - (t114 * t359 + t116 * t360 + t118 * t361);
+    const double t363 = t303 - (t113 * t359 + t115 * t360 + t117 * t361);
+    const double t364 = arm_phi_2_cos * t362 - arm_phi_2_sin * t363 - (arm_psi_2_cos * t348 - arm_psi_2_sin *
+        t317);
+    const double t365 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t362 + arm_phi_2_cos * t363 - (arm_theta_2_sin *
+        t353 + arm_theta_2_cos * t349));
+    const double t366 = t302 - (arm_theta_2_cos * t353 - arm_theta_2_sin * t349) + arm_theta_2_sin * t365;
+    const double t367 = arm_psi_3_sin * t362 + arm_psi_3_cos * t302;
+    const double t368 = t360 + p->derived.arm_element_length * t363;
+    const double t369 = t361 - p->derived.arm_element_length * t362;
+    const double t370 = arm_psi_3_sin * t368 + arm_psi_3_cos * t359;
+    const double t371 = arm_psi_3_cos * t368 - arm_psi_3_sin * t359;
+    const double t372 = arm_theta_3_sin * t370 + arm_theta_3_cos * t369;
     /* arm_phi_3: acceleration, outward */
-    const double t374 = t290 + t90 * (arm_phi_3_cos * t373 - arm_phi_3_sin * t372);
-    const double t375 = t291 - t90 * (arm_phi_3_sin * t373 + arm_phi_3_cos * t372);
-    const double t376 = arm_phi_3_cos * t374 - arm_phi_3_sin * t375 - (arm_psi_3_cos * t363 - arm_psi_3_sin *
-        t303);
-    const double t377 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t374 + arm_phi_3_cos * t375 - (arm_theta_3_sin *
-        t368 + arm_theta_3_cos * t364));
-    const double t378 = row_1_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos * t368 - arm_theta_3_sin *
-        t364) + arm_theta_3_sin * t377;
+    const double t373 = t289 + t89 * (arm_phi_3_cos * t372 - arm_phi_3_sin * t371);
+    const double t374 = t290 - t89 * (arm_phi_3_sin * t372 + arm_phi_3_cos * t371);
+    const double t375 = arm_phi_3_cos * t373 - arm_phi_3_sin * t374 - (arm_psi_3_cos * t362 - arm_psi_3_sin *
+        t302);
+    const double t376 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t373 + arm_phi_3_cos * t374 - (arm_theta_3_sin *
+        t367 + arm_theta_3_cos * t363));
+    const double t377 = row_1_u_arm_phi_3 * p->derived.arm_phi_3_pivot_inverse - (arm_theta_3_cos * t367 -
+        arm_theta_3_sin * t363) + arm_theta_3_sin * t376;
     /* effector_z: acceleration, outward */
-    const double t379 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t371 - arm_theta_3_sin *
-        t370);
+    const double t378 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t370 - arm_theta_3_sin *
+        t369);
     /* arm_phi_3: force left for the joint, inward */
-    const double t380 = arm_theta_3_sin * row_2_u_arm_phi_3;
-    const double t381 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t380);
-    const double t382 = t89 * (arm_phi_3_sin * t381 + arm_phi_3_cos * row_2_u_arm_theta_3);
-    const double t383 = t89 * (arm_phi_3_cos * t381 - arm_phi_3_sin * row_2_u_arm_theta_3);
-    const double t384 = arm_phi_3_moment_beyond_x * t383;
-    const double t385 = arm_phi_3_moment_beyond_x * t382;
-    const double t386 = arm_phi_3_sin * t385 + arm_phi_3_cos * t384;
-    const double t387 = arm_phi_3_sin * t384 - arm_phi_3_cos * t385;
-    const double t388 = arm_theta_3_cos * t387 - arm_theta_3_sin * arm_theta_3_ground_z_x;
-    const double t389 = arm_theta_3_sin * t387 + arm_theta_3_cos * arm_theta_3_ground_z_x;
-    const double t390 = arm_theta_3_sin * t381 + arm_theta_3_cos * row_2_u_arm_phi_3;
-    const double t391 = arm_psi_3_sin * t389 + arm_psi_3_cos * t386;
+    const double t379 = arm_theta_3_sin * row_2_u_arm_phi_3;
+    const double t380 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t379);
+    const double t381 = arm_theta_3_pivot_inverse * (arm_phi_3_sin * t380 + arm_phi_3_cos * row_2_u_arm_theta_3);
+    const double t382 = arm_theta_3_pivot_inverse * (arm_phi_3_cos * t380 - arm_phi_3_sin * row_2_u_arm_theta_3);
+    const double t383 = arm_phi_3_moment_beyond_x * t382;
+    const double t384 = arm_phi_3_moment_beyond_x * t381;
+    const double t385 = arm_phi_3_sin * t384 + arm_phi_3_cos * t383;
+    const double t386 = arm_phi_3_sin * t383 - arm_phi_3_cos * t384;
+    const double t387 = arm_theta_3_cos * t386 - arm_theta_3_sin * arm_theta_3_ground_z_x;
+    const double t388 = arm_theta_3_sin * t386 + arm_theta_3_cos * arm_theta_3_ground_z_x;
+    const double t389 = arm_theta_3_sin * t380 + arm_theta_3_cos * row_2_u_arm_phi_3;
+    const double t390 = arm_psi_3_sin * t388 + arm_psi_3_cos * t385;
     /* arm_phi_2: force left for the joint, inward */
-    const double t392 = arm_theta_2_sin * row_2_u_arm_phi_2;
-    const double t393 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t392);
-    const double t394 = arm_phi_2_sin * t393 + arm_phi_2_cos * row_2_u_arm_theta_2 - (arm_psi_3_sin * t390 +
-        arm_psi_3_cos * row_2_u_arm_theta_3 - p->derived.arm_element_length * t388);
-    const double t395 = p->derived.constant_20 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t390 - arm_psi_3_sin *
+    const double t391 = arm_theta_2_sin * row_2_u_arm_phi_2;
+    const double t392 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t391);
+    const double t393 = arm_phi_2_sin * t392 + arm_phi_2_cos * row_2_u_arm_theta_2 - (arm_psi_3_sin * t389 +
+        arm_psi_3_cos * row_2_u_arm_theta_3 - p->derived.arm_element_length * t387);
+    const double t394 = p->derived.constant_19 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t389 - arm_psi_3_sin *
         row_2_u_arm_theta_3));
-    const double t396 = t113 * (arm_phi_2_cos * t393 - arm_phi_2_sin * row_2_u_arm_theta_2 - (arm_theta_3_cos *
-        t381 - t380 + p->derived.arm_element_length * t391) + t112 * t394);
-    const double t397 = t111 * t394 + t112 * t396;
-    const double t398 = arm_psi_3_cos * t389 - arm_psi_3_sin * t386 + (t104 * t396 - t103 * t397);
-    const double t399 = t391 + (t110 * t396 - t105 * t397);
-    const double t400 = t388 + (t105 * t396 - t109 * t397);
-    const double t401 = arm_phi_2_cos * t399 - arm_phi_2_sin * t400;
-    const double t402 = arm_phi_2_sin * t399 + arm_phi_2_cos * t400;
-    const double t403 = arm_theta_2_cos * t402 - arm_theta_2_sin * t398;
-    const double t404 = arm_theta_2_sin * t402 + arm_theta_2_cos * t398;
-    const double t405 = arm_theta_2_sin * t393 + arm_theta_2_cos * row_2_u_arm_phi_2;
-    const double t406 = arm_psi_2_sin * t404 + arm_psi_2_cos * t401;
+    const double t395 = t112 * (arm_phi_2_cos * t392 - arm_phi_2_sin * row_2_u_arm_theta_2 - (arm_theta_3_cos *
+        t380 - t379 + p->derived.arm_element_length * t390) + t111 * t393);
+    const double t396 = t110 * t393 + t111 * t395;
+    const double t397 = arm_psi_3_cos * t388 - arm_psi_3_sin * t385 + (t103 * t395 - t102 * t396);
+    const double t398 = t390 + (t109 * t395 - t104 * t396);
+    const double t399 = t387 + (t104 * t395 - t108 * t396);
+    const double t400 = arm_phi_2_cos * t398 - arm_phi_2_sin * t399;
+    const double t401 = arm_phi_2_sin * t398 + arm_phi_2_cos * t399;
+    const double t402 = arm_theta_2_cos * t401 - arm_theta_2_sin * t397;
+    const double t403 = arm_theta_2_sin * t401 + arm_theta_2_cos * t397;
+    const double t404 = arm_theta_2_sin * t392 + arm_theta_2_cos * row_2_u_arm_phi_2;
+    const double t405 = arm_psi_2_sin * t403 + arm_psi_2_cos * t400;
     /* arm_phi_1: force left for the joint, inward */
-    const double t407 = arm_theta_1_sin * row_2_u_arm_phi_1;
-    const double t408 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t407);
-    const double t409 = arm_phi_1_sin * t408 + arm_phi_1_cos * row_2_u_arm_theta_1 - (arm_psi_2_sin * t405 +
-        arm_psi_2_cos * row_2_u_arm_theta_2 - p->derived.arm_element_length * t403);
-    const double t410 = p->derived.constant_20 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t405 - arm_psi_2_sin *
+    const double t406 = arm_theta_1_sin * row_2_u_arm_phi_1;
+    const double t407 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t406);
+    const double t408 = arm_phi_1_sin * t407 + arm_phi_1_cos * row_2_u_arm_theta_1 - (arm_psi_2_sin * t404 +
+        arm_psi_2_cos * row_2_u_arm_theta_2 - p->derived.arm_element_length * t402);
+    const double t409 = p->derived.constant_19 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t404 - arm_psi_2_sin *
         row_2_u_arm_theta_2));
-    const double t411 = t156 * (arm_phi_1_cos * t408 - arm_phi_1_sin * row_2_u_arm_theta_1 - (arm_theta_2_cos *
-        t393 - t392 + p->derived.arm_element_length * t406) + t155 * t409);
-    const double t412 = t154 * t409 + t155 * t411;
-    const double t413 = arm_psi_2_cos * t404 - arm_psi_2_sin * t401 + (t147 * t411 - t146 * t412);
-    const double t414 = t406 + (t153 * t411 - t148 * t412);
-    const double t415 = t403 + (t148 * t411 - t152 * t412);
-    const double t416 = arm_phi_1_cos * t414 - arm_phi_1_sin * t415;
-    const double t417 = arm_phi_1_sin * t414 + arm_phi_1_cos * t415;
-    const double t418 = arm_theta_1_sin * t417 + arm_theta_1_cos * t413;
-    const double t419 = arm_theta_1_sin * t408 + arm_theta_1_cos * row_2_u_arm_phi_1;
-    const double t420 = arm_psi_1_sin * t418 + arm_psi_1_cos * t416;
+    const double t410 = t155 * (arm_phi_1_cos * t407 - arm_phi_1_sin * row_2_u_arm_theta_1 - (arm_theta_2_cos *
+        t392 - t391 + p->derived.arm_element_length * t405) + t154 * t408);
+    const double t411 = t153 * t408 + t154 * t410;
+    const double t412 = arm_psi_2_cos * t403 - arm_psi_2_sin * t400 + (t146 * t410 - t145 * t411);
+    const double t413 = t405 + (t152 * t410 - t147 * t411);
+    const double t414 = t402 + (t147 * t410 - t151 * t411);
+    const double t415 = arm_phi_1_cos * t413 - arm_phi_1_sin * t414;
+    const double t416 = arm_phi_1_sin * t413 + arm_phi_1_cos * t414;
+    const double t417 = arm_theta_1_sin * t416 + arm_theta_1_cos * t412;
+    const double t418 = arm_theta_1_sin * t407 + arm_theta_1_cos * row_2_u_arm_phi_1;
+    const double t419 = arm_psi_1_sin * t417 + arm_psi_1_cos * t415;
     /* arm_psi: force left for the joint, inward */
-    const double t421 = row_2_u_arm_psi - (arm_theta_1_cos * t408 - t407 + p->derived.constant_1 * t420);
-    const double t422 = arm_psi_sin * (arm_psi_1_cos * t419 - arm_psi_1_sin * row_2_u_arm_theta_1) + arm_psi_cos *
-        (arm_psi_1_sin * t419 + arm_psi_1_cos * row_2_u_arm_theta_1 - p->derived.constant_1 * (arm_theta_1_cos *
-        t417 - arm_theta_1_sin * t413) - t188 * t421);
+    const double t420 = row_2_u_arm_psi - (arm_theta_1_cos * t407 - t406 + p->derived.constant_1 * t419);
+    const double t421 = arm_psi_sin * (arm_psi_1_cos * t418 - arm_psi_1_sin * row_2_u_arm_theta_1) + arm_psi_cos *
+        (arm_psi_1_sin * t418 + arm_psi_1_cos * row_2_u_arm_theta_1 - p->derived.constant_1 * (arm_theta_1_cos *
+        t416 - arm_theta_1_sin * t412) - t187 * t420);
     /* column_psi: force left for the joint, inward */
-    const double t423 = arm_psi_sin * (arm_psi_1_cos * t418 - arm_psi_1_sin * t416 + t189 * t421) + arm_psi_cos *
-        (t420 + t190 * t421) - t195 * t422;
+    const double t422 = arm_psi_sin * (arm_psi_1_cos * t417 - arm_psi_1_sin * t415 + t188 * t420) + arm_psi_cos *
+        (t419 + t189 * t420) - t194 * t421;
     /* base_z: acceleration, outward */
-    const double t424 = base_z_D_inverse * (1.0 - t423);
+    const double t423 = base_z_D_inverse * (1.0 - t422);
     /* column_psi: acceleration, outward */
-    const double t425 = t195 * t424 + column_psi_D_inverse * t422;
-    const double t426 = arm_psi_sin * t425;
-    const double t427 = arm_psi_cos * t425;
-    const double t428 = arm_psi_sin * t424;
-    const double t429 = arm_psi_cos * t424;
+    const double t424 = t194 * t423 + column_psi_D_inverse * t421;
+    const double t425 = arm_psi_sin * t424;
+    const double t426 = arm_psi_cos * t424;
+    const double t427 = arm_psi_sin * t423;
+    const double t428 = arm_psi_cos * t423;
     /* arm_psi: acceleration, outward */
-    const double t430 = arm_psi_D_inverse * t421 - (t189 * t428 + t190 * t429 + t188 * t427);
-    const double t431 = p->derived.constant_1 * t427;
-    const double t432 = arm_psi_1_sin * t427 + arm_psi_1_cos * t426;
-    const double t433 = t429 + p->derived.constant_1 * t430;
-    const double t434 = arm_psi_1_sin * t433 + arm_psi_1_cos * t428;
-    const double t435 = arm_psi_1_cos * t433 - arm_psi_1_sin * t428;
-    const double t436 = arm_theta_1_sin * t434 + arm_theta_1_cos * t431;
-    const double t437 = arm_theta_1_cos * t434 - arm_theta_1_sin * t431;
+    const double t429 = arm_psi_D_inverse * t420 - (t188 * t427 + t189 * t428 + t187 * t426);
+    const double t430 = p->derived.constant_1 * t426;
+    const double t431 = arm_psi_1_sin * t426 + arm_psi_1_cos * t425;
+    const double t432 = t428 + p->derived.constant_1 * t429;
+    const double t433 = arm_psi_1_sin * t432 + arm_psi_1_cos * t427;
+    const double t434 = arm_psi_1_cos * t432 - arm_psi_1_sin * t427;
+    const double t435 = arm_theta_1_sin * t433 + arm_theta_1_cos * t430;
+    const double t436 = arm_theta_1_cos * t433 - arm_theta_1_sin * t430;
     /* arm_phi_1: acceleration, outward */
-    const double t438 = arm_phi_1_sin * t436 + arm_phi_1_cos * t435;
-    const double t439 = arm_phi_1_cos * t436 - arm_phi_1_sin * t435;
-    const double t440 = t412 - (t158 * t437 + t160 * t438 + t162 * t439);
-    const double t441 = t411 - (t157 * t437 + t159 * t438 + t161 * t439);
-    const double t442 = arm_phi_1_cos * t440 - arm_phi_1_sin * t441 - (arm_psi_1_sin * t426 - arm_psi_1_cos *
-        t427);
-    const double t443 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t440 + arm_phi_1_cos * t441 - (arm_theta_1_cos *
-        t430 - arm_theta_1_sin * t432));
-    const double t444 = t410 + (arm_theta_1_sin * t430 + arm_theta_1_cos * t432) + arm_theta_1_sin * t443;
-    const double t445 = arm_psi_2_sin * t440 + arm_psi_2_cos * t410;
-    const double t446 = t438 + p->derived.arm_element_length * t441;
-    const double t447 = t439 - p->derived.arm_element_length * t440;
-    const double t448 = arm_psi_2_sin * t446 + arm_psi_2_cos * t437;
-    const double t449 = arm_psi_2_cos * t446 - arm_psi_2_sin * t437;
-    const double t450 = arm_theta_2_sin * t448 + arm_theta_2_cos * t447;
-    const double t451 = arm_theta_2_cos * t448 - arm_theta_2_sin * t447;
+    const double t437 = arm_phi_1_sin * t435 + arm_phi_1_cos * t434;
+    const double t438 = arm_phi_1_cos * t435 - arm_phi_1_sin * t434;
+    const double t439 = t411 - (t157 * t436 + t159 * t437 + t161 * t438);
+    const double t440 = t410 - (t156 * t436 + t158 * t437 + t160 * t438);
+    const double t441 = arm_phi_1_cos * t439 - arm_phi_1_sin * t440 - (arm_psi_1_sin * t425 - arm_psi_1_cos *
+        t426);
+    const double t442 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t439 + arm_phi_1_cos * t440 - (arm_theta_1_cos *
+        t429 - arm_theta_1_sin * t431));
+    const double t443 = t409 + (arm_theta_1_sin * t429 + arm_theta_1_cos * t431) + arm_theta_1_sin * t442;
+    const double t444 = arm_psi_2_sin * t439 + arm_psi_2_cos * t409;
+    const double t445 = t437 + p->derived.arm_element_length * t440;
+    const double t446 = t438 - p->derived.arm_element_length * t439;
+    const double t447 = arm_psi_2_sin * t445 + arm_psi_2_cos * t436;
+    const double t448 = arm_psi_2_cos * t445 - arm_psi_2_sin * t436;
+    const double t449 = arm_theta_2_sin * t447 + arm_theta_2_cos * t446;
+    const double t450 = arm_theta_2_cos * t447 - arm_theta_2_sin * t446;
     /* arm_phi_2: acceleration, outward */
-    const double t452 = arm_phi_2_sin * t450 + arm_phi_2_cos * t449;
-    const double t453 = arm_phi_2_cos * t450 - arm_phi_2_sin * t449;
-    const double t454 = t397 - (t115 * t451 + t117 * t452 + t119 * t453);
-    const double t455 = t396 - (t114 * t451 + t116 * t452 + t118 * t453);
-    const double t456 = arm_phi_2_cos * t454 - arm_phi_2_sin * t455 - (arm_psi_2_cos * t440 - arm_psi_2_sin *
-        t410);
-    const double t457 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t454 + arm_phi_2_cos * t455 - (arm_theta_2_sin *
-        t445 + arm_theta_2_cos * t441));
-    const double t458 = t395 - (arm_theta_2_cos * t445 - arm_theta_2_sin * t441) + arm_theta_2_sin * t457;
-    const double t459 = arm_psi_3_sin * t454 + arm_psi_3_cos * t395;
-    const double t460 = t452 + p->derived.arm_element_length * t455;
-    const double t461 = t453 - p->derived.arm_element_length * t454;
-    const double t462 = arm_psi_3_sin * t460 + arm_psi_3_cos * t451;
-    const double t463 = arm_psi_3_cos * t460 - arm_psi_3_sin * t451;
-    const double t464 = arm_theta_3_sin * t462 + arm_theta_3_cos * t461;
+    const double t451 = arm_phi_2_sin * t449 + arm_phi_2_cos * t448;
+    const double t452 = arm_phi_2_cos * t449 - arm_phi_2_sin * t448;
+    const double t453 = t396 - (t114 * t450 + t116 * t451 + t118 * t452);
+    const double t454 = t395 - (t113 * t450 + t115 * t451 + t117 * t452);
+    const double t455 = arm_phi_2_cos * t453 - arm_phi_2_sin * t454 - (arm_psi_2_cos * t439 - arm_psi_2_sin *
+        t409);
+    const double t456 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t453 + arm_phi_2_cos * t454 - (arm_theta_2_sin *
+        t444 + arm_theta_2_cos * t440));
+    const double t457 = t394 - (arm_theta_2_cos * t444 - arm_theta_2_sin * t440) + arm_theta_2_sin * t456;
+    const double t458 = arm_psi_3_sin * t453 + arm_psi_3_cos * t394;
+    const double t459 = t451 + p->derived.arm_element_length * t454;
+    const double t460 = t452 - p->derived.arm_element_length * t453;
+    const double t461 = arm_psi_3_sin * t459 + arm_psi_3_cos * t450;
+    const double t462 = arm_psi_3_cos * t459 - arm_psi_3_sin * t450;
+    const double t463 = arm_theta_3_sin * t461 + arm_theta_3_cos * t460;
     /* arm_phi_3: acceleration, outward */
-    const double t465 = t382 + t90 * (arm_phi_3_cos * t464 - arm_phi_3_sin * t463);
-    const double t466 = t383 - t90 * (arm_phi_3_sin * t464 + arm_phi_3_cos * t463);
-    const double t467 = arm_phi_3_cos * t465 - arm_phi_3_sin * t466 - (arm_psi_3_cos * t454 - arm_psi_3_sin *
-        t395);
-    const double t468 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t465 + arm_phi_3_cos * t466 - (arm_theta_3_sin *
-        t459 + arm_theta_3_cos * t455));
-    const double t469 = row_2_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos * t459 - arm_theta_3_sin *
-        t455) + arm_theta_3_sin * t468;
+    const double t464 = t381 + t89 * (arm_phi_3_cos * t463 - arm_phi_3_sin * t462);
+    const double t465 = t382 - t89 * (arm_phi_3_sin * t463 + arm_phi_3_cos * t462);
+    const double t466 = arm_phi_3_cos * t464 - arm_phi_3_sin * t465 - (arm_psi_3_cos * t453 - arm_psi_3_sin *
+        t394);
+    const double t467 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t464 + arm_phi_3_cos * t465 - (arm_theta_3_sin *
+        t458 + arm_theta_3_cos * t454));
+    const double t468 = row_2_u_arm_phi_3 * p->derived.arm_phi_3_pivot_inverse - (arm_theta_3_cos * t458 -
+        arm_theta_3_sin * t454) + arm_theta_3_sin * t467;
     /* effector_z: acceleration, outward */
-    const double t470 = arm_theta_3_ground_z_x * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t462 -
-        arm_theta_3_sin * t461);
+    const double t469 = arm_theta_3_ground_z_x * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t461 -
+        arm_theta_3_sin * t460);
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t471 = row_1_u_column_psi * t242 - t86 * t247 - t87 * t260 + row_1_u_arm_theta_1 * t259 +
-        row_1_u_arm_phi_1 * t261 + row_1_u_arm_psi_2 * t274 + row_1_u_arm_theta_2 * t273;
-    const double t472 = row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13) +
-        (t471 + row_1_u_arm_phi_2 * t275 + row_1_u_arm_psi_3 * t285 + row_1_u_arm_theta_3 * t284 + row_1_u_arm_phi_3 *
-        t286 - row_1_u_effector_z * t287);
-    const double t473 = row_1_u_column_psi * t334 - t86 * t339 - t87 * t352 + row_1_u_arm_theta_1 * t351 +
-        row_1_u_arm_phi_1 * t353 + row_1_u_arm_psi_2 * t366 + row_1_u_arm_theta_2 * t365;
-    const double t474 = t473 + row_1_u_arm_phi_2 * t367 + row_1_u_arm_psi_3 * t377 + row_1_u_arm_theta_3 *
-        t376 + row_1_u_arm_phi_3 * t378 + row_1_u_effector_z * t379;
-    const double t475 = row_2_u_arm_psi * t247 - t241 + row_2_u_arm_psi_1 * t260 + row_2_u_arm_theta_1 * t259 +
-        row_2_u_arm_phi_1 * t261 + row_2_u_arm_psi_2 * t274 + row_2_u_arm_theta_2 * t273;
-    const double t476 = row_2_v + p->derived.constant_13 * row_2_psi + (t475 + row_2_u_arm_phi_2 * t275 +
-        row_2_u_arm_psi_3 * t285 + row_2_u_arm_theta_3 * t284 + row_2_u_arm_phi_3 * t286 - arm_theta_3_ground_z_x *
-        t287);
-    const double t477 = row_2_u_arm_psi * t339 - t333 + row_2_u_arm_psi_1 * t352 + row_2_u_arm_theta_1 * t351 +
-        row_2_u_arm_phi_1 * t353 + row_2_u_arm_psi_2 * t366 + row_2_u_arm_theta_2 * t365;
-    const double t478 = t477 + row_2_u_arm_phi_2 * t367 + row_2_u_arm_psi_3 * t377 + row_2_u_arm_theta_3 *
-        t376 + row_2_u_arm_phi_3 * t378 + arm_theta_3_ground_z_x * t379;
-    const double t479 = t424 + row_2_u_arm_psi * t430 + row_2_u_arm_psi_1 * t443 + row_2_u_arm_theta_1 * t442 +
-        row_2_u_arm_phi_1 * t444 + row_2_u_arm_psi_2 * t457 + row_2_u_arm_theta_2 * t456;
-    const double t480 = t479 + row_2_u_arm_phi_2 * t458 + row_2_u_arm_psi_3 * t468 + row_2_u_arm_theta_3 *
-        t467 + row_2_u_arm_phi_3 * t469 + arm_theta_3_ground_z_x * t470;
-    const double row_1_pivot_inverse = (t474 * 1e-12 < t474 ? 1.0 / t474 : 0.0);
-    const double t481 = t478 * row_1_pivot_inverse;
-    const double t482 = t480 - t478 * t481;
-    const double row_2_pivot_inverse = (t480 * 1e-12 < t482 ? 1.0 / t482 : 0.0);
-    const double row_2_lambda = (t472 * t481 - t476) * row_2_pivot_inverse;
-    const double t483 = row_1_pivot_inverse * (t472 + t478 * row_2_lambda);
-    qdd[0] = t333 * t483 - t241 + t424 * row_2_lambda;
-    qdd[1] = t242 - t334 * t483 - t425 * row_2_lambda;
-    qdd[2] = t247 - t339 * t483 + t430 * row_2_lambda;
-    qdd[3] = t260 - t352 * t483 + t443 * row_2_lambda;
-    qdd[4] = t259 - t351 * t483 + t442 * row_2_lambda;
-    qdd[5] = t261 - t353 * t483 + t444 * row_2_lambda;
-    qdd[6] = t274 - t366 * t483 + t457 * row_2_lambda;
-    qdd[7] = t273 - t365 * t483 + t456 * row_2_lambda;
-    qdd[8] = t275 - t367 * t483 + t458 * row_2_lambda;
-    qdd[9] = t285 - t377 * t483 + t468 * row_2_lambda;
-    qdd[10] = t284 - t376 * t483 + t467 * row_2_lambda;
-    qdd[11] = t286 - t378 * t483 + t469 * row_2_lambda;
-    qdd[12] = t470 * row_2_lambda - (t287 + t379 * t483);
+    const double t470 = row_1_u_column_psi * t241 - t86 * t246 - t87 * t259 + row_1_u_arm_theta_1 * t258 +
+        row_1_u_arm_phi_1 * t260 + row_1_u_arm_psi_2 * t273 + row_1_u_arm_theta_2 * t272;
+    const double t471 = row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13) +
+        (t470 + row_1_u_arm_phi_2 * t274 + row_1_u_arm_psi_3 * t284 + row_1_u_arm_theta_3 * t283 + row_1_u_arm_phi_3 *
+        t285 - row_1_u_effector_z * t286);
+    const double t472 = row_1_u_column_psi * t333 - t86 * t338 - t87 * t351 + row_1_u_arm_theta_1 * t350 +
+        row_1_u_arm_phi_1 * t352 + row_1_u_arm_psi_2 * t365 + row_1_u_arm_theta_2 * t364;
+    const double t473 = t472 + row_1_u_arm_phi_2 * t366 + row_1_u_arm_psi_3 * t376 + row_1_u_arm_theta_3 *
+        t375 + row_1_u_arm_phi_3 * t377 + row_1_u_effector_z * t378;
+    const double t474 = row_2_u_arm_psi * t246 - t240 + row_2_u_arm_psi_1 * t259 + row_2_u_arm_theta_1 * t258 +
+        row_2_u_arm_phi_1 * t260 + row_2_u_arm_psi_2 * t273 + row_2_u_arm_theta_2 * t272;
+    const double t475 = row_2_v + p->derived.constant_13 * row_2_psi + (t474 + row_2_u_arm_phi_2 * t274 +
+        row_2_u_arm_psi_3 * t284 + row_2_u_arm_theta_3 * t283 + row_2_u_arm_phi_3 * t285 - arm_theta_3_ground_z_x *
+        t286);
+    const double t476 = row_2_u_arm_psi * t338 - t332 + row_2_u_arm_psi_1 * t351 + row_2_u_arm_theta_1 * t350 +
+        row_2_u_arm_phi_1 * t352 + row_2_u_arm_psi_2 * t365 + row_2_u_arm_theta_2 * t364;
+    const double t477 = t476 + row_2_u_arm_phi_2 * t366 + row_2_u_arm_psi_3 * t376 + row_2_u_arm_theta_3 *
+        t375 + row_2_u_arm_phi_3 * t377 + arm_theta_3_ground_z_x * t378;
+    const double t478 = t423 + row_2_u_arm_psi * t429 + row_2_u_arm_psi_1 * t442 + row_2_u_arm_theta_1 * t441 +
+        row_2_u_arm_phi_1 * t443 + row_2_u_arm_psi_2 * t456 + row_2_u_arm_theta_2 * t455;
+    const double t479 = t478 + row_2_u_arm_phi_2 * t457 + row_2_u_arm_psi_3 * t467 + row_2_u_arm_theta_3 *
+        t466 + row_2_u_arm_phi_3 * t468 + arm_theta_3_ground_z_x * t469;
+    const double row_1_pivot_inverse = (t473 * 1e-12 < t473 ? 1.0 / t473 : 0.0);
+    const double t480 = t477 * row_1_pivot_inverse;
+    const double t481 = t479 - t477 * t480;
+    const double row_2_pivot_inverse = (t479 * 1e-12 < t481 ? 1.0 / t481 : 0.0);
+    const double row_2_lambda = (t471 * t480 - t475) * row_2_pivot_inverse;
+    const double t482 = row_1_pivot_inverse * (t471 + t477 * row_2_lambda);
+    qdd[0] = t332 * t482 - t240 + t423 * row_2_lambda;
+    qdd[1] = t241 - t333 * t482 - t424 * row_2_lambda;
+    qdd[2] = t246 - t338 * t482 + t429 * row_2_lambda;
+    qdd[3] = t259 - t351 * t482 + t442 * row_2_lambda;
+    qdd[4] = t258 - t350 * t482 + t441 * row_2_lambda;
+    qdd[5] = t260 - t352 * t482 + t443 * row_2_lambda;
+    qdd[6] = t273 - t365 * t482 + t456 * row_2_lambda;
+    qdd[7] = t272 - t364 * t482 + t455 * row_2_lambda;
+    qdd[8] = t274 - t366 * t482 + t457 * row_2_lambda;
+    qdd[9] = t284 - t376 * t482 + t467 * row_2_lambda;
+    qdd[10] = t283 - t375 * t482 + t466 * row_2_lambda;
+    qdd[11] = t285 - t377 * t482 + t468 * row_2_lambda;
+    qdd[12] = t469 * row_2_lambda - (t286 + t378 * t482);
 }
 
 void manipulator_flexible_force(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -5087,544 +5089,546 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
     /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t89 = 1.0 / arm_phi_3_inertia_beyond_yy;
+    const double arm_theta_3_pivot_inverse = 1.0 / arm_phi_3_inertia_beyond_yy;
     const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
-    const double t90 = arm_phi_3_moment_beyond_x * t89;
-    const double t91 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t90;
-    const double t92 = arm_theta_3_sin * (t91 - p->derived.arm_psi_mass);
-    const double t93 = arm_theta_3_sin * t92;
-    const double t94 = t91 - t93;
-    const double t95 = p->derived.arm_psi_mass + t93;
-    const double t96 = arm_theta_3_cos * t92;
-    const double t97 = arm_psi_3_sin * (t95 - t91);
-    const double t98 = arm_psi_3_sin * t97;
-    const double t99 = t91 + t98;
-    const double t100 = arm_psi_3_cos * t97;
-    const double t101 = arm_psi_3_cos * t96;
-    const double t102 = arm_psi_3_sin * t96;
-    const double t103 = p->derived.arm_element_length * t101;
-    const double t104 = p->derived.arm_element_length * t100;
-    const double t105 = p->derived.arm_element_length * t102;
-    const double t106 = p->derived.arm_element_length * t99;
-    const double t107 = p->derived.arm_element_length * t94;
-    const double t108 = p->derived.arm_element_length * t105;
+    const double t89 = arm_phi_3_moment_beyond_x * arm_theta_3_pivot_inverse;
+    const double t90 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t89;
+    const double t91 = arm_theta_3_sin * (t90 - p->derived.arm_psi_mass);
+    const double t92 = arm_theta_3_sin * t91;
+    const double t93 = t90 - t92;
+    const double t94 = p->derived.arm_psi_mass + t92;
+    const double t95 = arm_theta_3_cos * t91;
+    const double t96 = arm_psi_3_sin * (t94 - t90);
+    const double t97 = arm_psi_3_sin * t96;
+    const double t98 = t90 + t97;
+    const double t99 = arm_psi_3_cos * t96;
+    const double t100 = arm_psi_3_cos * t95;
+    const double t101 = arm_psi_3_sin * t95;
+    const double t102 = p->derived.arm_element_length * t100;
+    const double t103 = p->derived.arm_element_length * t99;
+    const double t104 = p->derived.arm_element_length * t101;
+    const double t105 = p->derived.arm_element_length * t98;
+    const double t106 = p->derived.arm_element_length * t93;
+    const double t107 = p->derived.arm_element_length * t104;
     /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t109 = p->derived.arm_phi_1_moment_x + t107;
-    const double t110 = p->derived.arm_phi_1_moment_x + t106;
-    const double t111 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t107);
-    const double t112 = t108 * t111;
-    const double t113 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t106 - t108 *
-        t112);
+    const double t108 = p->derived.arm_phi_1_moment_x + t106;
+    const double t109 = p->derived.arm_phi_1_moment_x + t105;
+    const double t110 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t106);
+    const double t111 = t107 * t110;
+    const double t112 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t105 - t107 *
+        t111);
     const double arm_theta_2_cos_inverse = 1.0 / arm_theta_2_cos;
-    const double t114 = t113 * (t104 - t103 * t112);
-    const double t115 = t112 * t114 - t103 * t111;
-    const double t116 = t113 * (t110 - t105 * t112);
-    const double t117 = t112 * t116 - t105 * t111;
-    const double t118 = t113 * (t105 - t109 * t112);
-    const double t119 = t112 * t118 - t109 * t111;
-    const double t120 = p->derived.arm_phi_1_mass + (t95 - t98) - (t104 * t114 - t103 * t115);
-    const double t121 = t100 - (t104 * t116 - t103 * t117);
-    const double t122 = t101 - (t104 * t118 - t103 * t119);
-    const double t123 = p->derived.arm_phi_1_mass + t99 - (t110 * t116 - t105 * t117);
-    const double t124 = t102 - (t110 * t118 - t105 * t119);
-    const double t125 = p->derived.arm_phi_1_mass + t94 - (t105 * t118 - t109 * t119);
-    const double t126 = arm_phi_2_cos * (t124 + t124) + arm_phi_2_sin * (t123 - t125);
-    const double t127 = arm_phi_2_sin * t126;
-    const double t128 = t123 - t127;
-    const double t129 = t125 + t127;
-    const double t130 = arm_phi_2_cos * t126 - t124;
-    const double t131 = arm_phi_2_cos * t121 - arm_phi_2_sin * t122;
-    const double t132 = arm_phi_2_cos * t122 + arm_phi_2_sin * t121;
-    const double t133 = arm_theta_2_cos * (t132 + t132) + arm_theta_2_sin * (t129 - t120);
-    const double t134 = arm_theta_2_sin * t133;
-    const double t135 = t129 - t134;
-    const double t136 = t120 + t134;
-    const double t137 = arm_theta_2_cos * t133 - t132;
-    const double t138 = arm_theta_2_cos * t130 - arm_theta_2_sin * t131;
-    const double t139 = arm_theta_2_cos * t131 + arm_theta_2_sin * t130;
-    const double t140 = arm_psi_2_cos * (t139 + t139) + arm_psi_2_sin * (t136 - t128);
-    const double t141 = arm_psi_2_sin * t140;
-    const double t142 = t128 + t141;
-    const double t143 = arm_psi_2_cos * t140 - t139;
-    const double t144 = arm_psi_2_cos * t137 - arm_psi_2_sin * t138;
-    const double t145 = arm_psi_2_cos * t138 + arm_psi_2_sin * t137;
-    const double t146 = p->derived.arm_element_length * t144;
-    const double t147 = p->derived.arm_element_length * t143;
-    const double t148 = p->derived.arm_element_length * t145;
-    const double t149 = p->derived.arm_element_length * t142;
-    const double t150 = p->derived.arm_element_length * t135;
-    const double t151 = p->derived.arm_element_length * t148;
+    const double t113 = t112 * (t103 - t102 * t111);
+    const double t114 = t111 * t113 - t102 * t110;
+    const double t115 = t112 * (t109 - t104 * t111);
+    const double t116 = t111 * t115 - t104 * t110;
+    const double t117 = t112 * (t104 - t108 * t111);
+    const double t118 = t111 * t117 - t108 * t110;
+    const double t119 = p->derived.arm_phi_1_mass + (t94 - t97) - (t103 * t113 - t102 * t114);
+    const double t120 = t99 - (t103 * t115 - t102 * t116);
+    const double t121 = t100 - (t103 * t117 - t102 * t118);
+    const double t122 = p->derived.arm_phi_1_mass + t98 - (t109 * t115 - t104 * t116);
+    const double t123 = t101 - (t109 * t117 - t104 * t118);
+    const double t124 = p->derived.arm_phi_1_mass + t93 - (t104 * t117 - t108 * t118);
+    const double t125 = arm_phi_2_cos * (t123 + t123) + arm_phi_2_sin * (t122 - t124);
+    const double t126 = arm_phi_2_sin * t125;
+    const double t127 = t122 - t126;
+    const double t128 = t124 + t126;
+    const double t129 = arm_phi_2_cos * t125 - t123;
+    const double t130 = arm_phi_2_cos * t120 - arm_phi_2_sin * t121;
+    const double t131 = arm_phi_2_cos * t121 + arm_phi_2_sin * t120;
+    const double t132 = arm_theta_2_cos * (t131 + t131) + arm_theta_2_sin * (t128 - t119);
+    const double t133 = arm_theta_2_sin * t132;
+    const double t134 = t128 - t133;
+    const double t135 = t119 + t133;
+    const double t136 = arm_theta_2_cos * t132 - t131;
+    const double t137 = arm_theta_2_cos * t129 - arm_theta_2_sin * t130;
+    const double t138 = arm_theta_2_cos * t130 + arm_theta_2_sin * t129;
+    const double t139 = arm_psi_2_cos * (t138 + t138) + arm_psi_2_sin * (t135 - t127);
+    const double t140 = arm_psi_2_sin * t139;
+    const double t141 = t127 + t140;
+    const double t142 = arm_psi_2_cos * t139 - t138;
+    const double t143 = arm_psi_2_cos * t136 - arm_psi_2_sin * t137;
+    const double t144 = arm_psi_2_cos * t137 + arm_psi_2_sin * t136;
+    const double t145 = p->derived.arm_element_length * t143;
+    const double t146 = p->derived.arm_element_length * t142;
+    const double t147 = p->derived.arm_element_length * t144;
+    const double t148 = p->derived.arm_element_length * t141;
+    const double t149 = p->derived.arm_element_length * t134;
+    const double t150 = p->derived.arm_element_length * t147;
     /* arm_phi_1 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t152 = p->derived.arm_phi_1_moment_x + t150;
-    const double t153 = p->derived.arm_phi_1_moment_x + t149;
-    const double t154 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t150);
-    const double t155 = t151 * t154;
-    const double t156 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t149 - t151 *
-        t155);
+    const double t151 = p->derived.arm_phi_1_moment_x + t149;
+    const double t152 = p->derived.arm_phi_1_moment_x + t148;
+    const double t153 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t149);
+    const double t154 = t150 * t153;
+    const double t155 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t148 - t150 *
+        t154);
     const double arm_theta_1_cos_inverse = 1.0 / arm_theta_1_cos;
-    const double t157 = t156 * (t147 - t146 * t155);
-    const double t158 = t155 * t157 - t146 * t154;
-    const double t159 = t156 * (t153 - t148 * t155);
-    const double t160 = t155 * t159 - t148 * t154;
-    const double t161 = t156 * (t148 - t152 * t155);
-    const double t162 = t155 * t161 - t152 * t154;
-    const double t163 = p->derived.arm_phi_1_mass + (t136 - t141) - (t147 * t157 - t146 * t158);
-    const double t164 = t143 - (t147 * t159 - t146 * t160);
-    const double t165 = t144 - (t147 * t161 - t146 * t162);
-    const double t166 = p->derived.arm_phi_1_mass + t142 - (t153 * t159 - t148 * t160);
-    const double t167 = t145 - (t153 * t161 - t148 * t162);
-    const double t168 = p->derived.arm_phi_1_mass + t135 - (t148 * t161 - t152 * t162);
-    const double t169 = arm_phi_1_cos * (t167 + t167) + arm_phi_1_sin * (t166 - t168);
-    const double t170 = arm_phi_1_sin * t169;
-    const double t171 = t166 - t170;
-    const double t172 = t168 + t170;
-    const double t173 = arm_phi_1_cos * t169 - t167;
-    const double t174 = arm_phi_1_cos * t164 - arm_phi_1_sin * t165;
-    const double t175 = arm_phi_1_cos * t165 + arm_phi_1_sin * t164;
-    const double t176 = arm_theta_1_cos * (t175 + t175) + arm_theta_1_sin * (t172 - t163);
-    const double t177 = arm_theta_1_sin * t176;
-    const double t178 = t163 + t177;
-    const double t179 = arm_theta_1_cos * t176 - t175;
-    const double t180 = arm_theta_1_cos * t173 - arm_theta_1_sin * t174;
-    const double t181 = arm_theta_1_cos * t174 + arm_theta_1_sin * t173;
-    const double t182 = arm_psi_1_cos * (t181 + t181) + arm_psi_1_sin * (t178 - t171);
-    const double t183 = arm_psi_1_sin * t182;
-    const double t184 = t171 + t183;
-    const double t185 = arm_psi_1_cos * t182 - t181;
-    const double arm_psi_U_force_x = p->derived.constant_1 * t185;
-    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t180 + arm_psi_1_sin * t179);
-    const double t186 = p->derived.constant_1 * t184;
-    const double t187 = p->derived.constant_1 * arm_psi_U_force_z;
+    const double t156 = t155 * (t146 - t145 * t154);
+    const double t157 = t154 * t156 - t145 * t153;
+    const double t158 = t155 * (t152 - t147 * t154);
+    const double t159 = t154 * t158 - t147 * t153;
+    const double t160 = t155 * (t147 - t151 * t154);
+    const double t161 = t154 * t160 - t151 * t153;
+    const double t162 = p->derived.arm_phi_1_mass + (t135 - t140) - (t146 * t156 - t145 * t157);
+    const double t163 = t142 - (t146 * t158 - t145 * t159);
+    const double t164 = t143 - (t146 * t160 - t145 * t161);
+    const double t165 = p->derived.arm_phi_1_mass + t141 - (t152 * t158 - t147 * t159);
+    const double t166 = t144 - (t152 * t160 - t147 * t161);
+    const double t167 = p->derived.arm_phi_1_mass + t134 - (t147 * t160 - t151 * t161);
+    const double t168 = arm_phi_1_cos * (t166 + t166) + arm_phi_1_sin * (t165 - t167);
+    const double t169 = arm_phi_1_sin * t168;
+    const double t170 = t165 - t169;
+    const double t171 = t167 + t169;
+    const double t172 = arm_phi_1_cos * t168 - t166;
+    const double t173 = arm_phi_1_cos * t163 - arm_phi_1_sin * t164;
+    const double t174 = arm_phi_1_cos * t164 + arm_phi_1_sin * t163;
+    const double t175 = arm_theta_1_cos * (t174 + t174) + arm_theta_1_sin * (t171 - t162);
+    const double t176 = arm_theta_1_sin * t175;
+    const double t177 = t162 + t176;
+    const double t178 = arm_theta_1_cos * t175 - t174;
+    const double t179 = arm_theta_1_cos * t172 - arm_theta_1_sin * t173;
+    const double t180 = arm_theta_1_cos * t173 + arm_theta_1_sin * t172;
+    const double t181 = arm_psi_1_cos * (t180 + t180) + arm_psi_1_sin * (t177 - t170);
+    const double t182 = arm_psi_1_sin * t181;
+    const double t183 = t170 + t182;
+    const double t184 = arm_psi_1_cos * t181 - t180;
+    const double arm_psi_U_force_x = p->derived.constant_1 * t184;
+    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t179 + arm_psi_1_sin * t178);
+    const double t185 = p->derived.constant_1 * t183;
+    const double t186 = p->derived.constant_1 * arm_psi_U_force_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t186;
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t186;
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t185;
+    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t185;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t188 = t187 * arm_psi_D_inverse;
-    const double t189 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t190 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t191 = t185 - arm_psi_U_force_x * t190;
-    const double t192 = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * (p->derived.constant_1 * (t172 -
-        t177)) - t187 * t188;
-    const double t193 = p->derived.arm_psi_mass + t184 - arm_psi_U_force_y * t190;
-    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t187 * t189 - p->derived.constant_1 *
-        (arm_psi_1_cos * t179 - arm_psi_1_sin * t180))) + arm_psi_cos * (arm_psi_cos * (t187 * t190 - arm_psi_U_force_z));
+    const double t187 = t186 * arm_psi_D_inverse;
+    const double t188 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t189 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t190 = t184 - arm_psi_U_force_x * t189;
+    const double t191 = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * (p->derived.constant_1 * (t171 -
+        t176)) - t186 * t187;
+    const double t192 = p->derived.arm_psi_mass + t183 - arm_psi_U_force_y * t189;
+    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t186 * t188 - p->derived.constant_1 *
+        (arm_psi_1_cos * t178 - arm_psi_1_sin * t179))) + arm_psi_cos * (arm_psi_cos * (t186 * t189 - arm_psi_U_force_z));
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (t192 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
-        t192)));
-    const double t194 = p->m_col + (t193 + arm_psi_sin * (arm_psi_cos * (t191 + t191) + arm_psi_sin * (p->derived.arm_psi_mass +
-        (t178 - t183) - arm_psi_U_force_x * t189 - t193)));
+    const double column_psi_U_moment_z = p->Izz_col + (t191 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        t191)));
+    const double t193 = p->m_col + (t192 + arm_psi_sin * (arm_psi_cos * (t190 + t190) + arm_psi_sin * (p->derived.arm_psi_mass +
+        (t177 - t182) - arm_psi_U_force_x * t188 - t192)));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t195 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t194 = column_psi_U_force_z * column_psi_D_inverse;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (t194 - column_psi_U_force_z * t195);
+    const double base_z_U_force_z = p->m_base + (t193 - column_psi_U_force_z * t194);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* arm_phi_3: force left for the joint, inward */
     const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
     const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
     const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
-    const double t196 = arm_theta_3_sin * t75;
-    const double t197 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
-        qd[9] + t196);
-    const double t198 = t89 * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t197 + arm_phi_3_cos * t74));
-    const double t199 = t89 * (arm_phi_3_sin * t74 - arm_phi_3_cos * t197 - arm_phi_3_carried_moment_z);
-    const double t200 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t199;
-    const double t201 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t198;
-    const double t202 = arm_phi_3_cos * t200 - arm_phi_3_sin * t201;
-    const double t203 = arm_phi_3_sin * t200 + arm_phi_3_cos * t201;
-    const double t204 = arm_theta_3_cos * t203 - arm_theta_3_sin * arm_phi_3_load_force_x;
-    const double t205 = arm_theta_3_sin * t203 + arm_theta_3_cos * arm_phi_3_load_force_x;
-    const double t206 = arm_theta_3_sin * t197 + arm_theta_3_cos * t75;
-    const double t207 = arm_psi_3_sin * t205 + arm_psi_3_cos * t202;
+    const double t195 = arm_theta_3_sin * t75;
+    const double t196 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
+        qd[9] + t195);
+    const double t197 = arm_theta_3_pivot_inverse * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t196 +
+        arm_phi_3_cos * t74));
+    const double t198 = arm_theta_3_pivot_inverse * (arm_phi_3_sin * t74 - arm_phi_3_cos * t196 - arm_phi_3_carried_moment_z);
+    const double t199 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t198;
+    const double t200 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t197;
+    const double t201 = arm_phi_3_cos * t199 - arm_phi_3_sin * t200;
+    const double t202 = arm_phi_3_sin * t199 + arm_phi_3_cos * t200;
+    const double t203 = arm_theta_3_cos * t202 - arm_theta_3_sin * arm_phi_3_load_force_x;
+    const double t204 = arm_theta_3_sin * t202 + arm_theta_3_cos * arm_phi_3_load_force_x;
+    const double t205 = arm_theta_3_sin * t196 + arm_theta_3_cos * t75;
+    const double t206 = arm_psi_3_sin * t204 + arm_psi_3_cos * t201;
     /* arm_phi_2: force left for the joint, inward */
-    const double t208 = arm_theta_2_sin * t73;
-    const double t209 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
-        qd[6] + t208);
-    const double t210 = arm_phi_2_load_moment_y - (arm_psi_3_sin * t206 + arm_psi_3_cos * t74 + p->derived.arm_element_length *
-        t204) + (arm_phi_2_sin * t209 + arm_phi_2_cos * t72);
-    const double t211 = p->derived.constant_20 * (t73 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t74 -
-        arm_psi_3_cos * t206)));
-    const double t212 = t113 * (arm_phi_2_sin * t72 - arm_phi_2_cos * t209 - (arm_phi_2_load_moment_z + (t196 -
-        arm_theta_3_cos * t197 + p->derived.arm_element_length * t207)) - t112 * t210);
-    const double t213 = t112 * t212 - t111 * t210;
-    const double t214 = arm_phi_2_load_force_x + (arm_psi_3_cos * t205 - arm_psi_3_sin * t202) + (t104 * t212 -
-        t103 * t213);
-    const double t215 = arm_phi_2_load_force_y + t207 + (t110 * t212 - t105 * t213);
-    const double t216 = arm_phi_2_load_force_z + t204 + (t105 * t212 - t109 * t213);
-    const double t217 = arm_phi_2_cos * t215 - arm_phi_2_sin * t216;
-    const double t218 = arm_phi_2_sin * t215 + arm_phi_2_cos * t216;
-    const double t219 = arm_theta_2_cos * t218 - arm_theta_2_sin * t214;
-    const double t220 = arm_theta_2_sin * t218 + arm_theta_2_cos * t214;
-    const double t221 = arm_theta_2_sin * t209 + arm_theta_2_cos * t73;
-    const double t222 = arm_psi_2_sin * t220 + arm_psi_2_cos * t217;
+    const double t207 = arm_theta_2_sin * t73;
+    const double t208 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
+        qd[6] + t207);
+    const double t209 = arm_phi_2_load_moment_y - (arm_psi_3_sin * t205 + arm_psi_3_cos * t74 + p->derived.arm_element_length *
+        t203) + (arm_phi_2_sin * t208 + arm_phi_2_cos * t72);
+    const double t210 = p->derived.constant_19 * (t73 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t74 -
+        arm_psi_3_cos * t205)));
+    const double t211 = t112 * (arm_phi_2_sin * t72 - arm_phi_2_cos * t208 - (arm_phi_2_load_moment_z + (t195 -
+        arm_theta_3_cos * t196 + p->derived.arm_element_length * t206)) - t111 * t209);
+    const double t212 = t111 * t211 - t110 * t209;
+    const double t213 = arm_phi_2_load_force_x + (arm_psi_3_cos * t204 - arm_psi_3_sin * t201) + (t103 * t211 -
+        t102 * t212);
+    const double t214 = arm_phi_2_load_force_y + t206 + (t109 * t211 - t104 * t212);
+    const double t215 = arm_phi_2_load_force_z + t203 + (t104 * t211 - t108 * t212);
+    const double t216 = arm_phi_2_cos * t214 - arm_phi_2_sin * t215;
+    const double t217 = arm_phi_2_sin * t214 + arm_phi_2_cos * t215;
+    const double t218 = arm_theta_2_cos * t217 - arm_theta_2_sin * t213;
+    const double t219 = arm_theta_2_sin * t217 + arm_theta_2_cos * t213;
+    const double t220 = arm_theta_2_sin * t208 + arm_theta_2_cos * t73;
+    const double t221 = arm_psi_2_sin * t219 + arm_psi_2_cos * t216;
     /* arm_phi_1: force left for the joint, inward */
-    const double t223 = arm_theta_1_sin * t71;
-    const double t224 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
-        qd[3] + t223);
-    const double t225 = arm_phi_1_load_moment_y - (arm_psi_2_sin * t221 + arm_psi_2_cos * t72 + p->derived.arm_element_length *
-        t219) + (arm_phi_1_sin * t224 + arm_phi_1_cos * t70);
-    const double t226 = p->derived.constant_20 * (t71 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t72 -
-        arm_psi_2_cos * t221)));
-    const double t227 = t156 * (arm_phi_1_sin * t70 - arm_phi_1_cos * t224 - (arm_phi_1_load_moment_z + (t208 -
-        arm_theta_2_cos * t209 + p->derived.arm_element_length * t222)) - t155 * t225);
-    const double t228 = t155 * t227 - t154 * t225;
-    const double t229 = arm_phi_1_load_force_x + (arm_psi_2_cos * t220 - arm_psi_2_sin * t217) + (t147 * t227 -
-        t146 * t228);
-    const double t230 = arm_phi_1_load_force_y + t222 + (t153 * t227 - t148 * t228);
-    const double t231 = arm_phi_1_load_force_z + t219 + (t148 * t227 - t152 * t228);
-    const double t232 = arm_phi_1_cos * t230 - arm_phi_1_sin * t231;
-    const double t233 = arm_phi_1_sin * t230 + arm_phi_1_cos * t231;
-    const double t234 = arm_theta_1_sin * t233 + arm_theta_1_cos * t229;
-    const double t235 = arm_theta_1_sin * t224 + arm_theta_1_cos * t71;
-    const double t236 = arm_psi_1_sin * t234 + arm_psi_1_cos * t232;
+    const double t222 = arm_theta_1_sin * t71;
+    const double t223 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
+        qd[3] + t222);
+    const double t224 = arm_phi_1_load_moment_y - (arm_psi_2_sin * t220 + arm_psi_2_cos * t72 + p->derived.arm_element_length *
+        t218) + (arm_phi_1_sin * t223 + arm_phi_1_cos * t70);
+    const double t225 = p->derived.constant_19 * (t71 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t72 -
+        arm_psi_2_cos * t220)));
+    const double t226 = t155 * (arm_phi_1_sin * t70 - arm_phi_1_cos * t223 - (arm_phi_1_load_moment_z + (t207 -
+        arm_theta_2_cos * t208 + p->derived.arm_element_length * t221)) - t154 * t224);
+    const double t227 = t154 * t226 - t153 * t224;
+    const double t228 = arm_phi_1_load_force_x + (arm_psi_2_cos * t219 - arm_psi_2_sin * t216) + (t146 * t226 -
+        t145 * t227);
+    const double t229 = arm_phi_1_load_force_y + t221 + (t152 * t226 - t147 * t227);
+    const double t230 = arm_phi_1_load_force_z + t218 + (t147 * t226 - t151 * t227);
+    const double t231 = arm_phi_1_cos * t229 - arm_phi_1_sin * t230;
+    const double t232 = arm_phi_1_sin * t229 + arm_phi_1_cos * t230;
+    const double t233 = arm_theta_1_sin * t232 + arm_theta_1_cos * t228;
+    const double t234 = arm_theta_1_sin * t223 + arm_theta_1_cos * t71;
+    const double t235 = arm_psi_1_sin * t233 + arm_psi_1_cos * t231;
     /* arm_psi: force left for the joint, inward */
-    const double t237 = arm_psi_load_moment_z + (t223 - arm_theta_1_cos * t224 + p->derived.constant_1 * t236);
-    const double t238 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t234 - arm_psi_1_sin * t232) -
-        t189 * t237) + arm_psi_cos * (arm_psi_load_force_y + t236 - t190 * t237);
-    const double t239 = arm_psi_cos * (arm_psi_load_moment_y - (arm_psi_1_sin * t235 + arm_psi_1_cos * t70 +
-        p->derived.constant_1 * (arm_theta_1_cos * t233 - arm_theta_1_sin * t229)) + t188 * t237);
+    const double t236 = arm_psi_load_moment_z + (t222 - arm_theta_1_cos * t223 + p->derived.constant_1 * t235);
+    const double t237 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t233 - arm_psi_1_sin * t231) -
+        t188 * t236) + arm_psi_cos * (arm_psi_load_force_y + t235 - t189 * t236);
+    const double t238 = arm_psi_cos * (arm_psi_load_moment_y - (arm_psi_1_sin * t234 + arm_psi_1_cos * t70 +
+        p->derived.constant_1 * (arm_theta_1_cos * t232 - arm_theta_1_sin * t228)) + t187 * t236);
     /* column_psi: force left for the joint, inward */
-    const double t240 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t70 - arm_psi_1_cos * t235)) + t239);
+    const double t239 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t70 - arm_psi_1_cos * t234)) + t238);
     /* base_z: acceleration, outward */
-    const double t241 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        (p->derived.column_psi_load_force_z + t238 + t195 * t240)));
+    const double t240 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        (p->derived.column_psi_load_force_z + t237 + t194 * t239)));
     /* column_psi: acceleration, outward */
-    const double t242 = t195 * t241 + column_psi_D_inverse * t240;
-    const double t243 = arm_psi_sin * t242;
-    const double t244 = arm_psi_cos * t242;
-    const double t245 = arm_psi_sin * t241;
-    const double t246 = arm_psi_cos * t241;
+    const double t241 = t194 * t240 + column_psi_D_inverse * t239;
+    const double t242 = arm_psi_sin * t241;
+    const double t243 = arm_psi_cos * t241;
+    const double t244 = arm_psi_sin * t240;
+    const double t245 = arm_psi_cos * t240;
     /* arm_psi: acceleration, outward */
-    const double t247 = t189 * t245 + t190 * t246 + t188 * t244 - arm_psi_D_inverse * t237;
-    const double t248 = p->derived.constant_1 * t244;
-    const double t249 = arm_psi_1_sin * t244 + arm_psi_1_cos * t243;
-    const double t250 = p->derived.constant_1 * t247 - t246;
-    const double t251 = arm_psi_1_sin * t250 - arm_psi_1_cos * t245;
-    const double t252 = arm_psi_1_sin * t245 + arm_psi_1_cos * t250;
-    const double t253 = arm_theta_1_sin * t251 - arm_theta_1_cos * t248;
-    const double t254 = arm_theta_1_sin * t248 + arm_theta_1_cos * t251;
+    const double t246 = t188 * t244 + t189 * t245 + t187 * t243 - arm_psi_D_inverse * t236;
+    const double t247 = p->derived.constant_1 * t243;
+    const double t248 = arm_psi_1_sin * t243 + arm_psi_1_cos * t242;
+    const double t249 = p->derived.constant_1 * t246 - t245;
+    const double t250 = arm_psi_1_sin * t249 - arm_psi_1_cos * t244;
+    const double t251 = arm_psi_1_sin * t244 + arm_psi_1_cos * t249;
+    const double t252 = arm_theta_1_sin * t250 - arm_theta_1_cos * t247;
+    const double t253 = arm_theta_1_sin * t247 + arm_theta_1_cos * t250;
     /* arm_phi_1: acceleration, outward */
-    const double t255 = arm_phi_1_sin * t253 + arm_phi_1_cos * t252;
-    const double t256 = arm_phi_1_cos * t253 - arm_phi_1_sin * t252;
-    const double t257 = t228 - (t158 * t254 + t160 * t255 + t162 * t256);
-    const double t258 = t227 - (t157 * t254 + t159 * t255 + t161 * t256);
-    const double t259 = arm_phi_1_cos * t257 - arm_phi_1_sin * t258 - (arm_psi_1_cos * t244 - arm_psi_1_sin *
-        t243);
-    const double t260 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t257 + arm_phi_1_cos * t258 - (arm_theta_1_sin *
-        t249 + arm_theta_1_cos * t247));
-    const double t261 = arm_theta_1_sin * t260 - (t226 + (arm_theta_1_cos * t249 - arm_theta_1_sin * t247));
-    const double t262 = arm_psi_2_sin * t257 - arm_psi_2_cos * t226;
-    const double t263 = t255 + p->derived.arm_element_length * t258;
-    const double t264 = t256 - p->derived.arm_element_length * t257;
-    const double t265 = arm_psi_2_sin * t263 + arm_psi_2_cos * t254;
-    const double t266 = arm_psi_2_cos * t263 - arm_psi_2_sin * t254;
-    const double t267 = arm_theta_2_sin * t265 + arm_theta_2_cos * t264;
-    const double t268 = arm_theta_2_cos * t265 - arm_theta_2_sin * t264;
+    const double t254 = arm_phi_1_sin * t252 + arm_phi_1_cos * t251;
+    const double t255 = arm_phi_1_cos * t252 - arm_phi_1_sin * t251;
+    const double t256 = t227 - (t157 * t253 + t159 * t254 + t161 * t255);
+    const double t257 = t226 - (t156 * t253 + t158 * t254 + t160 * t255);
+    const double t258 = arm_phi_1_cos * t256 - arm_phi_1_sin * t257 - (arm_psi_1_cos * t243 - arm_psi_1_sin *
+        t242);
+    const double t259 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t256 + arm_phi_1_cos * t257 - (arm_theta_1_sin *
+        t248 + arm_theta_1_cos * t246));
+    const double t260 = arm_theta_1_sin * t259 - (t225 + (arm_theta_1_cos * t248 - arm_theta_1_sin * t246));
+    const double t261 = arm_psi_2_sin * t256 - arm_psi_2_cos * t225;
+    const double t262 = t254 + p->derived.arm_element_length * t257;
+    const double t263 = t255 - p->derived.arm_element_length * t256;
+    const double t264 = arm_psi_2_sin * t262 + arm_psi_2_cos * t253;
+    const double t265 = arm_psi_2_cos * t262 - arm_psi_2_sin * t253;
+    const double t266 = arm_theta_2_sin * t264 + arm_theta_2_cos * t263;
+    const double t267 = arm_theta_2_cos * t264 - arm_theta_2_sin * t263;
     /* arm_phi_2: acceleration, outward */
-    const double t269 = arm_phi_2_sin * t267 + arm_phi_2_cos * t266;
-    const double t270 = arm_phi_2_cos * t267 - arm_phi_2_sin * t266;
-    const double t271 = t213 - (t115 * t268 + t117 * t269 + t119 * t270);
-    const double t272 = t212 - (t114 * t268 + t116 * t269 + t118 * t270);
-    const double t273 = arm_phi_2_cos * t271 - arm_phi_2_sin * t272 - (arm_psi_2_sin * t226 + arm_psi_2_cos *
-        t257);
-    const double t274 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t271 + arm_phi_2_cos * t272 - (arm_theta_2_sin *
-        t262 + arm_theta_2_cos * t258));
-    const double t275 = arm_theta_2_sin * t274 - (t211 + (arm_theta_2_cos * t262 - arm_theta_2_sin * t258));
-    const double t276 = arm_psi_3_sin * t271 - arm_psi_3_cos * t211;
-    const double t277 = t269 + p->derived.arm_element_length * t272;
-    const double t278 = t270 - p->derived.arm_element_length * t271;
-    const double t279 = arm_psi_3_sin * t277 + arm_psi_3_cos * t268;
-    const double t280 = arm_psi_3_cos * t277 - arm_psi_3_sin * t268;
-    const double t281 = arm_theta_3_sin * t279 + arm_theta_3_cos * t278;
+    const double t268 = arm_phi_2_sin * t266 + arm_phi_2_cos * t265;
+    const double t269 = arm_phi_2_cos * t266 - arm_phi_2_sin * t265;
+    const double t270 = t212 - (t114 * t267 + t116 * t268 + t118 * t269);
+    const double t271 = t211 - (t113 * t267 + t115 * t268 + t117 * t269);
+    const double t272 = arm_phi_2_cos * t270 - arm_phi_2_sin * t271 - (arm_psi_2_sin * t225 + arm_psi_2_cos *
+        t256);
+    const double t273 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t270 + arm_phi_2_cos * t271 - (arm_theta_2_sin *
+        t261 + arm_theta_2_cos * t257));
+    const double t274 = arm_theta_2_sin * t273 - (t210 + (arm_theta_2_cos * t261 - arm_theta_2_sin * t257));
+    const double t275 = arm_psi_3_sin * t270 - arm_psi_3_cos * t210;
+    const double t276 = t268 + p->derived.arm_element_length * t271;
+    const double t277 = t269 - p->derived.arm_element_length * t270;
+    const double t278 = arm_psi_3_sin * t276 + arm_psi_3_cos * t267;
+    const double t279 = arm_psi_3_cos * t276 - arm_psi_3_sin * t267;
+    const double t280 = arm_theta_3_sin * t278 + arm_theta_3_cos * t277;
     /* arm_phi_3: acceleration, outward */
-    const double t282 = t90 * (arm_phi_3_cos * t281 - arm_phi_3_sin * t280) - t198;
-    const double t283 = t199 - t90 * (arm_phi_3_sin * t281 + arm_phi_3_cos * t280);
-    const double t284 = arm_phi_3_cos * t282 - arm_phi_3_sin * t283 - (arm_psi_3_sin * t211 + arm_psi_3_cos *
-        t271);
-    const double t285 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t282 + arm_phi_3_cos * t283 - (arm_theta_3_sin *
-        t276 + arm_theta_3_cos * t272));
-    const double t286 = arm_theta_3_sin * t285 - (p->derived.constant_19 * (arm_phi_3_bias_moment_x + t75) +
-        (arm_theta_3_cos * t276 - arm_theta_3_sin * t272));
+    const double t281 = t89 * (arm_phi_3_cos * t280 - arm_phi_3_sin * t279) - t197;
+    const double t282 = t198 - t89 * (arm_phi_3_sin * t280 + arm_phi_3_cos * t279);
+    const double t283 = arm_phi_3_cos * t281 - arm_phi_3_sin * t282 - (arm_psi_3_sin * t210 + arm_psi_3_cos *
+        t270);
+    const double t284 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t281 + arm_phi_3_cos * t282 - (arm_theta_3_sin *
+        t275 + arm_theta_3_cos * t271));
+    const double t285 = arm_theta_3_sin * t284 - (p->derived.arm_phi_3_pivot_inverse * (arm_phi_3_bias_moment_x +
+        t75) + (arm_theta_3_cos * t275 - arm_theta_3_sin * t271));
     /* effector_z: acceleration, outward */
-    const double t287 = arm_theta_3_cos * t279 - arm_theta_3_sin * t278 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t286 = arm_theta_3_cos * t278 - arm_theta_3_sin * t277 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
     /* arm_phi_3: force left for the joint, inward */
-    const double t288 = arm_theta_3_sin * row_1_u_arm_phi_3;
-    const double t289 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t288);
-    const double t290 = t89 * (arm_phi_3_sin * t289 + arm_phi_3_cos * row_1_u_arm_theta_3);
-    const double t291 = t89 * (arm_phi_3_cos * t289 - arm_phi_3_sin * row_1_u_arm_theta_3);
-    const double t292 = arm_phi_3_moment_beyond_x * t291;
-    const double t293 = arm_phi_3_moment_beyond_x * t290;
-    const double t294 = arm_phi_3_sin * t293 + arm_phi_3_cos * t292;
-    const double t295 = arm_phi_3_sin * t292 - arm_phi_3_cos * t293;
-    const double t296 = arm_theta_3_cos * t295 - arm_theta_3_sin * row_1_u_effector_z;
-    const double t297 = arm_theta_3_sin * t295 + arm_theta_3_cos * row_1_u_effector_z;
-    const double t298 = arm_theta_3_sin * t289 + arm_theta_3_cos * row_1_u_arm_phi_3;
-    const double t299 = arm_psi_3_sin * t297 + arm_psi_3_cos * t294;
+    const double t287 = arm_theta_3_sin * row_1_u_arm_phi_3;
+    const double t288 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t287);
+    const double t289 = arm_theta_3_pivot_inverse * (arm_phi_3_sin * t288 + arm_phi_3_cos * row_1_u_arm_theta_3);
+    const double t290 = arm_theta_3_pivot_inverse * (arm_phi_3_cos * t288 - arm_phi_3_sin * row_1_u_arm_theta_3);
+    const double t291 = arm_phi_3_moment_beyond_x * t290;
+    const double t292 = arm_phi_3_moment_beyond_x * t289;
+    const double t293 = arm_phi_3_sin * t292 + arm_phi_3_cos * t291;
+    const double t294 = arm_phi_3_sin * t291 - arm_phi_3_cos * t292;
+    const double t295 = arm_theta_3_cos * t294 - arm_theta_3_sin * row_1_u_effector_z;
+    const double t296 = arm_theta_3_sin * t294 + arm_theta_3_cos * row_1_u_effector_z;
+    const double t297 = arm_theta_3_sin * t288 + arm_theta_3_cos * row_1_u_arm_phi_3;
+    const double t298 = arm_psi_3_sin * t296 + arm_psi_3_cos * t293;
     /* arm_phi_2: force left for the joint, inward */
-    const double t300 = arm_theta_2_sin * row_1_u_arm_phi_2;
-    const double t301 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t300);
-    const double t302 = arm_phi_2_sin * t301 + arm_phi_2_cos * row_1_u_arm_theta_2 - (arm_psi_3_sin * t298 +
-        arm_psi_3_cos * row_1_u_arm_theta_3 - p->derived.arm_element_length * t296);
-    const double t303 = p->derived.constant_20 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t298 - arm_psi_3_sin *
+    const double t299 = arm_theta_2_sin * row_1_u_arm_phi_2;
+    const double t300 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t299);
+    const double t301 = arm_phi_2_sin * t300 + arm_phi_2_cos * row_1_u_arm_theta_2 - (arm_psi_3_sin * t297 +
+        arm_psi_3_cos * row_1_u_arm_theta_3 - p->derived.arm_element_length * t295);
+    const double t302 = p->derived.constant_19 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t297 - arm_psi_3_sin *
         row_1_u_arm_theta_3));
-    const double t304 = t113 * (arm_phi_2_cos * t301 - arm_phi_2_sin * row_1_u_arm_theta_2 - (arm_theta_3_cos *
-        t289 - t288 + p->derived.arm_element_length * t299) + t112 * t302);
-    const double t305 = t111 * t302 + t112 * t304;
-    const double t306 = arm_psi_3_cos * t297 - arm_psi_3_sin * t294 + (t104 * t304 - t103 * t305);
-    const double t307 = t299 + (t110 * t304 - t105 * t305);
-    const double t308 = t296 + (t105 * t304 - t109 * t305);
-    const double t309 = arm_phi_2_cos * t307 - arm_phi_2_sin * t308;
-    const double t310 = arm_phi_2_sin * t307 + arm_phi_2_cos * t308;
-    const double t311 = arm_theta_2_cos * t310 - arm_theta_2_sin * t306;
-    const double t312 = arm_theta_2_sin * t310 + arm_theta_2_cos * t306;
-    const double t313 = arm_theta_2_sin * t301 + arm_theta_2_cos * row_1_u_arm_phi_2;
-    const double t314 = arm_psi_2_sin * t312 + arm_psi_2_cos * t309;
+    const double t303 = t112 * (arm_phi_2_cos * t300 - arm_phi_2_sin * row_1_u_arm_theta_2 - (arm_theta_3_cos *
+        t288 - t287 + p->derived.arm_element_length * t298) + t111 * t301);
+    const double t304 = t110 * t301 + t111 * t303;
+    const double t305 = arm_psi_3_cos * t296 - arm_psi_3_sin * t293 + (t103 * t303 - t102 * t304);
+    const double t306 = t298 + (t109 * t303 - t104 * t304);
+    const double t307 = t295 + (t104 * t303 - t108 * t304);
+    const double t308 = arm_phi_2_cos * t306 - arm_phi_2_sin * t307;
+    const double t309 = arm_phi_2_sin * t306 + arm_phi_2_cos * t307;
+    const double t310 = arm_theta_2_cos * t309 - arm_theta_2_sin * t305;
+    const double t311 = arm_theta_2_sin * t309 + arm_theta_2_cos * t305;
+    const double t312 = arm_theta_2_sin * t300 + arm_theta_2_cos * row_1_u_arm_phi_2;
+    const double t313 = arm_psi_2_sin * t311 + arm_psi_2_cos * t308;
     /* arm_phi_1: force left for the joint, inward */
-    const double t315 = arm_theta_1_sin * row_1_u_arm_phi_1;
-    const double t316 = arm_theta_1_cos_inverse * (t315 - t87);
-    const double t317 = arm_phi_1_sin * t316 + arm_phi_1_cos * row_1_u_arm_theta_1 - (arm_psi_2_sin * t313 +
-        arm_psi_2_cos * row_1_u_arm_theta_2 - p->derived.arm_element_length * t311);
-    const double t318 = p->derived.constant_20 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t313 - arm_psi_2_sin *
+    const double t314 = arm_theta_1_sin * row_1_u_arm_phi_1;
+    const double t315 = arm_theta_1_cos_inverse * (t314 - t87);
+    const double t316 = arm_phi_1_sin * t315 + arm_phi_1_cos * row_1_u_arm_theta_1 - (arm_psi_2_sin * t312 +
+        arm_psi_2_cos * row_1_u_arm_theta_2 - p->derived.arm_element_length * t310);
+    const double t317 = p->derived.constant_19 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t312 - arm_psi_2_sin *
         row_1_u_arm_theta_2));
-    const double t319 = t156 * (arm_phi_1_cos * t316 - arm_phi_1_sin * row_1_u_arm_theta_1 - (arm_theta_2_cos *
-        t301 - t300 + p->derived.arm_element_length * t314) + t155 * t317);
-    const double t320 = t154 * t317 + t155 * t319;
-    const double t321 = arm_psi_2_cos * t312 - arm_psi_2_sin * t309 + (t147 * t319 - t146 * t320);
-    const double t322 = t314 + (t153 * t319 - t148 * t320);
-    const double t323 = t311 + (t148 * t319 - t152 * t320);
-    const double t324 = arm_phi_1_cos * t322 - arm_phi_1_sin * t323;
-    const double t325 = arm_phi_1_sin * t322 + arm_phi_1_cos * t323;
-    const double t326 = arm_theta_1_sin * t325 + arm_theta_1_cos * t321;
-    const double t327 = arm_theta_1_sin * t316 + arm_theta_1_cos * row_1_u_arm_phi_1;
-    const double t328 = arm_psi_1_sin * t326 + arm_psi_1_cos * t324;
+    const double t318 = t155 * (arm_phi_1_cos * t315 - arm_phi_1_sin * row_1_u_arm_theta_1 - (arm_theta_2_cos *
+        t300 - t299 + p->derived.arm_element_length * t313) + t154 * t316);
+    const double t319 = t153 * t316 + t154 * t318;
+    const double t320 = arm_psi_2_cos * t311 - arm_psi_2_sin * t308 + (t146 * t318 - t145 * t319);
+    const double t321 = t313 + (t152 * t318 - t147 * t319);
+    const double t322 = t310 + (t147 * t318 - t151 * t319);
+    const double t323 = arm_phi_1_cos * t321 - arm_phi_1_sin * t322;
+    const double t324 = arm_phi_1_sin * t321 + arm_phi_1_cos * t322;
+    const double t325 = arm_theta_1_sin * t324 + arm_theta_1_cos * t320;
+    const double t326 = arm_theta_1_sin * t315 + arm_theta_1_cos * row_1_u_arm_phi_1;
+    const double t327 = arm_psi_1_sin * t325 + arm_psi_1_cos * t323;
     /* arm_psi: force left for the joint, inward */
-    const double t329 = t86 + (arm_theta_1_cos * t316 - t315 + p->derived.constant_1 * t328);
-    const double t330 = arm_psi_sin * (arm_psi_1_cos * t327 - arm_psi_1_sin * row_1_u_arm_theta_1) + arm_psi_cos *
-        (arm_psi_1_sin * t327 + arm_psi_1_cos * row_1_u_arm_theta_1 - p->derived.constant_1 * (arm_theta_1_cos *
-        t325 - arm_theta_1_sin * t321) + t188 * t329);
+    const double t328 = t86 + (arm_theta_1_cos * t315 - t314 + p->derived.constant_1 * t327);
+    const double t329 = arm_psi_sin * (arm_psi_1_cos * t326 - arm_psi_1_sin * row_1_u_arm_theta_1) + arm_psi_cos *
+        (arm_psi_1_sin * t326 + arm_psi_1_cos * row_1_u_arm_theta_1 - p->derived.constant_1 * (arm_theta_1_cos *
+        t324 - arm_theta_1_sin * t320) + t187 * t328);
     /* column_psi: force left for the joint, inward */
-    const double t331 = row_1_u_column_psi - t330;
-    const double t332 = arm_psi_sin * (arm_psi_1_cos * t326 - arm_psi_1_sin * t324 - t189 * t329) + arm_psi_cos *
-        (t328 - t190 * t329) + t195 * t331;
+    const double t330 = row_1_u_column_psi - t329;
+    const double t331 = arm_psi_sin * (arm_psi_1_cos * t325 - arm_psi_1_sin * t323 - t188 * t328) + arm_psi_cos *
+        (t327 - t189 * t328) + t194 * t330;
     /* base_z: acceleration, outward */
-    const double t333 = base_z_D_inverse * t332;
+    const double t332 = base_z_D_inverse * t331;
     /* column_psi: acceleration, outward */
-    const double t334 = t195 * t333 + column_psi_D_inverse * t331;
-    const double t335 = arm_psi_sin * t334;
-    const double t336 = arm_psi_cos * t334;
-    const double t337 = arm_psi_sin * t333;
-    const double t338 = arm_psi_cos * t333;
+    const double t333 = t194 * t332 + column_psi_D_inverse * t330;
+    const double t334 = arm_psi_sin * t333;
+    const double t335 = arm_psi_cos * t333;
+    const double t336 = arm_psi_sin * t332;
+    const double t337 = arm_psi_cos * t332;
     /* arm_psi: acceleration, outward */
-    const double t339 = t189 * t337 + t190 * t338 + t188 * t336 - arm_psi_D_inverse * t329;
-    const double t340 = p->derived.constant_1 * t336;
-    const double t341 = arm_psi_1_sin * t336 + arm_psi_1_cos * t335;
-    const double t342 = p->derived.constant_1 * t339 - t338;
-    const double t343 = arm_psi_1_sin * t342 - arm_psi_1_cos * t337;
-    const double t344 = arm_psi_1_sin * t337 + arm_psi_1_cos * t342;
-    const double t345 = arm_theta_1_sin * t343 - arm_theta_1_cos * t340;
-    const double t346 = arm_theta_1_sin * t340 + arm_theta_1_cos * t343;
+    const double t338 = t188 * t336 + t189 * t337 + t187 * t335 - arm_psi_D_inverse * t328;
+    const double t339 = p->derived.constant_1 * t335;
+    const double t340 = arm_psi_1_sin * t335 + arm_psi_1_cos * t334;
+    const double t341 = p->derived.constant_1 * t338 - t337;
+    const double t342 = arm_psi_1_sin * t341 - arm_psi_1_cos * t336;
+    const double t343 = arm_psi_1_sin * t336 + arm_psi_1_cos * t341;
+    const double t344 = arm_theta_1_sin * t342 - arm_theta_1_cos * t339;
+    const double t345 = arm_theta_1_sin * t339 + arm_theta_1_cos * t342;
     /* arm_phi_1: acceleration, outward */
-    const double t347 = arm_phi_1_sin * t345 + arm_phi_1_cos * t344;
-    const double t348 = arm_phi_1_cos * t345 - arm_phi_1_sin * t344;
-    const double t349 = t320 - (t158 * t346 + t160 * t347 + t162 * t348);
-    const double t350 = t319 - (t157 * t346 + t159 * t347 + t161 * t348);
-    const double t351 = arm_phi_1_cos * t349 - arm_phi_1_sin * t350 - (arm_psi_1_cos * t336 - arm_psi_1_sin *
-        t335);
-    const double t352 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t349 + arm_phi_1_cos * t350 - (arm_theta_1_sin *
-        t341 + arm_theta_1_cos * t339));
-    const double t353 = t318 - (arm_theta_1_cos * t341 - arm_theta_1_sin * t339) + arm_theta_1_sin * t352;
-    const double t354 = arm_psi_2_sin * t349 + arm_psi_2_cos * t318;
-    const double t355 = t347 + p->derived.arm_element_length * t350;
-    const double t356 = t348 - p->derived.arm_element_length * t349;
-    const double t357 = arm_psi_2_sin * t355 + arm_psi_2_cos * t346;
-    const double t358 = arm_psi_2_cos * t355 - arm_psi_2_sin * t346;
-    const double t359 = arm_theta_2_sin * t357 + arm_theta_2_cos * t356;
-    const double t360 = arm_theta_2_cos * t357 - arm_theta_2_sin * t356;
+    const double t346 = arm_phi_1_sin * t344 + arm_phi_1_cos * t343;
+    const double t347 = arm_phi_1_cos * t344 - arm_phi_1_sin * t343;
+    const double t348 = t319 - (t157 * t345 + t159 * t346 + t161 * t347);
+    const double t349 = t318 - (t156 * t345 + t158 * t346 + t160 * t347);
+    const double t350 = arm_phi_1_cos * t348 - arm_phi_1_sin * t349 - (arm_psi_1_cos * t335 - arm_psi_1_sin *
+        t334);
+    const double t351 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t348 + arm_phi_1_cos * t349 - (arm_theta_1_sin *
+        t340 + arm_theta_1_cos * t338));
+    const double t352 = t317 - (arm_theta_1_cos * t340 - arm_theta_1_sin * t338) + arm_theta_1_sin * t351;
+    const double t353 = arm_psi_2_sin * t348 + arm_psi_2_cos * t317;
+    const double t354 = t346 + p->derived.arm_element_length * t349;
+    const double t355 = t347 - p->derived.arm_element_length * t348;
+    const double t356 = arm_psi_2_sin * t354 + arm_psi_2_cos * t345;
+    const double t357 = arm_psi_2_cos * t354 - arm_psi_2_sin * t345;
+    const double t358 = arm_theta_2_sin * t356 + arm_theta_2_cos * t355;
+    const double t359 = arm_theta_2_cos * t356 - arm_theta_2_sin * t355;
     /* arm_phi_2: acceleration, outward */
-    const double t361 = arm_phi_2_sin * t359 + arm_phi_2_cos * t358;
-    const double t362 = arm_phi_2_cos * t359 - arm_phi_2_sin * t358;
-    const double t363 = t305 - (t115 * t360 + t117 * t361 + t119 * t362);
-    const double t364 = t304 - (t114 * t360 + t116 * t361 + t118 * t362);
-    const double t365 = arm_phi_2_cos * t363 - arm_phi_2_sin * t364 - (arm_psi_2_cos * t349 - arm_psi_2_sin *
-        t318);
-    const double t366 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t363 + arm_phi_2_cos * t364 - (arm_theta_2_sin *
-        t354 + arm_theta_2_cos * t350));
-    const double t367 = t303 - (arm_theta_2_cos * t354 - arm_theta_2_sin * t350) + arm_theta_2_sin * t366;
-    const double t368 = arm_psi_3_sin * t363 + arm_psi_3_cos * t303;
-    const double t369 = t361 + p->derived.arm_element_length * t364;
-    const double t370 = t362 - p->derived.arm_element_length * t363;
-    const double t371 = arm_psi_3_sin * t369 + arm_psi_3_cos * t360;
-    const double t372 = arm_psi_3_cos * t369 - arm_psi_3_sin * t360;
-    const double t373 = arm_theta_3_sin * t371 + arm_theta_3_cos * t370;
+    const double t360 = arm_phi_2_sin * t358 + arm_phi_2_cos * t357;
+    const double t361 = arm_phi_2_cos * t358 - arm_phi_2_sin * t357;
+    const double t362 = t304 - (t114 * t359 + t116 * t360 + t118 * t361);
+    const double t363 = t303 - (t113 * t359 + t115 * t360 + t117 * t361);
+    const double t364 = arm_phi_2_cos * t362 - arm_phi_2_sin * t363 - (arm_psi_2_cos * t348 - arm_psi_2_sin *
+        t317);
+    const double t365 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t362 + arm_phi_2_cos * t363 - (arm_theta_2_sin *
+        t353 + arm_theta_2_cos * t349));
+    const double t366 = t302 - (arm_theta_2_cos * t353 - arm_theta_2_sin * t349) + arm_theta_2_sin * t365;
+    const double t367 = arm_psi_3_sin * t362 + arm_psi_3_cos * t302;
+    const double t368 = t360 + p->derived.arm_element_length * t363;
+    const double t369 = t361 - p->derived.arm_element_length * t362;
+    const double t370 = arm_psi_3_sin * t368 + arm_psi_3_cos * t359;
+    const double t371 = arm_psi_3_cos * t368 - arm_psi_3_sin * t359;
+    const double t372 = arm_theta_3_sin * t370 + arm_theta_3_cos * t369;
     /* arm_phi_3: acceleration, outward */
-    const double t374 = t290 + t90 * (arm_phi_3_cos * t373 - arm_phi_3_sin * t372);
-    const double t375 = t291 - t90 * (arm_phi_3_sin * t373 + arm_phi_3_cos * t372);
-    const double t376 = arm_phi_3_cos * t374 - arm_phi_3_sin * t375 - (arm_psi_3_cos * t363 - arm_psi_3_sin *
-        t303);
-    const double t377 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t374 + arm_phi_3_cos * t375 - (arm_theta_3_sin *
-        t368 + arm_theta_3_cos * t364));
-    const double t378 = row_1_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos * t368 - arm_theta_3_sin *
-        t364) + arm_theta_3_sin * t377;
+    const double t373 = t289 + t89 * (arm_phi_3_cos * t372 - arm_phi_3_sin * t371);
+    const double t374 = t290 - t89 * (arm_phi_3_sin * t372 + arm_phi_3_cos * t371);
+    const double t375 = arm_phi_3_cos * t373 - arm_phi_3_sin * t374 - (arm_psi_3_cos * t362 - arm_psi_3_sin *
+        t302);
+    const double t376 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t373 + arm_phi_3_cos * t374 - (arm_theta_3_sin *
+        t367 + arm_theta_3_cos * t363));
+    const double t377 = row_1_u_arm_phi_3 * p->derived.arm_phi_3_pivot_inverse - (arm_theta_3_cos * t367 -
+        arm_theta_3_sin * t363) + arm_theta_3_sin * t376;
     /* effector_z: acceleration, outward */
-    const double t379 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t371 - arm_theta_3_sin *
-        t370);
+    const double t378 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t370 - arm_theta_3_sin *
+        t369);
     /* arm_phi_3: force left for the joint, inward */
-    const double t380 = arm_theta_3_sin * row_2_u_arm_phi_3;
-    const double t381 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t380);
-    const double t382 = t89 * (arm_phi_3_sin * t381 + arm_phi_3_cos * row_2_u_arm_theta_3);
-    const double t383 = t89 * (arm_phi_3_cos * t381 - arm_phi_3_sin * row_2_u_arm_theta_3);
-    const double t384 = arm_phi_3_moment_beyond_x * t383;
-    const double t385 = arm_phi_3_moment_beyond_x * t382;
-    const double t386 = arm_phi_3_sin * t385 + arm_phi_3_cos * t384;
-    const double t387 = arm_phi_3_sin * t384 - arm_phi_3_cos * t385;
-    const double t388 = arm_theta_3_cos * t387 - arm_theta_3_sin * arm_theta_3_ground_z_x;
-    const double t389 = arm_theta_3_sin * t387 + arm_theta_3_cos * arm_theta_3_ground_z_x;
-    const double t390 = arm_theta_3_sin * t381 + arm_theta_3_cos * row_2_u_arm_phi_3;
-    const double t391 = arm_psi_3_sin * t389 + arm_psi_3_cos * t386;
+    const double t379 = arm_theta_3_sin * row_2_u_arm_phi_3;
+    const double t380 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t379);
+    const double t381 = arm_theta_3_pivot_inverse * (arm_phi_3_sin * t380 + arm_phi_3_cos * row_2_u_arm_theta_3);
+    const double t382 = arm_theta_3_pivot_inverse * (arm_phi_3_cos * t380 - arm_phi_3_sin * row_2_u_arm_theta_3);
+    const double t383 = arm_phi_3_moment_beyond_x * t382;
+    const double t384 = arm_phi_3_moment_beyond_x * t381;
+    const double t385 = arm_phi_3_sin * t384 + arm_phi_3_cos * t383;
+    const double t386 = arm_phi_3_sin * t383 - arm_phi_3_cos * t384;
+    const double t387 = arm_theta_3_cos * t386 - arm_theta_3_sin * arm_theta_3_ground_z_x;
+    const double t388 = arm_theta_3_sin * t386 + arm_theta_3_cos * arm_theta_3_ground_z_x;
+    const double t389 = arm_theta_3_sin * t380 + arm_theta_3_cos * row_2_u_arm_phi_3;
+    const double t390 = arm_psi_3_sin * t388 + arm_psi_3_cos * t385;
     /* arm_phi_2: force left for the joint, inward */
-    const double t392 = arm_theta_2_sin * row_2_u_arm_phi_2;
-    const double t393 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t392);
-    const double t394 = arm_phi_2_sin * t393 + arm_phi_2_cos * row_2_u_arm_theta_2 - (arm_psi_3_sin * t390 +
-        arm_psi_3_cos * row_2_u_arm_theta_3 - p->derived.arm_element_length * t388);
-    const double t395 = p->derived.constant_20 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t390 - arm_psi_3_sin *
+    const double t391 = arm_theta_2_sin * row_2_u_arm_phi_2;
+    const double t392 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t391);
+    const double t393 = arm_phi_2_sin * t392 + arm_phi_2_cos * row_2_u_arm_theta_2 - (arm_psi_3_sin * t389 +
+        arm_psi_3_cos * row_2_u_arm_theta_3 - p->derived.arm_element_length * t387);
+    const double t394 = p->derived.constant_19 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t389 - arm_psi_3_sin *
         row_2_u_arm_theta_3));
-    const double t396 = t113 * (arm_phi_2_cos * t393 - arm_phi_2_sin * row_2_u_arm_theta_2 - (arm_theta_3_cos *
-        t381 - t380 + p->derived.arm_element_length * t391) + t112 * t394);
-    const double t397 = t111 * t394 + t112 * t396;
-    const double t398 = arm_psi_3_cos * t389 - arm_psi_3_sin * t386 + (t104 * t396 - t103 * t397);
-    const double t399 = t391 + (t110 * t396 - t105 * t397);
-    const double t400 = t388 + (t105 * t396 - t109 * t397);
-    const double t401 = arm_phi_2_cos * t399 - arm_phi_2_sin * t400;
-    const double t402 = arm_phi_2_sin * t399 + arm_phi_2_cos * t400;
-    const double t403 = arm_theta_2_cos * t402 - arm_theta_2_sin * t398;
-    const double t404 = arm_theta_2_sin * t402 + arm_theta_2_cos * t398;
-    const double t405 = arm_theta_2_sin * t393 + arm_theta_2_cos * row_2_u_arm_phi_2;
-    const double t406 = arm_psi_2_sin * t404 + arm_psi_2_cos * t401;
+    const double t395 = t112 * (arm_phi_2_cos * t392 - arm_phi_2_sin * row_2_u_arm_theta_2 - (arm_theta_3_cos *
+        t380 - t379 + p->derived.arm_element_length * t390) + t111 * t393);
+    const double t396 = t110 * t393 + t111 * t395;
+    const double t397 = arm_psi_3_cos * t388 - arm_psi_3_sin * t385 + (t103 * t395 - t102 * t396);
+    const double t398 = t390 + (t109 * t395 - t104 * t396);
+    const double t399 = t387 + (t104 * t395 - t108 * t396);
+    const double t400 = arm_phi_2_cos * t398 - arm_phi_2_sin * t399;
+    const double t401 = arm_phi_2_sin * t398 + arm_phi_2_cos * t399;
+    const double t402 = arm_theta_2_cos * t401 - arm_theta_2_sin * t397;
+    const double t403 = arm_theta_2_sin * t401 + arm_theta_2_cos * t397;
+    const double t404 = arm_theta_2_sin * t392 + arm_theta_2_cos * row_2_u_arm_phi_2;
+    const double t405 = arm_psi_2_sin * t403 + arm_psi_2_cos * t400;
     /* arm_phi_1: force left for the joint, inward */
-    const double t407 = arm_theta_1_sin * row_2_u_arm_phi_1;
-    const double t408 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t407);
-    const double t409 = arm_phi_1_sin * t408 + arm_phi_1_cos * row_2_u_arm_theta_1 - (arm_psi_2_sin * t405 +
-        arm_psi_2_cos * row_2_u_arm_theta_2 - p->derived.arm_element_length * t403);
-    const double t410 = p->derived.constant_20 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t405 - arm_psi_2_sin *
+    const double t406 = arm_theta_1_sin * row_2_u_arm_phi_1;
+    const double t407 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t406);
+    const double t408 = arm_phi_1_sin * t407 + arm_phi_1_cos * row_2_u_arm_theta_1 - (arm_psi_2_sin * t404 +
+        arm_psi_2_cos * row_2_u_arm_theta_2 - p->derived.arm_element_length * t402);
+    const double t409 = p->derived.constant_19 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t404 - arm_psi_2_sin *
         row_2_u_arm_theta_2));
-    const double t411 = t156 * (arm_phi_1_cos * t408 - arm_phi_1_sin * row_2_u_arm_theta_1 - (arm_theta_2_cos *
-        t393 - t392 + p->derived.arm_element_length * t406) + t155 * t409);
-    const double t412 = t154 * t409 + t155 * t411;
-    const double t413 = arm_psi_2_cos * t404 - arm_psi_2_sin * t401 + (t147 * t411 - t146 * t412);
-    const double t414 = t406 + (t153 * t411 - t148 * t412);
-    const double t415 = t403 + (t148 * t411 - t152 * t412);
-    const double t416 = arm_phi_1_cos * t414 - arm_phi_1_sin * t415;
-    const double t417 = arm_phi_1_sin * t414 + arm_phi_1_cos * t415;
-    const double t418 = arm_theta_1_sin * t417 + arm_theta_1_cos * t413;
-    const double t419 = arm_theta_1_sin * t408 + arm_theta_1_cos * row_2_u_arm_phi_1;
-    const double t420 = arm_psi_1_sin * t418 + arm_psi_1_cos * t416;
+    const double t410 = t155 * (arm_phi_1_cos * t407 - arm_phi_1_sin * row_2_u_arm_theta_1 - (arm_theta_2_cos *
+        t392 - t391 + p->derived.arm_element_length * t405) + t154 * t408);
+    const double t411 = t153 * t408 + t154 * t410;
+    const double t412 = arm_psi_2_cos * t403 - arm_psi_2_sin * t400 + (t146 * t410 - t145 * t411);
+    const double t413 = t405 + (t152 * t410 - t147 * t411);
+    const double t414 = t402 + (t147 * t410 - t151 * t411);
+    const double t415 = arm_phi_1_cos * t413 - arm_phi_1_sin * t414;
+    const double t416 = arm_phi_1_sin * t413 + arm_phi_1_cos * t414;
+    const double t417 = arm_theta_1_sin * t416 + arm_theta_1_cos * t412;
+    const double t418 = arm_theta_1_sin * t407 + arm_theta_1_cos * row_2_u_arm_phi_1;
+    const double t419 = arm_psi_1_sin * t417 + arm_psi_1_cos * t415;
     /* arm_psi: force left for the joint, inward */
-    const double t421 = row_2_u_arm_psi - (arm_theta_1_cos * t408 - t407 + p->derived.constant_1 * t420);
-    const double t422 = arm_psi_sin * (arm_psi_1_cos * t419 - arm_psi_1_sin * row_2_u_arm_theta_1) + arm_psi_cos *
-        (arm_psi_1_sin * t419 + arm_psi_1_cos * row_2_u_arm_theta_1 - p->derived.constant_1 * (arm_theta_1_cos *
-        t417 - arm_theta_1_sin * t413) - t188 * t421);
+    const double t420 = row_2_u_arm_psi - (arm_theta_1_cos * t407 - t406 + p->derived.constant_1 * t419);
+    const double t421 = arm_psi_sin * (arm_psi_1_cos * t418 - arm_psi_1_sin * row_2_u_arm_theta_1) + arm_psi_cos *
+        (arm_psi_1_sin * t418 + arm_psi_1_cos * row_2_u_arm_theta_1 - p->derived.constant_1 * (arm_theta_1_cos *
+        t416 - arm_theta_1_sin * t412) - t187 * t420);
     /* column_psi: force left for the joint, inward */
-    const double t423 = arm_psi_sin * (arm_psi_1_cos * t418 - arm_psi_1_sin * t416 + t189 * t421) + arm_psi_cos *
-        (t420 + t190 * t421) - t195 * t422;
+    const double t422 = arm_psi_sin * (arm_psi_1_cos * t417 - arm_psi_1_sin * t415 + t188 * t420) + arm_psi_cos *
+        (t419 + t189 * t420) - t194 * t421;
     /* base_z: acceleration, outward */
-    const double t424 = base_z_D_inverse * (1.0 - t423);
+    const double t423 = base_z_D_inverse * (1.0 - t422);
     /* column_psi: acceleration, outward */
-    const double t425 = t195 * t424 + column_psi_D_inverse * t422;
-    const double t426 = arm_psi_sin * t425;
-    const double t427 = arm_psi_cos * t425;
-    const double t428 = arm_psi_sin * t424;
-    const double t429 = arm_psi_cos * t424;
+    const double t424 = t194 * t423 + column_psi_D_inverse * t421;
+    const double t425 = arm_psi_sin * t424;
+    const double t426 = arm_psi_cos * t424;
+    const double t427 = arm_psi_sin * t423;
+    const double t428 = arm_psi_cos * t423;
     /* arm_psi: acceleration, outward */
-    const double t430 = arm_psi_D_inverse * t421 - (t189 * t428 + t190 * t429 + t188 * t427);
-    const double t431 = p->derived.constant_1 * t427;
-    const double t432 = arm_psi_1_sin * t427 + arm_psi_1_cos * t426;
-    const double t433 = t429 + p->derived.constant_1 * t430;
-    const double t434 = arm_psi_1_sin * t433 + arm_psi_1_cos * t428;
-    const double t435 = arm_psi_1_cos * t433 - arm_psi_1_sin * t428;
-    const double t436 = arm_theta_1_sin * t434 + arm_theta_1_cos * t431;
-    const double t437 = arm_theta_1_cos * t434 - arm_theta_1_sin * t431;
+    const double t429 = arm_psi_D_inverse * t420 - (t188 * t427 + t189 * t428 + t187 * t426);
+    const double t430 = p->derived.constant_1 * t426;
+    const double t431 = arm_psi_1_sin * t426 + arm_psi_1_cos * t425;
+    const double t432 = t428 + p->derived.constant_1 * t429;
+    const double t433 = arm_psi_1_sin * t432 + arm_psi_1_cos * t427;
+    const double t434 = arm_psi_1_cos * t432 - arm_psi_1_sin * t427;
+    const double t435 = arm_theta_1_sin * t433 + arm_theta_1_cos * t430;
+    const double t436 = arm_theta_1_cos * t433 - arm_theta_1_sin * t430;
     /* arm_phi_1: acceleration, outward */
-    const double t438 = arm_phi_1_sin * t436 + arm_phi_1_cos * t435;
-    const double t439 = arm_phi_1_cos * t436 - arm_phi_1_sin * t435;
-    const double t440 = t412 - (t158 * t437 + t160 * t438 + t162 * t439);
-    const double t441 = t411 - (t157 * t437 + t159 * t438 + t161 * t439);
-    const double t442 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t440 + arm_phi_1_cos * t441 - (arm_theta_1_cos *
-        t430 - arm_theta_1_sin * t432));
-    const double t443 = arm_psi_2_sin * t440 + arm_psi_2_cos * t410;
-    const double t444 = t438 + p->derived.arm_element_length * t441;
-    const double t445 = t439 - p->derived.arm_element_length * t440;
-    const double t446 = arm_psi_2_sin * t444 + arm_psi_2_cos * t437;
-    const double t447 = arm_psi_2_cos * t444 - arm_psi_2_sin * t437;
-    const double t448 = arm_theta_2_sin * t446 + arm_theta_2_cos * t445;
-    const double t449 = arm_theta_2_cos * t446 - arm_theta_2_sin * t445;
+    const double t437 = arm_phi_1_sin * t435 + arm_phi_1_cos * t434;
+    const double t438 = arm_phi_1_cos * t435 - arm_phi_1_sin * t434;
+    const double t439 = t411 - (t157 * t436 + t159 * t437 + t161 * t438);
+    const double t440 = t410 - (t156 * t436 + t158 * t437 + t160 * t438);
+    const double t441 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t439 + arm_phi_1_cos * t440 - (arm_theta_1_cos *
+        t429 - arm_theta_1_sin * t431));
+    const double t442 = arm_psi_2_sin * t439 + arm_psi_2_cos * t409;
+    const double t443 = t437 + p->derived.arm_element_length * t440;
+    const double t444 = t438 - p->derived.arm_element_length * t439;
+    const double t445 = arm_psi_2_sin * t443 + arm_psi_2_cos * t436;
+    const double t446 = arm_psi_2_cos * t443 - arm_psi_2_sin * t436;
+    const double t447 = arm_theta_2_sin * t445 + arm_theta_2_cos * t444;
+    const double t448 = arm_theta_2_cos * t445 - arm_theta_2_sin * t444;
     /* arm_phi_2: acceleration, outward */
-    const double t450 = arm_phi_2_sin * t448 + arm_phi_2_cos * t447;
-    const double t451 = arm_phi_2_cos * t448 - arm_phi_2_sin * t447;
-    const double t452 = t397 - (t115 * t449 + t117 * t450 + t119 * t451);
-    const double t453 = t396 - (t114 * t449 + t116 * t450 + t118 * t451);
-    const double t454 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t452 + arm_phi_2_cos * t453 - (arm_theta_2_sin *
-        t443 + arm_theta_2_cos * t441));
-    const double t455 = arm_psi_3_sin * t452 + arm_psi_3_cos * t395;
-    const double t456 = t450 + p->derived.arm_element_length * t453;
-    const double t457 = t451 - p->derived.arm_element_length * t452;
-    const double t458 = arm_psi_3_sin * t456 + arm_psi_3_cos * t449;
-    const double t459 = arm_psi_3_cos * t456 - arm_psi_3_sin * t449;
-    const double t460 = arm_theta_3_sin * t458 + arm_theta_3_cos * t457;
+    const double t449 = arm_phi_2_sin * t447 + arm_phi_2_cos * t446;
+    const double t450 = arm_phi_2_cos * t447 - arm_phi_2_sin * t446;
+    const double t451 = t396 - (t114 * t448 + t116 * t449 + t118 * t450);
+    const double t452 = t395 - (t113 * t448 + t115 * t449 + t117 * t450);
+    const double t453 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t451 + arm_phi_2_cos * t452 - (arm_theta_2_sin *
+        t442 + arm_theta_2_cos * t440));
+    const double t454 = arm_psi_3_sin * t451 + arm_psi_3_cos * t394;
+    const double t455 = t449 + p->derived.arm_element_length * t452;
+    const double t456 = t450 - p->derived.arm_element_length * t451;
+    const double t457 = arm_psi_3_sin * t455 + arm_psi_3_cos * t448;
+    const double t458 = arm_psi_3_cos * t455 - arm_psi_3_sin * t448;
+    const double t459 = arm_theta_3_sin * t457 + arm_theta_3_cos * t456;
     /* arm_phi_3: acceleration, outward */
-    const double t461 = t382 + t90 * (arm_phi_3_cos * t460 - arm_phi_3_sin * t459);
-    const double t462 = t383 - t90 * (arm_phi_3_sin * t460 + arm_phi_3_cos * t459);
-    const double t463 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t461 + arm_phi_3_cos * t462 - (arm_theta_3_sin *
-        t455 + arm_theta_3_cos * t453));
+    const double t460 = t381 + t89 * (arm_phi_3_cos * t459 - arm_phi_3_sin * t458);
+    const double t461 = t382 - t89 * (arm_phi_3_sin * t459 + arm_phi_3_cos * t458);
+    const double t462 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t460 + arm_phi_3_cos * t461 - (arm_theta_3_sin *
+        t454 + arm_theta_3_cos * t452));
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t464 = row_1_u_column_psi * t242 - t86 * t247 - t87 * t260 + row_1_u_arm_theta_1 * t259 +
-        row_1_u_arm_phi_1 * t261 + row_1_u_arm_psi_2 * t274 + row_1_u_arm_theta_2 * t273;
-    const double t465 = row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13) +
-        (t464 + row_1_u_arm_phi_2 * t275 + row_1_u_arm_psi_3 * t285 + row_1_u_arm_theta_3 * t284 + row_1_u_arm_phi_3 *
-        t286 - row_1_u_effector_z * t287);
-    const double t466 = row_1_u_column_psi * t334 - t86 * t339 - t87 * t352 + row_1_u_arm_theta_1 * t351 +
-        row_1_u_arm_phi_1 * t353 + row_1_u_arm_psi_2 * t366 + row_1_u_arm_theta_2 * t365;
-    const double t467 = t466 + row_1_u_arm_phi_2 * t367 + row_1_u_arm_psi_3 * t377 + row_1_u_arm_theta_3 *
-        t376 + row_1_u_arm_phi_3 * t378 + row_1_u_effector_z * t379;
-    const double t468 = row_2_u_arm_psi * t247 - t241 + row_2_u_arm_psi_1 * t260 + row_2_u_arm_theta_1 * t259 +
-        row_2_u_arm_phi_1 * t261 + row_2_u_arm_psi_2 * t274 + row_2_u_arm_theta_2 * t273;
-    const double t469 = row_2_v + p->derived.constant_13 * row_2_psi + (t468 + row_2_u_arm_phi_2 * t275 +
-        row_2_u_arm_psi_3 * t285 + row_2_u_arm_theta_3 * t284 + row_2_u_arm_phi_3 * t286 - arm_theta_3_ground_z_x *
-        t287);
-    const double t470 = row_2_u_arm_psi * t339 - t333 + row_2_u_arm_psi_1 * t352 + row_2_u_arm_theta_1 * t351 +
-        row_2_u_arm_phi_1 * t353 + row_2_u_arm_psi_2 * t366 + row_2_u_arm_theta_2 * t365;
-    const double t471 = t470 + row_2_u_arm_phi_2 * t367 + row_2_u_arm_psi_3 * t377 + row_2_u_arm_theta_3 *
-        t376 + row_2_u_arm_phi_3 * t378 + arm_theta_3_ground_z_x * t379;
-    const double t472 = t424 + row_2_u_arm_psi * t430 + row_2_u_arm_psi_1 * t442 + row_2_u_arm_theta_1 * (arm_phi_1_cos *
-        t440 - arm_phi_1_sin * t441 - (arm_psi_1_sin * t426 - arm_psi_1_cos * t427));
-    const double t473 = t472 + row_2_u_arm_phi_1 * (t410 + (arm_theta_1_sin * t430 + arm_theta_1_cos * t432) +
-        arm_theta_1_sin * t442) + row_2_u_arm_psi_2 * t454 + row_2_u_arm_theta_2 * (arm_phi_2_cos * t452 -
-        arm_phi_2_sin * t453 - (arm_psi_2_cos * t440 - arm_psi_2_sin * t410));
-    const double t474 = t473 + row_2_u_arm_phi_2 * (t395 - (arm_theta_2_cos * t443 - arm_theta_2_sin * t441) +
-        arm_theta_2_sin * t454) + row_2_u_arm_psi_3 * t463 + row_2_u_arm_theta_3 * (arm_phi_3_cos * t461 -
-        arm_phi_3_sin * t462 - (arm_psi_3_cos * t452 - arm_psi_3_sin * t395));
-    const double t475 = t474 + row_2_u_arm_phi_3 * (row_2_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos *
-        t455 - arm_theta_3_sin * t453) + arm_theta_3_sin * t463) + arm_theta_3_ground_z_x * (arm_theta_3_ground_z_x *
-        p->derived.effector_z_D_inverse - (arm_theta_3_cos * t458 - arm_theta_3_sin * t457));
-    const double row_1_pivot_inverse = (t467 * 1e-12 < t467 ? 1.0 / t467 : 0.0);
-    const double t476 = t471 * row_1_pivot_inverse;
-    const double t477 = t475 - t471 * t476;
-    const double row_2_pivot_inverse = (t475 * 1e-12 < t477 ? 1.0 / t477 : 0.0);
-    const double row_2_lambda = (t465 * t476 - t469) * row_2_pivot_inverse;
-    const double t478 = row_1_pivot_inverse * (t465 + t471 * row_2_lambda);
+    const double t463 = row_1_u_column_psi * t241 - t86 * t246 - t87 * t259 + row_1_u_arm_theta_1 * t258 +
+        row_1_u_arm_phi_1 * t260 + row_1_u_arm_psi_2 * t273 + row_1_u_arm_theta_2 * t272;
+    const double t464 = row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13) +
+        (t463 + row_1_u_arm_phi_2 * t274 + row_1_u_arm_psi_3 * t284 + row_1_u_arm_theta_3 * t283 + row_1_u_arm_phi_3 *
+        t285 - row_1_u_effector_z * t286);
+    const double t465 = row_1_u_column_psi * t333 - t86 * t338 - t87 * t351 + row_1_u_arm_theta_1 * t350 +
+        row_1_u_arm_phi_1 * t352 + row_1_u_arm_psi_2 * t365 + row_1_u_arm_theta_2 * t364;
+    const double t466 = t465 + row_1_u_arm_phi_2 * t366 + row_1_u_arm_psi_3 * t376 + row_1_u_arm_theta_3 *
+        t375 + row_1_u_arm_phi_3 * t377 + row_1_u_effector_z * t378;
+    const double t467 = row_2_u_arm_psi * t246 - t240 + row_2_u_arm_psi_1 * t259 + row_2_u_arm_theta_1 * t258 +
+        row_2_u_arm_phi_1 * t260 + row_2_u_arm_psi_2 * t273 + row_2_u_arm_theta_2 * t272;
+    const double t468 = row_2_v + p->derived.constant_13 * row_2_psi + (t467 + row_2_u_arm_phi_2 * t274 +
+        row_2_u_arm_psi_3 * t284 + row_2_u_arm_theta_3 * t283 + row_2_u_arm_phi_3 * t285 - arm_theta_3_ground_z_x *
+        t286);
+    const double t469 = row_2_u_arm_psi * t338 - t332 + row_2_u_arm_psi_1 * t351 + row_2_u_arm_theta_1 * t350 +
+        row_2_u_arm_phi_1 * t352 + row_2_u_arm_psi_2 * t365 + row_2_u_arm_theta_2 * t364;
+    const double t470 = t469 + row_2_u_arm_phi_2 * t366 + row_2_u_arm_psi_3 * t376 + row_2_u_arm_theta_3 *
+        t375 + row_2_u_arm_phi_3 * t377 + arm_theta_3_ground_z_x * t378;
+    const double t471 = t423 + row_2_u_arm_psi * t429 + row_2_u_arm_psi_1 * t441 + row_2_u_arm_theta_1 * (arm_phi_1_cos *
+        t439 - arm_phi_1_sin * t440 - (arm_psi_1_sin * t425 - arm_psi_1_cos * t426));
+    const double t472 = t471 + row_2_u_arm_phi_1 * (t409 + (arm_theta_1_sin * t429 + arm_theta_1_cos * t431) +
+        arm_theta_1_sin * t441) + row_2_u_arm_psi_2 * t453 + row_2_u_arm_theta_2 * (arm_phi_2_cos * t451 -
+        arm_phi_2_sin * t452 - (arm_psi_2_cos * t439 - arm_psi_2_sin * t409));
+    const double t473 = t472 + row_2_u_arm_phi_2 * (t394 - (arm_theta_2_cos * t442 - arm_theta_2_sin * t440) +
+        arm_theta_2_sin * t453) + row_2_u_arm_psi_3 * t462 + row_2_u_arm_theta_3 * (arm_phi_3_cos * t460 -
+        arm_phi_3_sin * t461 - (arm_psi_3_cos * t451 - arm_psi_3_sin * t394));
+    const double t474 = t473 + row_2_u_arm_phi_3 * (row_2_u_arm_phi_3 * p->derived.arm_phi_3_pivot_inverse -
+        (arm_theta_3_cos * t454 - arm_theta_3_sin * t452) + arm_theta_3_sin * t462) + arm_theta_3_ground_z_x *
+        (arm_theta_3_ground_z_x * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t457 - arm_theta_3_sin *
+        t456));
+    const double row_1_pivot_inverse = (t466 * 1e-12 < t466 ? 1.0 / t466 : 0.0);
+    const double t475 = t470 * row_1_pivot_inverse;
+    const double t476 = t474 - t470 * t475;
+    const double row_2_pivot_inverse = (t474 * 1e-12 < t476 ? 1.0 / t476 : 0.0);
+    const double row_2_lambda = (t464 * t475 - t468) * row_2_pivot_inverse;
+    const double t477 = row_1_pivot_inverse * (t464 + t470 * row_2_lambda);
     force[0] = row_2_lambda;
-    force[1] = -row_1_u_column_psi * t478;
-    force[2] = t86 * t478 + row_2_u_arm_psi * row_2_lambda;
-    force[3] = t87 * t478 + row_2_u_arm_psi_1 * row_2_lambda;
-    force[4] = row_2_u_arm_theta_1 * row_2_lambda - row_1_u_arm_theta_1 * t478;
-    force[5] = row_2_u_arm_phi_1 * row_2_lambda - row_1_u_arm_phi_1 * t478;
-    force[6] = row_2_u_arm_psi_2 * row_2_lambda - row_1_u_arm_psi_2 * t478;
-    force[7] = row_2_u_arm_theta_2 * row_2_lambda - row_1_u_arm_theta_2 * t478;
-    force[8] = row_2_u_arm_phi_2 * row_2_lambda - row_1_u_arm_phi_2 * t478;
-    force[9] = row_2_u_arm_psi_3 * row_2_lambda - row_1_u_arm_psi_3 * t478;
-    force[10] = row_2_u_arm_theta_3 * row_2_lambda - row_1_u_arm_theta_3 * t478;
-    force[11] = row_2_u_arm_phi_3 * row_2_lambda - row_1_u_arm_phi_3 * t478;
-    force[12] = arm_theta_3_ground_z_x * row_2_lambda - row_1_u_effector_z * t478;
+    force[1] = -row_1_u_column_psi * t477;
+    force[2] = t86 * t477 + row_2_u_arm_psi * row_2_lambda;
+    force[3] = t87 * t477 + row_2_u_arm_psi_1 * row_2_lambda;
+    force[4] = row_2_u_arm_theta_1 * row_2_lambda - row_1_u_arm_theta_1 * t477;
+    force[5] = row_2_u_arm_phi_1 * row_2_lambda - row_1_u_arm_phi_1 * t477;
+    force[6] = row_2_u_arm_psi_2 * row_2_lambda - row_1_u_arm_psi_2 * t477;
+    force[7] = row_2_u_arm_theta_2 * row_2_lambda - row_1_u_arm_theta_2 * t477;
+    force[8] = row_2_u_arm_phi_2 * row_2_lambda - row_1_u_arm_phi_2 * t477;
+    force[9] = row_2_u_arm_psi_3 * row_2_lambda - row_1_u_arm_psi_3 * t477;
+    force[10] = row_2_u_arm_theta_3 * row_2_lambda - row_1_u_arm_theta_3 * t477;
+    force[11] = row_2_u_arm_phi_3 * row_2_lambda - row_1_u_arm_phi_3 * t477;
+    force[12] = arm_theta_3_ground_z_x * row_2_lambda - row_1_u_effector_z * t477;
 }
 
 void manipulator_flexible_equations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -6972,7 +6976,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "58bc7954db8d9d1b",
+    SET(hash) "cfa7d0cb4417d655",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,
@@ -7015,6 +7019,12 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(qdd) manipulator_flexible_qdd_doubles,
     SET(force) manipulator_flexible_force_doubles,
     SET(equations) manipulator_flexible_equations_doubles,
+    SET(tangent) 0,
+    SET(d_qdd) 0,
+    SET(d_qdd_free) 0,
+    SET(d_force) 0,
+    SET(d_statics) 0,
+    SET(d_rows) 0,
     SET(course) manipulator_flexible_course_doubles,
     SET(breaks) manipulator_flexible_breaks_doubles,
 };

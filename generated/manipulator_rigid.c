@@ -1344,7 +1344,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "de08ba195f49ff5f",
+    SET(hash) "79814fa62024d728",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,
@@ -1387,6 +1387,12 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(qdd) manipulator_rigid_qdd_doubles,
     SET(force) manipulator_rigid_force_doubles,
     SET(equations) manipulator_rigid_equations_doubles,
+    SET(tangent) 0,
+    SET(d_qdd) 0,
+    SET(d_qdd_free) 0,
+    SET(d_force) 0,
+    SET(d_statics) 0,
+    SET(d_rows) 0,
     SET(course) manipulator_rigid_course_doubles,
     SET(breaks) manipulator_rigid_breaks_doubles,
 };

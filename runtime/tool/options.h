@@ -24,7 +24,8 @@ struct options {
     int setting_count;
     bool fold;
     /* NULL: not given */
-    const char *output, *emit, *state, *from, *method, *stabilise, *start, *hold, *summary, *vary, *steps;
+    const char *output, *emit, *state, *from, *method, *stabilise, *start, *hold, *summary, *vary, *steps,
+        *accelerations;
     /* 0: not given */
     double until, step, tolerance, every;
 };

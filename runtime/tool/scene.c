@@ -18,9 +18,30 @@ static enum status fault(const char *path, enum gen_status status) {
     return STATUS_FAULT;
 }
 
-static enum status read_with(struct scene *scene, const char *path, const struct setting *settings, int count,
-                             bool fold) {
+/* False with a complaint when the word is none of them. */
+static bool read_method(const struct options *options, enum accelerations *method) {
+    static const char *const names[] = {[ACCELERATIONS_AUTO] = "auto",
+                                        [ACCELERATIONS_RECURSIVE] = "recursive",
+                                        [ACCELERATIONS_DENSE] = "dense"};
+    *method = ACCELERATIONS_AUTO;
+    if (!options->accelerations)
+        return true;
+    for (int i = 0; i < 3; i++)
+        if (strcmp(names[i], options->accelerations) == 0) {
+            *method = (enum accelerations)i;
+            return true;
+        }
+    usage_error(options->command, "--accelerations: '%s' is none of auto, recursive, dense",
+                options->accelerations);
+    return false;
+}
+
+static enum status read_with(struct scene *scene, const struct options *options,
+                             const struct setting *settings, int count, bool fold) {
+    const char *path = options->operands[0];
     struct read_request request = {.file = path, .settings = settings, .setting_count = count, .fold = fold};
+    if (!read_method(options, &request.accelerations))
+        return STATUS_USAGE;
     if (scene->is_read)
         gen_release(&scene->generation);
     scene->is_read = true;
@@ -38,10 +59,10 @@ static struct setting *all_settings(const struct options *options, int room) {
 enum status scene_read(struct scene *scene, const struct options *options) {
     struct setting *settings = all_settings(options, 0);
     scene->is_read = false;
-    enum status status =
-        read_with(scene, options->operands[0], settings, options->setting_count, options->fold);
+    enum status status = read_with(scene, options, settings, options->setting_count, options->fold);
     free(settings);
-    print_messages(&scene->generation, 0);
+    if (scene->is_read)
+        print_messages(&scene->generation, 0);
     return status;
 }
 
@@ -88,7 +109,7 @@ static enum status read_valued(struct scene *scene, const struct options *option
     for (int i = 0; i < values->count; i++)
         settings[count++] =
             (struct setting){values->list[i].name, exact_text(values->list[i].value, texts[i])};
-    enum status status = read_with(scene, options->operands[0], settings, count, options->fold);
+    enum status status = read_with(scene, options, settings, count, options->fold);
     if (status != STATUS_DONE)
         print_messages(&scene->generation, 0);
     free(texts);
@@ -105,7 +126,7 @@ static enum status read_structure(struct scene *scene, const struct options *opt
     for (int i = 0; i < options->setting_count; i++)
         if (!is_given(values, options->settings[i].name))
             settings[count++] = (struct setting){options->settings[i].name, options->settings[i].value};
-    enum status status = read_with(scene, options->operands[0], settings, count, false);
+    enum status status = read_with(scene, options, settings, count, false);
     free(settings);
     return status;
 }
