@@ -58,7 +58,8 @@ def emit(refdyn, folder, quantity, n_rfe, fold):
 def compile_c(source, level, library):
     """CPU seconds of gcc, None when it took too long. Done again only when the C has changed."""
     files = sorted(source.glob("*.c"))
-    digest = hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
+    read = [*files, SOURCE / "runtime" / "refdyn_model.h"]
+    digest = hashlib.sha256(b"".join(path.read_bytes() for path in read)).hexdigest()
     record = library.with_suffix(".json")
     if record.exists():
         known = json.loads(record.read_text())
