@@ -145,9 +145,31 @@ struct matrix matrix_to_parent(const struct kinematics *k, int i, struct matrix 
     return full;
 }
 
+/* The axis that r lies along, -1 when it lies along none. */
+static int axis_along(struct vector r) {
+    for (int a = 0; a < 3; a++)
+        if (r.at[a] && !r.at[(a + 1) % 3] && !r.at[(a + 2) % 3])
+            return a;
+    return -1;
+}
+
+/* r x M r x^T for r of length l along an axis: by l^2, so that J does not wait for H. */
+static struct tensor lever_square(struct graph *g, int axis, expression l, struct tensor M) {
+    struct tensor square = {{0}};
+    const int b = (axis + 1) % 3, c = (axis + 2) % 3, bc = tensor_index(b, c);
+    const expression ll = mul(g, l, l);
+    square.at[b] = mul(g, ll, M.at[c]);
+    square.at[c] = mul(g, ll, M.at[b]);
+    square.at[bc] = neg(g, mul(g, ll, M.at[bc]));
+    return square;
+}
+
 /* About the parent's origin, r from there to here: H' = H + r x M, J' = J - H r x + r x H'^T. */
 static struct articulated shift_articulated(struct graph *g, struct vector r, struct articulated a) {
+    const int axis = axis_along(r);
     struct articulated b = a;
+    if (axis >= 0)
+        b.J = tensor_add(g, b.J, lever_square(g, axis, r.at[axis], a.M));
     for (int column = 0; column < 3; column++) {
         const struct vector lever = vector_cross(g, r, tensor_column(&a.M, column));
         for (int row = 0; row < 3; row++)
@@ -156,7 +178,7 @@ static struct articulated shift_articulated(struct graph *g, struct vector r, st
     for (int i = 0; i < 3; i++)
         for (int j = i; j < 3; j++) {
             const struct vector left = vector_cross(g, r, row_of(&a.H, i));
-            const struct vector right = vector_cross(g, r, row_of(&b.H, j));
+            const struct vector right = vector_cross(g, r, row_of(axis < 0 ? &b.H : &a.H, j));
             expression *entry = &b.J.at[tensor_index(i, j)];
             *entry = add(g, add(g, *entry, left.at[j]), right.at[i]);
         }
@@ -166,7 +188,7 @@ static struct articulated shift_articulated(struct graph *g, struct vector r, st
 static struct articulated articulated_to_parent(const struct kinematics *k, int i, struct articulated a) {
     a.J = tensor_to_parent(k, i, a.J);
     a.H = matrix_to_parent(k, i, a.H);
-    a.M = tensor_to_parent(k, i, a.M);
+    a.M = tensor_to_parent_quickly(k, i, a.M);
     return shift_articulated(k->g, k->joints[i].shift, a);
 }
 
@@ -214,22 +236,49 @@ static bool is_ball(const struct tree *tree, int first) {
            tree->frames[first].joint.axis != tree->frames[first + 2].joint.axis;
 }
 
-/* z = J^-1 v */
-static struct vector solve_ball(struct graph *g, const struct ball *ball, struct vector v) {
+/* y = L^-1 v */
+static struct vector forward_ball(struct graph *g, const struct ball *ball, struct vector v) {
     const expression *L = ball->L;
     v.at[1] = sub(g, v.at[1], mul(g, L[0], v.at[0]));
     v.at[2] = sub(g, sub(g, v.at[2], mul(g, L[1], v.at[0])), mul(g, L[2], v.at[1]));
-    for (int i = 0; i < 3; i++)
-        v.at[i] = mul(g, ball->D_inverse[i], v.at[i]);
-    v.at[1] = sub(g, v.at[1], mul(g, L[2], v.at[2]));
-    v.at[0] = sub(g, sub(g, v.at[0], mul(g, L[0], v.at[1])), mul(g, L[1], v.at[2]));
     return v;
+}
+
+/* D^-1 y */
+static struct vector scale_ball(struct graph *g, const struct ball *ball, struct vector y) {
+    for (int i = 0; i < 3; i++)
+        y.at[i] = mul(g, ball->D_inverse[i], y.at[i]);
+    return y;
+}
+
+/* L^-T z */
+static struct vector backward_ball(struct graph *g, const struct ball *ball, struct vector z) {
+    const expression *L = ball->L;
+    z.at[1] = sub(g, z.at[1], mul(g, L[2], z.at[2]));
+    z.at[0] = sub(g, sub(g, z.at[0], mul(g, L[0], z.at[1])), mul(g, L[1], z.at[2]));
+    return z;
+}
+
+/* J^-1 v */
+static struct vector solve_ball(struct graph *g, const struct ball *ball, struct vector v) {
+    return backward_ball(g, ball, scale_ball(g, ball, forward_ball(g, ball, v)));
+}
+
+/*
+ * The last pivot, zz - yz^2 / yy, inverted as yy / (yy zz - yz^2): it rounds alike, and does not wait for the
+ * pivot before it.
+ */
+static expression last_pivot_inverse(struct graph *g, expression yy, expression zz, expression yz) {
+    if (!yz)
+        return quotient(g, one(g), zz);
+    const expression determinant = sub(g, mul(g, yy, zz), mul(g, yz, yz));
+    return mul(g, yy, quotient(g, one(g), determinant));
 }
 
 /* J = L D L^T */
 static void factor_ball(struct graph *g, const struct tensor *J, struct ball *ball) {
-    const expression xx = J->at[0], xy = J->at[3], xz = J->at[4];
-    expression yy = J->at[1], zz = J->at[2], yz = J->at[5];
+    const expression xx = J->at[0], zz = J->at[2], xy = J->at[3], xz = J->at[4];
+    expression yy = J->at[1], yz = J->at[5];
     ball->D_inverse[0] = quotient(g, one(g), xx);
     ball->L[0] = mul(g, ball->D_inverse[0], xy);
     ball->L[1] = mul(g, ball->D_inverse[0], xz);
@@ -237,8 +286,7 @@ static void factor_ball(struct graph *g, const struct tensor *J, struct ball *ba
     yz = sub(g, yz, mul(g, ball->L[0], xz));
     ball->D_inverse[1] = quotient(g, one(g), yy);
     ball->L[2] = mul(g, ball->D_inverse[1], yz);
-    zz = sub(g, sub(g, zz, mul(g, ball->L[1], xz)), mul(g, ball->L[2], yz));
-    ball->D_inverse[2] = quotient(g, one(g), zz);
+    ball->D_inverse[2] = last_pivot_inverse(g, yy, sub(g, zz, mul(g, ball->L[1], xz)), yz);
 }
 
 /* The first axis seen from the middle frame. */
@@ -260,16 +308,19 @@ static struct articulated eliminate_ball(const struct kinematics *k, struct stag
     factor_ball(g, &beyond->J, ball);
     tilt_ball(k, stage, ball);
     ball->H = beyond->H;
+    struct vector y[3], z[3]; /* columns of L^-1 H and D^-1 L^-1 H */
     for (int column = 0; column < 3; column++) {
-        const struct vector solved = solve_ball(g, ball, column_of(&beyond->H, column));
+        y[column] = forward_ball(g, ball, column_of(&beyond->H, column));
+        z[column] = scale_ball(g, ball, y[column]);
+        const struct vector solved = backward_ball(g, ball, z[column]);
         for (int row = 0; row < 3; row++)
             ball->J_inverse_H.at[3 * row + column] = solved.at[row];
     }
     for (int i = 0; i < 3; i++)
         for (int j = i; j < 3; j++) {
             expression *entry = &rest.M.at[tensor_index(i, j)];
-            *entry =
-                sub(g, *entry, vector_dot(g, column_of(&beyond->H, i), column_of(&ball->J_inverse_H, j)));
+            for (int row = 0; row < 3; row++)
+                *entry = sub(g, *entry, mul(g, y[i].at[row], z[j].at[row]));
         }
     return rest;
 }

@@ -60,6 +60,28 @@ static struct tensor tensor_turn_axis(struct graph *g, int axis, expression c, e
     return turned;
 }
 
+/* The same by the double angle: four operations more, but a recursion waits for two less. */
+static struct tensor tensor_turn_axis_quickly(struct graph *g, int axis, expression c, expression s,
+                                              struct tensor t) {
+    const int j = (axis + 1) % 3, l = (axis + 2) % 3, jl = tensor_index(j, l);
+    const expression ss = mul(g, s, s), sc = mul(g, s, c), twice = add(g, sc, sc);
+    const expression cos2 = sub(g, one(g), add(g, ss, ss)), difference = sub(g, t.at[j], t.at[l]);
+    const expression moved = add(g, mul(g, ss, difference), mul(g, twice, t.at[jl]));
+    struct tensor turned = tensor_turn_axis(g, axis, c, s, t);
+    turned.at[j] = sub(g, t.at[j], moved);
+    turned.at[l] = add(g, t.at[l], moved);
+    turned.at[jl] = add(g, mul(g, cos2, t.at[jl]), mul(g, sc, difference));
+    return turned;
+}
+
+struct tensor tensor_to_parent_quickly(const struct kinematics *k, int i, struct tensor t) {
+    const struct frame *frame = &k->tree->frames[i];
+    const struct joint_place *place = &k->joints[i];
+    if (frame->joint.is_turn)
+        t = tensor_turn_axis_quickly(k->g, frame->joint.axis, place->cosine, place->sine, t);
+    return tensor_turn(k->g, frame->placement.rotation, t);
+}
+
 struct tensor tensor_to_parent(const struct kinematics *k, int i, struct tensor t) {
     const struct frame *frame = &k->tree->frames[i];
     const struct joint_place *place = &k->joints[i];

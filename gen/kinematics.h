@@ -56,6 +56,8 @@ struct vector joint_axis(const struct kinematics *k, int i);
 struct vector to_child(const struct kinematics *k, int i, struct vector a);
 struct vector to_parent(const struct kinematics *k, int i, struct vector a);
 struct tensor tensor_to_parent(const struct kinematics *k, int i, struct tensor t);
+/* The same in a few more operations of which fewer wait for each other: for long recursions. */
+struct tensor tensor_to_parent_quickly(const struct kinematics *k, int i, struct tensor t);
 
 /* By frame: the joint's origin from that of the joint before, ground axes. */
 struct vector *derive_ground_shifts(const struct kinematics *k);
