@@ -19,11 +19,14 @@ struct wrench wrench_add(struct graph *g, struct wrench a, struct wrench b) {
     return (struct wrench){vector_add(g, a.moment, b.moment), vector_add(g, a.force, b.force)};
 }
 
-/* About the parent's origin: force f, moment m + r x f. */
+/* Force f, moment m + r x f. */
+struct wrench wrench_shift(struct graph *g, struct vector r, struct wrench w) {
+    return (struct wrench){vector_add(g, w.moment, vector_cross(g, r, w.force)), w.force};
+}
+
 struct wrench wrench_to_parent(const struct kinematics *k, int i, struct wrench w) {
-    const struct vector force = to_parent(k, i, w.force);
-    const struct vector moment = to_parent(k, i, w.moment);
-    return (struct wrench){vector_add(k->g, moment, vector_cross(k->g, k->joints[i].shift, force)), force};
+    const struct wrench turned = {to_parent(k, i, w.moment), to_parent(k, i, w.force)};
+    return wrench_shift(k->g, k->joints[i].shift, turned);
 }
 
 /* The part of a wrench that the joint's coordinate feels. */

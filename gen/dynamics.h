@@ -20,6 +20,8 @@ struct wrench {
 struct recursion recursion_over(const struct kinematics *k, void *state, size_t size,
                                 void (*step)(void *context, int i), void *context);
 struct wrench wrench_add(struct graph *g, struct wrench a, struct wrench b);
+/* About a point from which its own is r away. */
+struct wrench wrench_shift(struct graph *g, struct vector r, struct wrench w);
 /* About the origin of frame i's parent, in its axes. */
 struct wrench wrench_to_parent(const struct kinematics *k, int i, struct wrench w);
 

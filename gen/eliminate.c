@@ -31,6 +31,7 @@ struct pivot {
 struct ball {
     expression D_inverse[3], L[3]; /* L: yx zx zy */
     struct matrix H, J_inverse_H;
+    struct matrix turn; /* from the last frame's axes to those of what carries the first */
     expression tilt,
         cos_inverse; /* the first axis in the middle frame: cos along itself, tilt along the last axis */
 };
@@ -299,6 +300,44 @@ static void tilt_ball(const struct kinematics *k, const struct stage *stage, str
     name_scalar(k, stage->first + 1, "cos_inverse", ball->cos_inverse);
 }
 
+/*
+ * All three turns in one: a vector waits for one product instead of three. Not in loops over elements, where
+ * other work fills the time and the matrix would have to be kept.
+ */
+static bool has_turn(const struct kinematics *k, const struct stage *stage) {
+    return k->tree->frames[stage->last].run < 0;
+}
+
+static void turn_ball(const struct kinematics *k, const struct stage *stage, struct ball *ball) {
+    static const char *const rows[3] = {"turn_x", "turn_y", "turn_z"};
+    for (int column = 0; column < 3; column++) {
+        struct vector v = unit_vector(k->g, column);
+        for (int i = stage->last; i >= stage->first; i--)
+            v = to_parent(k, i, v);
+        for (int row = 0; row < 3; row++)
+            ball->turn.at[3 * row + column] = v.at[row];
+    }
+    for (int row = 0; row < 3; row++)
+        name_vector(k, stage->last, rows[row], row_of(&ball->turn, row));
+}
+
+/* A free vector from the last frame's axes to those of what carries the ball joint, and back. */
+static struct vector out_of_ball(const struct kinematics *k, const struct stage *stage, struct vector v) {
+    if (has_turn(k, stage))
+        return matrix_times(k->g, stage->ball.turn.at, v);
+    for (int i = stage->last; i >= stage->first; i--)
+        v = to_parent(k, i, v);
+    return v;
+}
+
+static struct vector into_ball(const struct kinematics *k, const struct stage *stage, struct vector v) {
+    if (has_turn(k, stage))
+        return transpose_times(k->g, stage->ball.turn.at, v);
+    for (int i = stage->first; i <= stage->last; i++)
+        v = to_child(k, i, v);
+    return v;
+}
+
 /* M - H^T J^-1 H is all that a ball joint passes on. */
 static struct articulated eliminate_ball(const struct kinematics *k, struct stage *stage,
                                          const struct articulated *beyond) {
@@ -307,6 +346,8 @@ static struct articulated eliminate_ball(const struct kinematics *k, struct stag
     struct articulated rest = {.M = beyond->M};
     factor_ball(g, &beyond->J, ball);
     tilt_ball(k, stage, ball);
+    if (has_turn(k, stage))
+        turn_ball(k, stage, ball);
     ball->H = beyond->H;
     struct vector y[3], z[3]; /* columns of L^-1 H and D^-1 L^-1 H */
     for (int column = 0; column < 3; column++) {
@@ -456,7 +497,7 @@ static struct wrench reduce_joint(const struct kinematics *k, const struct stage
     return through;
 }
 
-/* The moment m and the force p_f + H^T J^-1 (m - p_n) go on, in the middle frame. */
+/* The moment m and the force p_f + H^T J^-1 (m - p_n) go on, about the origin of the frame that carries the first. */
 static struct wrench reduce_ball(const struct kinematics *k, const struct stage *stage, struct wrench p,
                                  struct solution *solution) {
     struct graph *g = k->g;
@@ -467,7 +508,9 @@ static struct wrench reduce_ball(const struct kinematics *k, const struct stage 
     const struct vector turned = solve_ball(g, ball, left);
     const struct vector force = vector_add(g, p.force, transpose_times(g, ball->H.at, turned));
     solution->angular_at_rest[last] = turned;
-    return (struct wrench){moment, to_parent(k, last, force)};
+    const struct wrench through = {to_parent(k, stage->first, to_parent(k, stage->first + 1, moment)),
+                                   out_of_ball(k, stage, force)};
+    return wrench_shift(g, k->joints[stage->first].shift, through);
 }
 
 /* What stage or frame i passes on to its parent. */
@@ -487,7 +530,8 @@ static struct wrench reduce(const struct kinematics *k, int i, struct solution *
 static void reduce_inward(void *context, int i) {
     struct solution *solution = context;
     const struct kinematics *k = solution->k;
-    const int parent = k->tree->frames[i].parent;
+    const bool ends = solution->elimination->ends_stage[i];
+    const int parent = k->tree->frames[ends ? solution->elimination->stages[i].first : i].parent;
     const struct wrench through = reduce(k, i, solution);
     if (parent >= 0)
         solution->p[parent] = wrench_add(k->g, solution->p[parent], through);
@@ -507,23 +551,26 @@ static struct acceleration accelerate_joint(const struct kinematics *k, const st
     return carried;
 }
 
-/* wd = J^-1 (m - p_n) - J^-1 H a; `inside`: the angular acceleration of what carries the joint */
-static struct acceleration accelerate_ball(const struct kinematics *k, const struct stage *stage,
-                                           struct vector inside, struct vector linear,
-                                           struct solution *solution) {
-    struct graph *g = k->g;
-    const struct vector at_rest = solution->angular_at_rest[stage->last];
-    const struct vector slowed = matrix_times(g, stage->ball.J_inverse_H.at, linear);
-    const struct acceleration own = {vector_sub(g, at_rest, slowed), linear};
-    ball_coordinates(k, stage, inside, own.angular, solution->x);
-    return own;
+/* Acceleration of the origin of frame i, its joint at rest, in its parent's axes. */
+static struct vector carried_origin(const struct kinematics *k, int i, struct acceleration parent) {
+    return vector_add(k->g, parent.linear, vector_cross(k->g, parent.angular, k->joints[i].shift));
 }
 
 /* What frame i would do if its joint stood still. */
 static struct acceleration carry_outward(const struct kinematics *k, int i, struct acceleration parent) {
-    const struct vector swing = vector_cross(k->g, parent.angular, k->joints[i].shift);
-    return (struct acceleration){to_child(k, i, parent.angular),
-                                 to_child(k, i, vector_add(k->g, parent.linear, swing))};
+    return (struct acceleration){to_child(k, i, parent.angular), to_child(k, i, carried_origin(k, i, parent))};
+}
+
+/* wd = J^-1 (m - p_n) - J^-1 H a; `inside`: what carries the joint */
+static struct acceleration accelerate_ball(const struct kinematics *k, const struct stage *stage,
+                                           struct acceleration inside, struct solution *solution) {
+    struct graph *g = k->g;
+    const struct vector at_rest = solution->angular_at_rest[stage->last];
+    const struct vector linear = into_ball(k, stage, carried_origin(k, stage->first, inside));
+    const struct vector slowed = matrix_times(g, stage->ball.J_inverse_H.at, linear);
+    const struct acceleration own = {vector_sub(g, at_rest, slowed), linear};
+    ball_coordinates(k, stage, inside.angular, own.angular, solution->x);
+    return own;
 }
 
 /* A whole stage at its last frame. */
@@ -536,13 +583,12 @@ static void accelerate_outward(void *context, int i) {
     const struct acceleration still = {{{0, 0, 0}}, {{0, 0, 0}}};
     const struct acceleration inside = parent < 0 ? still : solution->accelerations[parent];
     struct acceleration own = carry_outward(k, first, inside);
-    if (ends) {
+    if (ends)
         remark(k->g, memory_format(k->memory, "%s: acceleration, outward", k->tree->frames[i].name));
-        for (int j = first + 1; j <= i; j++)
-            own.linear = to_child(k, j, own.linear);
-        own = i > first ? accelerate_ball(k, stage, inside.angular, own.linear, solution)
-                        : accelerate_joint(k, stage, own, solution);
-    }
+    if (i > first)
+        own = accelerate_ball(k, stage, inside, solution);
+    else if (ends)
+        own = accelerate_joint(k, stage, own, solution);
     solution->accelerations[i] = own;
 }
 
