@@ -7257,6 +7257,12 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(qdd) manipulator_flexible_qdd_doubles,
     SET(force) manipulator_flexible_force_doubles,
     SET(equations) manipulator_flexible_equations_doubles,
+    SET(tangent) 0,
+    SET(d_qdd) 0,
+    SET(d_qdd_free) 0,
+    SET(d_force) 0,
+    SET(d_statics) 0,
+    SET(d_rows) 0,
     SET(course) manipulator_flexible_course_doubles,
     SET(breaks) manipulator_flexible_breaks_doubles,
 };

@@ -1410,6 +1410,12 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(qdd) manipulator_rigid_qdd_doubles,
     SET(force) manipulator_rigid_force_doubles,
     SET(equations) manipulator_rigid_equations_doubles,
+    SET(tangent) 0,
+    SET(d_qdd) 0,
+    SET(d_qdd_free) 0,
+    SET(d_force) 0,
+    SET(d_statics) 0,
+    SET(d_rows) 0,
     SET(course) manipulator_rigid_course_doubles,
     SET(breaks) manipulator_rigid_breaks_doubles,
 };

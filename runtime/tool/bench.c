@@ -22,10 +22,11 @@ struct quantity {
     { #name, offsetof(struct refdyn_model, name) }
 
 static const struct quantity quantities[] = {
-    QUANTITY(M),        QUANTITY(h),   QUANTITY(Q),      QUANTITY(u),        QUANTITY(v),
-    QUANTITY(phi),      QUANTITY(psi), QUANTITY(k),      QUANTITY(r),        QUANTITY(rd),
-    QUANTITY(C),        QUANTITY(d),   QUANTITY(energy), QUANTITY(power),    QUANTITY(Q_q),
-    QUANTITY(qdd_free), QUANTITY(qdd), QUANTITY(force),  QUANTITY(equations)};
+    QUANTITY(M),        QUANTITY(h),          QUANTITY(Q),       QUANTITY(u),         QUANTITY(v),
+    QUANTITY(phi),      QUANTITY(psi),        QUANTITY(k),       QUANTITY(r),         QUANTITY(rd),
+    QUANTITY(C),        QUANTITY(d),          QUANTITY(energy),  QUANTITY(power),     QUANTITY(Q_q),
+    QUANTITY(qdd_free), QUANTITY(qdd),        QUANTITY(force),   QUANTITY(equations), QUANTITY(tangent),
+    QUANTITY(d_qdd),    QUANTITY(d_qdd_free), QUANTITY(d_force), QUANTITY(d_statics), QUANTITY(d_rows)};
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof quantities[0] };
 
@@ -122,10 +123,11 @@ static void disturb(struct scene *scene) {
     scene->state.t = 2.385;
 }
 
-/* Room for the largest result: the equations, the points' columns, the tangent. */
+/* Room for the largest result: the equations, the points' columns, the derivatives. */
 static double *result_room(const struct refdyn_model *model) {
     size_t n = (size_t)model->n, m = (size_t)model->m, points = (size_t)model->point_count;
-    return allocate(n * (n + 1) + m * (n + 4) + 3 * points * n + 3 * points + 2 * n + 2, sizeof(double));
+    size_t variables = 2 * n + 1 + (size_t)model->input_count + (size_t)model->parameter_count;
+    return allocate((n + 3 * m + 1) * (variables + n + 4) + 3 * points * (n + 1), sizeof(double));
 }
 
 static void print_quantities(struct scene *scene, FILE *out) {
@@ -148,7 +150,7 @@ static enum status print_build(const struct options *options, FILE *out) {
     double start = wall_seconds();
     long source_bytes = 0;
     enum status status = scene_read(&scene, options);
-    if (status == STATUS_DONE && gen_plan(&scene.generation, NULL) != GEN_OK)
+    if (status == STATUS_DONE && gen_plan(&scene.generation, options->emit) != GEN_OK)
         status = STATUS_FAULT;
     const struct emitted_file *files = status == STATUS_DONE ? gen_files(&scene.generation) : NULL;
     int count = files ? gen_file_count(&scene.generation) : 0;
