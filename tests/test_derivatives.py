@@ -11,12 +11,13 @@ import subprocess
 import numpy
 import pytest
 
-from compiled import array, pointer
+from compiled import WARNINGS, array, pointer
 from program import MODELS, REFERENCE, SOURCE, TESTS, all_models, check, close, refdyn
 from random_models import as_lua, random_model, random_state
 
 DERIVATIVES = ["tangent", "d_qdd", "d_qdd_free", "d_force", "d_statics", "d_rows"]
 NEEDED = ["M", "h", "Q", "u", "phi", "psi", "k", "qdd", "qdd_free", "force", "start"]
+COMPILERS = [["gcc", "-std=c11"], ["clang", "-std=c11"], ["g++", "-std=c++17", "-x", "c++"], ["clang++", "-std=c++17", "-x", "c++"]]
 FUNCTIONS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt pow fabs fmin fmax".split()
 RANDOM = [6, 33, 48, 118, 301]
 CASES = [(path, ()) for path in all_models() if path != REFERENCE]
@@ -297,6 +298,15 @@ def test_derivatives(path, options, tmp_path):
             size = max(abs(exact[part] * scale).max(), size_of(wide, quantity, part, state))
             lines.append(close(f"{quantity}.{part} in doubles", found[part] * scale, exact[part] * scale, ROUNDED, size))
     check(lines)
+
+
+@pytest.mark.parametrize("path", [REFERENCE] + [MODELS / f"{name}.lua" for name in ("branched", "gantry", "planar", "spacearm")],
+                         ids=lambda path: path.stem)
+def test_compiles_without_warning(path, tmp_path):
+    emitted(path, (), tmp_path / "emitted")
+    for compiler in COMPILERS:
+        for source in (tmp_path / "emitted").glob("*.c"):
+            subprocess.run([*compiler, *WARNINGS, "-O0", "-I", SOURCE / "runtime", "-c", source, "-o", tmp_path / "out.o"], check=True)
 
 
 @pytest.mark.parametrize("path", [REFERENCE, MODELS / "crane.lua"], ids=lambda path: path.stem)
