@@ -144,9 +144,9 @@ static struct pair_product damping_product(const struct inertia_arrays *a, struc
     struct pair_product product = {.field = field};
     add_term(&product.turn.rows, 2, a->rate, a->mass.moment);
     add_term(&product.turn.rows, 2, axis, a->spin.moment);
-    add_term(&product.turn.columns, 1, axis, a->damping.moment);
+    add_term(&product.turn.columns, 2, axis, a->damping.moment);
     add_term(&product.slide.rows, 2, a->rate, a->mass_force);
-    add_term(&product.slide.columns, 1, axis, a->damping_force);
+    add_term(&product.slide.columns, 2, axis, a->damping_force);
     return product;
 }
 
@@ -266,16 +266,30 @@ static void add_product(struct builder *b, int target, int left, int right, doub
         (struct product){target, left, right, factor};
 }
 
+static bool has_slope(const struct builder *b, const struct slopes *slopes, size_t member) {
+    bool has = false;
+    for (int s = 0; s < slopes->count; s++) {
+        const expression *row;
+        memcpy(&row, (const char *)&slopes->list[s] + member, sizeof row);
+        has |= !is_all_zero(row, b->d->n);
+    }
+    return has;
+}
+
 /* Entries += sign C^T dF: as products of arrays, because a force at a point reaches n x n entries. */
 static void add_slope_loops(struct builder *b, const struct targets *targets) {
     const struct slopes slopes = slopes_of_points(b);
+    const size_t members[] = {offsetof(struct slope, by_q), offsetof(struct slope, by_qd)};
+    const int fields[] = {targets->by_q, targets->by_qd};
     if (!slopes.count)
         return;
     const int left = add_slope_array(b, &slopes, "pulled", offsetof(struct slope, column));
-    const int by_q = add_slope_array(b, &slopes, "pull_by_q", offsetof(struct slope, by_q));
-    const int by_qd = add_slope_array(b, &slopes, "pull_by_qd", offsetof(struct slope, by_qd));
-    add_product(b, targets->by_q, left, by_q, targets->sign, "forces at points that depend on q");
-    add_product(b, targets->by_qd, left, by_qd, targets->sign, "forces at points that depend on qd");
+    for (int k = 0; k < 2; k++)
+        if (has_slope(b, &slopes, members[k])) {
+            const int right = add_slope_array(b, &slopes, k ? "pull_by_qd" : "pull_by_q", members[k]);
+            add_product(b, fields[k], left, right, targets->sign,
+                        k ? "forces at points that depend on qd" : "forces at points that depend on q");
+        }
 }
 
 /* Straight-line entries of pulls on coordinates: dF_i/dq_j in row i. */

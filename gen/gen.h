@@ -31,8 +31,8 @@ enum gen_status { GEN_OK, GEN_MODEL_ERROR, GEN_NO_MEMORY, GEN_NOT_WRITTEN };
 enum gen_status gen_read(struct generation *generation, const struct read_request *request, long allowance);
 /* What is wrong with a list of quantities and what is allowed, or NULL: before gen_plan. */
 const char *gen_wrong_emit(struct generation *generation, const char *emit);
-/* Derives and plans the functions named in `emit` (comma-separated quantities, NULL: all that the scene has).
- */
+/* Derives and plans the functions named in `emit` (comma-separated quantities, "all" or NULL: all that the
+ * scene has, but derivatives). */
 enum gen_status gen_plan(struct generation *generation, const char *emit);
 /* Writes NAME.h, NAME.c ... into folder `directory` (made when missing); files appear complete or not at all.
  */

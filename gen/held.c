@@ -40,10 +40,47 @@ static void turn_axis(struct held *held, int i) {
     frame->axis = joint_axis(k, i);
     frame->axis_rate = to_ground(k, i, rate);
     frame->axis_rate2 = to_ground(k, i, rate2);
-    frame->velocity = to_ground(k, i, m->linear);
-    frame->acceleration = to_ground(k, i, vector_add(g, m->bias_linear, frame->gained_linear));
     name_vector(k, i, "axis_rate", frame->axis_rate);
     name_vector(k, i, "axis_rate2", frame->axis_rate2);
+}
+
+/*
+ * ds/dt = w x s, d2s/dt2 = wd x s + w x (w x s), with w, wd of the parent; a slide adds e' qd, 2 w x e qd and
+ * e qdd.
+ */
+static void move_shift(struct held *held, int i) {
+    const struct kinematics *k = held->k;
+    struct graph *g = k->g;
+    const struct frame *frame = &k->tree->frames[i];
+    const struct vector s = k->joints[i].shift, still = {{0, 0, 0}};
+    const struct vector w = frame->parent < 0 ? still : k->frames[frame->parent].angular;
+    const struct vector wd = frame->parent < 0 ? still : held->frames[frame->parent].angular;
+    struct vector slide = still, speed = still, gain = still;
+    if (!frame->joint.is_turn) {
+        slide = matrix_times(g, frame->placement.rotation, unit_vector(g, frame->joint.axis));
+        speed = vector_scale(g, coordinate_of(k, i, 1), slide);
+        gain = vector_scale(g, held->accelerations[i], slide);
+    }
+    const struct vector carried = vector_cross(g, w, s), coriolis = vector_cross(g, w, speed);
+    const struct vector swing = vector_add(g, vector_cross(g, wd, s), vector_cross(g, w, carried));
+    held->frames[i].shift_rate = vector_add(g, carried, speed);
+    held->frames[i].shift_rate2 =
+        vector_add(g, vector_add(g, swing, gain), vector_add(g, coriolis, coriolis));
+}
+
+/* Origins that coincide have one velocity, as one expression. */
+static void move_origin(struct held *held, int i) {
+    const struct kinematics *k = held->k;
+    struct graph *g = k->g;
+    struct held_frame *frame = &held->frames[i];
+    const int parent = k->tree->frames[i].parent;
+    frame->velocity = frame->shift_rate;
+    frame->acceleration = frame->shift_rate2;
+    if (parent < 0)
+        return;
+    const struct held_frame *base = &held->frames[parent];
+    frame->velocity = vector_add(g, base->velocity, to_ground(k, parent, frame->shift_rate));
+    frame->acceleration = vector_add(g, base->acceleration, to_ground(k, parent, frame->shift_rate2));
 }
 
 /* rdd = C qdd + d, by the frame that carries the point. */
@@ -74,6 +111,8 @@ struct held *hold(const struct kinematics *k, const expression *accelerations,
                                    k->tree->frames[i].name));
         accelerate_frame(held, i, parent < 0 ? &ground : &held->frames[parent]);
         turn_axis(held, i);
+        move_shift(held, i);
+        move_origin(held, i);
     }
     for (int i = 0; i < k->model->marker_count; i++)
         held->points[i] = accelerate_point(held, i);

@@ -659,9 +659,18 @@ static bool is_in_list(const char *list, const char *name) {
     return false;
 }
 
+/* Without a list, and as "all" in one, all but what is emitted on request alone. */
+static bool is_asked_for(const struct quantity *quantity, const char *emit) {
+    if (emit && is_in_list(emit, quantity->name))
+        return true;
+    return !quantity->on_request && (!emit || is_in_list(emit, "all"));
+}
+
 /* The first word of `emit` that names no quantity, with what is allowed; NULL when there is none. */
 static const char *wrong_word(struct memory *memory, const char *word) {
-    const char *names[QUANTITY_COUNT], *all = "";
+    const char *names[QUANTITY_COUNT], *all = "all";
+    if (!strcmp(word, "all"))
+        return NULL;
     for (int i = 0; i < QUANTITY_COUNT; i++) {
         names[i] = quantities[i].name;
         all = memory_format(memory, "%s %s", all, names[i]);
@@ -671,7 +680,7 @@ static const char *wrong_word(struct memory *memory, const char *word) {
     const char *near = nearest_name(word, names, QUANTITY_COUNT);
     if (near)
         return memory_format(memory, "no quantity is called '%s', the nearest is %s", word, near);
-    return memory_format(memory, "no quantity is called '%s', known:%s", word, all);
+    return memory_format(memory, "no quantity is called '%s', known: %s", word, all);
 }
 
 const char *gen_wrong_emit(struct generation *generation, const char *emit) {
@@ -726,7 +735,7 @@ void list_functions(struct plan *plan, const char *emit) {
             find_breaks(plan);
         if (quantity->build == build_anchor)
             list_anchored(&d);
-        if (quantity->on_request && !(emit && is_in_list(emit, quantity->name)))
+        if (quantity->on_request && !is_asked_for(quantity, emit))
             continue;
         if (!quantity->exists(&d)) {
             say_left_out(plan, quantity, &last_reason);
@@ -734,7 +743,7 @@ void list_functions(struct plan *plan, const char *emit) {
         }
         const bool is_needed = quantity->build == build_anchor || quantity->build == build_breaks ||
                                (quantity->build == build_start && has_anchors(&d));
-        if (emit && !is_in_list(emit, quantity->name) && !is_needed)
+        if (!is_asked_for(quantity, emit) && !is_needed)
             continue;
         struct function *function = &plan->functions[plan->function_count++];
         *function = (struct function){.quantity = quantity->name, .about = quantity->about};

@@ -192,26 +192,12 @@ static struct flow flow_add(struct graph *g, struct flow a, struct flow b) {
                          .load = wrench_add(g, a.load, b.load)};
 }
 
-/* ds/dt of a frame's shift from its parent, in the parent's axes. */
-static struct vector shift_rate(const struct kinematics *k, int i) {
-    struct graph *g = k->g;
-    const struct frame *frame = &k->tree->frames[i];
-    if (frame->parent < 0)
-        return (struct vector){{0, 0, 0}};
-    struct vector rate = vector_cross(g, k->frames[frame->parent].angular, k->joints[i].shift);
-    if (!frame->joint.is_turn) {
-        const expression speed = coordinate_of(k, i, 1);
-        const struct vector slide = vector_scale(g, speed, unit_vector(g, frame->joint.axis));
-        rate = vector_add(g, rate, matrix_times(g, frame->placement.rotation, slide));
-    }
-    return rate;
-}
-
 /* rho + s and rho' + s' for rho and rho'. */
-static struct flow flow_to_parent(const struct kinematics *k, int i, const struct inertia *beyond,
+static struct flow flow_to_parent(const struct held *held, int i, const struct inertia *beyond,
                                   struct flow flow) {
+    const struct kinematics *k = held->k;
     struct graph *g = k->g;
-    const struct vector s = k->joints[i].shift, rate = shift_rate(k, i);
+    const struct vector s = k->joints[i].shift, rate = held->frames[i].shift_rate;
     const struct vector mc = to_parent(k, i, vector_of(beyond->moment));
     const struct vector moved = vector_add(g, mc, vector_scale(g, beyond->mass, s));
     struct flow out = {.momentum = to_parent(k, i, flow.momentum),
@@ -271,8 +257,8 @@ static void slide_vectors(struct graph *g, const struct inertia *beyond, const s
     v->stiffness.force = vector_scale(g, beyond->mass, a->rate2);
     v->stiffness.moment =
         vector_add(g, vector_cross(g, mc, a->rate2), vector_cross(g, a->e, flow->load.force));
-    v->damping.force = twice(g, vector_scale(g, beyond->mass, a->rate));
-    v->damping.moment = twice(g, vector_cross(g, mc, a->rate));
+    v->damping.force = vector_scale(g, beyond->mass, a->rate);
+    v->damping.moment = vector_cross(g, mc, a->rate);
 }
 
 /*
@@ -293,10 +279,8 @@ static void turn_vectors(struct graph *g, const struct inertia *beyond, const st
     v->stiffness.force = vector_add(g, vector_add(g, swung, vector_cross(g, a->e, flow->load.force)), lifted);
     v->stiffness.moment = vector_add(g, vector_add(g, turned, vector_cross(g, a->e, flow->load.moment)),
                                      vector_cross(g, mc, lever));
-    v->damping.force =
-        twice(g, vector_add(g, vector_cross(g, a->rate, mc), vector_cross(g, a->e, flow->momentum)));
-    v->damping.moment =
-        twice(g, vector_add(g, tensor_times(g, J, a->rate), around(g, &flow->growth, false, a->e)));
+    v->damping.force = vector_add(g, vector_cross(g, a->rate, mc), vector_cross(g, a->e, flow->momentum));
+    v->damping.moment = vector_add(g, tensor_times(g, J, a->rate), around(g, &flow->growth, false, a->e));
 }
 
 static void turn_to_ground(const struct kinematics *k, int i, struct vector *v) {
@@ -328,7 +312,7 @@ static struct pair_vectors vectors_of_joint(const struct held *held, int i, cons
         slide_vectors(g, beyond, flow, &axis, &v);
     }
     if (k->tree->frames[i].parent >= 0)
-        v.shift_rate = shift_rate(k, i);
+        v.shift_rate = held->frames[i].shift_rate;
     vectors_to_ground(k, i, &v);
     return v;
 }
@@ -348,7 +332,7 @@ struct pair_vectors *derive_pair_vectors(const struct held *held, const struct i
         name_flow(k, i, &flows[i]);
         vectors[i] = vectors_of_joint(held, i, &composites[i], &flows[i]);
         if (parent >= 0)
-            flows[parent] = flow_add(k->g, flows[parent], flow_to_parent(k, i, &composites[i], flows[i]));
+            flows[parent] = flow_add(k->g, flows[parent], flow_to_parent(held, i, &composites[i], flows[i]));
     }
     return vectors;
 }

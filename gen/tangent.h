@@ -46,7 +46,7 @@ struct pair_vectors {
     struct vector shift_rate;         /* from the parent's origin, ground axes */
     struct wrench mass;               /* int C_i, int rho x C_i */
     struct vector spin;               /* int rho' x C_i */
-    struct wrench stiffness, damping; /* int ddC_i and 2 int dC_i, with what turns C_j along */
+    struct wrench stiffness, damping; /* int ddC_i and int dC_i, with what turns C_j along */
 };
 
 /* By frame, with the inertia beyond each joint. */

@@ -22,11 +22,12 @@ struct quantity {
     { #name, offsetof(struct refdyn_model, name) }
 
 static const struct quantity quantities[] = {
-    QUANTITY(M),        QUANTITY(h),      QUANTITY(Q),      QUANTITY(u),         QUANTITY(v),
-    QUANTITY(phi),      QUANTITY(psi),    QUANTITY(k),      QUANTITY(r),         QUANTITY(rd),
-    QUANTITY(C),        QUANTITY(d),      QUANTITY(energy), QUANTITY(power),     QUANTITY(Q_q),
-    QUANTITY(qdd_free), QUANTITY(qdd),    QUANTITY(force),  QUANTITY(equations), QUANTITY(course),
-    QUANTITY(breaks),   QUANTITY(anchor), QUANTITY(start)};
+    QUANTITY(M),       QUANTITY(h),       QUANTITY(Q),     QUANTITY(u),         QUANTITY(v),
+    QUANTITY(phi),     QUANTITY(psi),     QUANTITY(k),     QUANTITY(r),         QUANTITY(rd),
+    QUANTITY(C),       QUANTITY(d),       QUANTITY(energy), QUANTITY(power),    QUANTITY(Q_q),
+    QUANTITY(qdd_free), QUANTITY(qdd),    QUANTITY(force), QUANTITY(equations), QUANTITY(course),
+    QUANTITY(breaks),  QUANTITY(anchor),  QUANTITY(start), QUANTITY(tangent),   QUANTITY(d_qdd),
+    QUANTITY(d_qdd_free), QUANTITY(d_force), QUANTITY(d_statics), QUANTITY(d_rows)};
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof quantities[0] };
 
@@ -123,12 +124,13 @@ static void disturb(struct scene *scene) {
     scene->state.t = 2.385;
 }
 
-/* Room for every result: the equations, the points' columns, the start, values that the model names. */
+/* Room for the largest result: the equations, the points' columns, the derivatives, values that the model
+ * names. */
 static double *result_room(const struct refdyn_model *model) {
     size_t n = (size_t)model->n, m = (size_t)model->m, points = (size_t)model->point_count;
+    size_t variables = 2 * n + 1 + (size_t)model->input_count + (size_t)model->parameter_count;
     size_t named = (size_t)model->course_count + (size_t)model->break_count + (size_t)model->anchored_count;
-    return allocate(n * (n + 1) + m * (n + 4) + 3 * points * n + 3 * points + 2 * n + 2 + named,
-                    sizeof(double));
+    return allocate((n + 3 * m + 1) * (variables + n + 4) + 3 * points * (n + 1) + named, sizeof(double));
 }
 
 static void print_quantities(struct scene *scene, FILE *out) {
@@ -151,7 +153,7 @@ static enum status print_build(const struct options *options, FILE *out) {
     double start = wall_seconds();
     long source_bytes = 0;
     enum status status = scene_read(&scene, options);
-    if (status == STATUS_DONE && gen_plan(&scene.generation, NULL) != GEN_OK)
+    if (status == STATUS_DONE && gen_plan(&scene.generation, options->emit) != GEN_OK)
         status = STATUS_FAULT;
     const struct emitted_file *files = status == STATUS_DONE ? gen_files(&scene.generation) : NULL;
     int count = files ? gen_file_count(&scene.generation) : 0;

@@ -65,11 +65,12 @@ const struct command commands[] = {
     {.name = "bench",
      .run = run_bench,
      .operands = "MODEL.lua",
-     .options = "output accelerations set fold",
+     .options = "output emit accelerations set fold",
      .output = "FILE",
      .purpose = "time and operations of each emitted quantity",
      .help = "One JSON object a line; the last one tells what generating and compiling took.\n\n"
-             "  refdyn bench models/manipulator.lua --set n_rfe=4\n"},
+             "  refdyn bench models/manipulator.lua --set n_rfe=4\n"
+             "  refdyn bench models/manipulator.lua --emit qdd,tangent,d_qdd\n"},
     {.name = "report",
      .run = run_report,
      .operands = "MODEL.lua",

@@ -143,7 +143,10 @@ static enum status read_for_values(struct scene *scene, const struct options *op
 }
 
 /* The list of quantities for gen_plan, with only those that the scene has. */
-static char *emit_list(const struct model *model, unsigned needs) {
+static char *emit_list(const struct model *model, const struct options *options, unsigned needs) {
+    if (needs & NEEDS_ALL)
+        return text_format("%s%s", options->emit ? "start,equations," : "all",
+                           options->emit ? options->emit : "");
     bool rows = model->row_count > 0, points = model->point_count > 0;
     return text_format(
         "%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
@@ -155,7 +158,10 @@ static char *emit_list(const struct model *model, unsigned needs) {
 static enum status emit_and_load(struct scene *scene, const struct options *options, unsigned needs) {
     struct generation *generation = &scene->generation;
     int seen = generation->messages.count;
-    char *emit = needs & NEEDS_ALL ? NULL : emit_list(&generation->model, needs);
+    const char *wrong = options->emit ? gen_wrong_emit(generation, options->emit) : NULL;
+    if (wrong)
+        return usage_error(options->command, "--emit: %s", wrong);
+    char *emit = emit_list(&generation->model, options, needs);
     enum gen_status status = gen_plan(generation, emit);
     free(emit);
     print_messages(generation, seen);

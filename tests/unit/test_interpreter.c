@@ -38,27 +38,36 @@ static const struct scene scenes[] = {
 };
 
 /* A quantity: where its function stands in struct refdyn_model, and how long its result is. */
-#define QUANTITIES(ENTRY)    \
-    ENTRY(start, 2 * n)      \
-    ENTRY(M, n *n)           \
-    ENTRY(h, n)              \
-    ENTRY(Q, n)              \
-    ENTRY(u, m *n)           \
-    ENTRY(v, m)              \
-    ENTRY(phi, m)            \
-    ENTRY(psi, m)            \
-    ENTRY(k, m)              \
-    ENTRY(r, 3 * points)     \
-    ENTRY(rd, 3 * points)    \
-    ENTRY(C, 3 * points * n) \
-    ENTRY(d, 3 * points)     \
-    ENTRY(energy, 2)         \
-    ENTRY(power, 1)          \
-    ENTRY(Q_q, n *n)         \
-    ENTRY(qdd_free, n)       \
-    ENTRY(qdd, n)            \
-    ENTRY(force, n)          \
-    ENTRY(equations, n *n + n + m * n + 4 * m)
+#define QUANTITIES(ENTRY)                                 \
+    ENTRY(start, 2 * n)                                   \
+    ENTRY(M, n *n)                                        \
+    ENTRY(h, n)                                           \
+    ENTRY(Q, n)                                           \
+    ENTRY(u, m *n)                                        \
+    ENTRY(v, m)                                           \
+    ENTRY(phi, m)                                         \
+    ENTRY(psi, m)                                         \
+    ENTRY(k, m)                                           \
+    ENTRY(r, 3 * points)                                  \
+    ENTRY(rd, 3 * points)                                 \
+    ENTRY(C, 3 * points * n)                              \
+    ENTRY(d, 3 * points)                                  \
+    ENTRY(energy, 2)                                      \
+    ENTRY(power, 1)                                       \
+    ENTRY(Q_q, n *n)                                      \
+    ENTRY(qdd_free, n)                                    \
+    ENTRY(qdd, n)                                         \
+    ENTRY(force, n)                                       \
+    ENTRY(equations, n *n + n + m * n + 4 * m)            \
+    ENTRY(tangent, 3 * n * n + 2 * n + 3 * m * n + 2 * m) \
+    ENTRY(d_qdd, n *variables)                            \
+    ENTRY(d_qdd_free, n *variables)                       \
+    ENTRY(d_force, n *variables)                          \
+    ENTRY(d_statics, n *(variables - n))                  \
+    ENTRY(d_rows, m *(3 * variables - n))
+
+#define LISTED(name, count) #name ","
+static const char emitted[] = QUANTITIES(LISTED) "course";
 
 static double uniform(unsigned *seed, double size) {
     *seed = *seed * 1664525u + 1013904223u;
@@ -132,7 +141,8 @@ static void set_values(const struct refdyn_model *model, unsigned *seed, double 
 static int compare(const struct generation *generation, const struct refdyn_model *model, unsigned *seed,
                    int *compared) {
     const int n = model->n, m = model->m, points = model->point_count;
-    const size_t most = (size_t)(3 * (points + 1) + n + m + 8) * (size_t)(n + 8);
+    const int variables = 2 * n + 1 + model->input_count + model->parameter_count;
+    const size_t most = (size_t)(3 * (points + 1) + 3 * n + 3 * m + 8) * (size_t)(variables + 8);
     double *p = calloc((size_t)(model->parameter_count + model->derived_count) + 1, sizeof *p);
     double *x = calloc((size_t)model->input_count + 1, sizeof *x),
            *state = calloc(2 * (size_t)n, sizeof *state);
@@ -299,7 +309,7 @@ static int judge_scene(const struct scene *scene, unsigned *seed) {
     printf("%s\n", scene->file);
     enum gen_status status = gen_read(&generation, &request, -1);
     if (status == GEN_OK)
-        status = gen_plan(&generation, NULL);
+        status = gen_plan(&generation, emitted);
     int failed = 1;
     if (status == GEN_OK)
         failed = judge(&generation, seed);

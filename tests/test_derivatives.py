@@ -1,0 +1,329 @@
+"""Emitted derivatives against differences of the functions that they are derivatives of.
+
+The emitted C is compiled once more with 113-bit numbers in place of double; central differences of order six then leave
+more than 25 digits. What is compared was computed by the same emitted lines, so that only formulas count, not rounding.
+"""
+import ctypes
+import random
+import re
+import subprocess
+
+import numpy
+import pytest
+
+from compiled import WARNINGS, array, pointer
+from program import MODELS, REFERENCE, SOURCE, TESTS, all_models, check, close, refdyn
+from random_models import as_lua, random_model, random_state
+
+DERIVATIVES = ["tangent", "d_qdd", "d_qdd_free", "d_force", "d_statics", "d_rows"]
+NEEDED = ["M", "h", "Q", "u", "phi", "psi", "k", "qdd", "qdd_free", "force", "start"]
+COMPILERS = [["gcc", "-std=c11"], ["clang", "-std=c11"], ["g++", "-std=c++17", "-x", "c++"], ["clang++", "-std=c++17", "-x", "c++"]]
+FUNCTIONS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt pow fabs fmin fmax".split()
+RANDOM = [6, 33, 48, 118, 301]
+CASES = [(path, ()) for path in all_models() if path != REFERENCE]
+CASES += [(REFERENCE, ("--set", "n_rfe=1")), (REFERENCE, ()), (REFERENCE, ("--set", "drive=input", "--set", "eta=1e-3")),
+          (REFERENCE, ("--fold",)), (MODELS / "branched.lua", ("--fold",))]
+CASES += [(path, ()) for path in sorted((TESTS / "models").glob("*.lua"))] + [(seed, ()) for seed in RANDOM]
+NAMES = [f"random {path}" if isinstance(path, int) else " ".join([path.stem, *options]) for path, options in CASES]
+EXACT = 1e-13    # of the largest entry: rotations that are numbers are orthogonal to 1e-16
+SOLVED = 1e-9    # what ill-conditioned equations make of that
+ROUNDED = 1e-6   # of emitted code in doubles
+
+WIDE = "#define _GNU_SOURCE\n#include <math.h>\n#include <stdlib.h>\n#include <string.h>\n#define double _Float128\n" + "".join(
+    f"#undef {name}\n#define {name} {name}f128\n" for name in FUNCTIONS)
+
+# NARROW is double even where `double` is not.
+SHIM = """
+#include "MODEL.h"
+#include <stdlib.h>
+#include <string.h>
+
+static const struct refdyn_model *const model = &MODEL_model;
+static double *p, *x, *qdd, *lambda, *room;
+
+static refdyn_function *function_of(const char *name) {
+#define CHOOSE(quantity) if (!strcmp(name, #quantity)) return model->quantity;
+    QUANTITIES(CHOOSE)
+    return NULL;
+}
+
+/* M qdd - h - Q - u^T lambda and u qdd - k at held qdd and lambda. */
+static void balance(const double *at, const double *inputs, double t, const double *q, const double *qd, double *out) {
+    const int n = model->n, m = model->m;
+    double *M = room, *h = M + n * n, *Q = h + n, *u = Q + n, *k = u + m * n;
+    model->M(at, inputs, t, q, qd, M);
+    model->h(at, inputs, t, q, qd, h);
+    model->Q(at, inputs, t, q, qd, Q);
+    if (m) {
+        model->u(at, inputs, t, q, qd, u);
+        model->k(at, inputs, t, q, qd, k);
+    }
+    for (int i = 0; i < n; i++) {
+        out[i] = -h[i] - Q[i];
+        for (int j = 0; j < n; j++)
+            out[i] += M[i * n + j] * qdd[j];
+        for (int j = 0; j < m; j++)
+            out[i] -= u[j * n + i] * lambda[j];
+    }
+    for (int i = 0; i < m; i++) {
+        out[n + i] = -k[i];
+        for (int j = 0; j < n; j++)
+            out[n + i] += u[i * n + j] * qdd[j];
+    }
+}
+
+static int call(const char *name, const double *at, const double *inputs, double t, const double *q, const double *qd,
+                double *out) {
+    refdyn_function *f = strcmp(name, "balance") ? function_of(name) : balance;
+    if (f)
+        f(at, inputs, t, q, qd, out);
+    return f != NULL;
+}
+
+void sizes(int *out) {
+    const int values[] = {model->n, model->m, model->parameter_count, model->input_count};
+    memcpy(out, values, sizeof values);
+}
+
+/* Parameters as at the start of a motion, inputs a little off; the coordinates there. */
+void set_up(NARROW *start, NARROW *parameters) {
+    const int n = model->n, m = model->m;
+    double anchors[100], *state = calloc(2 * (size_t)n, sizeof *state);
+    p = calloc((size_t)(model->parameter_count + model->derived_count) + 1, sizeof *p);
+    x = calloc((size_t)model->input_count + 1, sizeof *x);
+    qdd = calloc((size_t)n, sizeof *qdd);
+    lambda = calloc((size_t)m + 1, sizeof *lambda);
+    room = calloc((size_t)(n * n + 3 * n + 2 * m * n + 2 * m), sizeof *room);
+    for (int i = 0; i < model->parameter_count; i++)
+        p[i] = model->parameters[i].value;
+    for (int i = 0; i < model->input_count; i++)
+        x[i] = model->inputs[i].value + 0.375;
+    if (model->prepare)
+        model->prepare(p);
+    model->start(p, x, 0, NULL, NULL, state);
+    if (model->anchor) {
+        model->anchor(p, x, 0, state, state + n, anchors);
+        for (int i = 0; i < model->anchored_count; i++)
+            p[model->anchored[i]] = anchors[i];
+        if (model->prepare)
+            model->prepare(p);
+    }
+    for (int i = 0; i < 2 * n; i++)
+        start[i] = (NARROW)state[i];
+    for (int i = 0; i < model->parameter_count; i++)
+        parameters[i] = (NARROW)p[i];
+    free(state);
+}
+
+/* One value or, with `by` not NULL, its derivative: by[0] chooses q, qd, t, x or p, index one of them. */
+int evaluate(const char *name, NARROW t_in, const NARROW *state, const char *by, int index, int count, NARROW *out) {
+    static const int weights[] = {45, -9, 1};
+    const int n = model->n;
+    double *q = calloc(2 * (size_t)n, sizeof *q), *now = calloc(2 * (size_t)count, sizeof *now), *sum = now + count;
+    double t = t_in, *from = by == NULL ? NULL : !strcmp(by, "q") ? q + index : !strcmp(by, "qd") ? q + n + index
+                           : !strcmp(by, "t") ? &t : !strcmp(by, "x") ? x + index : p + index;
+    for (int i = 0; i < 2 * n; i++)
+        q[i] = state[i];
+    int known = call(name, p, x, t, q, q + n, now);
+    if (known && from) {
+        const double middle = *from, step = (middle ? fabs(middle) : 1) * (double)1e-6;
+        for (int s = 0; s < 6; s++) {
+            const int far = s / 2 + 1;
+            *from = middle + (s % 2 ? -far : far) * step;
+            if (model->prepare)
+                model->prepare(p);
+            call(name, p, x, t, q, q + n, now);
+            for (int i = 0; i < count; i++)
+                sum[i] += (s % 2 ? -weights[s / 2] : weights[s / 2]) * now[i] / (60 * step);
+        }
+        *from = middle;
+        if (model->prepare)
+            model->prepare(p);
+    }
+    for (int i = 0; i < count; i++)
+        out[i] = (NARROW)(from ? sum[i] : now[i]);
+    free(now);
+    free(q);
+    return known;
+}
+
+/* Holds the first n + m values of the tangent: qdd and lambda. */
+void hold(NARROW t, const NARROW *state, int count) {
+    const int n = model->n;
+    double *q = calloc(2 * (size_t)n + (size_t)count, sizeof *q);
+    for (int i = 0; i < 2 * n; i++)
+        q[i] = state[i];
+    model->tangent(p, x, t, q, q + n, q + 2 * n);
+    memcpy(qdd, q + 2 * n, (size_t)n * sizeof *qdd);
+    memcpy(lambda, q + 3 * n, (size_t)model->m * sizeof *lambda);
+    free(q);
+}
+"""
+
+
+class Emitted:
+    """The emitted derivatives of one model, compiled with numbers of one width."""
+
+    def __init__(self, folder, name, width):
+        self.folder, self.name = folder, name
+        shim = SHIM.replace("MODEL", name).replace("QUANTITIES(CHOOSE)", " ".join(f"CHOOSE({q})" for q in NEEDED[:-1] + DERIVATIVES))
+        (folder / f"{width}.h").write_text(("typedef double NARROW;\n" + WIDE) if width == "wide" else
+                                           "#define _GNU_SOURCE\n#include <math.h>\ntypedef double NARROW;\n")
+        (folder / "shim").mkdir(exist_ok=True)
+        (folder / "shim" / "shim.c").write_text(shim)
+        subprocess.run(["gcc", "-std=gnu11", "-O0", "-ffp-contract=off", "-fPIC", "-shared", "-include", folder / f"{width}.h", "-I",
+                        folder, "-I", SOURCE / "runtime", "-o", folder / f"{width}.so", *folder.glob("*.c"), folder / "shim" / "shim.c",
+                        "-lm"], check=True)
+        self.library = ctypes.CDLL(str(folder / f"{width}.so"))
+        sizes = (ctypes.c_int * 4)()
+        self.library.sizes(sizes)
+        self.n, self.m, parameters, inputs = sizes
+        self.counts = {"q": self.n, "qd": self.n, "t": 1, "x": inputs, "p": parameters}
+        self.start = array([0.0] * (2 * self.n))
+        self.p = array([0.0] * parameters)
+        self.library.set_up(pointer(self.start), pointer(self.p))
+        self.p[self.p == 0] = 1
+
+    def fields(self, quantity):
+        """Parts of a result and their lengths, from the header."""
+        header = (self.folder / f"{self.name}.h").read_text()
+        body = re.search(rf"struct {self.name}_{quantity}_result \{{(.*?)\}};", header, re.S)
+        return [(name, int(count)) for name, count in re.findall(r"double (\w+)\[(\d+)\];", body[1])] if body else []
+
+    def values(self, quantity, state, count, by=None, index=0):
+        out = array(numpy.full(count, numpy.nan))
+        known = self.library.evaluate(quantity.encode(), ctypes.c_double(state["t"]), pointer(array(state["q"] + state["qd"])),
+                                      by and by.encode(), index, count, pointer(out))
+        return out if known else None
+
+    def result(self, quantity, state):
+        """The parts of a result by name; {} when the model has it not."""
+        fields, parts, at = self.fields(quantity), {}, 0
+        values = self.values(quantity, state, sum(count for _, count in fields)) if fields else []
+        for name, count in fields:
+            parts[name] = values[at:at + count]
+            at += count
+        return parts
+
+    def slopes(self, quantity, state, count, by):
+        """count x variables, by differences."""
+        columns = [self.values(quantity, state, count, by, index) for index in range(self.counts[by])]
+        return numpy.array(columns).reshape(self.counts[by], count).T
+
+
+def compare(what, found, expected, tolerance=EXACT, size=0.0):
+    """Columns in the size of the largest, or of the values themselves: what cancels is zero up to that."""
+    if not expected.size:
+        return ["" if found is None else f"{what}: not asked for"]
+    largest = max(abs(expected).max(), size, 1e-300)
+    if found is None:
+        return [close(f"{what}, left out", expected, 0 * expected, tolerance, largest)]
+    found = numpy.reshape(found, expected.shape)
+    return [close(f"{what}, column {i + 1}", found[:, i], expected[:, i], tolerance, largest) for i in range(expected.shape[1])]
+
+
+def compare_blocks(wide, quantity, of, state, count, before="", without=()):
+    parts, lines = wide.result(quantity, state), []
+    if not parts:
+        return []
+    size, tolerance = abs(wide.values(of, state, count)).max(), SOLVED if quantity in ("d_qdd", "d_qdd_free", "d_force") else EXACT
+    for by in ("q", "qd", "t", "x", "p"):
+        if by not in without:
+            slopes, found = wide.slopes(of, state, count, by), parts.get(before + by)
+            if by == "p":  # in the units of the values, one column as the other
+                slopes, found = slopes * wide.p, found if found is None else found.reshape(slopes.shape) * wide.p
+            lines += compare(f"{quantity}.{before}{by}", found, slopes, tolerance, size)
+    return lines
+
+
+def compare_tangent(wide, state):
+    n, m, parts = wide.n, wide.m, wide.result("tangent", state)
+    if not parts:
+        return []
+    wide.library.hold(ctypes.c_double(state["t"]), pointer(array(state["q"] + state["qd"])), sum(map(len, parts.values())))
+    by_q, by_qd, by_t = (wide.slopes("balance", state, n + m, by) for by in ("q", "qd", "t"))
+    lines = compare("K", parts["K"], by_q[:n]) + compare("D", parts["D"], by_qd[:n]) + compare("f_t", parts["f_t"], by_t[:n])
+    lines += compare("M", parts["M"], wide.values("M", state, n * n).reshape(n, n))
+    lines.append(close("qdd", parts["qdd"], wide.values("qdd" if m else "qdd_free", state, n), EXACT))
+    if m:
+        lines += compare("G_q", parts["G_q"], by_q[n:]) + compare("G_qd", parts["G_qd"], by_qd[n:]) + compare("g_t", parts["g_t"], by_t[n:])
+        lines += compare("u", parts["u"], wide.values("u", state, m * n).reshape(m, n))
+        force = wide.values("force", state, n)
+        lines.append(close("lambda", parts["lambda"].dot(parts["u"].reshape(m, n)), force, EXACT))
+    return lines
+
+
+def size_of(wide, quantity, part, state):
+    """Of the values whose derivative a part is."""
+    of = part.rpartition("_")[0] if quantity == "d_rows" else {"d_statics": "Q", "tangent": "M"}.get(quantity, quantity[2:])
+    values = wide.values(of, state, wide.m if quantity == "d_rows" else wide.n ** 2 if of == "M" else wide.n)
+    return 0 if values is None else abs(values).max()
+
+
+def model_of(path, folder):
+    if not isinstance(path, int):
+        return path
+    (folder / "model.lua").write_text(as_lua(random_model(path)))
+    return folder / "model.lua"
+
+
+def emitted(path, options, folder):
+    folder.mkdir()
+    refdyn("gen", path, *options, "--emit", ",".join(NEEDED + DERIVATIVES), "-o", folder)
+    return next(folder.glob("*.h")).stem
+
+
+def state_near(start, seed, n):
+    state = random_state(random.Random(seed), n, 0.2)
+    return {**state, "q": [a + b for a, b in zip(start, state["q"])]}
+
+
+@pytest.mark.parametrize("path, options", CASES, ids=NAMES)
+def test_derivatives(path, options, tmp_path):
+    name = emitted(model_of(path, tmp_path), options, tmp_path / "emitted")
+    wide, narrow = (Emitted(tmp_path / "emitted", name, width) for width in ("wide", "narrow"))
+    state, n, m = state_near(wide.start, 11, wide.n), wide.n, wide.m
+    still = {**state, "qd": [0.0] * n}
+    lines = compare_tangent(wide, state)
+    lines += compare_blocks(wide, "d_qdd_free", "qdd_free", state, n)
+    lines += compare_blocks(wide, "d_qdd", "qdd", state, n) + compare_blocks(wide, "d_force", "force", state, n)
+    lines += compare_blocks(wide, "d_statics", "Q", still, n, without=["qd"])
+    for row in ("phi", "psi", "k"):
+        if wide.values(row, state, m) is not None:
+            lines += compare_blocks(wide, "d_rows", row, state, m, f"{row}_", ["qd"] if row == "phi" else [])
+    for quantity in DERIVATIVES:
+        exact, found = wide.result(quantity, state), narrow.result(quantity, state)
+        for part in exact:
+            scale = numpy.tile(wide.p, len(exact[part]) // len(wide.p)) if re.search("(^|_)p$", part) else 1
+            size = max(abs(exact[part] * scale).max(), size_of(wide, quantity, part, state))
+            lines.append(close(f"{quantity}.{part} in doubles", found[part] * scale, exact[part] * scale, ROUNDED, size))
+    check(lines)
+
+
+@pytest.mark.parametrize("path", [REFERENCE] + [MODELS / f"{name}.lua" for name in ("branched", "gantry", "planar", "spacearm")],
+                         ids=lambda path: path.stem)
+def test_compiles_without_warning(path, tmp_path):
+    emitted(path, (), tmp_path / "emitted")
+    for compiler in COMPILERS:
+        for source in (tmp_path / "emitted").glob("*.c"):
+            subprocess.run([*compiler, *WARNINGS, "-O0", "-I", SOURCE / "runtime", "-c", source, "-o", tmp_path / "out.o"], check=True)
+
+
+@pytest.mark.parametrize("path", [REFERENCE, MODELS / "crane.lua"], ids=lambda path: path.stem)
+def test_on_request_alone(path, tmp_path):
+    refdyn("gen", path, "-o", tmp_path)
+    text = "".join(file.read_text() for file in tmp_path.iterdir())
+    assert "_tangent" not in text and "_d_qdd" not in text
+
+
+def statements(folder):
+    return sum(file.read_text().count(";\n") for file in folder.glob("*.c"))
+
+
+def test_text_grows_as_the_scene(tmp_path):
+    """No n^2 lines: twice the elements, about twice the text."""
+    sizes = []
+    for n in (6, 11):
+        refdyn("gen", REFERENCE, "--set", f"n_rfe={n}", "--emit", "tangent", "-o", tmp_path / str(n))
+        sizes.append(statements(tmp_path / str(n)))
+    assert sizes[1] < 2.1 * sizes[0], sizes
