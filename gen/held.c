@@ -34,12 +34,12 @@ static void turn_axis(struct held *held, int i) {
     struct held_frame *frame = &held->frames[i];
     const struct frame_motion *m = &k->frames[i];
     const struct vector e = unit_vector(g, k->tree->frames[i].joint.axis);
-    const struct vector rate = vector_cross(g, m->angular, e);
-    const struct vector rate2 =
-        vector_add(g, vector_cross(g, frame->angular, e), vector_cross(g, m->angular, rate));
+    frame->own_rate = vector_cross(g, m->angular, e);
+    frame->own_rate2 =
+        vector_add(g, vector_cross(g, frame->angular, e), vector_cross(g, m->angular, frame->own_rate));
     frame->axis = joint_axis(k, i);
-    frame->axis_rate = to_ground(k, i, rate);
-    frame->axis_rate2 = to_ground(k, i, rate2);
+    frame->axis_rate = to_ground(k, i, frame->own_rate);
+    frame->axis_rate2 = to_ground(k, i, frame->own_rate2);
     name_vector(k, i, "axis_rate", frame->axis_rate);
     name_vector(k, i, "axis_rate2", frame->axis_rate2);
 }

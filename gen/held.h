@@ -17,6 +17,7 @@ struct held_frame {
     struct vector angular;                       /* dw/dt, own axes [rad/s^2] */
     struct vector falling;                 /* acceleration of the origin minus gravity, own axes [m/s^2] */
     struct vector shift_rate, shift_rate2; /* of the shift from the parent, its axes; 0 on the ground */
+    struct vector own_rate, own_rate2;     /* de/dt, d2e/dt2, own axes */
     struct vector axis, axis_rate, axis_rate2; /* the joint's axis e, de/dt, d2e/dt2 in the ground frame */
     struct vector velocity, acceleration;      /* of the origin in the ground frame */
 };

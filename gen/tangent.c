@@ -242,11 +242,9 @@ struct axis_motion {
 };
 
 static struct axis_motion axis_motion(const struct held *held, int i) {
-    struct graph *g = held->k->g;
-    const struct vector e = unit_vector(g, held->k->tree->frames[i].joint.axis);
-    const struct vector w = held->k->frames[i].angular, rate = vector_cross(g, w, e);
-    const struct vector bent = vector_cross(g, held->frames[i].angular, e);
-    return (struct axis_motion){e, rate, vector_add(g, bent, vector_cross(g, w, rate))};
+    const struct held_frame *frame = &held->frames[i];
+    const struct vector e = unit_vector(held->k->g, held->k->tree->frames[i].joint.axis);
+    return (struct axis_motion){e, frame->own_rate, frame->own_rate2};
 }
 
 /* C_i = e: all beyond moves along. */
