@@ -497,7 +497,8 @@ static struct wrench reduce_joint(const struct kinematics *k, const struct stage
     return through;
 }
 
-/* The moment m and the force p_f + H^T J^-1 (m - p_n) go on, about the origin of the frame that carries the first. */
+/* The moment m and the force p_f + H^T J^-1 (m - p_n) go on, about the origin of the frame that carries the
+ * first. */
 static struct wrench reduce_ball(const struct kinematics *k, const struct stage *stage, struct wrench p,
                                  struct solution *solution) {
     struct graph *g = k->g;
@@ -558,7 +559,8 @@ static struct vector carried_origin(const struct kinematics *k, int i, struct ac
 
 /* What frame i would do if its joint stood still. */
 static struct acceleration carry_outward(const struct kinematics *k, int i, struct acceleration parent) {
-    return (struct acceleration){to_child(k, i, parent.angular), to_child(k, i, carried_origin(k, i, parent))};
+    return (struct acceleration){to_child(k, i, parent.angular),
+                                 to_child(k, i, carried_origin(k, i, parent))};
 }
 
 /* wd = J^-1 (m - p_n) - J^-1 H a; `inside`: what carries the joint */

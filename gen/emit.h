@@ -45,6 +45,8 @@ void emit_spline_prototypes(struct emission *emission, struct text *text);
 /* Loops behind the straight-line code; `local` stands before the names of local arrays. */
 void emit_loops(struct emission *emission, struct text *text, const struct function *function,
                 const char *local);
+/* Do they write all entries of a field, so that it need not be cleared? */
+bool is_written_by_loops(const struct function *function, int field);
 /* How a field is called there. */
 const char *field_text(struct emission *emission, const struct function *function, int field,
                        const char *local);

@@ -70,7 +70,8 @@ static void emit_element(struct emission *x, struct text *text, const struct sym
 /* A loop's own variable; in a later loop what was kept of it, in a later piece what was left. */
 static void emit_slot(struct emission *x, struct text *text, expression e) {
     const struct symbol *s = as_symbol(x->g, e);
-    const bool is_kept = s->kind == SYMBOL_CARRIED && x->function->group_of[x->g->slots[s->index].loop] != x->group;
+    const bool is_kept =
+        s->kind == SYMBOL_CARRIED && x->function->group_of[x->g->slots[s->index].loop] != x->group;
     bool *is_carried = is_kept ? &x->is_carried[e] : &x->is_slot_carried[s->index];
     if (x->slot_piece[s->index] != x->piece)
         *is_carried = true;

@@ -41,8 +41,8 @@ static void emit_cost_list(struct emission *x, struct text *text) {
         text_add(text, " *   %-10s %6ld %6ld %4ld %4ld\n", count->quantity, count->adds, count->muls,
                  count->divs, count->functions);
     }
-    if (x->plan->accelerations)
-        text_add(text, " * Accelerations: %s.\n", x->plan->accelerations);
+    if (x->plan->choices)
+        text_add(text, " * Choices by counted operations: %s.\n", x->plan->choices);
     text_add(text, " */\n");
 }
 

@@ -71,11 +71,35 @@ static void put_tables(const struct printer *p, const struct pairs *pairs) {
         put_flags(p, "moves_on", pairs->moves_on, pairs->n);
 }
 
+/* Nothing but this product writes its field, and its entries stand in rows: dots go to their places at once.
+ */
+static bool is_direct(const struct function *function, const struct pairs *pairs,
+                      const struct pair_product *product) {
+    const struct field *field = &function->fields[product->field];
+    for (int i = 0; i < field->count; i++)
+        if (function->out[field->offset + i])
+            return false;
+    return product->is_mirrored && is_in_order(pairs);
+}
+
+bool is_written_by_loops(const struct function *function, int field) {
+    for (int l = 0; l < function->loop_count; l++) {
+        const struct pairs *pairs = &function->loops[l].of.pairs;
+        for (int i = 0; function->loops[l].kind == LOOP_PAIRS && i < pairs->product_count; i++)
+            if (pairs->products[i].field == field && is_chain(pairs) &&
+                is_direct(function, pairs, &pairs->products[i]))
+                return true;
+    }
+    return false;
+}
+
 /* Where the dots of one product stand until they are put in their places. */
 static void put_sums(const struct printer *p, const struct pairs *pairs) {
     for (int i = 0; i < pairs->product_count; i++) {
         const struct pair_product *product = &pairs->products[i];
         const char *field = p->function->fields[product->field].name;
+        if (is_direct(p->function, pairs, product))
+            continue;
         text_add(p->text, "            double %s_rows[%d]", field, pairs->n);
         text_add(p->text, product->is_mirrored ? ";\n" : ", %s_columns[%d];\n", field, pairs->n);
     }
@@ -95,9 +119,10 @@ static void put_near(const struct printer *p, const struct pair_terms *terms, co
         }
 }
 
-static void put_dot(const struct printer *p, const struct pair_terms *terms, const char *title) {
+static void put_dot(const struct printer *p, const struct pair_terms *terms, const char *title,
+                    const char *target) {
     int count = 0;
-    text_add(p->text, "                    %s[i] =", title);
+    text_add(p->text, "                    %s =", target);
     for (int t = 0; t < terms->count; t++)
         for (int a = 0; a < 3; a++) {
             if (!has_component(&terms->terms[t], a))
@@ -110,23 +135,38 @@ static void put_dot(const struct printer *p, const struct pair_terms *terms, con
     text_add(p->text, "%s;\n", count ? "" : " 0.0");
 }
 
-typedef void put_terms(const struct printer *p, const struct pair_terms *terms, const char *title);
-
-static void put_products(const struct printer *p, const struct pairs *pairs, bool turns, put_terms *put) {
+static void put_near_vectors(const struct printer *p, const struct pairs *pairs, bool turns) {
     for (int i = 0; i < pairs->product_count; i++) {
         const struct pair_product *product = &pairs->products[i];
         const struct pair_entries *entries = turns ? &product->turn : &product->slide;
         const char *field = p->function->fields[product->field].name;
-        put(p, &entries->rows, memory_format(p->x->plan->memory, "%s_rows", field));
+        put_near(p, &entries->rows, memory_format(p->x->plan->memory, "%s_rows", field));
         if (!product->is_mirrored)
-            put(p, &entries->columns, memory_format(p->x->plan->memory, "%s_columns", field));
+            put_near(p, &entries->columns, memory_format(p->x->plan->memory, "%s_columns", field));
+    }
+}
+
+static void put_products(const struct printer *p, const struct pairs *pairs, bool turns) {
+    struct memory *memory = p->x->plan->memory;
+    for (int i = 0; i < pairs->product_count; i++) {
+        const struct pair_product *product = &pairs->products[i];
+        const struct pair_entries *entries = turns ? &product->turn : &product->slide;
+        const char *field = p->function->fields[product->field].name;
+        const char *rows = memory_format(memory, "%s_rows", field);
+        const char *columns = memory_format(memory, "%s_columns", field);
+        put_dot(p, &entries->rows, rows,
+                is_direct(p->function, pairs, product)
+                    ? memory_format(memory, "%s[j * %d + i]", name(p, product->field), pairs->n)
+                    : memory_format(memory, "%s[i]", rows));
+        if (!product->is_mirrored)
+            put_dot(p, &entries->columns, columns, memory_format(memory, "%s[i]", columns));
     }
 }
 
 static void put_dots(const struct printer *p, const struct pairs *pairs, bool turns) {
-    put_products(p, pairs, turns, put_near);
+    put_near_vectors(p, pairs, turns);
     text_add(p->text, "                for (int i = j; i < end; i++) {\n");
-    put_products(p, pairs, turns, put_dot);
+    put_products(p, pairs, turns);
     text_add(p->text, "                }\n");
 }
 
@@ -137,6 +177,11 @@ static void put_stores(const struct printer *p, const struct pairs *pairs) {
     for (int k = 0; k < pairs->product_count; k++) {
         const struct pair_product *product = &pairs->products[k];
         const char *field = p->function->fields[product->field].name, *place = name(p, product->field);
+        if (is_direct(p->function, pairs, product)) {
+            text_add(p->text, "            for (int i = j + 1; i < end; i++)\n");
+            text_add(p->text, "                %s[i * %d + j] = %s[j * %d + i];\n", place, n, place, n);
+            continue;
+        }
         text_add(p->text, "            for (int i = j; i < end; i++)\n");
         text_add(p->text, "                %s[%s * %d + %s] += %s_rows[i];\n", place, i, n, j, field);
         text_add(p->text, "            for (int i = j + 1; i < end; i++)\n");

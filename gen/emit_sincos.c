@@ -16,7 +16,8 @@ enum { LARGEST = 100000 }; /* [rad] beyond, and for what is no number, libm is a
 
 /* S and C of z = r r: sin r = r + r z S, cos r = 1 - z / 2 + z z C. */
 static void put_polynomials(struct text *text, const char *r) {
-    text_add(text, "            const double z = %s * %s, zz = z * z, half = 0.5 * z, level = 1.0 - half;\n", r, r);
+    text_add(text, "            const double z = %s * %s, zz = z * z, half = 0.5 * z, level = 1.0 - half;\n",
+             r, r);
     text_add(text, "            const double S = (-0.1666666666666663 + z * 0.008333333333322113) +\n"
                    "                zz * ((-0.00019841269829584855 + z * 2.7557313619702316e-06) +\n"
                    "                zz * (-2.5050747490622132e-08 + z * 1.5896213900738014e-10));\n"
@@ -44,19 +45,18 @@ static void put_reduced(struct text *text) {
              "            const double r = high - rest, low = (high - r) - rest;\n",
              FEWEST_ANGLES);
     put_polynomials(text, "r");
-    text_add(text,
-             "            const double sin_r = r + ((r * z) * S + low * level);\n"
-             "            const double cos_r = level + (((1.0 - level) - half) + (zz * C - r * low));\n"
-             "            /* k = 2 h + odd, odd = -1, 0 or 1; the sign is that of (-1)^h. */\n"
-             "            const double h = (0.5 * k + whole) - whole;\n"
-             "            const double odd = k - 2.0 * h;\n"
-             "            const double g = h - 2.0 * ((0.5 * h + whole) - whole);\n"
-             "            const double sign = 1.0 - 2.0 * (g * g);\n"
-             "            const double turned = sign * odd;\n"
-             "            const double even = sign - turned * odd;\n"
-             "            s[i] = even * sin_r + turned * cos_r;\n"
-             "            c[i] = even * cos_r - turned * sin_r;\n"
-             "        }\n");
+    text_add(text, "            const double sin_r = r + ((r * z) * S + low * level);\n"
+                   "            const double cos_r = level + (((1.0 - level) - half) + (zz * C - r * low));\n"
+                   "            /* k = 2 h + odd, odd = -1, 0 or 1; the sign is that of (-1)^h. */\n"
+                   "            const double h = (0.5 * k + whole) - whole;\n"
+                   "            const double odd = k - 2.0 * h;\n"
+                   "            const double g = h - 2.0 * ((0.5 * h + whole) - whole);\n"
+                   "            const double sign = 1.0 - 2.0 * (g * g);\n"
+                   "            const double turned = sign * odd;\n"
+                   "            const double even = sign - turned * odd;\n"
+                   "            s[i] = even * sin_r + turned * cos_r;\n"
+                   "            c[i] = even * cos_r - turned * sin_r;\n"
+                   "        }\n");
 }
 
 static void put_block(const struct emission *x, struct text *text) {
@@ -68,23 +68,25 @@ static void put_block(const struct emission *x, struct text *text) {
              "libm's. */\n"
              "static void %s_sincos_%d(const double *angle, double *sine, double *cosine) {\n",
              n, LARGEST, x->name, n);
-    text_add(text,
-             "    const double whole = 6755399441055744.0; /* 1.5 2^52: beside it only whole numbers exist */\n"
-             "    double x[%d], s[%d], c[%d];\n"
-             "    int small = 1, known = 1;\n"
-             "    for (int i = 0; i < %d; i++)\n"
-             "        x[i] = angle[i];\n"
-             "    for (int i = 0; i < %d; i++) {\n"
-             "        small &= fabs(x[i]) <= 0.785;\n"
-             "        known &= fabs(x[i]) <= %d.0;\n"
-             "    }\n",
-             n, n, n, n, n, LARGEST);
+    text_add(
+        text,
+        "    const double whole = 6755399441055744.0; /* 1.5 2^52: beside it only whole numbers exist */\n"
+        "    double x[%d], s[%d], c[%d];\n"
+        "    int small = 1, known = 1;\n"
+        "    for (int i = 0; i < %d; i++)\n"
+        "        x[i] = angle[i];\n"
+        "    for (int i = 0; i < %d; i++) {\n"
+        "        small &= fabs(x[i]) <= 0.785;\n"
+        "        known &= fabs(x[i]) <= %d.0;\n"
+        "    }\n",
+        n, n, n, n, n, LARGEST);
     put_small(text);
     put_reduced(text);
     text_add(text,
              "    } else {\n        for (int i = 0; i < %d; i++) {\n"
              "            s[i] = sin(x[i]);\n            c[i] = cos(x[i]);\n        }\n    }\n"
-             "    for (int i = 0; i < %d; i++) {\n        sine[i] = s[i];\n        cosine[i] = c[i];\n    }\n}\n\n",
+             "    for (int i = 0; i < %d; i++) {\n        sine[i] = s[i];\n        cosine[i] = c[i];\n    "
+             "}\n}\n\n",
              n, n);
 }
 
@@ -105,14 +107,15 @@ void emit_sincos(struct emission *x, struct text *text) {
 
 void emit_angle_arrays(const struct emission *x, struct text *text) {
     if (x->function->angle_count)
-        text_add(text, "    double sine[%d], cosine[%d];\n", x->function->angle_count, x->function->angle_count);
+        text_add(text, "    double sine[%d], cosine[%d];\n", x->function->angle_count,
+                 x->function->angle_count);
 }
 
 void emit_angle_pass(const struct emission *x, struct text *text) {
     const char *within = x->is_cut ? "s." : "";
     if (x->function->angle_count)
-        text_add(text, "    %s_sincos(q + %d, %ssine, %scosine, %d);\n", x->name, x->function->first_angle, within,
-                 within, x->function->angle_count);
+        text_add(text, "    %s_sincos(q + %d, %ssine, %scosine, %d);\n", x->name, x->function->first_angle,
+                 within, within, x->function->angle_count);
 }
 
 bool emit_angle(struct emission *x, struct text *text, expression e) {

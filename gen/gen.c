@@ -6,7 +6,6 @@
 #include "runs.h"
 
 #include <errno.h>
-#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -46,6 +45,7 @@ enum gen_status gen_read(struct generation *gen, const struct read_request *requ
     gen->model.graph = &gen->graph;
     gen->model.fold = request->fold;
     gen->model.accelerations = request->accelerations;
+    gen->model.loops = request->loops;
     read_model(gen, request);
     sort_messages(&gen->messages);
     return gen->messages.errors ? GEN_MODEL_ERROR : GEN_OK;
@@ -60,10 +60,8 @@ enum gen_status gen_plan(struct generation *gen, const char *emit) {
                           .model = &gen->model,
                           .tree = &gen->tree,
                           .rolled = &gen->rolled};
-    int least = getenv("ROLL") ? atoi(getenv("ROLL")) : 0;
-    if (gen->model.accelerations == ACCELERATIONS_DENSE)
-        least = 0; /* factors know no runs */
-    roll(&gen->memory, &gen->model, &gen->tree, least, &gen->rolled);
+    const bool has_loops = !gen->model.printed_form && gen->model.accelerations != ACCELERATIONS_DENSE;
+    roll(&gen->memory, &gen->model, &gen->tree, has_loops ? gen->model.loops : LOOPS_NEVER, &gen->rolled);
     list_functions(plan, emit);
     plan_functions(plan);
     emit_files(plan);

@@ -114,7 +114,8 @@ static void write_results(const struct state *state, const struct function *func
     for (int i = 0; i < function->run_result_count; i++) {
         const struct run_result *result = &function->run_results[i];
         for (int r = 0; r < run_of(state->arguments.plan, result->run)->count; r++)
-            out[function->fields[result->field].offset + result->entry + r * result->stride] = result_value(state, result->value, r);
+            out[function->fields[result->field].offset + result->entry + r * result->stride] =
+                result_value(state, result->value, r);
     }
 }
 

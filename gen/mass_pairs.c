@@ -1,8 +1,8 @@
 /*
  * The mass matrix as loops over pairs of coordinates (loops.h): the wrench that accelerates all beyond joint
- * i by one unit of its coordinate, moved from joint to joint toward the ground, dotted with each joint's axis.
- * Takes the composites, adds local arrays and the loop to a function. For trees with runs, and wherever the
- * written-out form (dynamics.c) is longer.
+ * i by one unit of its coordinate, moved from joint to joint toward the ground, dotted with each joint's
+ * axis. Takes the composites, adds local arrays and the loop to a function. For trees with runs, and wherever
+ * the written-out form (dynamics.c) is longer.
  */
 #include "pairs.h"
 #include "quantities.h"

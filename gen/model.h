@@ -155,6 +155,9 @@ struct row {
     struct place place;
 };
 
+/* Loops over equal elements (runs.h): where they pay, wherever there are two, or none. */
+enum loops { LOOPS_AUTO, LOOPS_ALWAYS, LOOPS_NEVER };
+
 /* How M x = f is solved for the accelerations: by recursion in O(n), with M as a matrix, or by what is
  * cheaper. */
 enum accelerations { ACCELERATIONS_AUTO, ACCELERATIONS_RECURSIVE, ACCELERATIONS_DENSE };
@@ -167,6 +170,7 @@ struct model {
     bool printed_form; /* h and Q as the chapter prints them */
     bool fold;         /* parameters are numbers in the graph */
     enum accelerations accelerations;
+    enum loops loops;
     expression gravity[3]; /* [m/s^2], ground frame */
     struct option *options;
     int option_count;

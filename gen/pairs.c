@@ -92,8 +92,7 @@ static bool is_zero_axis(const struct pair_arrays *p, const struct vector *by_fr
 struct vector_arrays add_arrays(struct pair_arrays *p, const char *name, const struct vector *by_frame) {
     struct vector_arrays arrays;
     for (int axis = 0; axis < 3; axis++)
-        arrays.at[axis] =
-            is_zero_axis(p, by_frame, axis) ? NOTHING : add_axis(p, name, by_frame, axis);
+        arrays.at[axis] = is_zero_axis(p, by_frame, axis) ? NOTHING : add_axis(p, name, by_frame, axis);
     return arrays;
 }
 
@@ -105,8 +104,7 @@ void add_moved(struct pair_arrays *p, const char *name, const struct vector *by_
                struct pair_move *move) {
     for (int axis = 0; axis < 3; axis++) {
         const int b = (axis + 1) % 3, c = (axis + 2) % 3;
-        const bool stays_zero =
-            is_zero_axis(p, by_frame, axis) && !meet(move, b, c) && !meet(move, c, b);
+        const bool stays_zero = is_zero_axis(p, by_frame, axis) && !meet(move, b, c) && !meet(move, c, b);
         move->moment.at[axis] = stays_zero ? NOTHING : add_axis(p, name, by_frame, axis);
     }
 }

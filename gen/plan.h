@@ -32,10 +32,10 @@ struct run_result {
 
 /* Statements computed one after the other, once or in a loop over the elements of a run. */
 struct code_block {
-    int run;      /* -1: once */
-    int group;    /* of loops of the graph that run as one; 0: once, or a loop that only writes results */
-    bool inward;  /* from the last element to the first */
-    int end;      /* of its statements */
+    int run;     /* -1: once */
+    int group;   /* of loops of the graph that run as one; 0: once, or a loop that only writes results */
+    bool inward; /* from the last element to the first */
+    int end;     /* of its statements */
 };
 
 /* A sine or cosine of an element's coordinate, which each group of loops reads from the pass over angles. */
@@ -63,8 +63,8 @@ struct function {
     struct angle_use *angle_uses;
     int angle_use_count, angle_use_capacity;
     int first_angle, angle_count; /* coordinates in the pass over angles; count 0: there is none */
-    bool *is_stored; /* by handle: of a loop, kept for all elements, since other loops read it */
-    bool *is_needed; /* by handle: slots of loops among them */
+    bool *is_stored;              /* by handle: of a loop, kept for all elements, since other loops read it */
+    bool *is_needed;              /* by handle: slots of loops among them */
     int *piece_ends; /* blocks are cut into piece_count static functions when there are many statements */
     int piece_count;
     struct operation_count operations;
@@ -87,7 +87,7 @@ struct plan {
     struct function prepare; /* results: values of parameters alone, ascending */
     bool *is_statement;      /* scratch of the function being planned or printed, by handle */
     bool *is_derived;        /* by handle */
-    const char *accelerations; /* how M x = f is solved and what it costs, for the summary; NULL: not at all */
+    const char *choices;     /* how M x = f is solved and what it costs, for the summary; NULL: not at all */
     const char *left_out;    /* what the scene does not need, for the summary */
     struct emitted_file *files;
     int file_count;
@@ -97,7 +97,8 @@ struct plan {
  * locals. */
 expression *open_field(struct memory *memory, struct function *function, struct field field);
 
-/* The value of a frame with a joint, in entry `first` + step * e of a field, e the element in a run, 0 else. */
+/* The value of a frame with a joint, in entry `first` + step * e of a field, e the element in a run, 0 else.
+ */
 void give(struct memory *memory, const struct tree *tree, struct function *function, int field, int first,
           int step, int frame, expression value);
 

@@ -7,6 +7,7 @@
 #include "quantities.h"
 #include "breaks.h"
 #include "pairs.h"
+#include "runs.h"
 #include "sensitivity.h"
 
 #include <stdio.h>
@@ -17,6 +18,32 @@ static const double redundant = 1e-12;
 
 expression *new_values(const struct derivation *d, int count) {
     return memory_get(d->memory, ((size_t)count + 1) * sizeof(expression));
+}
+
+static struct derivation *start_derivation(struct plan *plan, const struct tree *tree) {
+    struct derivation *d = memory_get(plan->memory, sizeof *d);
+    *d = (struct derivation){.plan = plan,
+                             .memory = plan->memory,
+                             .g = plan->g,
+                             .model = plan->model,
+                             .n = plan->tree->count,
+                             .m = plan->model->row_count,
+                             .points = plan->model->point_count,
+                             .frames = tree->count};
+    derive_kinematics(plan->memory, plan->model, tree, &d->kinematics);
+    return d;
+}
+
+struct derivation *without_runs(struct derivation *d) {
+    if (!d->kinematics.tree->run_count)
+        return d;
+    if (!d->flat) {
+        struct tree *tree = memory_get(d->memory, sizeof *tree);
+        roll(d->memory, d->model, d->plan->tree, LOOPS_NEVER, tree);
+        d->flat = start_derivation(d->plan, tree);
+        d->flat->is_second = true;
+    }
+    return d->flat;
 }
 
 const struct inertia *composites(struct derivation *d) {
@@ -236,32 +263,44 @@ static const expression *constrained_by(struct derivation *d, struct solution *s
  */
 enum { DIVISION_WEIGHT = 4 };
 
+/* How often a call computes a node. */
+static long trips(const struct derivation *d, expression e) {
+    const uint16_t loop = d->g->nodes[e].loop;
+    return !loop || loop == ANY_LOOP ? 1 : d->plan->rolled->runs[d->g->loops[loop].run].count;
+}
+
 /* Operations of a call that computes these values and nothing else; what depends on parameters alone is free.
  */
-static long weigh(const struct derivation *d, const expression *values) {
+static long weigh(const struct derivation *d, const expression *values, int count) {
     const struct graph *g = d->g;
     bool *needed = memory_get(d->memory, g->count * sizeof *needed);
     long operations = 0;
-    for (int i = 0; i < d->frames; i++)
+    for (int i = 0; i < count; i++)
         needed[values[i]] = true;
     mark_operands(g, needed, g->count);
     for (expression e = 0; e < g->count; e++) {
         const enum cost cost = operation_cost(g->nodes[e].operation);
         if (needed[e] && (g->nodes[e].depends & ~ON_PARAMETER) != 0)
-            operations += cost == COST_DIV ? DIVISION_WEIGHT : cost == COST_ADD || cost == COST_MUL;
+            operations +=
+                trips(d, e) * (cost == COST_DIV ? DIVISION_WEIGHT : cost == COST_ADD || cost == COST_MUL);
     }
     return operations;
 }
 
 typedef const expression *solve_by(struct derivation *d, struct solution *solution);
 
+/* One more choice for the summary and the header. */
+static void say(struct derivation *d, const char *choice) {
+    struct plan *plan = d->plan;
+    plan->choices = plan->choices ? memory_format(plan->memory, "%s; %s", plan->choices, choice) : choice;
+}
+
 /* "qdd_free recursive, 1055 operations (dense 1512)" */
 static void say_choice(struct derivation *d, const char *quantity, const struct solution *chosen,
                        const char *costs) {
-    struct plan *plan = d->plan;
-    plan->accelerations = memory_format(
-        plan->memory, "%s%s%s %s%s", plan->accelerations ? plan->accelerations : "",
-        plan->accelerations ? "; " : "", quantity, chosen->is_dense ? "dense" : "recursive", costs);
+    if (!d->is_second)
+        say(d,
+            memory_format(d->memory, "%s %s%s", quantity, chosen->is_dense ? "dense" : "recursive", costs));
 }
 
 /*
@@ -273,17 +312,18 @@ static struct solution *cheaper(struct derivation *d, const char *quantity, solv
     struct solution *recursive = &d->by_method[0], *dense = &d->by_method[1];
     const struct tree *tree = d->kinematics.tree;
     if (tree->run_count) {
-        say_choice(d, quantity, recursive, "");
+        const long operations = weigh(d, by(d, recursive), d->frames);
+        say_choice(d, quantity, recursive, memory_format(d->memory, ", %ld operations", operations));
         return recursive;
     }
-    const long own = weigh(d, by(d, recursive)), factoring = factor_operations(tree);
+    const long own = weigh(d, by(d, recursive), d->frames), factoring = factor_operations(tree);
     if (factoring >= own) {
         say_choice(d, quantity, recursive,
                    memory_format(d->memory, ", %ld operations (dense: up to %ld for the factors alone)", own,
                                  factoring));
         return recursive;
     }
-    const long other = weigh(d, by(d, dense));
+    const long other = weigh(d, by(d, dense), d->frames);
     if (10 * other <= 9 * own) {
         say_choice(d, quantity, dense,
                    memory_format(d->memory, ", %ld operations (recursive %ld)", other, own));
@@ -338,7 +378,8 @@ static void spread(struct derivation *d, struct function *f, int begin, const ex
     for (int i = 0; i < d->frames; i++) {
         const struct frame *frame = &d->kinematics.tree->frames[i];
         if (frame->kind == FRAME_JOINT)
-            give(d->memory, d->kinematics.tree, f, f->field_count - 1, begin + frame->coordinate, frame->step, i, by_frame[i]);
+            give(d->memory, d->kinematics.tree, f, f->field_count - 1, begin + frame->coordinate, frame->step,
+                 i, by_frame[i]);
     }
 }
 
@@ -349,19 +390,69 @@ static void spread_field(struct derivation *d, struct function *f, const char *n
     spread(d, f, 0, by_frame);
 }
 
-/* A field for M; with runs its values come from loops, which stand behind all fields. */
+static void build_h(struct derivation *d, struct function *f) {
+    spread_field(d, f, "h", "(n) bias forces [N, N m]", bias_forces(d));
+}
+
+/* ---- M: written out, or loops over pairs ---- */
+
+enum {
+    MOST_WRITTEN_OUT = 40, /* coordinates: beyond, written-out matrices are not even weighed */
+    LOOP_ADVANTAGE = 2     /* operations of loops over pairs, which compilers turn into vectors, for one */
+};
+
+/* Operations of loops and of the vectors that they read. */
+static long weigh_loops(const struct derivation *d, const struct function *f) {
+    struct operation_count count = {.quantity = f->quantity};
+    expression *values = new_values(d, value_count(f) + f->run_result_count);
+    int kept = 0;
+    for (int i = 0; i < value_count(f); i++)
+        if (f->out[i] != GIVEN_IN_LOOP)
+            values[kept++] = f->out[i];
+    for (int i = 0; i < f->run_result_count; i++)
+        values[kept++] = f->run_results[i].value;
+    for (int i = 0; i < f->loop_count; i++)
+        count_loop(f, &f->loops[i], &count);
+    return weigh(d, values, kept) + (count.adds + count.muls) / LOOP_ADVANTAGE;
+}
+
+/* Sets d->mass_by_loops, once. */
+static void choose_mass_form(struct derivation *d) {
+    struct function trial = {.quantity = "M"};
+    if (d->has_mass_form)
+        return;
+    d->has_mass_form = d->mass_by_loops = true;
+    add_field(d, &trial, "M", "", d->n * d->n, d->n);
+    add_mass_pairs(d, &trial, 0);
+    drop_unread(d->memory, &trial);
+    const long loops = weigh_loops(d, &trial);
+    if (d->n > MOST_WRITTEN_OUT) {
+        say(d, memory_format(d->memory, "M in loops, %ld", loops));
+        return;
+    }
+    struct derivation *flat = without_runs(d);
+    const long written = weigh(d, mass_matrix(flat), d->n * d->n);
+    d->mass_by_loops = loops < written;
+    say(d, memory_format(d->memory, "M %s, %ld (%s %ld)", d->mass_by_loops ? "in loops" : "written out",
+                         d->mass_by_loops ? loops : written, d->mass_by_loops ? "written out" : "loops",
+                         d->mass_by_loops ? written : loops));
+}
+
 static int add_mass_field(struct derivation *d, struct function *f) {
     add_field(d, f, "M", "(n x n) mass matrix [kg, kg m, kg m^2]", d->n * d->n, d->n);
     return f->field_count - 1;
 }
 
+/* When all other fields are there: loops and their local arrays stand behind them. */
 static void fill_mass_field(struct derivation *d, struct function *f, int field) {
-    if (d->kinematics.tree->run_count) {
+    choose_mass_form(d);
+    if (d->mass_by_loops) {
         add_mass_pairs(d, f, field);
         drop_unread(d->memory, f);
         return;
     }
-    memcpy(f->out + f->fields[field].offset, mass_matrix(d), (size_t)(d->n * d->n) * sizeof(expression));
+    const expression *M = mass_matrix(without_runs(d));
+    memcpy(f->out + f->fields[field].offset, M, (size_t)(d->n * d->n) * sizeof(expression));
     f->fields[field].symmetric = d->n;
 }
 
@@ -369,8 +460,10 @@ static void build_M(struct derivation *d, struct function *f) {
     fill_mass_field(d, f, add_mass_field(d, f));
 }
 
-static void build_h(struct derivation *d, struct function *f) {
-    spread_field(d, f, "h", "(n) bias forces [N, N m]", bias_forces(d));
+static void build_M_h(struct derivation *d, struct function *f) {
+    const int mass = add_mass_field(d, f);
+    build_h(d, f);
+    fill_mass_field(d, f, mass);
 }
 
 static void build_Q(struct derivation *d, struct function *f) {
@@ -606,46 +699,53 @@ struct quantity {
     const char *reason; /* why a scene has it not */
     void (*build)(struct derivation *d, struct function *f);
     bool on_request; /* emitted when it is named, not by default */
+    bool is_flat;    /* derived without runs */
 };
 
 /* `anchor` and `start` stand last: they set what the others read. */
 static const struct quantity quantities[] = {
-    {"M", "mass matrix", always, "", build_M, false},
-    {"h", "bias forces h = -c (Coriolis, centrifugal)", always, "", build_h, false},
+    {"M", "mass matrix", always, "", build_M, false, false},
+    {"h", "bias forces h = -c (Coriolis, centrifugal)", always, "", build_h, false, false},
     {"Q", "generalized forces: gravity, springs, dampers and those that the model names", always, "", build_Q,
+     false, false},
+    {"u", "row coefficients, u qdd + v = 0", has_rows, "constraints", build_u, false, false},
+    {"v", "rest of the rows, u qdd + v = 0", has_rows, "constraints", build_v, false, false},
+    {"phi", "position-level residuals", has_position_rows, "position rows", build_phi, false, false},
+    {"psi", "velocity-level residuals", has_velocity_rows, "position or velocity rows", build_psi, false,
      false},
-    {"u", "row coefficients, u qdd + v = 0", has_rows, "constraints", build_u, false},
-    {"v", "rest of the rows, u qdd + v = 0", has_rows, "constraints", build_v, false},
-    {"phi", "position-level residuals", has_position_rows, "position rows", build_phi, false},
-    {"psi", "velocity-level residuals", has_velocity_rows, "position or velocity rows", build_psi, false},
-    {"k", "stabilised right side k = -v - 2 alpha psi - beta^2 phi", has_rows, "constraints", build_k, false},
-    {"r", "positions of the points", has_points, "points", build_r, false},
-    {"rd", "velocities of the points", has_points, "points", build_rd, false},
-    {"C", "columns of the points, rd = C qd", has_points, "points", build_C, false},
-    {"d", "bias accelerations of the points, rdd = C qdd + d", has_points, "points", build_d, false},
-    {"energy", "kinetic and potential energy", always, "", build_energy, false},
+    {"k", "stabilised right side k = -v - 2 alpha psi - beta^2 phi", has_rows, "constraints", build_k, false,
+     false},
+    {"r", "positions of the points", has_points, "points", build_r, false, false},
+    {"rd", "velocities of the points", has_points, "points", build_rd, false, false},
+    {"C", "columns of the points, rd = C qd", has_points, "points", build_C, false, false},
+    {"d", "bias accelerations of the points, rdd = C qdd + d", has_points, "points", build_d, false, false},
+    {"energy", "kinetic and potential energy", always, "", build_energy, false, false},
     {"power", "power of all forces in Q that have no potential", has_work, "forces without a potential",
-     build_power, false},
-    {"Q_q", "tangent of statics, dQ/dq at qd = 0", always, "", build_Q_q, false},
-    {"qdd_free", "accelerations without constraints, O(n)", always, "", build_qdd_free, false},
-    {"qdd", "accelerations with stabilised constraints, O(n m)", has_rows, "constraints", build_qdd, false},
-    {"force", "programme force r = M qdd - h - Q", has_rows, "constraints", build_force, false},
-    {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations, false},
-    {"tangent", "derivatives of M qdd - h - Q - u^T lambda and u qdd - k at held qdd and lambda",
-     is_corrected, "corrected form", build_tangent, true},
-    {"d_qdd", "derivatives of qdd", is_corrected_with_rows, "constraints in the corrected form", build_d_qdd,
-     true},
-    {"d_qdd_free", "derivatives of qdd_free", is_corrected, "corrected form", build_d_qdd_free, true},
-    {"d_force", "derivatives of the programme force", is_corrected_with_rows,
-     "constraints in the corrected form", build_d_force, true},
-    {"d_statics", "derivatives of Q at qd = 0", is_corrected, "corrected form", build_d_statics, true},
-    {"d_rows", "derivatives of phi, psi and k", has_rows, "constraints", build_d_rows, true},
-    {"course", "values that the model records with a motion", has_courses, "courses", build_course, false},
-    {"breaks", "times at which formulas of time alone have kinks", has_breaks, "kinks in time", build_breaks,
+     build_power, false, false},
+    {"Q_q", "tangent of statics, dQ/dq at qd = 0", always, "", build_Q_q, false, true},
+    {"M_h", "M and h in one call, work shared", always, "", build_M_h, true, false},
+    {"qdd_free", "accelerations without constraints, O(n)", always, "", build_qdd_free, false, false},
+    {"qdd", "accelerations with stabilised constraints, O(n m)", has_rows, "constraints", build_qdd, false,
      false},
+    {"force", "programme force r = M qdd - h - Q", has_rows, "constraints", build_force, false, false},
+    {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations, false,
+     false},
+    {"tangent", "derivatives of M qdd - h - Q - u^T lambda and u qdd - k at held qdd and lambda",
+     is_corrected, "corrected form", build_tangent, true, true},
+    {"d_qdd", "derivatives of qdd", is_corrected_with_rows, "constraints in the corrected form", build_d_qdd,
+     true, true},
+    {"d_qdd_free", "derivatives of qdd_free", is_corrected, "corrected form", build_d_qdd_free, true, true},
+    {"d_force", "derivatives of the programme force", is_corrected_with_rows,
+     "constraints in the corrected form", build_d_force, true, true},
+    {"d_statics", "derivatives of Q at qd = 0", is_corrected, "corrected form", build_d_statics, true, true},
+    {"d_rows", "derivatives of phi, psi and k", has_rows, "constraints", build_d_rows, true, true},
+    {"course", "values that the model records with a motion", has_courses, "courses", build_course, false,
+     false},
+    {"breaks", "times at which formulas of time alone have kinks", has_breaks, "kinks in time", build_breaks,
+     false, false},
     {"anchor", "parameters whose default is a value at the start of a motion", has_anchors,
-     "anchored parameters", build_anchor, false},
-    {"start", "coordinates and rates at the start of a motion", always, "", build_start, false},
+     "anchored parameters", build_anchor, false, false},
+    {"start", "coordinates and rates at the start of a motion", always, "", build_start, false, false},
 };
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof *quantities };
@@ -721,33 +821,28 @@ static void list_anchored(struct derivation *d) {
 }
 
 void list_functions(struct plan *plan, const char *emit) {
-    struct derivation d = {.plan = plan, .memory = plan->memory, .g = plan->g, .model = plan->model};
+    struct derivation *d = start_derivation(plan, plan->rolled);
     const char *last_reason = NULL;
-    d.n = plan->tree->count;
-    d.m = plan->model->row_count;
-    d.points = plan->model->point_count;
-    derive_kinematics(plan->memory, plan->model, plan->rolled, &d.kinematics);
-    d.frames = plan->rolled->count;
     plan->functions = memory_get(plan->memory, QUANTITY_COUNT * sizeof *plan->functions);
     for (int i = 0; i < QUANTITY_COUNT; i++) {
         const struct quantity *quantity = &quantities[i];
         if (quantity->build == build_breaks)
             find_breaks(plan);
         if (quantity->build == build_anchor)
-            list_anchored(&d);
+            list_anchored(d);
         if (quantity->on_request && !is_asked_for(quantity, emit))
             continue;
-        if (!quantity->exists(&d)) {
+        if (!quantity->exists(d)) {
             say_left_out(plan, quantity, &last_reason);
             continue;
         }
         const bool is_needed = quantity->build == build_anchor || quantity->build == build_breaks ||
-                               (quantity->build == build_start && has_anchors(&d));
+                               (quantity->build == build_start && has_anchors(d));
         if (!is_asked_for(quantity, emit) && !is_needed)
             continue;
         struct function *function = &plan->functions[plan->function_count++];
         *function = (struct function){.quantity = quantity->name, .about = quantity->about};
-        quantity->build(&d, function);
+        quantity->build(quantity->is_flat ? without_runs(d) : d, function);
     }
     keep_emitted_parameters(plan);
 }

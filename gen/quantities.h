@@ -19,6 +19,9 @@ struct solution {
 };
 
 struct derivation {
+    struct derivation *flat; /* the same without runs, once asked for */
+    bool is_second;          /* it is one: what it chooses is not said */
+    bool has_mass_form, mass_by_loops;
     struct plan *plan;
     struct memory *memory;
     struct graph *g;
@@ -38,6 +41,8 @@ struct derivation {
     struct solution *free_solution, *solution; /* chosen for qdd_free and for qdd */
 };
 
+/* The same with every frame alone; d itself when it has no runs. */
+struct derivation *without_runs(struct derivation *d);
 expression *new_values(const struct derivation *d, int count);
 const struct inertia *composites(struct derivation *d);
 const struct row_terms *rows(struct derivation *d);

@@ -18,6 +18,7 @@ struct read_request {
     int setting_count;
     bool fold; /* parameters become numbers; anchored ones stay parameters */
     enum accelerations accelerations;
+    enum loops loops;
 };
 
 struct script;

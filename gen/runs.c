@@ -3,15 +3,20 @@
 #include "memory.h"
 #include "vector.h"
 
+#include <limits.h>
 #include <string.h>
 
-enum { LONGEST_PERIOD = 12 }; /* frames of one element */
+enum {
+    LONGEST_PERIOD = 12, /* frames of one element */
+    LEAST_SAVED = 3 /* frames that a loop need not write out: with fewer it is no faster than straight code */
+};
 
 struct rolling {
     struct memory *memory;
     const struct model *model;
     const struct tree *tree;
     struct tree *rolled;
+    int least;      /* frames that a run must save */
     bool *is_named; /* by frame of the tree: the author's formulas or a point ask for it */
     int *children;  /* by frame */
     int *image;     /* by frame: its frame in the rolled tree, or the EXIT of the run that it ends */
@@ -102,11 +107,11 @@ static int count_elements(const struct rolling *x, int first, int period) {
 }
 
 /* The run that begins at frame `first` and covers most: count 0 when there is none. */
-static struct element_run find_run(const struct rolling *x, int first, int least) {
+static struct element_run find_run(const struct rolling *x, int first) {
     struct element_run best = {.first = first};
     for (int period = 1; period <= LONGEST_PERIOD; period++) {
         const int count = count_elements(x, first, period);
-        if (count >= least && count * period > best.count * best.period)
+        if (count > 1 && (count - 1) * period >= x->least && count * period > best.count * best.period)
             best = (struct element_run){NULL, first, period, count};
     }
     return best;
@@ -196,10 +201,12 @@ static void count_children(struct rolling *x) {
             x->children[x->tree->frames[i].parent]++;
 }
 
-void roll(struct memory *memory, const struct model *model, const struct tree *tree, int least,
+void roll(struct memory *memory, const struct model *model, const struct tree *tree, enum loops loops,
           struct tree *rolled) {
+    static const int least[] = {[LOOPS_AUTO] = LEAST_SAVED, [LOOPS_ALWAYS] = 1, [LOOPS_NEVER] = INT_MAX};
     const size_t n = (size_t)tree->count + 1;
-    struct rolling x = {.memory = memory, .model = model, .tree = tree, .rolled = rolled};
+    struct rolling x = {
+        .memory = memory, .model = model, .tree = tree, .rolled = rolled, .least = least[loops]};
     *rolled = (struct tree){.frames = memory_get(memory, 3 * n * sizeof *rolled->frames),
                             .runs = memory_get(memory, n * sizeof *rolled->runs)};
     x.is_named = memory_get(memory, n * sizeof *x.is_named);
@@ -211,7 +218,7 @@ void roll(struct memory *memory, const struct model *model, const struct tree *t
     count_children(&x);
     find_named(&x);
     for (int i = 0; i < tree->count;) {
-        const struct element_run run = least ? find_run(&x, i, least) : (struct element_run){.first = i};
+        const struct element_run run = find_run(&x, i);
         if (run.count)
             append_run(&x, run);
         else

@@ -12,11 +12,8 @@
 
 #include "tree.h"
 
-/*
- * Runs of at least `least` elements are rolled, 0: none. A frame stands alone when the author's formulas
- * name its coordinate or a point is fixed to it.
- */
-void roll(struct memory *memory, const struct model *model, const struct tree *tree, int least,
+/* A frame stands alone when the author's formulas name its coordinate or a point is fixed to it. */
+void roll(struct memory *memory, const struct model *model, const struct tree *tree, enum loops loops,
           struct tree *rolled);
 
 #endif

@@ -18,7 +18,7 @@ struct scheduler {
     struct function *function;
     const struct graph *g;
     int words;
-    word *behind; /* by handle of a straight node: loops whose end it needs */
+    word *behind;                    /* by handle of a straight node: loops whose end it needs */
     word *needs_end, *needs_element; /* by loop: loops whose end, or whose same element, it needs */
     bool *is_used, *is_directed;     /* by loop: in the function; carries something in it */
     bool *is_done;                   /* by group */
@@ -163,8 +163,9 @@ static bool is_separated(const struct scheduler *x, int group, int other) {
                 continue;
             bool *seen = memory_get(x->plan->memory, (size_t)x->g->loop_count + 1);
             seen[group] = true;
-            if (group_of[loop] == other ? end
-                                        : group_of[loop] != group && waits_for_group(x, group_of[loop], other, seen))
+            if (group_of[loop] == other
+                    ? end
+                    : group_of[loop] != group && waits_for_group(x, group_of[loop], other, seen))
                 return true;
         }
     }
@@ -316,7 +317,8 @@ static void place_run_results(struct scheduler *x) {
         struct run_result *result = &function->run_results[i];
         const int loop = loop_of_result(x, result), group = loop ? function->group_of[loop] : 0;
         int block = function->block_count - 1;
-        while (block >= 0 && !(function->blocks[block].run == result->run && function->blocks[block].group == group))
+        while (block >= 0 &&
+               !(function->blocks[block].run == result->run && function->blocks[block].group == group))
             block--;
         if (block < 0) {
             add_block(function, result->run, group);
@@ -362,8 +364,8 @@ void schedule(struct plan *plan, struct function *function) {
     x.is_placed = memory_get(plan->memory, nodes);
     function->group_of = memory_get(plan->memory, loops * sizeof *function->group_of);
     function->is_stored = memory_get(plan->memory, nodes);
-    function->blocks =
-        memory_get(plan->memory, (2 * loops + (size_t)plan->rolled->run_count + 3) * sizeof *function->blocks);
+    function->blocks = memory_get(plan->memory, (2 * loops + (size_t)plan->rolled->run_count + 3) *
+                                                    sizeof *function->blocks);
     int statements = 0;
     for (expression e = 0; e < g->count; e++)
         statements += plan->is_statement[e];

@@ -34,8 +34,11 @@ void gen_print_summary(const struct generation *gen, FILE *out) {
         fprintf(out, "%-10s %8ld %8ld %6ld %6ld\n", count->quantity, count->adds, count->muls, count->divs,
                 count->functions);
     }
-    if (plan->accelerations)
-        fprintf(out, "accelerations: %s\n", plan->accelerations);
+    for (int i = 0; i < plan->rolled->run_count; i++)
+        fprintf(out, "loop over %d elements of %d coordinates: %s\n", plan->rolled->runs[i].count,
+                plan->rolled->runs[i].period, plan->rolled->runs[i].name);
+    if (plan->choices)
+        fprintf(out, "choices: %s\n", plan->choices);
     if (plan->left_out)
         fprintf(out, "left out: %s\n", plan->left_out);
     print_unread(gen, out);

@@ -45,6 +45,8 @@ static const struct rule rules[] = {
     {"vary", "OPTION=V1,V2", KIND_TEXT, FIELD(vary),
      "repeat the study for these values of a structural option"},
     {"set", "NAME=VALUE", KIND_SETTING, 0, "set an option or a parameter of the model (repeatable)"},
+    {"loops", "WHEN", KIND_TEXT, FIELD(loops),
+     "auto (default), always or never: loops over equal elements instead of code for each"},
     {"accelerations", "HOW", KIND_TEXT, FIELD(accelerations),
      "auto (default), recursive or dense: how the C solves M qdd = f"},
     {"fold", NULL, KIND_FLAG, FIELD(fold), "turn parameters into numbers in the C"},

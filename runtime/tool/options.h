@@ -25,7 +25,7 @@ struct options {
     bool fold;
     /* NULL: not given */
     const char *output, *emit, *state, *from, *method, *stabilise, *start, *hold, *summary, *vary, *steps,
-        *accelerations;
+        *accelerations, *loops;
     /* 0: not given */
     double until, step, tolerance, every;
 };

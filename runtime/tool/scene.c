@@ -18,29 +18,37 @@ static enum status fault(const char *path, enum gen_status status) {
     return STATUS_FAULT;
 }
 
-/* False with a complaint when the word is none of them. */
-static bool read_method(const struct options *options, enum accelerations *method) {
-    static const char *const names[] = {[ACCELERATIONS_AUTO] = "auto",
-                                        [ACCELERATIONS_RECURSIVE] = "recursive",
-                                        [ACCELERATIONS_DENSE] = "dense"};
-    *method = ACCELERATIONS_AUTO;
-    if (!options->accelerations)
-        return true;
+/* The place of `word` among three names; the first one's without a word, -1 with a complaint. */
+static int place_of(const struct options *options, const char *option, const char *word,
+                    const char *const names[3]) {
     for (int i = 0; i < 3; i++)
-        if (strcmp(names[i], options->accelerations) == 0) {
-            *method = (enum accelerations)i;
-            return true;
-        }
-    usage_error(options->command, "--accelerations: '%s' is none of auto, recursive, dense",
-                options->accelerations);
-    return false;
+        if (!word || strcmp(names[i], word) == 0)
+            return i;
+    usage_error(options->command, "--%s: '%s' is none of %s, %s, %s", option, word, names[0], names[1],
+                names[2]);
+    return -1;
+}
+
+static bool read_variant(const struct options *options, struct read_request *request) {
+    static const char *const methods[] = {[ACCELERATIONS_AUTO] = "auto",
+                                          [ACCELERATIONS_RECURSIVE] = "recursive",
+                                          [ACCELERATIONS_DENSE] = "dense"};
+    static const char *const loops[] = {
+        [LOOPS_AUTO] = "auto", [LOOPS_ALWAYS] = "always", [LOOPS_NEVER] = "never"};
+    const int method = place_of(options, "accelerations", options->accelerations, methods);
+    const int loop = method < 0 ? -1 : place_of(options, "loops", options->loops, loops);
+    if (loop < 0)
+        return false;
+    request->accelerations = (enum accelerations)method;
+    request->loops = (enum loops)loop;
+    return true;
 }
 
 static enum status read_with(struct scene *scene, const struct options *options,
                              const struct setting *settings, int count, bool fold) {
     const char *path = options->operands[0];
     struct read_request request = {.file = path, .settings = settings, .setting_count = count, .fold = fold};
-    if (!read_method(options, &request.accelerations))
+    if (!read_variant(options, &request))
         return STATUS_USAGE;
     if (scene->is_read)
         gen_release(&scene->generation);
