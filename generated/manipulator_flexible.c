@@ -24,37 +24,35 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     p->derived.arm_damping_phi = p->eta * p->derived.arm_stiffness_phi;
     const double t7 = p->rho * p->derived.arm_element_length;
     p->derived.arm_phi_1_mass = t4 * t7;
+    p->derived.constant_2 = p->derived.arm_element_length * p->derived.arm_element_length;
     p->derived.arm_phi_1_moment_x = 0.5 * (p->derived.arm_element_length * p->derived.arm_phi_1_mass);
     p->derived.arm_phi_1_inertia_xx = t6 * t7;
-    p->derived.arm_phi_1_inertia_yy = p->derived.arm_phi_1_mass * (p->derived.arm_element_length * p->derived.arm_element_length) /
-        3.0 + t3 * t7;
+    p->derived.arm_phi_1_inertia_yy = p->derived.arm_phi_1_mass * p->derived.constant_2 / 3.0 + t3 * t7;
+    p->derived.constant_3 = p->derived.constant_1 - p->derived.arm_element_length;
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
     p->derived.arm_phi_3_mass_beyond = p->m_E + p->derived.arm_psi_mass;
     /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
-    p->derived.constant_2 = p->derived.arm_element_length * p->derived.arm_phi_3_mass_beyond;
-    /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_mass_beyond = p->derived.arm_phi_1_mass + p->derived.arm_phi_3_mass_beyond;
-    /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
-    p->derived.constant_3 = p->derived.arm_element_length * arm_phi_2_mass_beyond;
+    p->derived.constant_4 = p->derived.arm_element_length * p->derived.arm_phi_3_mass_beyond;
+    /* arm_phi_e: composite pseudo-inertia of all beyond, inward */
+    const double arm_phi_e_mass_beyond = p->derived.arm_phi_1_mass + p->derived.arm_phi_3_mass_beyond;
+    /* arm_psi_e: composite pseudo-inertia of all beyond, inward */
+    p->derived.constant_5 = p->derived.arm_element_length * arm_phi_e_mass_beyond;
     /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_mass_beyond = p->derived.arm_phi_1_mass + arm_phi_2_mass_beyond;
+    const double arm_phi_1_mass_beyond = p->derived.arm_phi_1_mass + arm_phi_e_mass_beyond;
     /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
-    p->derived.constant_4 = p->derived.constant_1 * arm_phi_1_mass_beyond;
+    p->derived.constant_6 = p->derived.constant_1 * arm_phi_1_mass_beyond;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_mass_beyond = p->derived.arm_psi_mass + arm_phi_1_mass_beyond;
-    p->derived.constant_5 = p->h * arm_psi_mass_beyond;
+    const double arm_psi_mass_beyond_2 = p->derived.arm_psi_mass + arm_phi_1_mass_beyond;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
-    const double column_psi_mass_beyond = p->m_col + arm_psi_mass_beyond;
+    const double column_psi_mass_beyond_2 = p->m_col + arm_psi_mass_beyond_2;
     /* base_z: composite pseudo-inertia of all beyond, inward */
-    p->derived.base_z_mass_beyond = p->m_base + column_psi_mass_beyond;
+    p->derived.base_z_mass_beyond_2 = p->m_base + column_psi_mass_beyond_2;
     /* arm_phi_3: bias forces c, inward */
-    p->derived.constant_6 = p->derived.arm_psi_inertia_xx - p->derived.arm_psi_inertia_yy;
-    p->derived.constant_7 = p->derived.arm_psi_inertia_yy - p->derived.arm_psi_inertia_xx;
-    /* arm_phi_2: bias forces c, inward */
-    p->derived.constant_8 = p->derived.arm_phi_1_inertia_xx - p->derived.arm_phi_1_inertia_yy;
-    p->derived.constant_9 = p->derived.arm_phi_1_inertia_yy - p->derived.arm_phi_1_inertia_xx;
-    /* base_z: bias forces c, inward */
-    p->derived.constant_10 = p->g * p->derived.base_z_mass_beyond;
+    p->derived.constant_7 = p->derived.arm_psi_inertia_xx - p->derived.arm_psi_inertia_yy;
+    p->derived.constant_8 = p->derived.arm_psi_inertia_yy - p->derived.arm_psi_inertia_xx;
+    /* arm_phi_e: bias forces c, inward */
+    p->derived.constant_9 = p->derived.arm_phi_1_inertia_xx - p->derived.arm_phi_1_inertia_yy;
+    p->derived.constant_10 = p->derived.arm_phi_1_inertia_yy - p->derived.arm_phi_1_inertia_xx;
     /* row 1 (position level): u qdd + v = 0 */
     p->derived.constant_11 = 1.0 / p->a;
     p->derived.constant_12 = 1.0 / p->b;
@@ -73,43 +71,69 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     p->derived.effector_z_D_inverse = 1.0 / p->m_E;
     /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    p->derived.arm_phi_3_pivot_inverse = 1.0 / p->derived.arm_psi_inertia_xx;
-    /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    p->derived.constant_19 = 1.0 / p->derived.arm_phi_1_inertia_xx;
+    p->derived.constant_19 = 1.0 / p->derived.arm_psi_inertia_xx;
+    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+    p->derived.constant_20 = 1.0 / p->derived.arm_phi_1_inertia_xx;
+    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+    p->derived.constant_21 = p->derived.constant_3 * p->derived.constant_3;
 }
 
 /* Sines and cosines of 4 angles up to 100000 rad: x = k pi/2 + r, and two polynomials of r, minimax on
-   |r| <= pi/4; error at most 0.82 units in the last place. */
+   |r| <= pi/4; error at most 0.82 units in the last place. Beyond, and for what is no number, libm's. */
 static void manipulator_flexible_sincos_4(const double *angle, double *sine, double *cosine) {
     const double whole = 6755399441055744.0; /* 1.5 2^52: beside it only whole numbers exist */
     double x[4], s[4], c[4];
+    int small = 1, known = 1;
     for (int i = 0; i < 4; i++)
         x[i] = angle[i];
     for (int i = 0; i < 4; i++) {
-        const double k = (x[i] * 0.6366197723675814 + whole) - whole;
-        const double first = x[i] - k * 1.5707963267923333;
-        const double second = k * 2.5633441515839558e-12;
-        const double high = first - second;
-        const double rest = k * 1.0562999066987428e-23 - ((first - high) - second);
-        const double r = high - rest, low = (high - r) - rest;
-        const double z = r * r, zz = z * z, half = 0.5 * z, level = 1.0 - half;
-        const double S = (-0.1666666666666663 + z * 0.008333333333322113) +
-            zz * ((-0.00019841269829584855 + z * 2.7557313619702316e-06) +
-            zz * (-2.5050747490622132e-08 + z * 1.5896213900738014e-10));
-        const double C = (0.0416666666666666 - z * 0.0013888888888874131) +
-            zz * ((2.4801587289487026e-05 - z * 2.755731435379326e-07) +
-            zz * (2.0875723479646543e-09 - z * 1.135965887716259e-11));
-        const double sin_r = r + ((r * z) * S + low * level);
-        const double cos_r = level + (((1.0 - level) - half) + (zz * C - r * low));
-        /* k = 2 h + odd, odd = -1, 0 or 1; the sign is that of (-1)^h. */
-        const double h = (0.5 * k + whole) - whole;
-        const double odd = k - 2.0 * h;
-        const double g = h - 2.0 * ((0.5 * h + whole) - whole);
-        const double sign = 1.0 - 2.0 * (g * g);
-        const double turned = sign * odd;
-        const double even = sign - turned * odd;
-        s[i] = even * sin_r + turned * cos_r;
-        c[i] = even * cos_r - turned * sin_r;
+        small &= fabs(x[i]) <= 0.785;
+        known &= fabs(x[i]) <= 100000.0;
+    }
+    if (small) {
+        for (int i = 0; i < 4; i++) {
+            const double z = x[i] * x[i], zz = z * z, half = 0.5 * z, level = 1.0 - half;
+            const double S = (-0.1666666666666663 + z * 0.008333333333322113) +
+                zz * ((-0.00019841269829584855 + z * 2.7557313619702316e-06) +
+                zz * (-2.5050747490622132e-08 + z * 1.5896213900738014e-10));
+            const double C = (0.0416666666666666 - z * 0.0013888888888874131) +
+                zz * ((2.4801587289487026e-05 - z * 2.755731435379326e-07) +
+                zz * (2.0875723479646543e-09 - z * 1.135965887716259e-11));
+            s[i] = x[i] + (x[i] * z) * S;
+            c[i] = level + (((1.0 - level) - half) + zz * C);
+        }
+    } else if (known) {
+        for (int i = 0; i < 4; i++) {
+            const double k = (x[i] * 0.6366197723675814 + whole) - whole;
+            const double first = x[i] - k * 1.5707963267923333;
+            const double second = k * 2.5633441515839558e-12;
+            const double high = first - second;
+            const double rest = k * 1.0562999066987428e-23 - ((first - high) - second);
+            const double r = high - rest, low = (high - r) - rest;
+            const double z = r * r, zz = z * z, half = 0.5 * z, level = 1.0 - half;
+            const double S = (-0.1666666666666663 + z * 0.008333333333322113) +
+                zz * ((-0.00019841269829584855 + z * 2.7557313619702316e-06) +
+                zz * (-2.5050747490622132e-08 + z * 1.5896213900738014e-10));
+            const double C = (0.0416666666666666 - z * 0.0013888888888874131) +
+                zz * ((2.4801587289487026e-05 - z * 2.755731435379326e-07) +
+                zz * (2.0875723479646543e-09 - z * 1.135965887716259e-11));
+            const double sin_r = r + ((r * z) * S + low * level);
+            const double cos_r = level + (((1.0 - level) - half) + (zz * C - r * low));
+            /* k = 2 h + odd, odd = -1, 0 or 1; the sign is that of (-1)^h. */
+            const double h = (0.5 * k + whole) - whole;
+            const double odd = k - 2.0 * h;
+            const double g = h - 2.0 * ((0.5 * h + whole) - whole);
+            const double sign = 1.0 - 2.0 * (g * g);
+            const double turned = sign * odd;
+            const double even = sign - turned * odd;
+            s[i] = even * sin_r + turned * cos_r;
+            c[i] = even * cos_r - turned * sin_r;
+        }
+    } else {
+        for (int i = 0; i < 4; i++) {
+            s[i] = sin(x[i]);
+            c[i] = cos(x[i]);
+        }
     }
     for (int i = 0; i < 4; i++) {
         sine[i] = s[i];
@@ -122,11 +146,6 @@ static void manipulator_flexible_sincos(const double *angle, double *sine, doubl
     for (int i = 0; i < count - 4; i += 4)
         manipulator_flexible_sincos_4(angle + i, sine + i, cosine + i);
     manipulator_flexible_sincos_4(angle + count - 4, sine + count - 4, cosine + count - 4);
-    for (int i = 0; i < count; i++)
-        if (!(fabs(angle[i]) <= 100000.0)) {
-            sine[i] = sin(angle[i]);
-            cosine[i] = cos(angle[i]);
-        }
 }
 
 void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -141,25 +160,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     /* arm_psi: motion from column_psi outward */
     const double arm_psi_sin = sine[0];
     const double arm_psi_cos = cosine[0];
-    /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sine[1];
-    const double arm_psi_1_cos = cosine[1];
-    /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sine[2];
-    const double arm_theta_1_cos = cosine[2];
-    /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sine[3];
-    const double arm_phi_1_cos = cosine[3];
-    /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sine[4];
-    const double arm_psi_2_cos = cosine[4];
-    /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sine[5];
-    const double arm_theta_2_cos = cosine[5];
-    /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sine[6];
-    const double arm_phi_2_cos = cosine[6];
-    /* arm_psi_3: motion from arm_phi_2 outward */
+    /* arm_psi_3: motion from arm_psi_e outward */
     const double arm_psi_3_sin = sine[7];
     const double arm_psi_3_cos = cosine[7];
     /* arm_theta_3: motion from arm_psi_3 outward */
@@ -182,48 +183,67 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_3_inertia_beyond_xz = arm_theta_3_cos * t3;
     /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
     const double t5 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
-    const double arm_phi_2_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
+    const double arm_phi_e_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
     const double t6 = arm_psi_3_sin * (arm_psi_3_inertia_beyond_xx - arm_phi_3_inertia_beyond_yy);
     const double t7 = arm_psi_3_sin * t6;
     const double t8 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xz;
-    const double arm_phi_2_inertia_beyond_yz = arm_psi_3_sin * arm_psi_3_inertia_beyond_xz;
-    const double t9 = t5 + p->derived.constant_2;
+    const double arm_phi_e_inertia_beyond_yz = arm_psi_3_sin * arm_psi_3_inertia_beyond_xz;
+    const double t9 = t5 + p->derived.constant_4;
     const double t10 = p->derived.arm_element_length * (t5 + t9);
-    const double arm_phi_2_inertia_beyond_xy = arm_psi_3_cos * t6 - p->derived.arm_element_length * arm_phi_2_moment_beyond_y;
-    const double arm_phi_2_inertia_beyond_xz = t8 + p->derived.arm_element_length * t2;
-    /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + t9;
-    const double arm_phi_2_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_3_inertia_beyond_xx -
+    const double arm_phi_e_inertia_beyond_xy = arm_psi_3_cos * t6 - p->derived.arm_element_length * arm_phi_e_moment_beyond_y;
+    const double arm_phi_e_inertia_beyond_xz = t8 + p->derived.arm_element_length * t2;
+    /* arm_phi_e: composite pseudo-inertia of all beyond, inward */
+    const double arm_phi_e_moment_beyond_x = p->derived.arm_phi_1_moment_x + t9;
+    const double arm_phi_e_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_3_inertia_beyond_xx -
         t7);
-    const double arm_phi_2_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_phi_3_inertia_beyond_yy +
+    const double arm_phi_e_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_phi_3_inertia_beyond_yy +
         t7 + t10);
-    const double arm_phi_2_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_inertia_beyond_zz +
+    const double arm_phi_e_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_inertia_beyond_zz +
         t10);
-    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t2 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
-    const double t11 = arm_phi_2_sin * arm_phi_2_moment_beyond_y;
-    const double t12 = arm_phi_2_cos * t2;
+    /* arm_psi_1: motion from arm_psi outward */
+    const double arm_psi_1_sin = sine[1];
+    const double arm_psi_1_cos = cosine[1];
+    /* arm_theta_1: motion from arm_psi_1 outward */
+    const double arm_theta_1_sin = sine[2];
+    const double arm_theta_1_cos = cosine[2];
+    /* arm_phi_1: motion from arm_theta_1 outward */
+    const double arm_phi_1_sin = sine[3];
+    const double arm_phi_1_cos = cosine[3];
+    /* arm_psi_2: motion from arm_phi_1 outward */
+    const double arm_psi_2_sin = sine[4];
+    const double arm_psi_2_cos = cosine[4];
+    /* arm_theta_2: motion from arm_psi_2 outward */
+    const double arm_theta_2_sin = sine[5];
+    const double arm_theta_2_cos = cosine[5];
+    /* arm_phi_2: motion from arm_theta_2 outward */
+    const double arm_phi_2_sin = sine[6];
+    const double arm_phi_2_cos = cosine[6];
+    /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
+    const double arm_theta_2_moment_beyond_y = t2 * arm_phi_2_sin + arm_phi_e_moment_beyond_y * arm_phi_2_cos;
+    const double t11 = arm_phi_e_moment_beyond_y * arm_phi_2_sin;
+    const double t12 = t2 * arm_phi_2_cos;
     const double arm_theta_2_moment_beyond_z = t11 - t12;
-    const double t13 = arm_phi_2_cos * (arm_phi_2_inertia_beyond_yz + arm_phi_2_inertia_beyond_yz) + arm_phi_2_sin *
-        (arm_phi_2_inertia_beyond_yy - arm_phi_2_inertia_beyond_zz);
+    const double t13 = (arm_phi_e_inertia_beyond_yz + arm_phi_e_inertia_beyond_yz) * arm_phi_2_cos + (arm_phi_e_inertia_beyond_yy -
+        arm_phi_e_inertia_beyond_zz) * arm_phi_2_sin;
     const double t14 = arm_phi_2_sin * t13;
-    const double arm_theta_2_inertia_beyond_yy = arm_phi_2_inertia_beyond_yy - t14;
-    const double arm_theta_2_inertia_beyond_zz = arm_phi_2_inertia_beyond_zz + t14;
-    const double arm_theta_2_inertia_beyond_yz = arm_phi_2_cos * t13 - arm_phi_2_inertia_beyond_yz;
-    const double arm_theta_2_inertia_beyond_xy = arm_phi_2_cos * arm_phi_2_inertia_beyond_xy - arm_phi_2_sin *
-        arm_phi_2_inertia_beyond_xz;
-    const double arm_theta_2_inertia_beyond_xz = arm_phi_2_cos * arm_phi_2_inertia_beyond_xz + arm_phi_2_sin *
-        arm_phi_2_inertia_beyond_xy;
+    const double arm_theta_2_inertia_beyond_yy = arm_phi_e_inertia_beyond_yy - t14;
+    const double arm_theta_2_inertia_beyond_zz = arm_phi_e_inertia_beyond_zz + t14;
+    const double arm_theta_2_inertia_beyond_yz = arm_phi_2_cos * t13 - arm_phi_e_inertia_beyond_yz;
+    const double arm_theta_2_inertia_beyond_xy = arm_phi_e_inertia_beyond_xy * arm_phi_2_cos - arm_phi_e_inertia_beyond_xz *
+        arm_phi_2_sin;
+    const double arm_theta_2_inertia_beyond_xz = arm_phi_e_inertia_beyond_xz * arm_phi_2_cos + arm_phi_e_inertia_beyond_xy *
+        arm_phi_2_sin;
     /* arm_theta_2: composite pseudo-inertia of all beyond, inward */
-    const double t15 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
+    const double t15 = arm_phi_e_moment_beyond_x * arm_theta_2_sin;
     const double t16 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
     const double arm_psi_2_moment_beyond_z = t16 - t15;
-    const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_theta_2_cos *
-        arm_phi_2_moment_beyond_x;
+    const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_phi_e_moment_beyond_x *
+        arm_theta_2_cos;
     const double t17 = arm_theta_2_cos * (arm_theta_2_inertia_beyond_xz + arm_theta_2_inertia_beyond_xz) +
-        arm_theta_2_sin * (arm_theta_2_inertia_beyond_zz - arm_phi_2_inertia_beyond_xx);
+        arm_theta_2_sin * (arm_theta_2_inertia_beyond_zz - arm_phi_e_inertia_beyond_xx);
     const double t18 = arm_theta_2_sin * t17;
     const double arm_psi_2_inertia_beyond_zz = arm_theta_2_inertia_beyond_zz - t18;
-    const double arm_psi_2_inertia_beyond_xx = arm_phi_2_inertia_beyond_xx + t18;
+    const double arm_psi_2_inertia_beyond_xx = arm_phi_e_inertia_beyond_xx + t18;
     const double arm_psi_2_inertia_beyond_xz = arm_theta_2_cos * t17 - arm_theta_2_inertia_beyond_xz;
     const double arm_psi_2_inertia_beyond_yz = arm_theta_2_cos * arm_theta_2_inertia_beyond_yz - arm_theta_2_sin *
         arm_theta_2_inertia_beyond_xy;
@@ -238,7 +258,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t22 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xz - arm_psi_2_sin * arm_psi_2_inertia_beyond_yz;
     const double arm_phi_1_inertia_beyond_yz = arm_psi_2_cos * arm_psi_2_inertia_beyond_yz + arm_psi_2_sin *
         arm_psi_2_inertia_beyond_xz;
-    const double t23 = t19 + p->derived.constant_3;
+    const double t23 = p->derived.constant_5 + t19;
     const double t24 = p->derived.arm_element_length * (t19 + t23);
     const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t20 - arm_psi_2_inertia_beyond_xy - p->derived.arm_element_length *
         arm_phi_1_moment_beyond_y;
@@ -292,20 +312,20 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t37 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xz - arm_psi_1_sin * arm_psi_1_inertia_beyond_yz;
     const double arm_psi_inertia_beyond_yz = arm_psi_1_cos * arm_psi_1_inertia_beyond_yz + arm_psi_1_sin *
         arm_psi_1_inertia_beyond_xz;
-    const double t38 = t33 + p->derived.constant_4;
+    const double t38 = t33 + p->derived.constant_6;
     const double t39 = p->derived.constant_1 * (t33 + t38);
     const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t35 - arm_psi_1_inertia_beyond_xy - p->derived.constant_1 *
         arm_psi_moment_beyond_y;
     const double arm_psi_inertia_beyond_xz = t37 - p->derived.constant_1 * arm_psi_1_moment_beyond_z;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + t38;
+    const double arm_psi_moment_beyond_x_2 = p->derived.arm_psi_moment_x + t38;
     const double arm_psi_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + (arm_psi_1_inertia_beyond_xx -
         t36);
     const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (arm_theta_1_inertia_beyond_yy +
         t36 + t39);
     const double arm_psi_inertia_beyond_zz = p->derived.arm_psi_inertia_yy + (arm_psi_1_inertia_beyond_zz +
         t39);
-    const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x - arm_psi_sin * arm_psi_moment_beyond_y;
+    const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x_2 - arm_psi_sin * arm_psi_moment_beyond_y;
     const double t40 = arm_psi_cos * arm_psi_inertia_beyond_yz;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_cos *
@@ -320,121 +340,121 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t44 = t15 - t16;
     const double t45 = arm_phi_1_cos * t44 - t27;
     const double t46 = t26 + arm_phi_1_sin * t44;
-    const double t47 = arm_theta_1_sin * t46;
-    const double t48 = arm_theta_1_cos * arm_theta_1_inertia_beyond_xz - arm_theta_1_sin * arm_phi_1_inertia_beyond_xx;
-    const double t49 = arm_theta_1_sin * arm_theta_1_inertia_beyond_xz + arm_theta_1_cos * arm_phi_1_inertia_beyond_xx;
-    const double t50 = arm_psi_1_sin * t47 + arm_psi_1_cos * t45;
-    const double t51 = arm_psi_sin * (arm_psi_1_cos * t49 - arm_psi_1_sin * arm_theta_1_inertia_beyond_xy) +
-        arm_psi_cos * (arm_psi_1_sin * t49 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy - p->derived.constant_1 *
+    const double t47 = arm_theta_1_cos * arm_theta_1_inertia_beyond_xz - arm_theta_1_sin * arm_phi_1_inertia_beyond_xx;
+    const double t48 = arm_theta_1_sin * arm_theta_1_inertia_beyond_xz + arm_theta_1_cos * arm_phi_1_inertia_beyond_xx;
+    const double t49 = arm_theta_1_sin * t46;
+    const double t50 = arm_psi_1_sin * t49 + arm_psi_1_cos * t45;
+    const double t51 = arm_psi_sin * (arm_psi_1_cos * t48 - arm_psi_1_sin * arm_theta_1_inertia_beyond_xy) +
+        arm_psi_cos * (arm_psi_1_sin * t48 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy - p->derived.constant_1 *
         (arm_theta_1_cos * t46));
     /* arm_psi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t52 = arm_psi_2_inertia_beyond_zz + p->derived.arm_element_length * t19;
-    const double t53 = arm_phi_1_cos * t19;
-    const double t54 = arm_phi_1_sin * t19;
-    const double t55 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yz - arm_phi_1_sin * t52;
-    const double t56 = arm_phi_1_sin * arm_phi_1_inertia_beyond_yz + arm_phi_1_cos * t52;
-    const double t57 = arm_theta_1_sin * t54 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
-    const double t58 = arm_theta_1_cos * t56 - arm_theta_1_sin * t22;
-    const double t59 = arm_theta_1_sin * t56 + arm_theta_1_cos * t22;
-    const double t60 = arm_psi_1_sin * t57 + arm_psi_1_cos * t53;
-    const double t61 = arm_psi_sin * (arm_psi_1_cos * t59 - arm_psi_1_sin * t55) + arm_psi_cos * (arm_psi_1_sin *
-        t59 + arm_psi_1_cos * t55 - p->derived.constant_1 * (arm_theta_1_sin * arm_phi_1_moment_beyond_y +
-        arm_theta_1_cos * t54));
+    const double t53 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yz - arm_phi_1_sin * t52;
+    const double t54 = arm_phi_1_sin * arm_phi_1_inertia_beyond_yz + arm_phi_1_cos * t52;
+    const double t55 = arm_phi_1_cos * t19;
+    const double t56 = arm_phi_1_sin * t19;
+    const double t57 = arm_theta_1_cos * t54 - arm_theta_1_sin * t22;
+    const double t58 = arm_theta_1_sin * t54 + arm_theta_1_cos * t22;
+    const double t59 = arm_theta_1_sin * t56 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
+    const double t60 = arm_psi_1_sin * t59 + arm_psi_1_cos * t55;
+    const double t61 = arm_psi_sin * (arm_psi_1_cos * t58 - arm_psi_1_sin * t53) + arm_psi_cos * (arm_psi_1_sin *
+        t58 + arm_psi_1_cos * t53 - p->derived.constant_1 * (arm_theta_1_sin * arm_phi_1_moment_beyond_y +
+        arm_theta_1_cos * t56));
     /* arm_theta_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t62 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
-    const double t63 = arm_psi_2_sin * arm_psi_2_moment_beyond_z;
-    const double t64 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xy - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
+    const double t62 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xy - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
+    const double t63 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
+    const double t64 = arm_psi_2_sin * arm_psi_2_moment_beyond_z;
     const double t65 = arm_psi_2_sin * arm_psi_2_inertia_beyond_xy + arm_psi_2_cos * arm_theta_2_inertia_beyond_yy +
         p->derived.arm_element_length * arm_psi_2_moment_beyond_x;
-    const double t66 = arm_psi_2_inertia_beyond_yz + p->derived.arm_element_length * t63;
-    const double t67 = arm_phi_1_sin * arm_psi_2_moment_beyond_x + arm_phi_1_cos * t63;
-    const double t68 = arm_phi_1_sin * t63 - arm_phi_1_cos * arm_psi_2_moment_beyond_x;
-    const double t69 = arm_phi_1_cos * t65 - arm_phi_1_sin * t66;
-    const double t70 = arm_phi_1_sin * t65 + arm_phi_1_cos * t66;
-    const double t71 = arm_theta_1_sin * t68 + arm_theta_1_cos * t62;
-    const double t72 = arm_theta_1_cos * t70 - arm_theta_1_sin * t64;
-    const double t73 = arm_theta_1_sin * t70 + arm_theta_1_cos * t64;
-    const double t74 = arm_psi_1_sin * t71 + arm_psi_1_cos * t67;
-    const double t75 = arm_psi_sin * (arm_psi_1_cos * t73 - arm_psi_1_sin * t69) + arm_psi_cos * (arm_psi_1_sin *
-        t73 + arm_psi_1_cos * t69 - p->derived.constant_1 * (arm_theta_1_cos * t68 - arm_theta_1_sin * t62));
+    const double t66 = arm_psi_2_inertia_beyond_yz + p->derived.arm_element_length * t64;
+    const double t67 = arm_phi_1_cos * t65 - arm_phi_1_sin * t66;
+    const double t68 = arm_phi_1_sin * t65 + arm_phi_1_cos * t66;
+    const double t69 = arm_phi_1_sin * arm_psi_2_moment_beyond_x + arm_phi_1_cos * t64;
+    const double t70 = arm_phi_1_sin * t64 - arm_phi_1_cos * arm_psi_2_moment_beyond_x;
+    const double t71 = arm_theta_1_cos * t68 - arm_theta_1_sin * t62;
+    const double t72 = arm_theta_1_sin * t68 + arm_theta_1_cos * t62;
+    const double t73 = arm_theta_1_sin * t70 + arm_theta_1_cos * t63;
+    const double t74 = arm_psi_1_sin * t73 + arm_psi_1_cos * t69;
+    const double t75 = arm_psi_sin * (arm_psi_1_cos * t72 - arm_psi_1_sin * t67) + arm_psi_cos * (arm_psi_1_sin *
+        t72 + arm_psi_1_cos * t67 - p->derived.constant_1 * (arm_theta_1_cos * t70 - arm_theta_1_sin * t63));
     /* arm_phi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t76 = t12 - t11;
-    const double t77 = arm_theta_2_cos * arm_theta_2_moment_beyond_y;
-    const double t78 = arm_theta_2_sin * arm_theta_2_moment_beyond_y;
-    const double t79 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz - arm_theta_2_sin * arm_phi_2_inertia_beyond_xx;
-    const double t80 = arm_theta_2_sin * arm_theta_2_inertia_beyond_xz + arm_theta_2_cos * arm_phi_2_inertia_beyond_xx;
-    const double t81 = arm_psi_2_cos * t78 - arm_psi_2_sin * t76;
-    const double t82 = arm_psi_2_sin * t78 + arm_psi_2_cos * t76;
-    const double t83 = arm_psi_2_cos * t80 - arm_psi_2_sin * arm_theta_2_inertia_beyond_xy;
-    const double t84 = arm_psi_2_sin * t80 + arm_psi_2_cos * arm_theta_2_inertia_beyond_xy - p->derived.arm_element_length *
-        t77;
-    const double t85 = t79 + p->derived.arm_element_length * t82;
-    const double t86 = arm_phi_1_cos * t82 - arm_phi_1_sin * t77;
-    const double t87 = arm_phi_1_sin * t82 + arm_phi_1_cos * t77;
-    const double t88 = arm_phi_1_cos * t84 - arm_phi_1_sin * t85;
-    const double t89 = arm_phi_1_sin * t84 + arm_phi_1_cos * t85;
-    const double t90 = arm_theta_1_sin * t87 + arm_theta_1_cos * t81;
-    const double t91 = arm_theta_1_cos * t89 - arm_theta_1_sin * t83;
-    const double t92 = arm_theta_1_sin * t89 + arm_theta_1_cos * t83;
-    const double t93 = arm_psi_1_sin * t90 + arm_psi_1_cos * t86;
-    const double t94 = arm_psi_sin * (arm_psi_1_cos * t92 - arm_psi_1_sin * t88) + arm_psi_cos * (arm_psi_1_sin *
-        t92 + arm_psi_1_cos * t88 - p->derived.constant_1 * (arm_theta_1_cos * t87 - arm_theta_1_sin * t81));
+    const double t77 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz - arm_phi_e_inertia_beyond_xx * arm_theta_2_sin;
+    const double t78 = arm_theta_2_sin * arm_theta_2_inertia_beyond_xz + arm_phi_e_inertia_beyond_xx * arm_theta_2_cos;
+    const double t79 = arm_theta_2_cos * arm_theta_2_moment_beyond_y;
+    const double t80 = arm_theta_2_sin * arm_theta_2_moment_beyond_y;
+    const double t81 = arm_psi_2_cos * t78 - arm_psi_2_sin * arm_theta_2_inertia_beyond_xy;
+    const double t82 = arm_psi_2_cos * t80 - arm_psi_2_sin * t76;
+    const double t83 = arm_psi_2_sin * t80 + arm_psi_2_cos * t76;
+    const double t84 = arm_psi_2_sin * t78 + arm_psi_2_cos * arm_theta_2_inertia_beyond_xy - p->derived.arm_element_length *
+        t79;
+    const double t85 = t77 + p->derived.arm_element_length * t83;
+    const double t86 = arm_phi_1_cos * t84 - arm_phi_1_sin * t85;
+    const double t87 = arm_phi_1_sin * t84 + arm_phi_1_cos * t85;
+    const double t88 = arm_phi_1_cos * t83 - arm_phi_1_sin * t79;
+    const double t89 = arm_phi_1_sin * t83 + arm_phi_1_cos * t79;
+    const double t90 = arm_theta_1_cos * t87 - arm_theta_1_sin * t81;
+    const double t91 = arm_theta_1_sin * t87 + arm_theta_1_cos * t81;
+    const double t92 = arm_theta_1_sin * t89 + arm_theta_1_cos * t82;
+    const double t93 = arm_psi_1_sin * t92 + arm_psi_1_cos * t88;
+    const double t94 = arm_psi_sin * (arm_psi_1_cos * t91 - arm_psi_1_sin * t86) + arm_psi_cos * (arm_psi_1_sin *
+        t91 + arm_psi_1_cos * t86 - p->derived.constant_1 * (arm_theta_1_cos * t89 - arm_theta_1_sin * t82));
     /* arm_psi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t95 = arm_psi_3_inertia_beyond_zz + p->derived.arm_element_length * t5;
-    const double t96 = arm_phi_2_cos * t5;
-    const double t97 = arm_phi_2_sin * t5;
-    const double t98 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yz - arm_phi_2_sin * t95;
-    const double t99 = arm_phi_2_sin * arm_phi_2_inertia_beyond_yz + arm_phi_2_cos * t95;
-    const double t100 = arm_theta_2_sin * arm_phi_2_moment_beyond_y + arm_theta_2_cos * t97;
-    const double t101 = arm_theta_2_sin * t97 - arm_theta_2_cos * arm_phi_2_moment_beyond_y;
-    const double t102 = arm_theta_2_cos * t99 - arm_theta_2_sin * t8;
-    const double t103 = arm_theta_2_sin * t99 + arm_theta_2_cos * t8;
+    const double t96 = arm_phi_e_inertia_beyond_yz * arm_phi_2_cos - arm_phi_2_sin * t95;
+    const double t97 = arm_phi_e_inertia_beyond_yz * arm_phi_2_sin + arm_phi_2_cos * t95;
+    const double t98 = t5 * arm_phi_2_cos;
+    const double t99 = t5 * arm_phi_2_sin;
+    const double t100 = arm_theta_2_cos * t97 - t8 * arm_theta_2_sin;
+    const double t101 = arm_theta_2_sin * t97 + t8 * arm_theta_2_cos;
+    const double t102 = arm_phi_e_moment_beyond_y * arm_theta_2_sin + arm_theta_2_cos * t99;
+    const double t103 = arm_theta_2_sin * t99 - arm_phi_e_moment_beyond_y * arm_theta_2_cos;
     const double t104 = arm_psi_2_cos * t101 - arm_psi_2_sin * t96;
-    const double t105 = arm_psi_2_sin * t101 + arm_psi_2_cos * t96;
-    const double t106 = arm_psi_2_cos * t103 - arm_psi_2_sin * t98;
-    const double t107 = arm_psi_2_sin * t103 + arm_psi_2_cos * t98 - p->derived.arm_element_length * t100;
-    const double t108 = t102 + p->derived.arm_element_length * t105;
-    const double t109 = arm_phi_1_cos * t105 - arm_phi_1_sin * t100;
-    const double t110 = arm_phi_1_sin * t105 + arm_phi_1_cos * t100;
-    const double t111 = arm_phi_1_cos * t107 - arm_phi_1_sin * t108;
-    const double t112 = arm_phi_1_sin * t107 + arm_phi_1_cos * t108;
-    const double t113 = arm_theta_1_sin * t110 + arm_theta_1_cos * t104;
-    const double t114 = arm_theta_1_cos * t112 - arm_theta_1_sin * t106;
-    const double t115 = arm_theta_1_sin * t112 + arm_theta_1_cos * t106;
-    const double t116 = arm_psi_1_sin * t113 + arm_psi_1_cos * t109;
-    const double t117 = arm_psi_sin * (arm_psi_1_cos * t115 - arm_psi_1_sin * t111) + arm_psi_cos * (arm_psi_1_sin *
-        t115 + arm_psi_1_cos * t111 - p->derived.constant_1 * (arm_theta_1_cos * t110 - arm_theta_1_sin *
-        t104));
+    const double t105 = arm_psi_2_cos * t103 - arm_psi_2_sin * t98;
+    const double t106 = arm_psi_2_sin * t103 + arm_psi_2_cos * t98;
+    const double t107 = arm_psi_2_sin * t101 + arm_psi_2_cos * t96 - p->derived.arm_element_length * t102;
+    const double t108 = t100 + p->derived.arm_element_length * t106;
+    const double t109 = arm_phi_1_cos * t107 - arm_phi_1_sin * t108;
+    const double t110 = arm_phi_1_sin * t107 + arm_phi_1_cos * t108;
+    const double t111 = arm_phi_1_cos * t106 - arm_phi_1_sin * t102;
+    const double t112 = arm_phi_1_sin * t106 + arm_phi_1_cos * t102;
+    const double t113 = arm_theta_1_cos * t110 - arm_theta_1_sin * t104;
+    const double t114 = arm_theta_1_sin * t110 + arm_theta_1_cos * t104;
+    const double t115 = arm_theta_1_sin * t112 + arm_theta_1_cos * t105;
+    const double t116 = arm_psi_1_sin * t115 + arm_psi_1_cos * t111;
+    const double t117 = arm_psi_sin * (arm_psi_1_cos * t114 - arm_psi_1_sin * t109) + arm_psi_cos * (arm_psi_1_sin *
+        t114 + arm_psi_1_cos * t109 - p->derived.constant_1 * (arm_theta_1_cos * t112 - arm_theta_1_sin *
+        t105));
     /* arm_theta_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t118 = arm_psi_3_cos * t2;
-    const double t119 = arm_psi_3_sin * t2;
-    const double t120 = arm_psi_3_sin * arm_phi_3_inertia_beyond_yy;
-    const double t121 = p->derived.arm_element_length * t119;
+    const double t118 = arm_psi_3_sin * arm_phi_3_inertia_beyond_yy;
+    const double t119 = arm_psi_3_cos * t2;
+    const double t120 = arm_psi_3_sin * t2;
+    const double t121 = p->derived.arm_element_length * t120;
     const double t122 = arm_psi_3_cos * arm_phi_3_inertia_beyond_yy + p->derived.arm_element_length * arm_psi_3_moment_beyond_x;
-    const double t123 = arm_phi_2_sin * arm_psi_3_moment_beyond_x - arm_phi_2_cos * t119;
-    const double t124 = arm_phi_2_sin * t119 + arm_phi_2_cos * arm_psi_3_moment_beyond_x;
-    const double t125 = arm_phi_2_sin * t121 + arm_phi_2_cos * t122;
-    const double t126 = arm_phi_2_sin * t122 - arm_phi_2_cos * t121;
-    const double t127 = arm_theta_2_sin * t118 - arm_theta_2_cos * t124;
-    const double t128 = arm_theta_2_sin * t124 + arm_theta_2_cos * t118;
-    const double t129 = arm_theta_2_sin * t120 + arm_theta_2_cos * t126;
-    const double t130 = arm_theta_2_sin * t126 - arm_theta_2_cos * t120;
-    const double t131 = arm_psi_2_sin * t123 + arm_psi_2_cos * t128;
-    const double t132 = arm_psi_2_cos * t123 - arm_psi_2_sin * t128;
-    const double t133 = arm_psi_2_cos * t130 - arm_psi_2_sin * t125;
-    const double t134 = arm_psi_2_sin * t130 + arm_psi_2_cos * t125 - p->derived.arm_element_length * t127;
-    const double t135 = t129 + p->derived.arm_element_length * t132;
-    const double t136 = arm_phi_1_cos * t132 - arm_phi_1_sin * t127;
-    const double t137 = arm_phi_1_sin * t132 + arm_phi_1_cos * t127;
-    const double t138 = arm_phi_1_cos * t134 - arm_phi_1_sin * t135;
-    const double t139 = arm_phi_1_sin * t134 + arm_phi_1_cos * t135;
-    const double t140 = arm_theta_1_sin * t137 - arm_theta_1_cos * t131;
-    const double t141 = arm_theta_1_cos * t139 - arm_theta_1_sin * t133;
-    const double t142 = arm_theta_1_sin * t139 + arm_theta_1_cos * t133;
-    const double t143 = arm_psi_1_sin * t140 + arm_psi_1_cos * t136;
-    const double t144 = arm_psi_sin * (arm_psi_1_cos * t142 - arm_psi_1_sin * t138) + arm_psi_cos * (arm_psi_1_sin *
-        t142 + arm_psi_1_cos * t138 - p->derived.constant_1 * (arm_theta_1_sin * t131 + arm_theta_1_cos *
-        t137));
+    const double t123 = arm_phi_2_sin * t121 + arm_phi_2_cos * t122;
+    const double t124 = arm_phi_2_sin * t122 - arm_phi_2_cos * t121;
+    const double t125 = arm_psi_3_moment_beyond_x * arm_phi_2_sin - arm_phi_2_cos * t120;
+    const double t126 = arm_phi_2_sin * t120 + arm_psi_3_moment_beyond_x * arm_phi_2_cos;
+    const double t127 = arm_theta_2_sin * t118 + arm_theta_2_cos * t124;
+    const double t128 = arm_theta_2_sin * t124 - arm_theta_2_cos * t118;
+    const double t129 = arm_theta_2_sin * t119 - arm_theta_2_cos * t126;
+    const double t130 = arm_theta_2_sin * t126 + arm_theta_2_cos * t119;
+    const double t131 = arm_psi_2_cos * t128 - arm_psi_2_sin * t123;
+    const double t132 = arm_psi_2_sin * t125 + arm_psi_2_cos * t130;
+    const double t133 = arm_psi_2_cos * t125 - arm_psi_2_sin * t130;
+    const double t134 = arm_psi_2_sin * t128 + arm_psi_2_cos * t123 - p->derived.arm_element_length * t129;
+    const double t135 = t127 + p->derived.arm_element_length * t133;
+    const double t136 = arm_phi_1_cos * t134 - arm_phi_1_sin * t135;
+    const double t137 = arm_phi_1_sin * t134 + arm_phi_1_cos * t135;
+    const double t138 = arm_phi_1_cos * t133 - arm_phi_1_sin * t129;
+    const double t139 = arm_phi_1_sin * t133 + arm_phi_1_cos * t129;
+    const double t140 = arm_theta_1_cos * t137 - arm_theta_1_sin * t131;
+    const double t141 = arm_theta_1_sin * t137 + arm_theta_1_cos * t131;
+    const double t142 = arm_theta_1_sin * t139 - arm_theta_1_cos * t132;
+    const double t143 = arm_psi_1_sin * t142 + arm_psi_1_cos * t138;
+    const double t144 = arm_psi_sin * (arm_psi_1_cos * t141 - arm_psi_1_sin * t136) + arm_psi_cos * (arm_psi_1_sin *
+        t141 + arm_psi_1_cos * t136 - p->derived.constant_1 * (arm_theta_1_sin * t132 + arm_theta_1_cos *
+        t139));
     /* arm_phi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t145 = p->derived.arm_psi_inertia_xx * arm_theta_3_sin;
     const double t146 = p->derived.arm_psi_inertia_xx * arm_theta_3_cos;
@@ -457,31 +477,31 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t162 = arm_psi_3_sin * t160;
     const double t163 = p->derived.arm_element_length * t159;
     const double t164 = p->derived.arm_element_length * t162;
-    const double t165 = arm_phi_2_sin * t159 + arm_phi_2_cos * t162;
-    const double t166 = arm_phi_2_sin * t162 - arm_phi_2_cos * t159;
-    const double t167 = arm_phi_2_cos * t163 - arm_phi_2_sin * t164;
-    const double t168 = arm_phi_2_sin * t163 + arm_phi_2_cos * t164;
-    const double t169 = arm_theta_2_cos * t166 - arm_theta_2_sin * t161;
-    const double t170 = arm_theta_2_sin * t166 + arm_theta_2_cos * t161;
-    const double t171 = arm_theta_2_cos * t168;
-    const double t172 = arm_theta_2_sin * t168;
+    const double t165 = arm_phi_2_cos * t163 - arm_phi_2_sin * t164;
+    const double t166 = arm_phi_2_sin * t163 + arm_phi_2_cos * t164;
+    const double t167 = arm_phi_2_sin * t159 + arm_phi_2_cos * t162;
+    const double t168 = arm_phi_2_sin * t162 - arm_phi_2_cos * t159;
+    const double t169 = arm_theta_2_cos * t166;
+    const double t170 = arm_theta_2_sin * t166;
+    const double t171 = arm_theta_2_cos * t168 - arm_theta_2_sin * t161;
+    const double t172 = arm_theta_2_sin * t168 + arm_theta_2_cos * t161;
     const double t173 = arm_psi_2_cos * t170 - arm_psi_2_sin * t165;
-    const double t174 = arm_psi_2_sin * t170 + arm_psi_2_cos * t165;
-    const double t175 = arm_psi_2_cos * t172 - arm_psi_2_sin * t167;
-    const double t176 = arm_psi_2_sin * t172 + arm_psi_2_cos * t167 - p->derived.arm_element_length * t169;
-    const double t177 = t171 + p->derived.arm_element_length * t174;
-    const double t178 = arm_phi_1_cos * t174 - arm_phi_1_sin * t169;
-    const double t179 = arm_phi_1_sin * t174 + arm_phi_1_cos * t169;
-    const double t180 = arm_phi_1_cos * t176 - arm_phi_1_sin * t177;
-    const double t181 = arm_phi_1_sin * t176 + arm_phi_1_cos * t177;
-    const double t182 = arm_theta_1_sin * t179 + arm_theta_1_cos * t173;
-    const double t183 = arm_theta_1_cos * t181 - arm_theta_1_sin * t175;
-    const double t184 = arm_theta_1_sin * t181 + arm_theta_1_cos * t175;
-    const double t185 = arm_psi_1_sin * t182 + arm_psi_1_cos * t178;
-    const double t186 = arm_psi_sin * (arm_psi_1_cos * t184 - arm_psi_1_sin * t180) + arm_psi_cos * (arm_psi_1_sin *
-        t184 + arm_psi_1_cos * t180 - p->derived.constant_1 * (arm_theta_1_cos * t179 - arm_theta_1_sin *
-        t173));
-    M[0 * 13 + 0] = p->derived.base_z_mass_beyond;
+    const double t174 = arm_psi_2_cos * t172 - arm_psi_2_sin * t167;
+    const double t175 = arm_psi_2_sin * t172 + arm_psi_2_cos * t167;
+    const double t176 = arm_psi_2_sin * t170 + arm_psi_2_cos * t165 - p->derived.arm_element_length * t171;
+    const double t177 = t169 + p->derived.arm_element_length * t175;
+    const double t178 = arm_phi_1_cos * t176 - arm_phi_1_sin * t177;
+    const double t179 = arm_phi_1_sin * t176 + arm_phi_1_cos * t177;
+    const double t180 = arm_phi_1_cos * t175 - arm_phi_1_sin * t171;
+    const double t181 = arm_phi_1_sin * t175 + arm_phi_1_cos * t171;
+    const double t182 = arm_theta_1_cos * t179 - arm_theta_1_sin * t173;
+    const double t183 = arm_theta_1_sin * t179 + arm_theta_1_cos * t173;
+    const double t184 = arm_theta_1_sin * t181 + arm_theta_1_cos * t174;
+    const double t185 = arm_psi_1_sin * t184 + arm_psi_1_cos * t180;
+    const double t186 = arm_psi_sin * (arm_psi_1_cos * t183 - arm_psi_1_sin * t178) + arm_psi_cos * (arm_psi_1_sin *
+        t183 + arm_psi_1_cos * t178 - p->derived.constant_1 * (arm_theta_1_cos * t181 - arm_theta_1_sin *
+        t174));
+    M[0 * 13 + 0] = p->derived.base_z_mass_beyond_2;
     M[1 * 13 + 1] = column_psi_inertia_beyond_zz;
     M[2 * 13 + 0] = column_psi_moment_beyond_x;
     M[2 * 13 + 1] = t40 + arm_psi_sin * arm_psi_inertia_beyond_xz;
@@ -497,55 +517,55 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     M[4 * 13 + 2] = arm_psi_1_inertia_beyond_yz + p->derived.constant_1 * t43;
     M[4 * 13 + 3] = arm_psi_1_inertia_beyond_yz;
     M[4 * 13 + 4] = arm_theta_1_inertia_beyond_yy;
-    M[5 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t47 - arm_psi_1_sin * t45) + arm_psi_cos * t50;
+    M[5 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t49 - arm_psi_1_sin * t45) + arm_psi_cos * t50;
     M[5 * 13 + 1] = t51;
-    M[5 * 13 + 2] = t48 + p->derived.constant_1 * t50;
-    M[5 * 13 + 3] = t48;
+    M[5 * 13 + 2] = t47 + p->derived.constant_1 * t50;
+    M[5 * 13 + 3] = t47;
     M[5 * 13 + 4] = arm_theta_1_inertia_beyond_xy;
     M[5 * 13 + 5] = arm_phi_1_inertia_beyond_xx;
-    M[6 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t57 - arm_psi_1_sin * t53) + arm_psi_cos * t60;
+    M[6 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t59 - arm_psi_1_sin * t55) + arm_psi_cos * t60;
     M[6 * 13 + 1] = t61;
-    M[6 * 13 + 2] = t58 + p->derived.constant_1 * t60;
-    M[6 * 13 + 3] = t58;
-    M[6 * 13 + 4] = t55;
+    M[6 * 13 + 2] = t57 + p->derived.constant_1 * t60;
+    M[6 * 13 + 3] = t57;
+    M[6 * 13 + 4] = t53;
     M[6 * 13 + 5] = t22;
     M[6 * 13 + 6] = arm_psi_2_inertia_beyond_zz;
-    M[7 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t71 - arm_psi_1_sin * t67) + arm_psi_cos * t74;
+    M[7 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t73 - arm_psi_1_sin * t69) + arm_psi_cos * t74;
     M[7 * 13 + 1] = t75;
-    M[7 * 13 + 2] = t72 + p->derived.constant_1 * t74;
-    M[7 * 13 + 3] = t72;
-    M[7 * 13 + 4] = t69;
-    M[7 * 13 + 5] = t64;
+    M[7 * 13 + 2] = t71 + p->derived.constant_1 * t74;
+    M[7 * 13 + 3] = t71;
+    M[7 * 13 + 4] = t67;
+    M[7 * 13 + 5] = t62;
     M[7 * 13 + 6] = arm_psi_2_inertia_beyond_yz;
     M[7 * 13 + 7] = arm_theta_2_inertia_beyond_yy;
-    M[8 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t90 - arm_psi_1_sin * t86) + arm_psi_cos * t93;
+    M[8 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t92 - arm_psi_1_sin * t88) + arm_psi_cos * t93;
     M[8 * 13 + 1] = t94;
-    M[8 * 13 + 2] = t91 + p->derived.constant_1 * t93;
-    M[8 * 13 + 3] = t91;
-    M[8 * 13 + 4] = t88;
-    M[8 * 13 + 5] = t83;
-    M[8 * 13 + 6] = t79;
+    M[8 * 13 + 2] = t90 + p->derived.constant_1 * t93;
+    M[8 * 13 + 3] = t90;
+    M[8 * 13 + 4] = t86;
+    M[8 * 13 + 5] = t81;
+    M[8 * 13 + 6] = t77;
     M[8 * 13 + 7] = arm_theta_2_inertia_beyond_xy;
-    M[8 * 13 + 8] = arm_phi_2_inertia_beyond_xx;
-    M[9 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t113 - arm_psi_1_sin * t109) + arm_psi_cos * t116;
+    M[8 * 13 + 8] = arm_phi_e_inertia_beyond_xx;
+    M[9 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t115 - arm_psi_1_sin * t111) + arm_psi_cos * t116;
     M[9 * 13 + 1] = t117;
-    M[9 * 13 + 2] = t114 + p->derived.constant_1 * t116;
-    M[9 * 13 + 3] = t114;
-    M[9 * 13 + 4] = t111;
-    M[9 * 13 + 5] = t106;
-    M[9 * 13 + 6] = t102;
-    M[9 * 13 + 7] = t98;
+    M[9 * 13 + 2] = t113 + p->derived.constant_1 * t116;
+    M[9 * 13 + 3] = t113;
+    M[9 * 13 + 4] = t109;
+    M[9 * 13 + 5] = t104;
+    M[9 * 13 + 6] = t100;
+    M[9 * 13 + 7] = t96;
     M[9 * 13 + 8] = t8;
     M[9 * 13 + 9] = arm_psi_3_inertia_beyond_zz;
-    M[10 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t140 - arm_psi_1_sin * t136) + arm_psi_cos * t143;
+    M[10 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t142 - arm_psi_1_sin * t138) + arm_psi_cos * t143;
     M[10 * 13 + 1] = t144;
-    M[10 * 13 + 2] = t141 + p->derived.constant_1 * t143;
-    M[10 * 13 + 3] = t141;
-    M[10 * 13 + 4] = t138;
-    M[10 * 13 + 5] = t133;
-    M[10 * 13 + 6] = t129;
-    M[10 * 13 + 7] = t125;
-    M[10 * 13 + 8] = -t120;
+    M[10 * 13 + 2] = t140 + p->derived.constant_1 * t143;
+    M[10 * 13 + 3] = t140;
+    M[10 * 13 + 4] = t136;
+    M[10 * 13 + 5] = t131;
+    M[10 * 13 + 6] = t127;
+    M[10 * 13 + 7] = t123;
+    M[10 * 13 + 8] = -t118;
     M[10 * 13 + 10] = arm_phi_3_inertia_beyond_yy;
     M[11 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * t158 - arm_psi_1_sin * t155) + arm_psi_cos * (arm_psi_1_sin *
         t158 + arm_psi_1_cos * t155);
@@ -558,14 +578,14 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     M[11 * 13 + 8] = t147;
     M[11 * 13 + 9] = -t145;
     M[11 * 13 + 11] = p->derived.arm_psi_inertia_xx;
-    M[12 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t182 - arm_psi_1_sin * t178) + arm_psi_cos * t185;
+    M[12 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t184 - arm_psi_1_sin * t180) + arm_psi_cos * t185;
     M[12 * 13 + 1] = t186;
-    M[12 * 13 + 2] = t183 + p->derived.constant_1 * t185;
-    M[12 * 13 + 3] = t183;
-    M[12 * 13 + 4] = t180;
-    M[12 * 13 + 5] = t175;
-    M[12 * 13 + 6] = t171;
-    M[12 * 13 + 7] = t167;
+    M[12 * 13 + 2] = t182 + p->derived.constant_1 * t185;
+    M[12 * 13 + 3] = t182;
+    M[12 * 13 + 4] = t178;
+    M[12 * 13 + 5] = t173;
+    M[12 * 13 + 6] = t169;
+    M[12 * 13 + 7] = t165;
     M[12 * 13 + 12] = p->m_E;
     for (int i = 0; i < 13; i++)
         for (int j = 0; j < i; j++)
@@ -587,106 +607,107 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double t1 = arm_psi_w_x * qd[2];
     const double t2 = arm_psi_w_x * arm_psi_w_y;
     const double t3 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
-    /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sine[1];
-    const double arm_psi_1_cos = cosine[1];
-    const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
-    const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
-    const double t4 = p->derived.constant_1 * t3;
-    const double t5 = p->derived.constant_1 * t2;
-    const double arm_psi_1_bias_a_z = p->derived.constant_1 * (t1 + t1);
-    const double arm_psi_1_bias_a_x = arm_psi_1_sin * t5 - arm_psi_1_cos * t4;
-    const double arm_psi_1_bias_a_y = arm_psi_1_sin * t4 + arm_psi_1_cos * t5;
-    const double arm_psi_1_bias_wd_x = arm_psi_bias_wd_x * arm_psi_1_cos - t1 * arm_psi_1_sin + arm_psi_1_w_y *
-        qd[3];
-    const double t6 = arm_psi_bias_wd_x * arm_psi_1_sin + t1 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
-    const double arm_psi_1_w_z = qd[2] + qd[3];
-    /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sine[2];
-    const double arm_theta_1_cos = cosine[2];
-    const double arm_theta_1_w_z = arm_psi_1_w_x * arm_theta_1_sin + arm_psi_1_w_z * arm_theta_1_cos;
-    const double arm_theta_1_w_x = arm_psi_1_w_x * arm_theta_1_cos - arm_psi_1_w_z * arm_theta_1_sin;
-    const double arm_theta_1_bias_a_z = arm_psi_1_bias_a_x * arm_theta_1_sin + arm_psi_1_bias_a_z * arm_theta_1_cos;
-    const double arm_theta_1_bias_a_x = arm_psi_1_bias_a_x * arm_theta_1_cos - arm_psi_1_bias_a_z * arm_theta_1_sin;
-    const double arm_theta_1_bias_wd_x = arm_psi_1_bias_wd_x * arm_theta_1_cos - arm_theta_1_w_z * qd[4];
-    const double arm_theta_1_bias_wd_z = arm_psi_1_bias_wd_x * arm_theta_1_sin + arm_theta_1_w_x * qd[4];
-    const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
-    /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sine[3];
-    const double arm_phi_1_cos = cosine[3];
-    const double arm_phi_1_w_y = arm_theta_1_w_z * arm_phi_1_sin + arm_theta_1_w_y * arm_phi_1_cos;
-    const double arm_phi_1_w_z = arm_theta_1_w_z * arm_phi_1_cos - arm_theta_1_w_y * arm_phi_1_sin;
-    const double arm_phi_1_bias_a_y = arm_theta_1_bias_a_z * arm_phi_1_sin + arm_psi_1_bias_a_y * arm_phi_1_cos;
-    const double arm_phi_1_bias_a_z = arm_theta_1_bias_a_z * arm_phi_1_cos - arm_psi_1_bias_a_y * arm_phi_1_sin;
-    const double arm_phi_1_bias_wd_y = arm_theta_1_bias_wd_z * arm_phi_1_sin - t6 * arm_phi_1_cos + arm_phi_1_w_z *
-        qd[5];
-    const double arm_phi_1_bias_wd_z = t6 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
-        qd[5];
-    const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
-    const double t7 = arm_phi_1_w_y * arm_phi_1_w_x;
-    const double t8 = arm_phi_1_w_z * arm_phi_1_w_z + arm_phi_1_w_y * arm_phi_1_w_y;
-    const double t9 = arm_phi_1_bias_wd_z + t7;
-    const double t10 = arm_phi_1_w_z * arm_phi_1_w_x;
-    const double t11 = t10 - arm_phi_1_bias_wd_y;
-    /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sine[4];
-    const double arm_psi_2_cos = cosine[4];
-    const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
-    const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
-    const double t12 = arm_theta_1_bias_a_x - p->derived.arm_element_length * t8;
-    const double t13 = arm_phi_1_bias_a_y + p->derived.arm_element_length * t9;
-    const double arm_psi_2_bias_a_z = arm_phi_1_bias_a_z + p->derived.arm_element_length * t11;
-    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t13 + arm_psi_2_cos * t12;
-    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t13 - arm_psi_2_sin * t12;
-    const double arm_psi_2_bias_wd_x = arm_phi_1_bias_wd_y * arm_psi_2_sin + arm_theta_1_bias_wd_x * arm_psi_2_cos +
-        arm_psi_2_w_y * qd[6];
-    const double arm_psi_2_bias_wd_y = arm_phi_1_bias_wd_y * arm_psi_2_cos - arm_theta_1_bias_wd_x * arm_psi_2_sin -
-        arm_psi_2_w_x * qd[6];
-    const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
-    /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sine[5];
-    const double arm_theta_2_cos = cosine[5];
-    const double arm_theta_2_w_z = arm_psi_2_w_x * arm_theta_2_sin + arm_psi_2_w_z * arm_theta_2_cos;
-    const double arm_theta_2_w_x = arm_psi_2_w_x * arm_theta_2_cos - arm_psi_2_w_z * arm_theta_2_sin;
-    const double arm_theta_2_bias_a_z = arm_psi_2_bias_a_x * arm_theta_2_sin + arm_psi_2_bias_a_z * arm_theta_2_cos;
-    const double arm_theta_2_bias_a_x = arm_psi_2_bias_a_x * arm_theta_2_cos - arm_psi_2_bias_a_z * arm_theta_2_sin;
-    const double arm_theta_2_bias_wd_x = arm_psi_2_bias_wd_x * arm_theta_2_cos - arm_phi_1_bias_wd_z * arm_theta_2_sin -
-        arm_theta_2_w_z * qd[7];
-    const double arm_theta_2_bias_wd_z = arm_psi_2_bias_wd_x * arm_theta_2_sin + arm_phi_1_bias_wd_z * arm_theta_2_cos +
-        arm_theta_2_w_x * qd[7];
-    const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
-    /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sine[6];
-    const double arm_phi_2_cos = cosine[6];
-    const double arm_phi_2_w_y = arm_theta_2_w_z * arm_phi_2_sin + arm_theta_2_w_y * arm_phi_2_cos;
-    const double arm_phi_2_w_z = arm_theta_2_w_z * arm_phi_2_cos - arm_theta_2_w_y * arm_phi_2_sin;
-    const double arm_phi_2_bias_a_y = arm_theta_2_bias_a_z * arm_phi_2_sin + arm_psi_2_bias_a_y * arm_phi_2_cos;
-    const double arm_phi_2_bias_a_z = arm_theta_2_bias_a_z * arm_phi_2_cos - arm_psi_2_bias_a_y * arm_phi_2_sin;
-    const double arm_phi_2_bias_wd_y = arm_theta_2_bias_wd_z * arm_phi_2_sin + arm_psi_2_bias_wd_y * arm_phi_2_cos +
-        arm_phi_2_w_z * qd[8];
-    const double arm_phi_2_bias_wd_z = arm_theta_2_bias_wd_z * arm_phi_2_cos - arm_psi_2_bias_wd_y * arm_phi_2_sin -
-        arm_phi_2_w_y * qd[8];
-    const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
-    const double t14 = arm_phi_2_w_y * arm_phi_2_w_x;
-    const double t15 = arm_phi_2_w_z * arm_phi_2_w_z + arm_phi_2_w_y * arm_phi_2_w_y;
-    const double t16 = arm_phi_2_bias_wd_z + t14;
-    const double t17 = arm_phi_2_w_z * arm_phi_2_w_x;
-    const double t18 = t17 - arm_phi_2_bias_wd_y;
-    /* arm_psi_3: motion from arm_phi_2 outward */
+    const double t4 = t1 + t1;
+    /* arm_psi_e: motion from arm_psi outward */
+    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t2;
+    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t4;
+    double arm_theta_e_bias_a_x[2];
+    double arm_theta_e_bias_wd_x[2];
+    double arm_phi_e_bias_a_y[2];
+    double arm_phi_e_bias_a_z[2];
+    double arm_phi_e_bias_wd_y[2];
+    double arm_phi_e_bias_wd_z[2];
+    double t7[2];
+    double t8[2];
+    double t9[2];
+    double t10[2];
+    double t11[2];
+    double last_arm_phi_e_w_x = arm_psi_w_x;
+    double last_arm_phi_e_w_y = arm_psi_w_y;
+    double last_arm_phi_e_w_z = qd[2];
+    double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
+    double last_arm_phi_e_bias_wd_y = -t1;
+    double last_arm_phi_e_bias_wd_z = 0.0;
+    double last_arm_theta_e_bias_a_x = -p->derived.constant_3 * t3;
+    double last_arm_phi_e_bias_a_y = arm_psi_e_bias_a_y;
+    double last_arm_phi_e_bias_a_z = arm_psi_e_bias_a_z;
+    double carried_15 = -t3;
+    double carried_18 = t2;
+    double carried_21 = t4;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[1 + 3 * e];
+        const double arm_psi_e_cos = cosine[1 + 3 * e];
+        const double arm_theta_e_sin = sine[2 + 3 * e];
+        const double arm_theta_e_cos = cosine[2 + 3 * e];
+        const double arm_phi_e_sin = sine[3 + 3 * e];
+        const double arm_phi_e_cos = cosine[3 + 3 * e];
+        /* arm_psi_e: motion from arm_psi_e outward */
+        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
+        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
+        const double t5 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
+        const double t6 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
+        const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
+        const double arm_psi_e_bias_a_x_2 = arm_psi_e_sin * t6 + arm_psi_e_cos * t5;
+        const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t6 - arm_psi_e_sin * t5;
+        const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
+        qd[3 + 3 * e] * arm_psi_e_w_y;
+        const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
+        qd[3 + 3 * e] * arm_psi_e_w_x;
+        const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
+        /* arm_theta_e: motion from arm_psi_e outward */
+        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
+        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
+        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
+        arm_theta_e_bias_a_x[e] = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
+        arm_theta_e_bias_wd_x[e] = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
+        qd[4 + 3 * e] * arm_theta_e_w_z;
+        const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
+        qd[4 + 3 * e] * arm_theta_e_w_x;
+        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
+        /* arm_phi_e: motion from arm_theta_e outward */
+        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
+        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
+        arm_phi_e_bias_a_y[e] = arm_phi_e_sin * arm_theta_e_bias_a_z + arm_phi_e_cos * arm_psi_e_bias_a_y_2;
+        arm_phi_e_bias_a_z[e] = arm_phi_e_cos * arm_theta_e_bias_a_z - arm_phi_e_sin * arm_psi_e_bias_a_y_2;
+        arm_phi_e_bias_wd_y[e] = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
+        qd[5 + 3 * e] * arm_phi_e_w_z;
+        arm_phi_e_bias_wd_z[e] = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
+        qd[5 + 3 * e] * arm_phi_e_w_y;
+        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
+        t7[e] = arm_phi_e_w_y * arm_phi_e_w_x;
+        t8[e] = arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y;
+        t9[e] = arm_phi_e_bias_wd_z[e] + t7[e];
+        t10[e] = arm_phi_e_w_z * arm_phi_e_w_x;
+        t11[e] = t10[e] - arm_phi_e_bias_wd_y[e];
+        const double next_carried_15 = -t8[e];
+        last_arm_phi_e_w_x = arm_phi_e_w_x;
+        last_arm_phi_e_w_y = arm_phi_e_w_y;
+        last_arm_phi_e_w_z = arm_phi_e_w_z;
+        last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x[e];
+        last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y[e];
+        last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z[e];
+        last_arm_theta_e_bias_a_x = arm_theta_e_bias_a_x[e];
+        last_arm_phi_e_bias_a_y = arm_phi_e_bias_a_y[e];
+        last_arm_phi_e_bias_a_z = arm_phi_e_bias_a_z[e];
+        carried_15 = next_carried_15;
+        carried_18 = t9[e];
+        carried_21 = t11[e];
+    }
+    /* arm_psi_3: motion from arm_psi_e outward */
     const double arm_psi_3_sin = sine[7];
     const double arm_psi_3_cos = cosine[7];
-    const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
-    const double t19 = arm_theta_2_bias_a_x - p->derived.arm_element_length * t15;
-    const double t20 = arm_phi_2_bias_a_y + p->derived.arm_element_length * t16;
-    const double arm_psi_3_bias_a_z = arm_phi_2_bias_a_z + p->derived.arm_element_length * t18;
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t20 + arm_psi_3_cos * t19;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t20 - arm_psi_3_sin * t19;
-    const double arm_psi_3_bias_wd_x = arm_phi_2_bias_wd_y * arm_psi_3_sin + arm_theta_2_bias_wd_x * arm_psi_3_cos +
-        arm_psi_3_w_y * qd[9];
-    const double arm_psi_3_bias_wd_y = arm_phi_2_bias_wd_y * arm_psi_3_cos - arm_theta_2_bias_wd_x * arm_psi_3_sin -
-        arm_psi_3_w_x * qd[9];
-    const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
+    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
+    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
+    const double t12 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
+    const double t13 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
+    const double arm_psi_3_bias_a_z = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
+    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t13 + arm_psi_3_cos * t12;
+    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t13 - arm_psi_3_sin * t12;
+    const double arm_psi_3_bias_wd_x = last_arm_phi_e_bias_wd_y * arm_psi_3_sin + last_arm_theta_e_bias_wd_x *
+        arm_psi_3_cos + arm_psi_3_w_y * qd[9];
+    const double arm_psi_3_bias_wd_y = last_arm_phi_e_bias_wd_y * arm_psi_3_cos - last_arm_theta_e_bias_wd_x *
+        arm_psi_3_sin - arm_psi_3_w_x * qd[9];
+    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sine[8];
     const double arm_theta_3_cos = cosine[8];
@@ -694,18 +715,18 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
     const double arm_theta_3_bias_a_z = arm_psi_3_bias_a_x * arm_theta_3_sin + arm_psi_3_bias_a_z * arm_theta_3_cos;
     const double arm_theta_3_bias_a_x = arm_psi_3_bias_a_x * arm_theta_3_cos - arm_psi_3_bias_a_z * arm_theta_3_sin;
-    const double arm_theta_3_bias_wd_x = arm_psi_3_bias_wd_x * arm_theta_3_cos - arm_phi_2_bias_wd_z * arm_theta_3_sin -
-        arm_theta_3_w_z * qd[10];
-    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + arm_phi_2_bias_wd_z * arm_theta_3_cos +
-        arm_theta_3_w_x * qd[10];
+    const double arm_theta_3_bias_wd_x = arm_psi_3_bias_wd_x * arm_theta_3_cos - last_arm_phi_e_bias_wd_z *
+        arm_theta_3_sin - arm_theta_3_w_z * qd[10];
+    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + last_arm_phi_e_bias_wd_z *
+        arm_theta_3_cos + arm_theta_3_w_x * qd[10];
     const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
     /* arm_phi_3: motion from arm_theta_3 outward */
     const double arm_phi_3_sin = sine[9];
     const double arm_phi_3_cos = cosine[9];
     const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t21 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t22 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t22 - t21;
+    const double t14 = arm_theta_3_w_y * arm_phi_3_sin;
+    const double t15 = arm_theta_3_w_z * arm_phi_3_cos;
+    const double arm_phi_3_w_z = t15 - t14;
     const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
     const double arm_phi_3_bias_a_z = arm_theta_3_bias_a_z * arm_phi_3_cos - arm_psi_3_bias_a_y * arm_phi_3_sin;
     const double arm_phi_3_bias_wd_y = arm_theta_3_bias_wd_z * arm_phi_3_sin + arm_psi_3_bias_wd_y * arm_phi_3_cos +
@@ -713,139 +734,130 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_3_bias_wd_z = arm_theta_3_bias_wd_z * arm_phi_3_cos - arm_psi_3_bias_wd_y * arm_phi_3_sin -
         arm_phi_3_w_y * qd[11];
     const double arm_phi_3_w_x = arm_theta_3_w_x + qd[11];
-    const double t23 = arm_phi_3_w_y * arm_phi_3_w_x;
-    const double t24 = arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y * arm_phi_3_w_y;
-    const double t25 = arm_phi_3_bias_wd_z + t23;
-    const double t26 = arm_phi_3_w_z * arm_phi_3_w_x;
-    const double t27 = t26 - arm_phi_3_bias_wd_y;
+    const double t16 = arm_phi_3_w_y * arm_phi_3_w_x;
+    const double t17 = arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y * arm_phi_3_w_y;
+    const double t18 = arm_phi_3_bias_wd_z + t16;
+    const double t19 = arm_phi_3_w_z * arm_phi_3_w_x;
+    const double t20 = t19 - arm_phi_3_bias_wd_y;
     /* effector_z: motion from arm_phi_3 outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_w_x = t21 - t22;
-    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - t24 * effector_z_shift_x;
-    const double t28 = arm_phi_3_w_y * qd[12];
-    const double t29 = effector_z_w_x * qd[12];
-    const double effector_z_bias_a_x = t28 + t28 - (arm_phi_3_bias_a_z + t27 * effector_z_shift_x);
-    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + t25 * effector_z_shift_x - (t29 + t29);
+    const double effector_z_w_x = t14 - t15;
+    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - t17 * effector_z_shift_x;
+    const double t21 = arm_phi_3_w_y * qd[12];
+    const double t22 = effector_z_w_x * qd[12];
+    const double effector_z_bias_a_x = t21 + t21 - (arm_phi_3_bias_a_z + t20 * effector_z_shift_x);
+    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + t18 * effector_z_shift_x - (t22 + t22);
     /* effector_z: bias forces c, inward */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     const double effector_z_bias_force_y = p->m_E * effector_z_bias_a_y;
     const double effector_z_bias_force_z = p->m_E * effector_z_bias_a_z;
     /* arm_phi_3: bias forces c, inward */
     const double arm_phi_3_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_theta_3_bias_wd_x;
-    const double arm_phi_3_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + (t26 * p->derived.constant_6 +
+    const double arm_phi_3_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + (t19 * p->derived.constant_7 +
         p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y - p->derived.arm_psi_moment_x * arm_phi_3_bias_a_z);
-    const double arm_phi_3_bias_moment_z = effector_z_shift_x * effector_z_bias_force_y + (t23 * p->derived.constant_7 +
+    const double arm_phi_3_bias_moment_z = effector_z_shift_x * effector_z_bias_force_y + (t16 * p->derived.constant_8 +
         p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z + p->derived.arm_psi_moment_x * arm_phi_3_bias_a_y);
     const double arm_phi_3_bias_force_x = effector_z_bias_force_z + (p->derived.arm_psi_mass * arm_theta_3_bias_a_x -
-        p->derived.arm_psi_moment_x * t24);
-    const double arm_phi_3_bias_force_y = effector_z_bias_force_y + (p->derived.arm_psi_moment_x * t25 + p->derived.arm_psi_mass *
+        p->derived.arm_psi_moment_x * t17);
+    const double arm_phi_3_bias_force_y = effector_z_bias_force_y + (p->derived.arm_psi_moment_x * t18 + p->derived.arm_psi_mass *
         arm_phi_3_bias_a_y);
-    const double arm_phi_3_bias_force_z = p->derived.arm_psi_moment_x * t27 + p->derived.arm_psi_mass * arm_phi_3_bias_a_z -
+    const double arm_phi_3_bias_force_z = p->derived.arm_psi_moment_x * t20 + p->derived.arm_psi_mass * arm_phi_3_bias_a_z -
         effector_z_bias_force_x;
+    const double t23 = arm_phi_3_sin * arm_phi_3_bias_moment_z;
+    const double t24 = arm_phi_3_cos * arm_phi_3_bias_moment_y;
+    const double arm_theta_3_bias_moment_y = t24 - t23;
+    const double arm_theta_3_bias_moment_z = arm_phi_3_sin * arm_phi_3_bias_moment_y + arm_phi_3_cos * arm_phi_3_bias_moment_z;
     const double arm_theta_3_bias_force_y = arm_phi_3_cos * arm_phi_3_bias_force_y - arm_phi_3_sin * arm_phi_3_bias_force_z;
     const double arm_theta_3_bias_force_z = arm_phi_3_sin * arm_phi_3_bias_force_y + arm_phi_3_cos * arm_phi_3_bias_force_z;
-    const double t30 = arm_phi_3_sin * arm_phi_3_bias_moment_z;
-    const double t31 = arm_phi_3_cos * arm_phi_3_bias_moment_y;
-    const double arm_theta_3_bias_moment_y = t31 - t30;
-    const double arm_theta_3_bias_moment_z = arm_phi_3_sin * arm_phi_3_bias_moment_y + arm_phi_3_cos * arm_phi_3_bias_moment_z;
     /* arm_theta_3: bias forces c, inward */
-    const double arm_psi_3_bias_force_z = arm_theta_3_cos * arm_theta_3_bias_force_z - arm_theta_3_sin * arm_phi_3_bias_force_x;
-    const double arm_psi_3_bias_force_x = arm_theta_3_sin * arm_theta_3_bias_force_z + arm_theta_3_cos * arm_phi_3_bias_force_x;
-    const double t32 = arm_theta_3_sin * arm_phi_3_bias_moment_x;
-    const double t33 = arm_theta_3_cos * arm_theta_3_bias_moment_z;
-    const double arm_psi_3_bias_moment_z = t33 - t32;
+    const double t25 = arm_theta_3_sin * arm_phi_3_bias_moment_x;
+    const double t26 = arm_theta_3_cos * arm_theta_3_bias_moment_z;
+    const double arm_psi_3_bias_moment_z = t26 - t25;
     const double arm_psi_3_bias_moment_x = arm_theta_3_sin * arm_theta_3_bias_moment_z + arm_theta_3_cos *
         arm_phi_3_bias_moment_x;
+    const double arm_psi_3_bias_force_z = arm_theta_3_cos * arm_theta_3_bias_force_z - arm_theta_3_sin * arm_phi_3_bias_force_x;
+    const double arm_psi_3_bias_force_x = arm_theta_3_sin * arm_theta_3_bias_force_z + arm_theta_3_cos * arm_phi_3_bias_force_x;
     /* arm_psi_3: bias forces c, inward */
-    const double t34 = arm_psi_3_sin * arm_psi_3_bias_force_x + arm_psi_3_cos * arm_theta_3_bias_force_y;
-    /* arm_phi_2: bias forces c, inward */
-    const double arm_phi_2_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_2_bias_wd_x;
-    const double arm_phi_2_bias_moment_x = arm_psi_3_cos * arm_psi_3_bias_moment_x - arm_psi_3_sin * arm_theta_3_bias_moment_y +
-        arm_phi_2_load_moment_x;
-    const double arm_phi_2_bias_moment_y = arm_psi_3_sin * arm_psi_3_bias_moment_x + arm_psi_3_cos * arm_theta_3_bias_moment_y -
-        p->derived.arm_element_length * arm_psi_3_bias_force_z + (t17 * p->derived.constant_8 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_z);
-    const double arm_phi_2_bias_moment_z = arm_psi_3_bias_moment_z + p->derived.arm_element_length * t34 +
-        (t14 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy * arm_phi_2_bias_wd_z + p->derived.arm_phi_1_moment_x *
-        arm_phi_2_bias_a_y);
-    const double arm_phi_2_bias_force_x = arm_psi_3_cos * arm_psi_3_bias_force_x - arm_psi_3_sin * arm_theta_3_bias_force_y +
-        (p->derived.arm_phi_1_mass * arm_theta_2_bias_a_x - p->derived.arm_phi_1_moment_x * t15);
-    const double arm_phi_2_bias_force_y = t34 + (p->derived.arm_phi_1_moment_x * t16 + p->derived.arm_phi_1_mass *
-        arm_phi_2_bias_a_y);
-    const double arm_phi_2_bias_force_z = arm_psi_3_bias_force_z + (p->derived.arm_phi_1_moment_x * t18 +
-        p->derived.arm_phi_1_mass * arm_phi_2_bias_a_z);
-    const double arm_theta_2_bias_force_y = arm_phi_2_cos * arm_phi_2_bias_force_y - arm_phi_2_sin * arm_phi_2_bias_force_z;
-    const double arm_theta_2_bias_force_z = arm_phi_2_sin * arm_phi_2_bias_force_y + arm_phi_2_cos * arm_phi_2_bias_force_z;
-    const double t35 = arm_phi_2_sin * arm_phi_2_bias_moment_z;
-    const double t36 = arm_phi_2_cos * arm_phi_2_bias_moment_y;
-    const double arm_theta_2_bias_moment_y = t36 - t35;
-    const double arm_theta_2_bias_moment_z = arm_phi_2_sin * arm_phi_2_bias_moment_y + arm_phi_2_cos * arm_phi_2_bias_moment_z;
-    /* arm_theta_2: bias forces c, inward */
-    const double arm_psi_2_bias_force_z = arm_theta_2_cos * arm_theta_2_bias_force_z - arm_theta_2_sin * arm_phi_2_bias_force_x;
-    const double arm_psi_2_bias_force_x = arm_theta_2_sin * arm_theta_2_bias_force_z + arm_theta_2_cos * arm_phi_2_bias_force_x;
-    const double t37 = arm_theta_2_sin * arm_phi_2_bias_moment_x;
-    const double t38 = arm_theta_2_cos * arm_theta_2_bias_moment_z;
-    const double arm_psi_2_bias_moment_z = t38 - t37;
-    const double arm_psi_2_bias_moment_x = arm_theta_2_sin * arm_theta_2_bias_moment_z + arm_theta_2_cos *
-        arm_phi_2_bias_moment_x;
-    /* arm_psi_2: bias forces c, inward */
-    const double t39 = arm_psi_2_sin * arm_psi_2_bias_force_x + arm_psi_2_cos * arm_theta_2_bias_force_y;
-    /* arm_phi_1: bias forces c, inward */
-    const double arm_phi_1_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_1_bias_wd_x;
-    const double arm_phi_1_bias_moment_x = arm_psi_2_cos * arm_psi_2_bias_moment_x - arm_psi_2_sin * arm_theta_2_bias_moment_y +
-        arm_phi_1_load_moment_x;
-    const double arm_phi_1_bias_moment_y = arm_psi_2_sin * arm_psi_2_bias_moment_x + arm_psi_2_cos * arm_theta_2_bias_moment_y -
-        p->derived.arm_element_length * arm_psi_2_bias_force_z + (t10 * p->derived.constant_8 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_z);
-    const double arm_phi_1_bias_moment_z = arm_psi_2_bias_moment_z + p->derived.arm_element_length * t39 +
-        (t7 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy * arm_phi_1_bias_wd_z + p->derived.arm_phi_1_moment_x *
-        arm_phi_1_bias_a_y);
-    const double arm_phi_1_bias_force_x = arm_psi_2_cos * arm_psi_2_bias_force_x - arm_psi_2_sin * arm_theta_2_bias_force_y +
-        (p->derived.arm_phi_1_mass * arm_theta_1_bias_a_x - p->derived.arm_phi_1_moment_x * t8);
-    const double arm_phi_1_bias_force_y = t39 + (p->derived.arm_phi_1_moment_x * t9 + p->derived.arm_phi_1_mass *
-        arm_phi_1_bias_a_y);
-    const double arm_phi_1_bias_force_z = arm_psi_2_bias_force_z + (p->derived.arm_phi_1_moment_x * t11 +
-        p->derived.arm_phi_1_mass * arm_phi_1_bias_a_z);
-    const double arm_theta_1_bias_force_y = arm_phi_1_cos * arm_phi_1_bias_force_y - arm_phi_1_sin * arm_phi_1_bias_force_z;
-    const double arm_theta_1_bias_force_z = arm_phi_1_sin * arm_phi_1_bias_force_y + arm_phi_1_cos * arm_phi_1_bias_force_z;
-    const double t40 = arm_phi_1_sin * arm_phi_1_bias_moment_z;
-    const double t41 = arm_phi_1_cos * arm_phi_1_bias_moment_y;
-    const double arm_theta_1_bias_moment_y = t41 - t40;
-    const double arm_theta_1_bias_moment_z = arm_phi_1_sin * arm_phi_1_bias_moment_y + arm_phi_1_cos * arm_phi_1_bias_moment_z;
-    /* arm_theta_1: bias forces c, inward */
-    const double arm_psi_1_bias_force_z = arm_theta_1_cos * arm_theta_1_bias_force_z - arm_theta_1_sin * arm_phi_1_bias_force_x;
-    const double arm_psi_1_bias_force_x = arm_theta_1_sin * arm_theta_1_bias_force_z + arm_theta_1_cos * arm_phi_1_bias_force_x;
-    const double t42 = arm_theta_1_sin * arm_phi_1_bias_moment_x;
-    const double t43 = arm_theta_1_cos * arm_theta_1_bias_moment_z;
-    const double arm_psi_1_bias_moment_z = t43 - t42;
-    const double arm_psi_1_bias_moment_x = arm_theta_1_sin * arm_theta_1_bias_moment_z + arm_theta_1_cos *
-        arm_phi_1_bias_moment_x;
-    /* arm_psi_1: bias forces c, inward */
-    const double t44 = arm_psi_1_sin * arm_psi_1_bias_force_x + arm_psi_1_cos * arm_theta_1_bias_force_y;
+    const double t27 = arm_psi_3_sin * arm_psi_3_bias_force_x + arm_psi_3_cos * arm_theta_3_bias_force_y;
     /* arm_psi: bias forces c, inward */
     const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t1 * p->derived.constant_6 - p->derived.arm_psi_inertia_yy * t1;
-    const double arm_psi_bias_moment_x = arm_psi_1_cos * arm_psi_1_bias_moment_x - arm_psi_1_sin * arm_theta_1_bias_moment_y +
-        arm_psi_load_moment_x;
-    const double arm_psi_bias_moment_y = arm_psi_1_sin * arm_psi_1_bias_moment_x + arm_psi_1_cos * arm_theta_1_bias_moment_y -
-        p->derived.constant_1 * arm_psi_1_bias_force_z + arm_psi_load_moment_y;
-    const double arm_psi_bias_moment_z = arm_psi_1_bias_moment_z + p->derived.constant_1 * t44 + t2 * p->derived.constant_7;
-    const double arm_psi_bias_force_x = arm_psi_1_cos * arm_psi_1_bias_force_x - arm_psi_1_sin * arm_theta_1_bias_force_y -
-        p->derived.arm_psi_moment_x * t3;
-    const double arm_psi_bias_force_y = t44 + p->derived.arm_psi_moment_x * t2;
-    const double column_psi_bias_force_z = arm_psi_sin * arm_psi_bias_force_x + arm_psi_cos * arm_psi_bias_force_y;
+    const double arm_psi_load_moment_y = t1 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t1;
+    double carried_52 = arm_psi_3_cos * arm_psi_3_bias_moment_x - arm_psi_3_sin * arm_theta_3_bias_moment_y;
+    double carried_53 = arm_psi_3_sin * arm_psi_3_bias_moment_x + arm_psi_3_cos * arm_theta_3_bias_moment_y -
+        p->derived.arm_element_length * arm_psi_3_bias_force_z;
+    double carried_54 = arm_psi_3_bias_moment_z + p->derived.arm_element_length * t27;
+    double carried_55 = arm_psi_3_cos * arm_psi_3_bias_force_x - arm_psi_3_sin * arm_theta_3_bias_force_y;
+    double carried_56 = t27;
+    double last_arm_psi_e_bias_force_z = arm_psi_3_bias_force_z;
+    for (int e = 1; e >= 0; e--) { /* arm_psi_e, inward */
+        const double arm_psi_e_cos = cosine[1 + 3 * e];
+        const double arm_psi_e_sin = sine[1 + 3 * e];
+        const double arm_phi_e_sin = sine[3 + 3 * e];
+        const double arm_phi_e_cos = cosine[3 + 3 * e];
+        const double arm_theta_e_sin = sine[2 + 3 * e];
+        const double arm_theta_e_cos = cosine[2 + 3 * e];
+        /* arm_phi_e: bias forces c, inward */
+        const double arm_phi_e_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_e_bias_wd_x[e];
+        /* arm_phi_e: bias forces c, inward */
+        const double arm_phi_e_bias_moment_x = arm_phi_e_load_moment_x + carried_52;
+        const double arm_phi_e_bias_moment_y = t10[e] * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_e_bias_wd_y[e] - p->derived.arm_phi_1_moment_x * arm_phi_e_bias_a_z[e] + carried_53;
+        const double arm_phi_e_bias_moment_z = t7[e] * p->derived.constant_10 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_e_bias_wd_z[e] + p->derived.arm_phi_1_moment_x * arm_phi_e_bias_a_y[e] + carried_54;
+        const double arm_phi_e_bias_force_x = p->derived.arm_phi_1_mass * arm_theta_e_bias_a_x[e] - p->derived.arm_phi_1_moment_x *
+        t8[e] + carried_55;
+        const double arm_phi_e_bias_force_y = p->derived.arm_phi_1_moment_x * t9[e] + p->derived.arm_phi_1_mass *
+        arm_phi_e_bias_a_y[e] + carried_56;
+        const double arm_phi_e_bias_force_z = p->derived.arm_phi_1_moment_x * t11[e] + p->derived.arm_phi_1_mass *
+        arm_phi_e_bias_a_z[e] + last_arm_psi_e_bias_force_z;
+        const double t28 = arm_phi_e_sin * arm_phi_e_bias_moment_z;
+        const double t29 = arm_phi_e_cos * arm_phi_e_bias_moment_y;
+        const double arm_theta_e_bias_moment_y = t29 - t28;
+        const double arm_theta_e_bias_moment_z = arm_phi_e_sin * arm_phi_e_bias_moment_y + arm_phi_e_cos *
+        arm_phi_e_bias_moment_z;
+        const double arm_theta_e_bias_force_y = arm_phi_e_cos * arm_phi_e_bias_force_y - arm_phi_e_sin * arm_phi_e_bias_force_z;
+        const double arm_theta_e_bias_force_z = arm_phi_e_sin * arm_phi_e_bias_force_y + arm_phi_e_cos * arm_phi_e_bias_force_z;
+        /* arm_theta_e: bias forces c, inward */
+        const double t30 = arm_theta_e_sin * arm_phi_e_bias_moment_x;
+        const double t31 = arm_theta_e_cos * arm_theta_e_bias_moment_z;
+        const double arm_psi_e_bias_moment_z = t31 - t30;
+        const double arm_psi_e_bias_moment_x = arm_theta_e_sin * arm_theta_e_bias_moment_z + arm_theta_e_cos *
+        arm_phi_e_bias_moment_x;
+        const double arm_psi_e_bias_force_z = arm_theta_e_cos * arm_theta_e_bias_force_z - arm_theta_e_sin *
+        arm_phi_e_bias_force_x;
+        const double arm_psi_e_bias_force_x = arm_theta_e_sin * arm_theta_e_bias_force_z + arm_theta_e_cos *
+        arm_phi_e_bias_force_x;
+        /* arm_psi_e: bias forces c, inward */
+        const double t32 = arm_psi_e_sin * arm_psi_e_bias_force_x + arm_psi_e_cos * arm_theta_e_bias_force_y;
+        h[3 + 3 * e] = t30 - t31;
+        h[4 + 3 * e] = t28 - t29;
+        h[5 + 3 * e] = -arm_phi_e_bias_moment_x;
+        const double next_carried_52 = arm_psi_e_cos * arm_psi_e_bias_moment_x - arm_psi_e_sin * arm_theta_e_bias_moment_y;
+        const double next_carried_53 = arm_psi_e_sin * arm_psi_e_bias_moment_x + arm_psi_e_cos * arm_theta_e_bias_moment_y -
+        p->derived.arm_element_length * arm_psi_e_bias_force_z;
+        const double next_carried_54 = arm_psi_e_bias_moment_z + p->derived.arm_element_length * t32;
+        const double next_carried_55 = arm_psi_e_cos * arm_psi_e_bias_force_x - arm_psi_e_sin * arm_theta_e_bias_force_y;
+        carried_52 = next_carried_52;
+        carried_53 = next_carried_53;
+        carried_54 = next_carried_54;
+        carried_55 = next_carried_55;
+        carried_56 = t32;
+        last_arm_psi_e_bias_force_z = arm_psi_e_bias_force_z;
+    }
+    /* arm_psi: bias forces c, inward */
+    const double arm_psi_bias_moment_x = carried_52 + arm_psi_load_moment_x;
+    const double arm_psi_bias_moment_y = carried_53 - p->derived.constant_3 * last_arm_psi_e_bias_force_z +
+        arm_psi_load_moment_y;
+    const double arm_psi_bias_moment_z = carried_54 + p->derived.constant_3 * carried_56 + t2 * p->derived.constant_8;
+    const double arm_psi_bias_force_x = carried_55 - p->derived.arm_psi_moment_x * t3;
+    const double arm_psi_bias_force_y = carried_56 + p->derived.arm_psi_moment_x * t2;
     const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
+    const double column_psi_bias_force_z = arm_psi_sin * arm_psi_bias_force_x + arm_psi_cos * arm_psi_bias_force_y;
     h[0] = -column_psi_bias_force_z;
     h[1] = -column_psi_bias_moment_z;
     h[2] = -arm_psi_bias_moment_z;
-    h[3] = t42 - t43;
-    h[4] = t40 - t41;
-    h[5] = -arm_phi_1_bias_moment_x;
-    h[6] = t37 - t38;
-    h[7] = t35 - t36;
-    h[8] = -arm_phi_2_bias_moment_x;
-    h[9] = t32 - t33;
-    h[10] = t30 - t31;
+    h[9] = t25 - t26;
+    h[10] = t23 - t24;
     h[11] = -arm_phi_3_bias_moment_x;
     h[12] = -effector_z_bias_force_z;
 }
@@ -860,99 +872,104 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_cos = cosine[0];
     const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
     const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
-    /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sine[1];
-    const double arm_psi_1_cos = cosine[1];
-    const double t1 = arm_psi_bias_a_falling_y * arm_psi_1_sin + arm_psi_bias_a_falling_x * arm_psi_1_cos;
-    const double arm_psi_1_gravity_y = arm_psi_bias_a_falling_x * arm_psi_1_sin - arm_psi_bias_a_falling_y *
-        arm_psi_1_cos;
-    /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sine[2];
-    const double arm_theta_1_cos = cosine[2];
-    const double t2 = t1 * arm_theta_1_sin;
-    const double t3 = t1 * arm_theta_1_cos;
-    /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sine[3];
-    const double arm_phi_1_cos = cosine[3];
-    const double arm_phi_1_gravity_y = arm_psi_1_gravity_y * arm_phi_1_cos - t2 * arm_phi_1_sin;
-    const double t4 = arm_psi_1_gravity_y * arm_phi_1_sin + t2 * arm_phi_1_cos;
-    /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sine[4];
-    const double arm_psi_2_cos = cosine[4];
-    const double arm_psi_2_gravity_x = arm_phi_1_gravity_y * arm_psi_2_sin - t3 * arm_psi_2_cos;
-    const double arm_psi_2_gravity_y = t3 * arm_psi_2_sin + arm_phi_1_gravity_y * arm_psi_2_cos;
-    /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sine[5];
-    const double arm_theta_2_cos = cosine[5];
-    const double arm_theta_2_gravity_z = arm_psi_2_gravity_x * arm_theta_2_sin - t4 * arm_theta_2_cos;
-    const double arm_theta_2_gravity_x = t4 * arm_theta_2_sin + arm_psi_2_gravity_x * arm_theta_2_cos;
-    /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sine[6];
-    const double arm_phi_2_cos = cosine[6];
-    const double arm_phi_2_gravity_y = arm_theta_2_gravity_z * arm_phi_2_sin + arm_psi_2_gravity_y * arm_phi_2_cos;
-    const double arm_phi_2_gravity_z = arm_theta_2_gravity_z * arm_phi_2_cos - arm_psi_2_gravity_y * arm_phi_2_sin;
-    /* arm_psi_3: motion from arm_phi_2 outward */
+    double arm_psi_e_gravity_x[2];
+    double arm_psi_e_gravity_y[2];
+    double arm_theta_e_gravity_z[2];
+    double arm_theta_e_gravity_x[2];
+    double arm_phi_e_gravity_y[2];
+    double arm_phi_e_gravity_z[2];
+    double last_arm_theta_e_gravity_x = -arm_psi_bias_a_falling_x;
+    double last_arm_phi_e_gravity_y = -arm_psi_bias_a_falling_y;
+    double last_arm_phi_e_gravity_z = 0.0;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[1 + 3 * e];
+        const double arm_psi_e_cos = cosine[1 + 3 * e];
+        const double arm_theta_e_sin = sine[2 + 3 * e];
+        const double arm_theta_e_cos = cosine[2 + 3 * e];
+        const double arm_phi_e_sin = sine[3 + 3 * e];
+        const double arm_phi_e_cos = cosine[3 + 3 * e];
+        /* arm_psi_e: motion from arm_psi_e outward */
+        arm_psi_e_gravity_x[e] = arm_psi_e_sin * last_arm_phi_e_gravity_y + arm_psi_e_cos * last_arm_theta_e_gravity_x;
+        arm_psi_e_gravity_y[e] = arm_psi_e_cos * last_arm_phi_e_gravity_y - arm_psi_e_sin * last_arm_theta_e_gravity_x;
+        /* arm_theta_e: motion from arm_psi_e outward */
+        arm_theta_e_gravity_z[e] = arm_theta_e_sin * arm_psi_e_gravity_x[e] + arm_theta_e_cos * last_arm_phi_e_gravity_z;
+        arm_theta_e_gravity_x[e] = arm_theta_e_cos * arm_psi_e_gravity_x[e] - arm_theta_e_sin * last_arm_phi_e_gravity_z;
+        /* arm_phi_e: motion from arm_theta_e outward */
+        arm_phi_e_gravity_y[e] = arm_phi_e_sin * arm_theta_e_gravity_z[e] + arm_phi_e_cos * arm_psi_e_gravity_y[e];
+        arm_phi_e_gravity_z[e] = arm_phi_e_cos * arm_theta_e_gravity_z[e] - arm_phi_e_sin * arm_psi_e_gravity_y[e];
+        last_arm_theta_e_gravity_x = arm_theta_e_gravity_x[e];
+        last_arm_phi_e_gravity_y = arm_phi_e_gravity_y[e];
+        last_arm_phi_e_gravity_z = arm_phi_e_gravity_z[e];
+    }
+    /* arm_psi_3: motion from arm_psi_e outward */
     const double arm_psi_3_sin = sine[7];
     const double arm_psi_3_cos = cosine[7];
-    const double arm_psi_3_gravity_x = arm_phi_2_gravity_y * arm_psi_3_sin + arm_theta_2_gravity_x * arm_psi_3_cos;
-    const double arm_psi_3_gravity_y = arm_phi_2_gravity_y * arm_psi_3_cos - arm_theta_2_gravity_x * arm_psi_3_sin;
+    const double arm_psi_3_gravity_x = last_arm_phi_e_gravity_y * arm_psi_3_sin + last_arm_theta_e_gravity_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_gravity_y = last_arm_phi_e_gravity_y * arm_psi_3_cos - last_arm_theta_e_gravity_x *
+        arm_psi_3_sin;
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sine[8];
     const double arm_theta_3_cos = cosine[8];
-    const double arm_theta_3_gravity_z = arm_psi_3_gravity_x * arm_theta_3_sin + arm_phi_2_gravity_z * arm_theta_3_cos;
-    const double arm_theta_3_gravity_x = arm_psi_3_gravity_x * arm_theta_3_cos - arm_phi_2_gravity_z * arm_theta_3_sin;
+    const double arm_theta_3_gravity_z = arm_psi_3_gravity_x * arm_theta_3_sin + last_arm_phi_e_gravity_z *
+        arm_theta_3_cos;
+    const double arm_theta_3_gravity_x = arm_psi_3_gravity_x * arm_theta_3_cos - last_arm_phi_e_gravity_z *
+        arm_theta_3_sin;
     /* effector_z: motion from arm_phi_3 outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
     const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
     /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
-    const double t5 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
     const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
     /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
-    /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + (arm_psi_3_cos * arm_psi_3_moment_beyond_x +
-        p->derived.constant_2);
-    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t5 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
-    const double arm_theta_2_moment_beyond_z = arm_phi_2_sin * arm_phi_2_moment_beyond_y - arm_phi_2_cos *
-        t5;
-    /* arm_theta_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_2_moment_beyond_z = arm_theta_2_cos * arm_theta_2_moment_beyond_z - arm_theta_2_sin *
-        arm_phi_2_moment_beyond_x;
-    const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_theta_2_cos *
-        arm_phi_2_moment_beyond_x;
-    /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
-    /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + (arm_psi_2_cos * arm_psi_2_moment_beyond_x -
-        arm_psi_2_sin * arm_theta_2_moment_beyond_y + p->derived.constant_3);
-    const double arm_theta_1_moment_beyond_y = arm_phi_1_cos * arm_phi_1_moment_beyond_y - arm_phi_1_sin *
-        arm_psi_2_moment_beyond_z;
-    const double arm_theta_1_moment_beyond_z = arm_phi_1_sin * arm_phi_1_moment_beyond_y + arm_phi_1_cos *
-        arm_psi_2_moment_beyond_z;
-    /* arm_theta_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_1_moment_beyond_x = arm_theta_1_sin * arm_theta_1_moment_beyond_z + arm_theta_1_cos *
-        arm_phi_1_moment_beyond_x;
-    /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_y = arm_psi_1_sin * arm_psi_1_moment_beyond_x + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
+    const double arm_phi_e_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
+    double last_arm_phi_e_mass_beyond = p->derived.arm_phi_3_mass_beyond;
+    double carried_43 = arm_psi_3_cos * arm_psi_3_moment_beyond_x + p->derived.constant_4;
+    double carried_44 = arm_phi_e_moment_beyond_y;
+    double last_arm_psi_e_moment_beyond_z = -arm_theta_3_sin * arm_phi_3_moment_beyond_x;
+    for (int e = 1; e >= 0; e--) { /* arm_psi_e, inward */
+        const double arm_psi_e_cos = cosine[1 + 3 * e];
+        const double arm_psi_e_sin = sine[1 + 3 * e];
+        const double arm_phi_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[2 + 3 * e];
+        const double arm_theta_e_sin = sine[2 + 3 * e];
+        /* arm_phi_e: composite pseudo-inertia of all beyond, inward */
+        const double arm_phi_e_mass_beyond_2 = p->derived.arm_phi_1_mass + last_arm_phi_e_mass_beyond;
+        const double arm_phi_e_moment_beyond_x_2 = p->derived.arm_phi_1_moment_x + carried_43;
+        const double arm_theta_e_moment_beyond_y = arm_phi_e_cos * carried_44 - arm_phi_e_sin * last_arm_psi_e_moment_beyond_z;
+        const double arm_theta_e_moment_beyond_z = arm_phi_e_sin * carried_44 + arm_phi_e_cos * last_arm_psi_e_moment_beyond_z;
+        /* arm_theta_e: composite pseudo-inertia of all beyond, inward */
+        const double arm_psi_e_moment_beyond_z = arm_theta_e_cos * arm_theta_e_moment_beyond_z - arm_theta_e_sin *
+        arm_phi_e_moment_beyond_x_2;
+        const double arm_psi_e_moment_beyond_x = arm_theta_e_sin * arm_theta_e_moment_beyond_z + arm_theta_e_cos *
+        arm_phi_e_moment_beyond_x_2;
+        Q[3 + 3 * e] = arm_psi_e_gravity_y[e] * arm_psi_e_moment_beyond_x - arm_psi_e_gravity_x[e] * arm_theta_e_moment_beyond_y -
+        (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi * qd[3 + 3 * e]);
+        Q[4 + 3 * e] = arm_theta_e_gravity_x[e] * arm_theta_e_moment_beyond_z - arm_theta_e_gravity_z[e] *
+        arm_phi_e_moment_beyond_x_2 - (p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi *
+        qd[4 + 3 * e]);
+        Q[5 + 3 * e] = arm_phi_e_gravity_z[e] * carried_44 - arm_phi_e_gravity_y[e] * last_arm_psi_e_moment_beyond_z -
+        (p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e]);
+        const double next_carried_43 = arm_psi_e_cos * arm_psi_e_moment_beyond_x - arm_psi_e_sin * arm_theta_e_moment_beyond_y +
+        p->derived.arm_element_length * arm_phi_e_mass_beyond_2;
+        const double next_carried_44 = arm_psi_e_sin * arm_psi_e_moment_beyond_x + arm_psi_e_cos * arm_theta_e_moment_beyond_y;
+        last_arm_phi_e_mass_beyond = arm_phi_e_mass_beyond_2;
+        carried_43 = next_carried_43;
+        carried_44 = next_carried_44;
+        last_arm_psi_e_moment_beyond_z = arm_psi_e_moment_beyond_z;
+    }
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (arm_psi_1_cos * arm_psi_1_moment_beyond_x -
-        arm_psi_1_sin * arm_theta_1_moment_beyond_y + p->derived.constant_4);
-    Q[0] = -(p->derived.constant_10 + (p->s_sup * q[0] + p->d_sup * qd[0]));
+    const double arm_psi_mass_beyond = p->derived.arm_psi_mass + last_arm_phi_e_mass_beyond;
+    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (carried_43 + p->derived.constant_3 *
+        last_arm_phi_e_mass_beyond);
+    /* column_psi: composite pseudo-inertia of all beyond, inward */
+    const double column_psi_mass_beyond = p->m_col + arm_psi_mass_beyond;
+    /* base_z: composite pseudo-inertia of all beyond, inward */
+    const double base_z_mass_beyond = p->m_base + column_psi_mass_beyond;
+    Q[0] = -(p->g * base_z_mass_beyond + (p->s_sup * q[0] + p->d_sup * qd[0]));
     Q[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1];
-    Q[2] = arm_psi_bias_a_falling_x * arm_psi_moment_beyond_y - arm_psi_bias_a_falling_y * arm_psi_moment_beyond_x;
-    Q[3] = t1 * arm_theta_1_moment_beyond_y + arm_psi_1_gravity_y * arm_psi_1_moment_beyond_x - (p->derived.arm_stiffness_psi *
-        q[3] + p->derived.arm_damping_psi * qd[3]);
-    Q[4] = t2 * arm_phi_1_moment_beyond_x - t3 * arm_theta_1_moment_beyond_z - (p->derived.arm_stiffness_psi *
-        q[4] + p->derived.arm_damping_psi * qd[4]);
-    Q[5] = -(arm_phi_1_gravity_y * arm_psi_2_moment_beyond_z + t4 * arm_phi_1_moment_beyond_y + (p->derived.arm_stiffness_phi *
-        q[5] + p->derived.arm_damping_phi * qd[5]));
-    Q[6] = arm_psi_2_gravity_y * arm_psi_2_moment_beyond_x - arm_psi_2_gravity_x * arm_theta_2_moment_beyond_y -
-        (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi * qd[6]);
-    Q[7] = arm_theta_2_gravity_x * arm_theta_2_moment_beyond_z - arm_theta_2_gravity_z * arm_phi_2_moment_beyond_x -
-        (p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7]);
-    Q[8] = arm_phi_2_gravity_y * t5 + arm_phi_2_gravity_z * arm_phi_2_moment_beyond_y - (p->derived.arm_stiffness_phi *
-        q[8] + p->derived.arm_damping_phi * qd[8]);
+    Q[2] = arm_psi_bias_a_falling_x * carried_44 - arm_psi_bias_a_falling_y * arm_psi_moment_beyond_x;
     Q[9] = arm_psi_3_gravity_y * arm_psi_3_moment_beyond_x - (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
         qd[9]);
     Q[10] = -(arm_theta_3_gravity_z * arm_phi_3_moment_beyond_x + (p->derived.arm_stiffness_psi * q[10] +
@@ -975,155 +992,167 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double t1 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double t2 = column_psi_sin * arm_psi_sin;
     const double arm_psi_position_z = p->h + q[0];
-    /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sine[2];
-    const double arm_psi_1_cos = cosine[2];
-    const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t1 * arm_psi_1_sin;
-    const double t3 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
-    const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
-    const double t4 = arm_psi_ground_y_x * arm_psi_1_sin + t2 * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_x = arm_psi_cos * arm_psi_1_sin + arm_psi_sin * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_y = arm_psi_cos * arm_psi_1_cos - arm_psi_sin * arm_psi_1_sin;
-    const double arm_psi_1_position_x = p->derived.constant_1 * arm_psi_ground_x_x;
-    const double arm_psi_1_position_y = p->derived.constant_1 * arm_psi_ground_y_x;
-    const double arm_psi_1_position_z = arm_psi_position_z + p->derived.constant_1 * arm_psi_sin;
-    /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sine[3];
-    const double arm_theta_1_cos = cosine[3];
-    const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
-    const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
-    const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
-    const double arm_theta_1_ground_y_x = column_psi_cos * arm_theta_1_sin + arm_psi_1_ground_y_x * arm_theta_1_cos;
-    const double arm_theta_1_ground_z_z = arm_psi_1_ground_z_x * arm_theta_1_sin;
-    const double arm_theta_1_ground_z_x = arm_psi_1_ground_z_x * arm_theta_1_cos;
-    /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sine[4];
-    const double arm_phi_1_cos = cosine[4];
-    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t3 * arm_phi_1_cos;
-    const double arm_phi_1_ground_x_z = t3 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_z = t4 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_y = arm_theta_1_ground_z_z * arm_phi_1_sin + arm_psi_1_ground_z_y * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_z = arm_theta_1_ground_z_z * arm_phi_1_cos - arm_psi_1_ground_z_y * arm_phi_1_sin;
-    /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sine[5];
-    const double arm_psi_2_cos = cosine[5];
-    const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_y_y = arm_phi_1_ground_y_y * arm_psi_2_cos - arm_theta_1_ground_y_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_z_x = arm_phi_1_ground_z_y * arm_psi_2_sin + arm_theta_1_ground_z_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_z_y = arm_phi_1_ground_z_y * arm_psi_2_cos - arm_theta_1_ground_z_x * arm_psi_2_sin;
-    const double arm_psi_2_position_x = arm_psi_1_position_x + p->derived.arm_element_length * arm_theta_1_ground_x_x;
-    const double arm_psi_2_position_y = arm_psi_1_position_y + p->derived.arm_element_length * arm_theta_1_ground_y_x;
-    const double arm_psi_2_position_z = arm_psi_1_position_z + p->derived.arm_element_length * arm_theta_1_ground_z_x;
-    /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sine[6];
-    const double arm_theta_2_cos = cosine[6];
-    const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_y_z = arm_psi_2_ground_y_x * arm_theta_2_sin + arm_phi_1_ground_y_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_y_x = arm_psi_2_ground_y_x * arm_theta_2_cos - arm_phi_1_ground_y_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_z_z = arm_psi_2_ground_z_x * arm_theta_2_sin + arm_phi_1_ground_z_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_z_x = arm_psi_2_ground_z_x * arm_theta_2_cos - arm_phi_1_ground_z_z *
-        arm_theta_2_sin;
-    /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sine[7];
-    const double arm_phi_2_cos = cosine[7];
-    const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_y_z = arm_theta_2_ground_y_z * arm_phi_2_cos - arm_psi_2_ground_y_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_z_y = arm_theta_2_ground_z_z * arm_phi_2_sin + arm_psi_2_ground_z_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_z_z = arm_theta_2_ground_z_z * arm_phi_2_cos - arm_psi_2_ground_z_y * arm_phi_2_sin;
-    /* arm_psi_3: motion from arm_phi_2 outward */
+    /* arm_psi_e: motion from arm_psi outward */
+    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
+    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
+    const double arm_psi_e_shift_ground_z = p->derived.constant_3 * arm_psi_sin;
+    const double arm_psi_e_position_z = arm_psi_position_z + arm_psi_e_shift_ground_z;
+    double arm_psi_e_ground_x_y[2];
+    double arm_psi_e_ground_y_y[2];
+    double arm_psi_e_ground_z_y[2];
+    double arm_psi_e_position_x_2[2];
+    double arm_psi_e_position_y_2[2];
+    double arm_psi_e_position_z_2[2];
+    double arm_theta_e_ground_x_x[2];
+    double arm_theta_e_ground_y_x[2];
+    double arm_theta_e_ground_z_x[2];
+    double last_arm_phi_e_ground_x_z_at[2];
+    double last_arm_phi_e_ground_y_z_at[2];
+    double last_arm_phi_e_ground_z_z_at[2];
+    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
+    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
+    double last_arm_phi_e_ground_x_z = column_psi_sin;
+    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
+    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
+    double last_arm_phi_e_ground_y_z = -column_psi_cos;
+    double last_arm_theta_e_ground_z_x = arm_psi_sin;
+    double last_arm_phi_e_ground_z_y = arm_psi_cos;
+    double last_arm_phi_e_ground_z_z = 0.0;
+    double last_arm_psi_e_position_x = arm_psi_e_position_x;
+    double last_arm_psi_e_position_y = arm_psi_e_position_y;
+    double last_arm_psi_e_position_z = arm_psi_e_position_z;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        last_arm_phi_e_ground_x_z_at[e] = last_arm_phi_e_ground_x_z;
+        last_arm_phi_e_ground_y_z_at[e] = last_arm_phi_e_ground_y_z;
+        last_arm_phi_e_ground_z_z_at[e] = last_arm_phi_e_ground_z_z;
+        /* arm_psi_e: motion from arm_psi_e outward */
+        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
+        arm_psi_e_ground_x_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
+        arm_psi_e_ground_y_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
+        arm_psi_e_ground_z_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
+        arm_psi_e_position_x_2[e] = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
+        arm_psi_e_position_y_2[e] = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
+        arm_psi_e_position_z_2[e] = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
+        /* arm_theta_e: motion from arm_psi_e outward */
+        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
+        arm_theta_e_ground_x_x[e] = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
+        arm_theta_e_ground_y_x[e] = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
+        arm_theta_e_ground_z_x[e] = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
+        /* arm_phi_e: motion from arm_theta_e outward */
+        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
+        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
+        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y[e];
+        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y[e];
+        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y[e];
+        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y[e];
+        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x[e];
+        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
+        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
+        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x[e];
+        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
+        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
+        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x[e];
+        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
+        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
+        last_arm_psi_e_position_x = arm_psi_e_position_x_2[e];
+        last_arm_psi_e_position_y = arm_psi_e_position_y_2[e];
+        last_arm_psi_e_position_z = arm_psi_e_position_z_2[e];
+    }
+    /* arm_psi_3: motion from arm_psi_e outward */
     const double arm_psi_3_sin = sine[8];
     const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = arm_phi_2_ground_y_y * arm_psi_3_cos - arm_theta_2_ground_y_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_z_x = arm_phi_2_ground_z_y * arm_psi_3_sin + arm_theta_2_ground_z_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_z_y = arm_phi_2_ground_z_y * arm_psi_3_cos - arm_theta_2_ground_z_x * arm_psi_3_sin;
-    const double arm_psi_3_position_x = arm_psi_2_position_x + p->derived.arm_element_length * arm_theta_2_ground_x_x;
-    const double arm_psi_3_position_y = arm_psi_2_position_y + p->derived.arm_element_length * arm_theta_2_ground_y_x;
-    const double arm_psi_3_position_z = arm_psi_2_position_z + p->derived.arm_element_length * arm_theta_2_ground_z_x;
+    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_x_y = last_arm_phi_e_ground_x_y * arm_psi_3_cos - last_arm_theta_e_ground_x_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_y_y = last_arm_phi_e_ground_y_y * arm_psi_3_cos - last_arm_theta_e_ground_y_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_z_y = last_arm_phi_e_ground_z_y * arm_psi_3_cos - last_arm_theta_e_ground_z_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
+    const double arm_psi_3_position_y = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
+    const double arm_psi_3_position_z = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sine[9];
     const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
+    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - arm_phi_2_ground_z_z *
+    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
         arm_theta_3_sin;
     /* effector_z: motion from arm_phi_3 outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_position_x = arm_psi_3_position_x + arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = arm_psi_3_position_y + arm_theta_3_ground_y_x * effector_z_shift_x;
-    const double effector_z_position_z = arm_psi_3_position_z + arm_theta_3_ground_z_x * effector_z_shift_x;
+    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
+    const double effector_z_shift_ground_y = arm_theta_3_ground_y_x * effector_z_shift_x;
+    const double effector_z_shift_ground_z = arm_theta_3_ground_z_x * effector_z_shift_x;
+    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
+    const double effector_z_position_y = arm_psi_3_position_y + effector_z_shift_ground_y;
+    const double effector_z_position_z = arm_psi_3_position_z + effector_z_shift_ground_z;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double t5 = effector_z_position_z - arm_psi_position_z;
+    const double t1 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    const double t6 = effector_z_position_x - arm_psi_1_position_x;
-    const double t7 = effector_z_position_y - arm_psi_1_position_y;
-    const double t8 = effector_z_position_z - arm_psi_1_position_z;
-    const double row_2_u_arm_psi_1 = column_psi_cos * t6 + column_psi_sin * t7;
-    const double row_2_u_arm_theta_1 = t4 * t6 - t3 * t7;
-    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t7 - arm_theta_1_ground_y_x * t6;
-    const double t9 = effector_z_position_x - arm_psi_2_position_x;
-    const double t10 = effector_z_position_y - arm_psi_2_position_y;
-    const double t11 = effector_z_position_z - arm_psi_2_position_z;
-    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t10 - arm_phi_1_ground_y_z * t9;
-    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t10 - arm_psi_2_ground_y_y * t9;
-    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t10 - arm_theta_2_ground_y_x * t9;
-    const double t12 = effector_z_position_x - arm_psi_3_position_x;
-    const double t13 = effector_z_position_y - arm_psi_3_position_y;
-    const double t14 = effector_z_position_z - arm_psi_3_position_z;
-    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t13 - arm_phi_2_ground_y_z * t12;
-    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t13 - arm_psi_3_ground_y_y * t12;
-    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t13 - arm_theta_3_ground_y_x * t12;
+    const double t2 = effector_z_position_x - arm_psi_3_position_x;
+    const double t3 = effector_z_position_y - arm_psi_3_position_y;
+    const double t4 = effector_z_position_z - arm_psi_3_position_z;
+    const double row_2_u_arm_psi_3 = last_arm_phi_e_ground_x_z * t3 - last_arm_phi_e_ground_y_z * t2;
+    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t3 - arm_psi_3_ground_y_y * t2;
+    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t3 - arm_theta_3_ground_y_x * t2;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t15 = (effector_z_position_x - p->xc) / p->a;
-    const double t16 = effector_z_position_y / p->b;
-    const double t17 = p->derived.constant_12 * (t16 + t16);
-    const double t18 = p->derived.constant_11 * (t15 + t15);
-    const double row_1_u_column_psi = effector_z_position_x * t17 - effector_z_position_y * t18;
-    const double row_1_u_arm_theta_1 = (t3 * t8 + arm_psi_1_ground_z_y * t6) * t17 - (arm_psi_1_ground_z_y *
-        t7 + t4 * t8) * t18;
-    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t8 - arm_theta_1_ground_z_x * t7) * t18 + (arm_theta_1_ground_z_x *
-        t6 - arm_theta_1_ground_x_x * t8) * t17;
-    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t11 - arm_phi_1_ground_z_z * t10) * t18 + (arm_phi_1_ground_z_z *
-        t9 - arm_phi_1_ground_x_z * t11) * t17;
-    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t11 - arm_psi_2_ground_z_y * t10) * t18 + (arm_psi_2_ground_z_y *
-        t9 - arm_psi_2_ground_x_y * t11) * t17;
-    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t11 - arm_theta_2_ground_z_x * t10) * t18 +
-        (arm_theta_2_ground_z_x * t9 - arm_theta_2_ground_x_x * t11) * t17;
-    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t14 - arm_phi_2_ground_z_z * t13) * t18 + (arm_phi_2_ground_z_z *
-        t12 - arm_phi_2_ground_x_z * t14) * t17;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t14 - arm_psi_3_ground_z_y * t13) * t18 + (arm_psi_3_ground_z_y *
-        t12 - arm_psi_3_ground_x_y * t14) * t17;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t14 - arm_theta_3_ground_z_x * t13) * t18 +
-        (arm_theta_3_ground_z_x * t12 - arm_theta_3_ground_x_x * t14) * t17;
-    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t18 + arm_theta_3_ground_y_x * t17;
+    const double t5 = (effector_z_position_x - p->xc) / p->a;
+    const double t6 = effector_z_position_y / p->b;
+    const double t7 = p->derived.constant_12 * (t6 + t6);
+    const double t8 = p->derived.constant_11 * (t5 + t5);
+    const double row_1_u_column_psi = effector_z_position_x * t7 - effector_z_position_y * t8;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
+        const double t9 = effector_z_position_x - arm_psi_e_position_x_2[e];
+        const double t10 = effector_z_position_y - arm_psi_e_position_y_2[e];
+        const double t11 = effector_z_position_z - arm_psi_e_position_z_2[e];
+        const double row_2_u_arm_psi_e = last_arm_phi_e_ground_x_z_at[e] * t10 - last_arm_phi_e_ground_y_z_at[e] *
+        t9;
+        const double row_2_u_arm_theta_e = arm_psi_e_ground_x_y[e] * t10 - arm_psi_e_ground_y_y[e] * t9;
+        const double row_2_u_arm_phi_e = arm_theta_e_ground_x_x[e] * t10 - arm_theta_e_ground_y_x[e] * t9;
+        /* row 1 (position level): u qdd + v = 0 */
+        const double row_1_u_arm_psi_e = (last_arm_phi_e_ground_y_z_at[e] * t11 - last_arm_phi_e_ground_z_z_at[e] *
+        t10) * t8 + (last_arm_phi_e_ground_z_z_at[e] * t9 - last_arm_phi_e_ground_x_z_at[e] * t11) * t7;
+        const double row_1_u_arm_theta_e = (arm_psi_e_ground_y_y[e] * t11 - arm_psi_e_ground_z_y[e] * t10) *
+        t8 + (arm_psi_e_ground_z_y[e] * t9 - arm_psi_e_ground_x_y[e] * t11) * t7;
+        const double row_1_u_arm_phi_e = (arm_theta_e_ground_y_x[e] * t11 - arm_theta_e_ground_z_x[e] * t10) *
+        t8 + (arm_theta_e_ground_z_x[e] * t9 - arm_theta_e_ground_x_x[e] * t11) * t7;
+        u[3 + 3 * e] = row_1_u_arm_psi_e;
+        u[4 + 3 * e] = row_1_u_arm_theta_e;
+        u[5 + 3 * e] = row_1_u_arm_phi_e;
+        u[16 + 3 * e] = row_2_u_arm_psi_e;
+        u[17 + 3 * e] = row_2_u_arm_theta_e;
+        u[18 + 3 * e] = row_2_u_arm_phi_e;
+    }
+    const double row_1_u_arm_psi_3 = (last_arm_phi_e_ground_y_z * t4 - last_arm_phi_e_ground_z_z * t3) * t8 +
+        (last_arm_phi_e_ground_z_z * t2 - last_arm_phi_e_ground_x_z * t4) * t7;
+    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t4 - arm_psi_3_ground_z_y * t3) * t8 + (arm_psi_3_ground_z_y *
+        t2 - arm_psi_3_ground_x_y * t4) * t7;
+    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t4 - arm_theta_3_ground_z_x * t3) * t8 + (arm_theta_3_ground_z_x *
+        t2 - arm_theta_3_ground_x_x * t4) * t7;
+    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t8 + arm_theta_3_ground_y_x * t7;
     u[0 * 13 + 0] = 0.0;
     u[0 * 13 + 1] = row_1_u_column_psi;
-    u[0 * 13 + 2] = -(column_psi_cos * t5 * t18 + column_psi_sin * t5 * t17);
-    u[0 * 13 + 3] = -(column_psi_cos * t8 * t18 + column_psi_sin * t8 * t17);
-    u[0 * 13 + 4] = row_1_u_arm_theta_1;
-    u[0 * 13 + 5] = row_1_u_arm_phi_1;
-    u[0 * 13 + 6] = row_1_u_arm_psi_2;
-    u[0 * 13 + 7] = row_1_u_arm_theta_2;
-    u[0 * 13 + 8] = row_1_u_arm_phi_2;
+    u[0 * 13 + 2] = -(column_psi_cos * t1 * t8 + column_psi_sin * t1 * t7);
     u[0 * 13 + 9] = row_1_u_arm_psi_3;
     u[0 * 13 + 10] = row_1_u_arm_theta_3;
     u[0 * 13 + 11] = row_1_u_arm_phi_3;
@@ -1131,12 +1160,6 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
     u[1 * 13 + 0] = 1.0;
     u[1 * 13 + 1] = 0.0;
     u[1 * 13 + 2] = row_2_u_arm_psi;
-    u[1 * 13 + 3] = row_2_u_arm_psi_1;
-    u[1 * 13 + 4] = row_2_u_arm_theta_1;
-    u[1 * 13 + 5] = row_2_u_arm_phi_1;
-    u[1 * 13 + 6] = row_2_u_arm_psi_2;
-    u[1 * 13 + 7] = row_2_u_arm_theta_2;
-    u[1 * 13 + 8] = row_2_u_arm_phi_2;
     u[1 * 13 + 9] = row_2_u_arm_psi_3;
     u[1 * 13 + 10] = row_2_u_arm_theta_3;
     u[1 * 13 + 11] = row_2_u_arm_phi_3;
@@ -1156,199 +1179,195 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double t2 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double t3 = column_psi_sin * arm_psi_sin;
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
     const double arm_psi_v_y = qd[0] * arm_psi_cos;
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
-    const double t4 = arm_psi_w_x * qd[2];
-    /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sine[2];
-    const double arm_psi_1_cos = cosine[2];
-    const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
-    const double t5 = arm_psi_ground_x_x * arm_psi_1_sin + t2 * arm_psi_1_cos;
-    const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t3 * arm_psi_1_sin;
-    const double t6 = arm_psi_ground_y_x * arm_psi_1_sin + t3 * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_x = arm_psi_cos * arm_psi_1_sin + arm_psi_sin * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_y = arm_psi_cos * arm_psi_1_cos - arm_psi_sin * arm_psi_1_sin;
-    const double arm_psi_1_position_x = p->derived.constant_1 * arm_psi_ground_x_x;
-    const double arm_psi_1_position_y = p->derived.constant_1 * arm_psi_ground_y_x;
-    const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
-    const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
-    const double t7 = p->derived.constant_1 * arm_psi_w_y;
-    const double t8 = arm_psi_v_y + p->derived.constant_1 * qd[2];
-    const double arm_psi_1_v_x = arm_psi_1_sin * t8 + arm_psi_v_x * arm_psi_1_cos;
-    const double arm_psi_1_v_y = arm_psi_1_cos * t8 - arm_psi_v_x * arm_psi_1_sin;
-    const double t9 = p->derived.constant_1 * (qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y);
-    const double t10 = p->derived.constant_1 * (arm_psi_w_x * arm_psi_w_y);
-    const double arm_psi_1_bias_a_z = p->derived.constant_1 * (t4 + t4);
-    const double arm_psi_1_bias_a_x = arm_psi_1_sin * t10 - arm_psi_1_cos * t9;
-    const double arm_psi_1_bias_a_y = arm_psi_1_sin * t9 + arm_psi_1_cos * t10;
-    const double arm_psi_1_bias_wd_x = arm_psi_bias_wd_x * arm_psi_1_cos - t4 * arm_psi_1_sin + arm_psi_1_w_y *
-        qd[3];
-    const double t11 = arm_psi_bias_wd_x * arm_psi_1_sin + t4 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
-    const double arm_psi_1_w_z = qd[2] + qd[3];
-    /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sine[3];
-    const double arm_theta_1_cos = cosine[3];
-    const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
-    const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
-    const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
-    const double arm_theta_1_ground_y_x = column_psi_cos * arm_theta_1_sin + arm_psi_1_ground_y_x * arm_theta_1_cos;
-    const double arm_theta_1_ground_z_z = arm_psi_1_ground_z_x * arm_theta_1_sin;
-    const double arm_theta_1_ground_z_x = arm_psi_1_ground_z_x * arm_theta_1_cos;
-    const double arm_theta_1_w_z = arm_psi_1_w_x * arm_theta_1_sin + arm_psi_1_w_z * arm_theta_1_cos;
-    const double arm_theta_1_w_x = arm_psi_1_w_x * arm_theta_1_cos - arm_psi_1_w_z * arm_theta_1_sin;
-    const double arm_theta_1_v_z = arm_psi_1_v_x * arm_theta_1_sin - t7 * arm_theta_1_cos;
-    const double arm_theta_1_v_x = t7 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
-    const double arm_theta_1_bias_a_z = arm_psi_1_bias_a_x * arm_theta_1_sin + arm_psi_1_bias_a_z * arm_theta_1_cos;
-    const double arm_theta_1_bias_a_x = arm_psi_1_bias_a_x * arm_theta_1_cos - arm_psi_1_bias_a_z * arm_theta_1_sin;
-    const double arm_theta_1_bias_wd_x = arm_psi_1_bias_wd_x * arm_theta_1_cos - arm_theta_1_w_z * qd[4];
-    const double arm_theta_1_bias_wd_z = arm_psi_1_bias_wd_x * arm_theta_1_sin + arm_theta_1_w_x * qd[4];
-    const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
-    /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sine[4];
-    const double arm_phi_1_cos = cosine[4];
-    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t5 * arm_phi_1_cos;
-    const double arm_phi_1_ground_x_z = t5 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t6 * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_z = t6 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_y = arm_theta_1_ground_z_z * arm_phi_1_sin + arm_psi_1_ground_z_y * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_z = arm_theta_1_ground_z_z * arm_phi_1_cos - arm_psi_1_ground_z_y * arm_phi_1_sin;
-    const double arm_phi_1_w_y = arm_theta_1_w_z * arm_phi_1_sin + arm_theta_1_w_y * arm_phi_1_cos;
-    const double arm_phi_1_w_z = arm_theta_1_w_z * arm_phi_1_cos - arm_theta_1_w_y * arm_phi_1_sin;
-    const double arm_phi_1_v_y = arm_theta_1_v_z * arm_phi_1_sin + arm_psi_1_v_y * arm_phi_1_cos;
-    const double arm_phi_1_v_z = arm_theta_1_v_z * arm_phi_1_cos - arm_psi_1_v_y * arm_phi_1_sin;
-    const double arm_phi_1_bias_a_y = arm_theta_1_bias_a_z * arm_phi_1_sin + arm_psi_1_bias_a_y * arm_phi_1_cos;
-    const double arm_phi_1_bias_a_z = arm_theta_1_bias_a_z * arm_phi_1_cos - arm_psi_1_bias_a_y * arm_phi_1_sin;
-    const double arm_phi_1_bias_wd_y = arm_theta_1_bias_wd_z * arm_phi_1_sin - t11 * arm_phi_1_cos + arm_phi_1_w_z *
-        qd[5];
-    const double arm_phi_1_bias_wd_z = t11 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
-        qd[5];
-    const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
-    /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sine[5];
-    const double arm_psi_2_cos = cosine[5];
-    const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_y_y = arm_phi_1_ground_y_y * arm_psi_2_cos - arm_theta_1_ground_y_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_z_x = arm_phi_1_ground_z_y * arm_psi_2_sin + arm_theta_1_ground_z_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_z_y = arm_phi_1_ground_z_y * arm_psi_2_cos - arm_theta_1_ground_z_x * arm_psi_2_sin;
-    const double arm_psi_2_position_x = arm_psi_1_position_x + p->derived.arm_element_length * arm_theta_1_ground_x_x;
-    const double arm_psi_2_position_y = arm_psi_1_position_y + p->derived.arm_element_length * arm_theta_1_ground_y_x;
-    const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
-    const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
-    const double t12 = arm_phi_1_v_y + p->derived.arm_element_length * arm_phi_1_w_z;
-    const double arm_psi_2_v_z = arm_phi_1_v_z - p->derived.arm_element_length * arm_phi_1_w_y;
-    const double arm_psi_2_v_x = arm_psi_2_sin * t12 + arm_theta_1_v_x * arm_psi_2_cos;
-    const double arm_psi_2_v_y = arm_psi_2_cos * t12 - arm_theta_1_v_x * arm_psi_2_sin;
-    const double t13 = arm_theta_1_bias_a_x - p->derived.arm_element_length * (arm_phi_1_w_z * arm_phi_1_w_z +
-        arm_phi_1_w_y * arm_phi_1_w_y);
-    const double t14 = arm_phi_1_bias_a_y + p->derived.arm_element_length * (arm_phi_1_bias_wd_z + arm_phi_1_w_y *
-        arm_phi_1_w_x);
-    const double arm_psi_2_bias_a_z = arm_phi_1_bias_a_z + p->derived.arm_element_length * (arm_phi_1_w_z *
-        arm_phi_1_w_x - arm_phi_1_bias_wd_y);
-    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t14 + arm_psi_2_cos * t13;
-    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t14 - arm_psi_2_sin * t13;
-    const double arm_psi_2_bias_wd_x = arm_phi_1_bias_wd_y * arm_psi_2_sin + arm_theta_1_bias_wd_x * arm_psi_2_cos +
-        arm_psi_2_w_y * qd[6];
-    const double arm_psi_2_bias_wd_y = arm_phi_1_bias_wd_y * arm_psi_2_cos - arm_theta_1_bias_wd_x * arm_psi_2_sin -
-        arm_psi_2_w_x * qd[6];
-    const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
-    /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sine[6];
-    const double arm_theta_2_cos = cosine[6];
-    const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_y_z = arm_psi_2_ground_y_x * arm_theta_2_sin + arm_phi_1_ground_y_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_y_x = arm_psi_2_ground_y_x * arm_theta_2_cos - arm_phi_1_ground_y_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_z_z = arm_psi_2_ground_z_x * arm_theta_2_sin + arm_phi_1_ground_z_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_z_x = arm_psi_2_ground_z_x * arm_theta_2_cos - arm_phi_1_ground_z_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_w_z = arm_psi_2_w_x * arm_theta_2_sin + arm_psi_2_w_z * arm_theta_2_cos;
-    const double arm_theta_2_w_x = arm_psi_2_w_x * arm_theta_2_cos - arm_psi_2_w_z * arm_theta_2_sin;
-    const double arm_theta_2_v_z = arm_psi_2_v_x * arm_theta_2_sin + arm_psi_2_v_z * arm_theta_2_cos;
-    const double arm_theta_2_v_x = arm_psi_2_v_x * arm_theta_2_cos - arm_psi_2_v_z * arm_theta_2_sin;
-    const double arm_theta_2_bias_a_z = arm_psi_2_bias_a_x * arm_theta_2_sin + arm_psi_2_bias_a_z * arm_theta_2_cos;
-    const double arm_theta_2_bias_a_x = arm_psi_2_bias_a_x * arm_theta_2_cos - arm_psi_2_bias_a_z * arm_theta_2_sin;
-    const double arm_theta_2_bias_wd_x = arm_psi_2_bias_wd_x * arm_theta_2_cos - arm_phi_1_bias_wd_z * arm_theta_2_sin -
-        arm_theta_2_w_z * qd[7];
-    const double arm_theta_2_bias_wd_z = arm_psi_2_bias_wd_x * arm_theta_2_sin + arm_phi_1_bias_wd_z * arm_theta_2_cos +
-        arm_theta_2_w_x * qd[7];
-    const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
-    /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sine[7];
-    const double arm_phi_2_cos = cosine[7];
-    const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_y_z = arm_theta_2_ground_y_z * arm_phi_2_cos - arm_psi_2_ground_y_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_z_y = arm_theta_2_ground_z_z * arm_phi_2_sin + arm_psi_2_ground_z_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_z_z = arm_theta_2_ground_z_z * arm_phi_2_cos - arm_psi_2_ground_z_y * arm_phi_2_sin;
-    const double arm_phi_2_w_y = arm_theta_2_w_z * arm_phi_2_sin + arm_theta_2_w_y * arm_phi_2_cos;
-    const double arm_phi_2_w_z = arm_theta_2_w_z * arm_phi_2_cos - arm_theta_2_w_y * arm_phi_2_sin;
-    const double arm_phi_2_v_y = arm_theta_2_v_z * arm_phi_2_sin + arm_psi_2_v_y * arm_phi_2_cos;
-    const double arm_phi_2_v_z = arm_theta_2_v_z * arm_phi_2_cos - arm_psi_2_v_y * arm_phi_2_sin;
-    const double arm_phi_2_bias_a_y = arm_theta_2_bias_a_z * arm_phi_2_sin + arm_psi_2_bias_a_y * arm_phi_2_cos;
-    const double arm_phi_2_bias_a_z = arm_theta_2_bias_a_z * arm_phi_2_cos - arm_psi_2_bias_a_y * arm_phi_2_sin;
-    const double arm_phi_2_bias_wd_y = arm_theta_2_bias_wd_z * arm_phi_2_sin + arm_psi_2_bias_wd_y * arm_phi_2_cos +
-        arm_phi_2_w_z * qd[8];
-    const double arm_phi_2_bias_wd_z = arm_theta_2_bias_wd_z * arm_phi_2_cos - arm_psi_2_bias_wd_y * arm_phi_2_sin -
-        arm_phi_2_w_y * qd[8];
-    const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
-    /* arm_psi_3: motion from arm_phi_2 outward */
+    const double t2 = arm_psi_w_x * qd[2];
+    const double t3 = arm_psi_w_x * arm_psi_w_y;
+    const double t4 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
+    const double t5 = t2 + t2;
+    /* arm_psi_e: motion from arm_psi outward */
+    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
+    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
+    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
+    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t3;
+    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t5;
+    double last_arm_phi_e_w_x = arm_psi_w_x;
+    double last_arm_phi_e_w_y = arm_psi_w_y;
+    double last_arm_phi_e_w_z = qd[2];
+    double last_arm_theta_e_v_x = arm_psi_v_x;
+    double last_arm_phi_e_v_y = arm_psi_e_v_y;
+    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
+    double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
+    double last_arm_phi_e_bias_wd_y = -t2;
+    double last_arm_phi_e_bias_wd_z = 0.0;
+    double last_arm_theta_e_bias_a_x = -p->derived.constant_3 * t4;
+    double last_arm_phi_e_bias_a_y = arm_psi_e_bias_a_y;
+    double last_arm_phi_e_bias_a_z = arm_psi_e_bias_a_z;
+    double carried_15 = -t4;
+    double carried_18 = t3;
+    double carried_21 = t5;
+    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
+    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
+    double last_arm_phi_e_ground_x_z = column_psi_sin;
+    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
+    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
+    double last_arm_phi_e_ground_y_z = -column_psi_cos;
+    double last_arm_theta_e_ground_z_x = arm_psi_sin;
+    double last_arm_phi_e_ground_z_y = arm_psi_cos;
+    double last_arm_phi_e_ground_z_z = 0.0;
+    double last_arm_psi_e_position_x = arm_psi_e_position_x;
+    double last_arm_psi_e_position_y = arm_psi_e_position_y;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        /* arm_psi_e: motion from arm_psi_e outward */
+        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_y_y = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_ground_z_y = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_position_x_2 = last_arm_psi_e_position_x + p->derived.arm_element_length *
+        last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_position_y_2 = last_arm_psi_e_position_y + p->derived.arm_element_length *
+        last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
+        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
+        const double t6 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_x = arm_psi_e_sin * t6 + arm_psi_e_cos * last_arm_theta_e_v_x;
+        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t6 - arm_psi_e_sin * last_arm_theta_e_v_x;
+        const double t7 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
+        const double t8 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
+        const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
+        const double arm_psi_e_bias_a_x_2 = arm_psi_e_sin * t8 + arm_psi_e_cos * t7;
+        const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t8 - arm_psi_e_sin * t7;
+        const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
+        qd[3 + 3 * e] * arm_psi_e_w_y;
+        const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
+        qd[3 + 3 * e] * arm_psi_e_w_x;
+        const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
+        /* arm_theta_e: motion from arm_psi_e outward */
+        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_y_x = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
+        const double arm_theta_e_ground_z_x = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
+        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
+        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
+        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
+        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
+        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_wd_x = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
+        qd[4 + 3 * e] * arm_theta_e_w_z;
+        const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
+        qd[4 + 3 * e] * arm_theta_e_w_x;
+        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
+        /* arm_phi_e: motion from arm_theta_e outward */
+        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y;
+        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y;
+        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y;
+        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y;
+        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
+        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
+        const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
+        const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
+        const double arm_phi_e_bias_a_y = arm_phi_e_sin * arm_theta_e_bias_a_z + arm_phi_e_cos * arm_psi_e_bias_a_y_2;
+        const double arm_phi_e_bias_a_z = arm_phi_e_cos * arm_theta_e_bias_a_z - arm_phi_e_sin * arm_psi_e_bias_a_y_2;
+        const double arm_phi_e_bias_wd_y = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
+        qd[5 + 3 * e] * arm_phi_e_w_z;
+        const double arm_phi_e_bias_wd_z = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
+        qd[5 + 3 * e] * arm_phi_e_w_y;
+        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
+        const double next_carried_15 = -(arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y);
+        const double next_carried_18 = arm_phi_e_bias_wd_z + arm_phi_e_w_y * arm_phi_e_w_x;
+        const double next_carried_21 = arm_phi_e_w_z * arm_phi_e_w_x - arm_phi_e_bias_wd_y;
+        last_arm_phi_e_w_x = arm_phi_e_w_x;
+        last_arm_phi_e_w_y = arm_phi_e_w_y;
+        last_arm_phi_e_w_z = arm_phi_e_w_z;
+        last_arm_theta_e_v_x = arm_theta_e_v_x;
+        last_arm_phi_e_v_y = arm_phi_e_v_y;
+        last_arm_phi_e_v_z = arm_phi_e_v_z;
+        last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x;
+        last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y;
+        last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z;
+        last_arm_theta_e_bias_a_x = arm_theta_e_bias_a_x;
+        last_arm_phi_e_bias_a_y = arm_phi_e_bias_a_y;
+        last_arm_phi_e_bias_a_z = arm_phi_e_bias_a_z;
+        carried_15 = next_carried_15;
+        carried_18 = next_carried_18;
+        carried_21 = next_carried_21;
+        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
+        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
+        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
+        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x;
+        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
+        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
+        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x;
+        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
+        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
+        last_arm_psi_e_position_x = arm_psi_e_position_x_2;
+        last_arm_psi_e_position_y = arm_psi_e_position_y_2;
+    }
+    /* arm_psi_3: motion from arm_psi_e outward */
     const double arm_psi_3_sin = sine[8];
     const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = arm_phi_2_ground_y_y * arm_psi_3_cos - arm_theta_2_ground_y_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_z_x = arm_phi_2_ground_z_y * arm_psi_3_sin + arm_theta_2_ground_z_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_z_y = arm_phi_2_ground_z_y * arm_psi_3_cos - arm_theta_2_ground_z_x * arm_psi_3_sin;
-    const double arm_psi_3_position_x = arm_psi_2_position_x + p->derived.arm_element_length * arm_theta_2_ground_x_x;
-    const double arm_psi_3_position_y = arm_psi_2_position_y + p->derived.arm_element_length * arm_theta_2_ground_y_x;
-    const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
-    const double t15 = arm_phi_2_v_y + p->derived.arm_element_length * arm_phi_2_w_z;
-    const double arm_psi_3_v_z = arm_phi_2_v_z - p->derived.arm_element_length * arm_phi_2_w_y;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t15 + arm_theta_2_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t15 - arm_theta_2_v_x * arm_psi_3_sin;
-    const double t16 = arm_theta_2_bias_a_x - p->derived.arm_element_length * (arm_phi_2_w_z * arm_phi_2_w_z +
-        arm_phi_2_w_y * arm_phi_2_w_y);
-    const double t17 = arm_phi_2_bias_a_y + p->derived.arm_element_length * (arm_phi_2_bias_wd_z + arm_phi_2_w_y *
-        arm_phi_2_w_x);
-    const double arm_psi_3_bias_a_z = arm_phi_2_bias_a_z + p->derived.arm_element_length * (arm_phi_2_w_z *
-        arm_phi_2_w_x - arm_phi_2_bias_wd_y);
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t17 + arm_psi_3_cos * t16;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t17 - arm_psi_3_sin * t16;
-    const double arm_psi_3_bias_wd_x = arm_phi_2_bias_wd_y * arm_psi_3_sin + arm_theta_2_bias_wd_x * arm_psi_3_cos +
-        arm_psi_3_w_y * qd[9];
-    const double arm_psi_3_bias_wd_y = arm_phi_2_bias_wd_y * arm_psi_3_cos - arm_theta_2_bias_wd_x * arm_psi_3_sin -
-        arm_psi_3_w_x * qd[9];
-    const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
+    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_x_y = last_arm_phi_e_ground_x_y * arm_psi_3_cos - last_arm_theta_e_ground_x_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_y_y = last_arm_phi_e_ground_y_y * arm_psi_3_cos - last_arm_theta_e_ground_y_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_z_y = last_arm_phi_e_ground_z_y * arm_psi_3_cos - last_arm_theta_e_ground_z_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
+    const double arm_psi_3_position_y = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
+    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
+    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
+    const double t9 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+    const double arm_psi_3_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+    const double arm_psi_3_v_x = arm_psi_3_sin * t9 + last_arm_theta_e_v_x * arm_psi_3_cos;
+    const double arm_psi_3_v_y = arm_psi_3_cos * t9 - last_arm_theta_e_v_x * arm_psi_3_sin;
+    const double t10 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
+    const double t11 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
+    const double arm_psi_3_bias_a_z = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
+    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t11 + arm_psi_3_cos * t10;
+    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t11 - arm_psi_3_sin * t10;
+    const double arm_psi_3_bias_wd_x = last_arm_phi_e_bias_wd_y * arm_psi_3_sin + last_arm_theta_e_bias_wd_x *
+        arm_psi_3_cos + arm_psi_3_w_y * qd[9];
+    const double arm_psi_3_bias_wd_y = last_arm_phi_e_bias_wd_y * arm_psi_3_cos - last_arm_theta_e_bias_wd_x *
+        arm_psi_3_sin - arm_psi_3_w_x * qd[9];
+    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sine[9];
     const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + last_arm_phi_e_ground_x_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + arm_phi_2_ground_y_z *
+    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + last_arm_phi_e_ground_y_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
+    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + arm_phi_2_ground_z_z *
+    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + last_arm_phi_e_ground_z_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - arm_phi_2_ground_z_z *
+    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
         arm_theta_3_sin;
     const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
     const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
@@ -1356,8 +1375,8 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
     const double arm_theta_3_v_x = arm_psi_3_v_x * arm_theta_3_cos - arm_psi_3_v_z * arm_theta_3_sin;
     const double arm_theta_3_bias_a_z = arm_psi_3_bias_a_x * arm_theta_3_sin + arm_psi_3_bias_a_z * arm_theta_3_cos;
     const double arm_theta_3_bias_a_x = arm_psi_3_bias_a_x * arm_theta_3_cos - arm_psi_3_bias_a_z * arm_theta_3_sin;
-    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + arm_phi_2_bias_wd_z * arm_theta_3_cos +
-        arm_theta_3_w_x * qd[10];
+    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + last_arm_phi_e_bias_wd_z *
+        arm_theta_3_cos + arm_theta_3_w_x * qd[10];
     const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
     /* arm_phi_3: motion from arm_theta_3 outward */
     const double arm_phi_3_sin = sine[10];
@@ -1366,9 +1385,9 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
     const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
     const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t18 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t19 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t19 - t18;
+    const double t12 = arm_theta_3_w_y * arm_phi_3_sin;
+    const double t13 = arm_theta_3_w_z * arm_phi_3_cos;
+    const double arm_phi_3_w_z = t13 - t12;
     const double arm_phi_3_v_y = arm_theta_3_v_z * arm_phi_3_sin + arm_psi_3_v_y * arm_phi_3_cos;
     const double arm_phi_3_v_z = arm_theta_3_v_z * arm_phi_3_cos - arm_psi_3_v_y * arm_phi_3_sin;
     const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
@@ -1383,20 +1402,22 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
     const double effector_z_ground_x_x = arm_psi_3_ground_x_y * arm_phi_3_sin - arm_theta_3_ground_x_z * arm_phi_3_cos;
     const double effector_z_ground_y_x = arm_psi_3_ground_y_y * arm_phi_3_sin - arm_theta_3_ground_y_z * arm_phi_3_cos;
     const double effector_z_ground_z_x = arm_psi_3_ground_z_y * arm_phi_3_sin - arm_theta_3_ground_z_z * arm_phi_3_cos;
-    const double effector_z_position_x = arm_psi_3_position_x + arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = arm_psi_3_position_y + arm_theta_3_ground_y_x * effector_z_shift_x;
-    const double effector_z_w_x = t18 - t19;
+    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
+    const double effector_z_shift_ground_y = arm_theta_3_ground_y_x * effector_z_shift_x;
+    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
+    const double effector_z_position_y = arm_psi_3_position_y + effector_z_shift_ground_y;
+    const double effector_z_w_x = t12 - t13;
     const double effector_z_v_y = arm_phi_3_v_y + arm_phi_3_w_z * effector_z_shift_x;
     const double effector_z_v_x = arm_phi_3_w_y * effector_z_shift_x - arm_phi_3_v_z;
     const double effector_z_bias_a_z = arm_theta_3_bias_a_x - (arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y *
         arm_phi_3_w_y) * effector_z_shift_x;
-    const double t20 = arm_phi_3_w_y * qd[12];
-    const double t21 = effector_z_w_x * qd[12];
+    const double t14 = arm_phi_3_w_y * qd[12];
+    const double t15 = effector_z_w_x * qd[12];
     const double effector_z_v_z = arm_theta_3_v_x + qd[12];
-    const double effector_z_bias_a_x = t20 + t20 - (arm_phi_3_bias_a_z + (arm_phi_3_w_z * arm_phi_3_w_x -
+    const double effector_z_bias_a_x = t14 + t14 - (arm_phi_3_bias_a_z + (arm_phi_3_w_z * arm_phi_3_w_x -
         arm_phi_3_bias_wd_y) * effector_z_shift_x);
     const double effector_z_bias_a_y = arm_phi_3_bias_a_y + (arm_phi_3_bias_wd_z + arm_phi_3_w_y * arm_phi_3_w_x) *
-        effector_z_shift_x - (t21 + t21);
+        effector_z_shift_x - (t15 + t15);
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = effector_z_ground_x_x * effector_z_v_x + arm_phi_3_ground_x_y * effector_z_v_y +
         arm_theta_3_ground_x_x * effector_z_v_z;
@@ -1409,14 +1430,14 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
     const double point_E_bias_z = effector_z_ground_z_x * effector_z_bias_a_x + arm_phi_3_ground_z_y * effector_z_bias_a_y +
         arm_theta_3_ground_z_x * effector_z_bias_a_z;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t22 = point_E_xd * p->derived.constant_11;
-    const double t23 = point_E_yd * p->derived.constant_12;
-    const double t24 = t22 * t22 + (effector_z_position_x - p->xc) / p->a * (point_E_bias_x * p->derived.constant_11);
-    const double t25 = t23 * t23 + effector_z_position_y / p->b * (point_E_bias_y * p->derived.constant_12);
-    const double row_1_v = t24 + t24 + (t25 + t25);
+    const double t16 = point_E_xd * p->derived.constant_11;
+    const double t17 = point_E_yd * p->derived.constant_12;
+    const double t18 = t16 * t16 + (effector_z_position_x - p->xc) / p->a * (point_E_bias_x * p->derived.constant_11);
+    const double t19 = t17 * t17 + effector_z_position_y / p->b * (point_E_bias_y * p->derived.constant_12);
+    const double row_1_v = t18 + t18 + (t19 + t19);
     /* row 2 (velocity level): u qdd + v = 0 */
-    const double t26 = sin(t1) * (p->derived.constant_15 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t26 + t26);
+    const double t20 = sin(t1) * (p->derived.constant_15 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t20 + t20);
     v[0] = row_1_v;
     v[1] = row_2_v;
 }
@@ -1435,81 +1456,79 @@ void manipulator_flexible_phi(const struct manipulator_flexible_parameters *p, c
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double t1 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double t2 = column_psi_sin * arm_psi_sin;
-    /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sine[2];
-    const double arm_psi_1_cos = cosine[2];
-    const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t1 * arm_psi_1_sin;
-    const double t3 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
-    const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
-    const double t4 = arm_psi_ground_y_x * arm_psi_1_sin + t2 * arm_psi_1_cos;
-    const double arm_psi_1_position_x = p->derived.constant_1 * arm_psi_ground_x_x;
-    const double arm_psi_1_position_y = p->derived.constant_1 * arm_psi_ground_y_x;
-    /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sine[3];
-    const double arm_theta_1_cos = cosine[3];
-    const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
-    const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
-    const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
-    const double arm_theta_1_ground_y_x = column_psi_cos * arm_theta_1_sin + arm_psi_1_ground_y_x * arm_theta_1_cos;
-    /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sine[4];
-    const double arm_phi_1_cos = cosine[4];
-    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t3 * arm_phi_1_cos;
-    const double arm_phi_1_ground_x_z = t3 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_z = t4 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
-    /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sine[5];
-    const double arm_psi_2_cos = cosine[5];
-    const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_y_y = arm_phi_1_ground_y_y * arm_psi_2_cos - arm_theta_1_ground_y_x * arm_psi_2_sin;
-    const double arm_psi_2_position_x = arm_psi_1_position_x + p->derived.arm_element_length * arm_theta_1_ground_x_x;
-    const double arm_psi_2_position_y = arm_psi_1_position_y + p->derived.arm_element_length * arm_theta_1_ground_y_x;
-    /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sine[6];
-    const double arm_theta_2_cos = cosine[6];
-    const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_y_z = arm_psi_2_ground_y_x * arm_theta_2_sin + arm_phi_1_ground_y_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_y_x = arm_psi_2_ground_y_x * arm_theta_2_cos - arm_phi_1_ground_y_z *
-        arm_theta_2_sin;
-    /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sine[7];
-    const double arm_phi_2_cos = cosine[7];
-    const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_y_z = arm_theta_2_ground_y_z * arm_phi_2_cos - arm_psi_2_ground_y_y * arm_phi_2_sin;
-    /* arm_psi_3: motion from arm_phi_2 outward */
+    /* arm_psi_e: motion from arm_psi outward */
+    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
+    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
+    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
+    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
+    double last_arm_phi_e_ground_x_z = column_psi_sin;
+    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
+    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
+    double last_arm_phi_e_ground_y_z = -column_psi_cos;
+    double last_arm_psi_e_position_x = arm_psi_e_position_x;
+    double last_arm_psi_e_position_y = arm_psi_e_position_y;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        /* arm_psi_e: motion from arm_psi_e outward */
+        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_y_y = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_position_x_2 = last_arm_psi_e_position_x + p->derived.arm_element_length *
+        last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_position_y_2 = last_arm_psi_e_position_y + p->derived.arm_element_length *
+        last_arm_theta_e_ground_y_x;
+        /* arm_theta_e: motion from arm_psi_e outward */
+        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_y_x = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
+        /* arm_phi_e: motion from arm_theta_e outward */
+        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y;
+        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y;
+        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
+        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
+        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
+        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x;
+        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
+        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
+        last_arm_psi_e_position_x = arm_psi_e_position_x_2;
+        last_arm_psi_e_position_y = arm_psi_e_position_y_2;
+    }
+    /* arm_psi_3: motion from arm_psi_e outward */
     const double arm_psi_3_sin = sine[8];
     const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
-    const double arm_psi_3_position_x = arm_psi_2_position_x + p->derived.arm_element_length * arm_theta_2_ground_x_x;
-    const double arm_psi_3_position_y = arm_psi_2_position_y + p->derived.arm_element_length * arm_theta_2_ground_y_x;
+    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
+    const double arm_psi_3_position_y = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sine[9];
     const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
+    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
         arm_theta_3_sin;
     /* effector_z: motion from arm_phi_3 outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_position_x = arm_psi_3_position_x + arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = arm_psi_3_position_y + arm_theta_3_ground_y_x * effector_z_shift_x;
+    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
+    const double effector_z_shift_ground_y = arm_theta_3_ground_y_x * effector_z_shift_x;
+    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
+    const double effector_z_position_y = arm_psi_3_position_y + effector_z_shift_ground_y;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t5 = (effector_z_position_x - p->xc) / p->a;
-    const double t6 = effector_z_position_y / p->b;
-    const double row_1_phi = t5 * t5 + t6 * t6 - 1.0;
+    const double t1 = (effector_z_position_x - p->xc) / p->a;
+    const double t2 = effector_z_position_y / p->b;
+    const double row_1_phi = t1 * t1 + t2 * t2 - 1.0;
     phi[0] = row_1_phi;
     phi[1] = 0.0;
 }
@@ -1527,143 +1546,137 @@ void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, c
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double t2 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double t3 = column_psi_sin * arm_psi_sin;
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
     const double arm_psi_v_y = qd[0] * arm_psi_cos;
-    /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sine[2];
-    const double arm_psi_1_cos = cosine[2];
-    const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
-    const double t4 = arm_psi_ground_x_x * arm_psi_1_sin + t2 * arm_psi_1_cos;
-    const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t3 * arm_psi_1_sin;
-    const double t5 = arm_psi_ground_y_x * arm_psi_1_sin + t3 * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_x = arm_psi_cos * arm_psi_1_sin + arm_psi_sin * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_y = arm_psi_cos * arm_psi_1_cos - arm_psi_sin * arm_psi_1_sin;
-    const double arm_psi_1_position_x = p->derived.constant_1 * arm_psi_ground_x_x;
-    const double arm_psi_1_position_y = p->derived.constant_1 * arm_psi_ground_y_x;
-    const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
-    const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
-    const double t6 = p->derived.constant_1 * arm_psi_w_y;
-    const double t7 = arm_psi_v_y + p->derived.constant_1 * qd[2];
-    const double arm_psi_1_v_x = arm_psi_1_sin * t7 + arm_psi_v_x * arm_psi_1_cos;
-    const double arm_psi_1_v_y = arm_psi_1_cos * t7 - arm_psi_v_x * arm_psi_1_sin;
-    const double arm_psi_1_w_z = qd[2] + qd[3];
-    /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sine[3];
-    const double arm_theta_1_cos = cosine[3];
-    const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
-    const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
-    const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
-    const double arm_theta_1_ground_y_x = column_psi_cos * arm_theta_1_sin + arm_psi_1_ground_y_x * arm_theta_1_cos;
-    const double arm_theta_1_ground_z_z = arm_psi_1_ground_z_x * arm_theta_1_sin;
-    const double arm_theta_1_ground_z_x = arm_psi_1_ground_z_x * arm_theta_1_cos;
-    const double arm_theta_1_w_z = arm_psi_1_w_x * arm_theta_1_sin + arm_psi_1_w_z * arm_theta_1_cos;
-    const double arm_theta_1_w_x = arm_psi_1_w_x * arm_theta_1_cos - arm_psi_1_w_z * arm_theta_1_sin;
-    const double arm_theta_1_v_z = arm_psi_1_v_x * arm_theta_1_sin - t6 * arm_theta_1_cos;
-    const double arm_theta_1_v_x = t6 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
-    const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
-    /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sine[4];
-    const double arm_phi_1_cos = cosine[4];
-    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
-    const double arm_phi_1_ground_x_z = t4 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t5 * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_z = t5 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_y = arm_theta_1_ground_z_z * arm_phi_1_sin + arm_psi_1_ground_z_y * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_z = arm_theta_1_ground_z_z * arm_phi_1_cos - arm_psi_1_ground_z_y * arm_phi_1_sin;
-    const double arm_phi_1_w_y = arm_theta_1_w_z * arm_phi_1_sin + arm_theta_1_w_y * arm_phi_1_cos;
-    const double arm_phi_1_w_z = arm_theta_1_w_z * arm_phi_1_cos - arm_theta_1_w_y * arm_phi_1_sin;
-    const double arm_phi_1_v_y = arm_theta_1_v_z * arm_phi_1_sin + arm_psi_1_v_y * arm_phi_1_cos;
-    const double arm_phi_1_v_z = arm_theta_1_v_z * arm_phi_1_cos - arm_psi_1_v_y * arm_phi_1_sin;
-    const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
-    /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sine[5];
-    const double arm_psi_2_cos = cosine[5];
-    const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_y_y = arm_phi_1_ground_y_y * arm_psi_2_cos - arm_theta_1_ground_y_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_z_x = arm_phi_1_ground_z_y * arm_psi_2_sin + arm_theta_1_ground_z_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_z_y = arm_phi_1_ground_z_y * arm_psi_2_cos - arm_theta_1_ground_z_x * arm_psi_2_sin;
-    const double arm_psi_2_position_x = arm_psi_1_position_x + p->derived.arm_element_length * arm_theta_1_ground_x_x;
-    const double arm_psi_2_position_y = arm_psi_1_position_y + p->derived.arm_element_length * arm_theta_1_ground_y_x;
-    const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
-    const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
-    const double t8 = arm_phi_1_v_y + p->derived.arm_element_length * arm_phi_1_w_z;
-    const double arm_psi_2_v_z = arm_phi_1_v_z - p->derived.arm_element_length * arm_phi_1_w_y;
-    const double arm_psi_2_v_x = arm_psi_2_sin * t8 + arm_theta_1_v_x * arm_psi_2_cos;
-    const double arm_psi_2_v_y = arm_psi_2_cos * t8 - arm_theta_1_v_x * arm_psi_2_sin;
-    const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
-    /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sine[6];
-    const double arm_theta_2_cos = cosine[6];
-    const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_y_z = arm_psi_2_ground_y_x * arm_theta_2_sin + arm_phi_1_ground_y_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_y_x = arm_psi_2_ground_y_x * arm_theta_2_cos - arm_phi_1_ground_y_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_z_z = arm_psi_2_ground_z_x * arm_theta_2_sin + arm_phi_1_ground_z_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_z_x = arm_psi_2_ground_z_x * arm_theta_2_cos - arm_phi_1_ground_z_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_w_z = arm_psi_2_w_x * arm_theta_2_sin + arm_psi_2_w_z * arm_theta_2_cos;
-    const double arm_theta_2_w_x = arm_psi_2_w_x * arm_theta_2_cos - arm_psi_2_w_z * arm_theta_2_sin;
-    const double arm_theta_2_v_z = arm_psi_2_v_x * arm_theta_2_sin + arm_psi_2_v_z * arm_theta_2_cos;
-    const double arm_theta_2_v_x = arm_psi_2_v_x * arm_theta_2_cos - arm_psi_2_v_z * arm_theta_2_sin;
-    const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
-    /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sine[7];
-    const double arm_phi_2_cos = cosine[7];
-    const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_y_z = arm_theta_2_ground_y_z * arm_phi_2_cos - arm_psi_2_ground_y_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_z_y = arm_theta_2_ground_z_z * arm_phi_2_sin + arm_psi_2_ground_z_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_z_z = arm_theta_2_ground_z_z * arm_phi_2_cos - arm_psi_2_ground_z_y * arm_phi_2_sin;
-    const double arm_phi_2_w_y = arm_theta_2_w_z * arm_phi_2_sin + arm_theta_2_w_y * arm_phi_2_cos;
-    const double arm_phi_2_w_z = arm_theta_2_w_z * arm_phi_2_cos - arm_theta_2_w_y * arm_phi_2_sin;
-    const double arm_phi_2_v_y = arm_theta_2_v_z * arm_phi_2_sin + arm_psi_2_v_y * arm_phi_2_cos;
-    const double arm_phi_2_v_z = arm_theta_2_v_z * arm_phi_2_cos - arm_psi_2_v_y * arm_phi_2_sin;
-    const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
-    /* arm_psi_3: motion from arm_phi_2 outward */
+    /* arm_psi_e: motion from arm_psi outward */
+    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
+    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
+    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
+    double last_arm_phi_e_w_x = arm_psi_w_x;
+    double last_arm_phi_e_w_y = arm_psi_w_y;
+    double last_arm_phi_e_w_z = qd[2];
+    double last_arm_theta_e_v_x = arm_psi_v_x;
+    double last_arm_phi_e_v_y = arm_psi_e_v_y;
+    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
+    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
+    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
+    double last_arm_phi_e_ground_x_z = column_psi_sin;
+    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
+    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
+    double last_arm_phi_e_ground_y_z = -column_psi_cos;
+    double last_arm_theta_e_ground_z_x = arm_psi_sin;
+    double last_arm_phi_e_ground_z_y = arm_psi_cos;
+    double last_arm_phi_e_ground_z_z = 0.0;
+    double last_arm_psi_e_position_x = arm_psi_e_position_x;
+    double last_arm_psi_e_position_y = arm_psi_e_position_y;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        /* arm_psi_e: motion from arm_psi_e outward */
+        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_y_y = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_ground_z_y = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_position_x_2 = last_arm_psi_e_position_x + p->derived.arm_element_length *
+        last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_position_y_2 = last_arm_psi_e_position_y + p->derived.arm_element_length *
+        last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
+        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
+        const double t2 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_x = arm_psi_e_sin * t2 + arm_psi_e_cos * last_arm_theta_e_v_x;
+        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t2 - arm_psi_e_sin * last_arm_theta_e_v_x;
+        const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
+        /* arm_theta_e: motion from arm_psi_e outward */
+        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_y_x = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
+        const double arm_theta_e_ground_z_x = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
+        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
+        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
+        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
+        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
+        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
+        /* arm_phi_e: motion from arm_theta_e outward */
+        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y;
+        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y;
+        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y;
+        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y;
+        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
+        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
+        const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
+        const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
+        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
+        last_arm_phi_e_w_x = arm_phi_e_w_x;
+        last_arm_phi_e_w_y = arm_phi_e_w_y;
+        last_arm_phi_e_w_z = arm_phi_e_w_z;
+        last_arm_theta_e_v_x = arm_theta_e_v_x;
+        last_arm_phi_e_v_y = arm_phi_e_v_y;
+        last_arm_phi_e_v_z = arm_phi_e_v_z;
+        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
+        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
+        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
+        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x;
+        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
+        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
+        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x;
+        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
+        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
+        last_arm_psi_e_position_x = arm_psi_e_position_x_2;
+        last_arm_psi_e_position_y = arm_psi_e_position_y_2;
+    }
+    /* arm_psi_3: motion from arm_psi_e outward */
     const double arm_psi_3_sin = sine[8];
     const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = arm_phi_2_ground_y_y * arm_psi_3_cos - arm_theta_2_ground_y_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_z_x = arm_phi_2_ground_z_y * arm_psi_3_sin + arm_theta_2_ground_z_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_z_y = arm_phi_2_ground_z_y * arm_psi_3_cos - arm_theta_2_ground_z_x * arm_psi_3_sin;
-    const double arm_psi_3_position_x = arm_psi_2_position_x + p->derived.arm_element_length * arm_theta_2_ground_x_x;
-    const double arm_psi_3_position_y = arm_psi_2_position_y + p->derived.arm_element_length * arm_theta_2_ground_y_x;
-    const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
-    const double t9 = arm_phi_2_v_y + p->derived.arm_element_length * arm_phi_2_w_z;
-    const double arm_psi_3_v_z = arm_phi_2_v_z - p->derived.arm_element_length * arm_phi_2_w_y;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t9 + arm_theta_2_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t9 - arm_theta_2_v_x * arm_psi_3_sin;
-    const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
+    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_x_y = last_arm_phi_e_ground_x_y * arm_psi_3_cos - last_arm_theta_e_ground_x_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_y_y = last_arm_phi_e_ground_y_y * arm_psi_3_cos - last_arm_theta_e_ground_y_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_z_y = last_arm_phi_e_ground_z_y * arm_psi_3_cos - last_arm_theta_e_ground_z_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
+    const double arm_psi_3_position_y = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
+    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
+    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
+    const double t3 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+    const double arm_psi_3_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+    const double arm_psi_3_v_x = arm_psi_3_sin * t3 + last_arm_theta_e_v_x * arm_psi_3_cos;
+    const double arm_psi_3_v_y = arm_psi_3_cos * t3 - last_arm_theta_e_v_x * arm_psi_3_sin;
+    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sine[9];
     const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + last_arm_phi_e_ground_x_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + arm_phi_2_ground_y_z *
+    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + last_arm_phi_e_ground_y_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
+    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + arm_phi_2_ground_z_z *
+    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + last_arm_phi_e_ground_z_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - arm_phi_2_ground_z_z *
+    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
         arm_theta_3_sin;
     const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
     const double arm_theta_3_v_z = arm_psi_3_v_x * arm_theta_3_sin + arm_psi_3_v_z * arm_theta_3_cos;
@@ -1684,8 +1697,10 @@ void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, c
     const double effector_z_ground_x_x = arm_psi_3_ground_x_y * arm_phi_3_sin - arm_theta_3_ground_x_z * arm_phi_3_cos;
     const double effector_z_ground_y_x = arm_psi_3_ground_y_y * arm_phi_3_sin - arm_theta_3_ground_y_z * arm_phi_3_cos;
     const double effector_z_ground_z_x = arm_psi_3_ground_z_y * arm_phi_3_sin - arm_theta_3_ground_z_z * arm_phi_3_cos;
-    const double effector_z_position_x = arm_psi_3_position_x + arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = arm_psi_3_position_y + arm_theta_3_ground_y_x * effector_z_shift_x;
+    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
+    const double effector_z_shift_ground_y = arm_theta_3_ground_y_x * effector_z_shift_x;
+    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
+    const double effector_z_position_y = arm_psi_3_position_y + effector_z_shift_ground_y;
     const double effector_z_v_y = arm_phi_3_v_y + arm_phi_3_w_z * effector_z_shift_x;
     const double effector_z_v_x = arm_phi_3_w_y * effector_z_shift_x - arm_phi_3_v_z;
     const double effector_z_v_z = arm_theta_3_v_x + qd[12];
@@ -1697,9 +1712,9 @@ void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, c
     const double point_E_zd = effector_z_ground_z_x * effector_z_v_x + arm_phi_3_ground_z_y * effector_z_v_y +
         arm_theta_3_ground_z_x * effector_z_v_z;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t10 = (effector_z_position_x - p->xc) / p->a * (point_E_xd * p->derived.constant_11);
-    const double t11 = effector_z_position_y / p->b * (point_E_yd * p->derived.constant_12);
-    const double row_1_psi = t10 + t10 + (t11 + t11);
+    const double t4 = (effector_z_position_x - p->xc) / p->a * (point_E_xd * p->derived.constant_11);
+    const double t5 = effector_z_position_y / p->b * (point_E_yd * p->derived.constant_12);
+    const double row_1_psi = t4 + t4 + (t5 + t5);
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t1 * t1);
     psi[0] = row_1_psi;
@@ -1720,199 +1735,195 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double t3 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double t4 = column_psi_sin * arm_psi_sin;
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
     const double arm_psi_v_y = qd[0] * arm_psi_cos;
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
-    const double t5 = arm_psi_w_x * qd[2];
-    /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sine[2];
-    const double arm_psi_1_cos = cosine[2];
-    const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t3 * arm_psi_1_sin;
-    const double t6 = arm_psi_ground_x_x * arm_psi_1_sin + t3 * arm_psi_1_cos;
-    const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t4 * arm_psi_1_sin;
-    const double t7 = arm_psi_ground_y_x * arm_psi_1_sin + t4 * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_x = arm_psi_cos * arm_psi_1_sin + arm_psi_sin * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_y = arm_psi_cos * arm_psi_1_cos - arm_psi_sin * arm_psi_1_sin;
-    const double arm_psi_1_position_x = p->derived.constant_1 * arm_psi_ground_x_x;
-    const double arm_psi_1_position_y = p->derived.constant_1 * arm_psi_ground_y_x;
-    const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
-    const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
-    const double t8 = p->derived.constant_1 * arm_psi_w_y;
-    const double t9 = arm_psi_v_y + p->derived.constant_1 * qd[2];
-    const double arm_psi_1_v_x = arm_psi_1_sin * t9 + arm_psi_v_x * arm_psi_1_cos;
-    const double arm_psi_1_v_y = arm_psi_1_cos * t9 - arm_psi_v_x * arm_psi_1_sin;
-    const double t10 = p->derived.constant_1 * (qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y);
-    const double t11 = p->derived.constant_1 * (arm_psi_w_x * arm_psi_w_y);
-    const double arm_psi_1_bias_a_z = p->derived.constant_1 * (t5 + t5);
-    const double arm_psi_1_bias_a_x = arm_psi_1_sin * t11 - arm_psi_1_cos * t10;
-    const double arm_psi_1_bias_a_y = arm_psi_1_sin * t10 + arm_psi_1_cos * t11;
-    const double arm_psi_1_bias_wd_x = arm_psi_bias_wd_x * arm_psi_1_cos - t5 * arm_psi_1_sin + arm_psi_1_w_y *
-        qd[3];
-    const double t12 = arm_psi_bias_wd_x * arm_psi_1_sin + t5 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
-    const double arm_psi_1_w_z = qd[2] + qd[3];
-    /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sine[3];
-    const double arm_theta_1_cos = cosine[3];
-    const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
-    const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
-    const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
-    const double arm_theta_1_ground_y_x = column_psi_cos * arm_theta_1_sin + arm_psi_1_ground_y_x * arm_theta_1_cos;
-    const double arm_theta_1_ground_z_z = arm_psi_1_ground_z_x * arm_theta_1_sin;
-    const double arm_theta_1_ground_z_x = arm_psi_1_ground_z_x * arm_theta_1_cos;
-    const double arm_theta_1_w_z = arm_psi_1_w_x * arm_theta_1_sin + arm_psi_1_w_z * arm_theta_1_cos;
-    const double arm_theta_1_w_x = arm_psi_1_w_x * arm_theta_1_cos - arm_psi_1_w_z * arm_theta_1_sin;
-    const double arm_theta_1_v_z = arm_psi_1_v_x * arm_theta_1_sin - t8 * arm_theta_1_cos;
-    const double arm_theta_1_v_x = t8 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
-    const double arm_theta_1_bias_a_z = arm_psi_1_bias_a_x * arm_theta_1_sin + arm_psi_1_bias_a_z * arm_theta_1_cos;
-    const double arm_theta_1_bias_a_x = arm_psi_1_bias_a_x * arm_theta_1_cos - arm_psi_1_bias_a_z * arm_theta_1_sin;
-    const double arm_theta_1_bias_wd_x = arm_psi_1_bias_wd_x * arm_theta_1_cos - arm_theta_1_w_z * qd[4];
-    const double arm_theta_1_bias_wd_z = arm_psi_1_bias_wd_x * arm_theta_1_sin + arm_theta_1_w_x * qd[4];
-    const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
-    /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sine[4];
-    const double arm_phi_1_cos = cosine[4];
-    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t6 * arm_phi_1_cos;
-    const double arm_phi_1_ground_x_z = t6 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t7 * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_z = t7 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_y = arm_theta_1_ground_z_z * arm_phi_1_sin + arm_psi_1_ground_z_y * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_z = arm_theta_1_ground_z_z * arm_phi_1_cos - arm_psi_1_ground_z_y * arm_phi_1_sin;
-    const double arm_phi_1_w_y = arm_theta_1_w_z * arm_phi_1_sin + arm_theta_1_w_y * arm_phi_1_cos;
-    const double arm_phi_1_w_z = arm_theta_1_w_z * arm_phi_1_cos - arm_theta_1_w_y * arm_phi_1_sin;
-    const double arm_phi_1_v_y = arm_theta_1_v_z * arm_phi_1_sin + arm_psi_1_v_y * arm_phi_1_cos;
-    const double arm_phi_1_v_z = arm_theta_1_v_z * arm_phi_1_cos - arm_psi_1_v_y * arm_phi_1_sin;
-    const double arm_phi_1_bias_a_y = arm_theta_1_bias_a_z * arm_phi_1_sin + arm_psi_1_bias_a_y * arm_phi_1_cos;
-    const double arm_phi_1_bias_a_z = arm_theta_1_bias_a_z * arm_phi_1_cos - arm_psi_1_bias_a_y * arm_phi_1_sin;
-    const double arm_phi_1_bias_wd_y = arm_theta_1_bias_wd_z * arm_phi_1_sin - t12 * arm_phi_1_cos + arm_phi_1_w_z *
-        qd[5];
-    const double arm_phi_1_bias_wd_z = t12 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
-        qd[5];
-    const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
-    /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sine[5];
-    const double arm_psi_2_cos = cosine[5];
-    const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_y_y = arm_phi_1_ground_y_y * arm_psi_2_cos - arm_theta_1_ground_y_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_z_x = arm_phi_1_ground_z_y * arm_psi_2_sin + arm_theta_1_ground_z_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_z_y = arm_phi_1_ground_z_y * arm_psi_2_cos - arm_theta_1_ground_z_x * arm_psi_2_sin;
-    const double arm_psi_2_position_x = arm_psi_1_position_x + p->derived.arm_element_length * arm_theta_1_ground_x_x;
-    const double arm_psi_2_position_y = arm_psi_1_position_y + p->derived.arm_element_length * arm_theta_1_ground_y_x;
-    const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
-    const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
-    const double t13 = arm_phi_1_v_y + p->derived.arm_element_length * arm_phi_1_w_z;
-    const double arm_psi_2_v_z = arm_phi_1_v_z - p->derived.arm_element_length * arm_phi_1_w_y;
-    const double arm_psi_2_v_x = arm_psi_2_sin * t13 + arm_theta_1_v_x * arm_psi_2_cos;
-    const double arm_psi_2_v_y = arm_psi_2_cos * t13 - arm_theta_1_v_x * arm_psi_2_sin;
-    const double t14 = arm_theta_1_bias_a_x - p->derived.arm_element_length * (arm_phi_1_w_z * arm_phi_1_w_z +
-        arm_phi_1_w_y * arm_phi_1_w_y);
-    const double t15 = arm_phi_1_bias_a_y + p->derived.arm_element_length * (arm_phi_1_bias_wd_z + arm_phi_1_w_y *
-        arm_phi_1_w_x);
-    const double arm_psi_2_bias_a_z = arm_phi_1_bias_a_z + p->derived.arm_element_length * (arm_phi_1_w_z *
-        arm_phi_1_w_x - arm_phi_1_bias_wd_y);
-    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t15 + arm_psi_2_cos * t14;
-    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t15 - arm_psi_2_sin * t14;
-    const double arm_psi_2_bias_wd_x = arm_phi_1_bias_wd_y * arm_psi_2_sin + arm_theta_1_bias_wd_x * arm_psi_2_cos +
-        arm_psi_2_w_y * qd[6];
-    const double arm_psi_2_bias_wd_y = arm_phi_1_bias_wd_y * arm_psi_2_cos - arm_theta_1_bias_wd_x * arm_psi_2_sin -
-        arm_psi_2_w_x * qd[6];
-    const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
-    /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sine[6];
-    const double arm_theta_2_cos = cosine[6];
-    const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_y_z = arm_psi_2_ground_y_x * arm_theta_2_sin + arm_phi_1_ground_y_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_y_x = arm_psi_2_ground_y_x * arm_theta_2_cos - arm_phi_1_ground_y_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_z_z = arm_psi_2_ground_z_x * arm_theta_2_sin + arm_phi_1_ground_z_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_z_x = arm_psi_2_ground_z_x * arm_theta_2_cos - arm_phi_1_ground_z_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_w_z = arm_psi_2_w_x * arm_theta_2_sin + arm_psi_2_w_z * arm_theta_2_cos;
-    const double arm_theta_2_w_x = arm_psi_2_w_x * arm_theta_2_cos - arm_psi_2_w_z * arm_theta_2_sin;
-    const double arm_theta_2_v_z = arm_psi_2_v_x * arm_theta_2_sin + arm_psi_2_v_z * arm_theta_2_cos;
-    const double arm_theta_2_v_x = arm_psi_2_v_x * arm_theta_2_cos - arm_psi_2_v_z * arm_theta_2_sin;
-    const double arm_theta_2_bias_a_z = arm_psi_2_bias_a_x * arm_theta_2_sin + arm_psi_2_bias_a_z * arm_theta_2_cos;
-    const double arm_theta_2_bias_a_x = arm_psi_2_bias_a_x * arm_theta_2_cos - arm_psi_2_bias_a_z * arm_theta_2_sin;
-    const double arm_theta_2_bias_wd_x = arm_psi_2_bias_wd_x * arm_theta_2_cos - arm_phi_1_bias_wd_z * arm_theta_2_sin -
-        arm_theta_2_w_z * qd[7];
-    const double arm_theta_2_bias_wd_z = arm_psi_2_bias_wd_x * arm_theta_2_sin + arm_phi_1_bias_wd_z * arm_theta_2_cos +
-        arm_theta_2_w_x * qd[7];
-    const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
-    /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sine[7];
-    const double arm_phi_2_cos = cosine[7];
-    const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_y_z = arm_theta_2_ground_y_z * arm_phi_2_cos - arm_psi_2_ground_y_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_z_y = arm_theta_2_ground_z_z * arm_phi_2_sin + arm_psi_2_ground_z_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_z_z = arm_theta_2_ground_z_z * arm_phi_2_cos - arm_psi_2_ground_z_y * arm_phi_2_sin;
-    const double arm_phi_2_w_y = arm_theta_2_w_z * arm_phi_2_sin + arm_theta_2_w_y * arm_phi_2_cos;
-    const double arm_phi_2_w_z = arm_theta_2_w_z * arm_phi_2_cos - arm_theta_2_w_y * arm_phi_2_sin;
-    const double arm_phi_2_v_y = arm_theta_2_v_z * arm_phi_2_sin + arm_psi_2_v_y * arm_phi_2_cos;
-    const double arm_phi_2_v_z = arm_theta_2_v_z * arm_phi_2_cos - arm_psi_2_v_y * arm_phi_2_sin;
-    const double arm_phi_2_bias_a_y = arm_theta_2_bias_a_z * arm_phi_2_sin + arm_psi_2_bias_a_y * arm_phi_2_cos;
-    const double arm_phi_2_bias_a_z = arm_theta_2_bias_a_z * arm_phi_2_cos - arm_psi_2_bias_a_y * arm_phi_2_sin;
-    const double arm_phi_2_bias_wd_y = arm_theta_2_bias_wd_z * arm_phi_2_sin + arm_psi_2_bias_wd_y * arm_phi_2_cos +
-        arm_phi_2_w_z * qd[8];
-    const double arm_phi_2_bias_wd_z = arm_theta_2_bias_wd_z * arm_phi_2_cos - arm_psi_2_bias_wd_y * arm_phi_2_sin -
-        arm_phi_2_w_y * qd[8];
-    const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
-    /* arm_psi_3: motion from arm_phi_2 outward */
+    const double t3 = arm_psi_w_x * qd[2];
+    const double t4 = arm_psi_w_x * arm_psi_w_y;
+    const double t5 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
+    const double t6 = t3 + t3;
+    /* arm_psi_e: motion from arm_psi outward */
+    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
+    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
+    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
+    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t4;
+    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t6;
+    double last_arm_phi_e_w_x = arm_psi_w_x;
+    double last_arm_phi_e_w_y = arm_psi_w_y;
+    double last_arm_phi_e_w_z = qd[2];
+    double last_arm_theta_e_v_x = arm_psi_v_x;
+    double last_arm_phi_e_v_y = arm_psi_e_v_y;
+    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
+    double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
+    double last_arm_phi_e_bias_wd_y = -t3;
+    double last_arm_phi_e_bias_wd_z = 0.0;
+    double last_arm_theta_e_bias_a_x = -p->derived.constant_3 * t5;
+    double last_arm_phi_e_bias_a_y = arm_psi_e_bias_a_y;
+    double last_arm_phi_e_bias_a_z = arm_psi_e_bias_a_z;
+    double carried_15 = -t5;
+    double carried_18 = t4;
+    double carried_21 = t6;
+    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
+    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
+    double last_arm_phi_e_ground_x_z = column_psi_sin;
+    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
+    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
+    double last_arm_phi_e_ground_y_z = -column_psi_cos;
+    double last_arm_theta_e_ground_z_x = arm_psi_sin;
+    double last_arm_phi_e_ground_z_y = arm_psi_cos;
+    double last_arm_phi_e_ground_z_z = 0.0;
+    double last_arm_psi_e_position_x = arm_psi_e_position_x;
+    double last_arm_psi_e_position_y = arm_psi_e_position_y;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        /* arm_psi_e: motion from arm_psi_e outward */
+        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_y_y = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_ground_z_y = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_position_x_2 = last_arm_psi_e_position_x + p->derived.arm_element_length *
+        last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_position_y_2 = last_arm_psi_e_position_y + p->derived.arm_element_length *
+        last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
+        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
+        const double t7 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_x = arm_psi_e_sin * t7 + arm_psi_e_cos * last_arm_theta_e_v_x;
+        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t7 - arm_psi_e_sin * last_arm_theta_e_v_x;
+        const double t8 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
+        const double t9 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
+        const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
+        const double arm_psi_e_bias_a_x_2 = arm_psi_e_sin * t9 + arm_psi_e_cos * t8;
+        const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t9 - arm_psi_e_sin * t8;
+        const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
+        qd[3 + 3 * e] * arm_psi_e_w_y;
+        const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
+        qd[3 + 3 * e] * arm_psi_e_w_x;
+        const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
+        /* arm_theta_e: motion from arm_psi_e outward */
+        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_y_x = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
+        const double arm_theta_e_ground_z_x = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
+        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
+        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
+        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
+        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
+        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_wd_x = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
+        qd[4 + 3 * e] * arm_theta_e_w_z;
+        const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
+        qd[4 + 3 * e] * arm_theta_e_w_x;
+        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
+        /* arm_phi_e: motion from arm_theta_e outward */
+        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y;
+        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y;
+        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y;
+        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y;
+        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
+        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
+        const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
+        const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
+        const double arm_phi_e_bias_a_y = arm_phi_e_sin * arm_theta_e_bias_a_z + arm_phi_e_cos * arm_psi_e_bias_a_y_2;
+        const double arm_phi_e_bias_a_z = arm_phi_e_cos * arm_theta_e_bias_a_z - arm_phi_e_sin * arm_psi_e_bias_a_y_2;
+        const double arm_phi_e_bias_wd_y = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
+        qd[5 + 3 * e] * arm_phi_e_w_z;
+        const double arm_phi_e_bias_wd_z = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
+        qd[5 + 3 * e] * arm_phi_e_w_y;
+        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
+        const double next_carried_15 = -(arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y);
+        const double next_carried_18 = arm_phi_e_bias_wd_z + arm_phi_e_w_y * arm_phi_e_w_x;
+        const double next_carried_21 = arm_phi_e_w_z * arm_phi_e_w_x - arm_phi_e_bias_wd_y;
+        last_arm_phi_e_w_x = arm_phi_e_w_x;
+        last_arm_phi_e_w_y = arm_phi_e_w_y;
+        last_arm_phi_e_w_z = arm_phi_e_w_z;
+        last_arm_theta_e_v_x = arm_theta_e_v_x;
+        last_arm_phi_e_v_y = arm_phi_e_v_y;
+        last_arm_phi_e_v_z = arm_phi_e_v_z;
+        last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x;
+        last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y;
+        last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z;
+        last_arm_theta_e_bias_a_x = arm_theta_e_bias_a_x;
+        last_arm_phi_e_bias_a_y = arm_phi_e_bias_a_y;
+        last_arm_phi_e_bias_a_z = arm_phi_e_bias_a_z;
+        carried_15 = next_carried_15;
+        carried_18 = next_carried_18;
+        carried_21 = next_carried_21;
+        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
+        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
+        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
+        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x;
+        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
+        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
+        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x;
+        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
+        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
+        last_arm_psi_e_position_x = arm_psi_e_position_x_2;
+        last_arm_psi_e_position_y = arm_psi_e_position_y_2;
+    }
+    /* arm_psi_3: motion from arm_psi_e outward */
     const double arm_psi_3_sin = sine[8];
     const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = arm_phi_2_ground_y_y * arm_psi_3_cos - arm_theta_2_ground_y_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_z_x = arm_phi_2_ground_z_y * arm_psi_3_sin + arm_theta_2_ground_z_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_z_y = arm_phi_2_ground_z_y * arm_psi_3_cos - arm_theta_2_ground_z_x * arm_psi_3_sin;
-    const double arm_psi_3_position_x = arm_psi_2_position_x + p->derived.arm_element_length * arm_theta_2_ground_x_x;
-    const double arm_psi_3_position_y = arm_psi_2_position_y + p->derived.arm_element_length * arm_theta_2_ground_y_x;
-    const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
-    const double t16 = arm_phi_2_v_y + p->derived.arm_element_length * arm_phi_2_w_z;
-    const double arm_psi_3_v_z = arm_phi_2_v_z - p->derived.arm_element_length * arm_phi_2_w_y;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t16 + arm_theta_2_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t16 - arm_theta_2_v_x * arm_psi_3_sin;
-    const double t17 = arm_theta_2_bias_a_x - p->derived.arm_element_length * (arm_phi_2_w_z * arm_phi_2_w_z +
-        arm_phi_2_w_y * arm_phi_2_w_y);
-    const double t18 = arm_phi_2_bias_a_y + p->derived.arm_element_length * (arm_phi_2_bias_wd_z + arm_phi_2_w_y *
-        arm_phi_2_w_x);
-    const double arm_psi_3_bias_a_z = arm_phi_2_bias_a_z + p->derived.arm_element_length * (arm_phi_2_w_z *
-        arm_phi_2_w_x - arm_phi_2_bias_wd_y);
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t18 + arm_psi_3_cos * t17;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t18 - arm_psi_3_sin * t17;
-    const double arm_psi_3_bias_wd_x = arm_phi_2_bias_wd_y * arm_psi_3_sin + arm_theta_2_bias_wd_x * arm_psi_3_cos +
-        arm_psi_3_w_y * qd[9];
-    const double arm_psi_3_bias_wd_y = arm_phi_2_bias_wd_y * arm_psi_3_cos - arm_theta_2_bias_wd_x * arm_psi_3_sin -
-        arm_psi_3_w_x * qd[9];
-    const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
+    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_x_y = last_arm_phi_e_ground_x_y * arm_psi_3_cos - last_arm_theta_e_ground_x_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_y_y = last_arm_phi_e_ground_y_y * arm_psi_3_cos - last_arm_theta_e_ground_y_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_z_y = last_arm_phi_e_ground_z_y * arm_psi_3_cos - last_arm_theta_e_ground_z_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
+    const double arm_psi_3_position_y = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
+    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
+    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
+    const double t10 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+    const double arm_psi_3_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+    const double arm_psi_3_v_x = arm_psi_3_sin * t10 + last_arm_theta_e_v_x * arm_psi_3_cos;
+    const double arm_psi_3_v_y = arm_psi_3_cos * t10 - last_arm_theta_e_v_x * arm_psi_3_sin;
+    const double t11 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
+    const double t12 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
+    const double arm_psi_3_bias_a_z = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
+    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t12 + arm_psi_3_cos * t11;
+    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t12 - arm_psi_3_sin * t11;
+    const double arm_psi_3_bias_wd_x = last_arm_phi_e_bias_wd_y * arm_psi_3_sin + last_arm_theta_e_bias_wd_x *
+        arm_psi_3_cos + arm_psi_3_w_y * qd[9];
+    const double arm_psi_3_bias_wd_y = last_arm_phi_e_bias_wd_y * arm_psi_3_cos - last_arm_theta_e_bias_wd_x *
+        arm_psi_3_sin - arm_psi_3_w_x * qd[9];
+    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sine[9];
     const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + last_arm_phi_e_ground_x_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + arm_phi_2_ground_y_z *
+    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + last_arm_phi_e_ground_y_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
+    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + arm_phi_2_ground_z_z *
+    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + last_arm_phi_e_ground_z_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - arm_phi_2_ground_z_z *
+    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
         arm_theta_3_sin;
     const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
     const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
@@ -1920,8 +1931,8 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
     const double arm_theta_3_v_x = arm_psi_3_v_x * arm_theta_3_cos - arm_psi_3_v_z * arm_theta_3_sin;
     const double arm_theta_3_bias_a_z = arm_psi_3_bias_a_x * arm_theta_3_sin + arm_psi_3_bias_a_z * arm_theta_3_cos;
     const double arm_theta_3_bias_a_x = arm_psi_3_bias_a_x * arm_theta_3_cos - arm_psi_3_bias_a_z * arm_theta_3_sin;
-    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + arm_phi_2_bias_wd_z * arm_theta_3_cos +
-        arm_theta_3_w_x * qd[10];
+    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + last_arm_phi_e_bias_wd_z *
+        arm_theta_3_cos + arm_theta_3_w_x * qd[10];
     const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
     /* arm_phi_3: motion from arm_theta_3 outward */
     const double arm_phi_3_sin = sine[10];
@@ -1930,9 +1941,9 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
     const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
     const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t19 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t20 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t20 - t19;
+    const double t13 = arm_theta_3_w_y * arm_phi_3_sin;
+    const double t14 = arm_theta_3_w_z * arm_phi_3_cos;
+    const double arm_phi_3_w_z = t14 - t13;
     const double arm_phi_3_v_y = arm_theta_3_v_z * arm_phi_3_sin + arm_psi_3_v_y * arm_phi_3_cos;
     const double arm_phi_3_v_z = arm_theta_3_v_z * arm_phi_3_cos - arm_psi_3_v_y * arm_phi_3_sin;
     const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
@@ -1947,20 +1958,22 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
     const double effector_z_ground_x_x = arm_psi_3_ground_x_y * arm_phi_3_sin - arm_theta_3_ground_x_z * arm_phi_3_cos;
     const double effector_z_ground_y_x = arm_psi_3_ground_y_y * arm_phi_3_sin - arm_theta_3_ground_y_z * arm_phi_3_cos;
     const double effector_z_ground_z_x = arm_psi_3_ground_z_y * arm_phi_3_sin - arm_theta_3_ground_z_z * arm_phi_3_cos;
-    const double effector_z_position_x = arm_psi_3_position_x + arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = arm_psi_3_position_y + arm_theta_3_ground_y_x * effector_z_shift_x;
-    const double effector_z_w_x = t19 - t20;
+    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
+    const double effector_z_shift_ground_y = arm_theta_3_ground_y_x * effector_z_shift_x;
+    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
+    const double effector_z_position_y = arm_psi_3_position_y + effector_z_shift_ground_y;
+    const double effector_z_w_x = t13 - t14;
     const double effector_z_v_y = arm_phi_3_v_y + arm_phi_3_w_z * effector_z_shift_x;
     const double effector_z_v_x = arm_phi_3_w_y * effector_z_shift_x - arm_phi_3_v_z;
     const double effector_z_bias_a_z = arm_theta_3_bias_a_x - (arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y *
         arm_phi_3_w_y) * effector_z_shift_x;
-    const double t21 = arm_phi_3_w_y * qd[12];
-    const double t22 = effector_z_w_x * qd[12];
+    const double t15 = arm_phi_3_w_y * qd[12];
+    const double t16 = effector_z_w_x * qd[12];
     const double effector_z_v_z = arm_theta_3_v_x + qd[12];
-    const double effector_z_bias_a_x = t21 + t21 - (arm_phi_3_bias_a_z + (arm_phi_3_w_z * arm_phi_3_w_x -
+    const double effector_z_bias_a_x = t15 + t15 - (arm_phi_3_bias_a_z + (arm_phi_3_w_z * arm_phi_3_w_x -
         arm_phi_3_bias_wd_y) * effector_z_shift_x);
     const double effector_z_bias_a_y = arm_phi_3_bias_a_y + (arm_phi_3_bias_wd_z + arm_phi_3_w_y * arm_phi_3_w_x) *
-        effector_z_shift_x - (t22 + t22);
+        effector_z_shift_x - (t16 + t16);
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = effector_z_ground_x_x * effector_z_v_x + arm_phi_3_ground_x_y * effector_z_v_y +
         arm_theta_3_ground_x_x * effector_z_v_z;
@@ -1975,21 +1988,21 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
     const double point_E_bias_z = effector_z_ground_z_x * effector_z_bias_a_x + arm_phi_3_ground_z_y * effector_z_bias_a_y +
         arm_theta_3_ground_z_x * effector_z_bias_a_z;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t23 = (effector_z_position_x - p->xc) / p->a;
-    const double t24 = effector_z_position_y / p->b;
-    const double row_1_phi = t23 * t23 + t24 * t24 - 1.0;
-    const double t25 = point_E_xd * p->derived.constant_11;
-    const double t26 = t23 * t25;
-    const double t27 = point_E_yd * p->derived.constant_12;
-    const double t28 = t24 * t27;
-    const double row_1_psi = t26 + t26 + (t28 + t28);
-    const double t29 = t25 * t25 + t23 * (point_E_bias_x * p->derived.constant_11);
-    const double t30 = t27 * t27 + t24 * (point_E_bias_y * p->derived.constant_12);
-    const double row_1_v = t29 + t29 + (t30 + t30);
+    const double t17 = (effector_z_position_x - p->xc) / p->a;
+    const double t18 = effector_z_position_y / p->b;
+    const double row_1_phi = t17 * t17 + t18 * t18 - 1.0;
+    const double t19 = point_E_xd * p->derived.constant_11;
+    const double t20 = t17 * t19;
+    const double t21 = point_E_yd * p->derived.constant_12;
+    const double t22 = t18 * t21;
+    const double row_1_psi = t20 + t20 + (t22 + t22);
+    const double t23 = t19 * t19 + t17 * (point_E_bias_x * p->derived.constant_11);
+    const double t24 = t21 * t21 + t18 * (point_E_bias_y * p->derived.constant_12);
+    const double row_1_v = t23 + t23 + (t24 + t24);
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t31 = t2 * (p->derived.constant_15 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t31 + t31);
+    const double t25 = t2 * (p->derived.constant_15 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t25 + t25);
     k[0] = -(row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13));
     k[1] = -(row_2_v + p->derived.constant_13 * row_2_psi);
 }
@@ -2008,99 +2021,101 @@ void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double t1 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double t2 = column_psi_sin * arm_psi_sin;
     const double arm_psi_position_z = p->h + q[0];
-    /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sine[2];
-    const double arm_psi_1_cos = cosine[2];
-    const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t1 * arm_psi_1_sin;
-    const double t3 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
-    const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
-    const double t4 = arm_psi_ground_y_x * arm_psi_1_sin + t2 * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_x = arm_psi_cos * arm_psi_1_sin + arm_psi_sin * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_y = arm_psi_cos * arm_psi_1_cos - arm_psi_sin * arm_psi_1_sin;
-    const double arm_psi_1_position_x = p->derived.constant_1 * arm_psi_ground_x_x;
-    const double arm_psi_1_position_y = p->derived.constant_1 * arm_psi_ground_y_x;
-    const double arm_psi_1_position_z = arm_psi_position_z + p->derived.constant_1 * arm_psi_sin;
-    /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sine[3];
-    const double arm_theta_1_cos = cosine[3];
-    const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
-    const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
-    const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
-    const double arm_theta_1_ground_y_x = column_psi_cos * arm_theta_1_sin + arm_psi_1_ground_y_x * arm_theta_1_cos;
-    const double arm_theta_1_ground_z_z = arm_psi_1_ground_z_x * arm_theta_1_sin;
-    const double arm_theta_1_ground_z_x = arm_psi_1_ground_z_x * arm_theta_1_cos;
-    /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sine[4];
-    const double arm_phi_1_cos = cosine[4];
-    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t3 * arm_phi_1_cos;
-    const double arm_phi_1_ground_x_z = t3 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_z = t4 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_y = arm_theta_1_ground_z_z * arm_phi_1_sin + arm_psi_1_ground_z_y * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_z = arm_theta_1_ground_z_z * arm_phi_1_cos - arm_psi_1_ground_z_y * arm_phi_1_sin;
-    /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sine[5];
-    const double arm_psi_2_cos = cosine[5];
-    const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_y_y = arm_phi_1_ground_y_y * arm_psi_2_cos - arm_theta_1_ground_y_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_z_x = arm_phi_1_ground_z_y * arm_psi_2_sin + arm_theta_1_ground_z_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_z_y = arm_phi_1_ground_z_y * arm_psi_2_cos - arm_theta_1_ground_z_x * arm_psi_2_sin;
-    const double arm_psi_2_position_x = arm_psi_1_position_x + p->derived.arm_element_length * arm_theta_1_ground_x_x;
-    const double arm_psi_2_position_y = arm_psi_1_position_y + p->derived.arm_element_length * arm_theta_1_ground_y_x;
-    const double arm_psi_2_position_z = arm_psi_1_position_z + p->derived.arm_element_length * arm_theta_1_ground_z_x;
-    /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sine[6];
-    const double arm_theta_2_cos = cosine[6];
-    const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_y_z = arm_psi_2_ground_y_x * arm_theta_2_sin + arm_phi_1_ground_y_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_y_x = arm_psi_2_ground_y_x * arm_theta_2_cos - arm_phi_1_ground_y_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_z_z = arm_psi_2_ground_z_x * arm_theta_2_sin + arm_phi_1_ground_z_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_z_x = arm_psi_2_ground_z_x * arm_theta_2_cos - arm_phi_1_ground_z_z *
-        arm_theta_2_sin;
-    /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sine[7];
-    const double arm_phi_2_cos = cosine[7];
-    const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_y_z = arm_theta_2_ground_y_z * arm_phi_2_cos - arm_psi_2_ground_y_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_z_y = arm_theta_2_ground_z_z * arm_phi_2_sin + arm_psi_2_ground_z_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_z_z = arm_theta_2_ground_z_z * arm_phi_2_cos - arm_psi_2_ground_z_y * arm_phi_2_sin;
-    /* arm_psi_3: motion from arm_phi_2 outward */
+    /* arm_psi_e: motion from arm_psi outward */
+    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
+    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
+    const double arm_psi_e_shift_ground_z = p->derived.constant_3 * arm_psi_sin;
+    const double arm_psi_e_position_z = arm_psi_position_z + arm_psi_e_shift_ground_z;
+    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
+    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
+    double last_arm_phi_e_ground_x_z = column_psi_sin;
+    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
+    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
+    double last_arm_phi_e_ground_y_z = -column_psi_cos;
+    double last_arm_theta_e_ground_z_x = arm_psi_sin;
+    double last_arm_phi_e_ground_z_y = arm_psi_cos;
+    double last_arm_phi_e_ground_z_z = 0.0;
+    double last_arm_psi_e_position_x = arm_psi_e_position_x;
+    double last_arm_psi_e_position_y = arm_psi_e_position_y;
+    double last_arm_psi_e_position_z = arm_psi_e_position_z;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        /* arm_psi_e: motion from arm_psi_e outward */
+        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_y_y = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_ground_z_y = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_position_x_2 = last_arm_psi_e_position_x + p->derived.arm_element_length *
+        last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_position_y_2 = last_arm_psi_e_position_y + p->derived.arm_element_length *
+        last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_position_z_2 = last_arm_psi_e_position_z + p->derived.arm_element_length *
+        last_arm_theta_e_ground_z_x;
+        /* arm_theta_e: motion from arm_psi_e outward */
+        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_y_x = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
+        const double arm_theta_e_ground_z_x = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
+        /* arm_phi_e: motion from arm_theta_e outward */
+        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y;
+        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y;
+        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y;
+        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y;
+        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
+        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
+        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
+        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x;
+        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
+        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
+        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x;
+        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
+        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
+        last_arm_psi_e_position_x = arm_psi_e_position_x_2;
+        last_arm_psi_e_position_y = arm_psi_e_position_y_2;
+        last_arm_psi_e_position_z = arm_psi_e_position_z_2;
+    }
+    /* arm_psi_3: motion from arm_psi_e outward */
     const double arm_psi_3_sin = sine[8];
     const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_z_x = arm_phi_2_ground_z_y * arm_psi_3_sin + arm_theta_2_ground_z_x * arm_psi_3_cos;
-    const double arm_psi_3_position_x = arm_psi_2_position_x + p->derived.arm_element_length * arm_theta_2_ground_x_x;
-    const double arm_psi_3_position_y = arm_psi_2_position_y + p->derived.arm_element_length * arm_theta_2_ground_y_x;
-    const double arm_psi_3_position_z = arm_psi_2_position_z + p->derived.arm_element_length * arm_theta_2_ground_z_x;
+    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
+    const double arm_psi_3_position_y = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
+    const double arm_psi_3_position_z = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sine[9];
     const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
+    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - arm_phi_2_ground_z_z *
+    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
         arm_theta_3_sin;
     /* effector_z: motion from arm_phi_3 outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_position_x = arm_psi_3_position_x + arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = arm_psi_3_position_y + arm_theta_3_ground_y_x * effector_z_shift_x;
-    const double effector_z_position_z = arm_psi_3_position_z + arm_theta_3_ground_z_x * effector_z_shift_x;
+    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
+    const double effector_z_shift_ground_y = arm_theta_3_ground_y_x * effector_z_shift_x;
+    const double effector_z_shift_ground_z = arm_theta_3_ground_z_x * effector_z_shift_x;
+    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
+    const double effector_z_position_y = arm_psi_3_position_y + effector_z_shift_ground_y;
+    const double effector_z_position_z = arm_psi_3_position_z + effector_z_shift_ground_z;
     r[0 * 3 + 0] = effector_z_position_x;
     r[0 * 3 + 1] = effector_z_position_y;
     r[0 * 3 + 2] = effector_z_position_z;
@@ -2119,137 +2134,125 @@ void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p, co
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double t1 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double t2 = column_psi_sin * arm_psi_sin;
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
     const double arm_psi_v_y = qd[0] * arm_psi_cos;
-    /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sine[2];
-    const double arm_psi_1_cos = cosine[2];
-    const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t1 * arm_psi_1_sin;
-    const double t3 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
-    const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
-    const double t4 = arm_psi_ground_y_x * arm_psi_1_sin + t2 * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_x = arm_psi_cos * arm_psi_1_sin + arm_psi_sin * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_y = arm_psi_cos * arm_psi_1_cos - arm_psi_sin * arm_psi_1_sin;
-    const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
-    const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
-    const double t5 = p->derived.constant_1 * arm_psi_w_y;
-    const double t6 = arm_psi_v_y + p->derived.constant_1 * qd[2];
-    const double arm_psi_1_v_x = arm_psi_1_sin * t6 + arm_psi_v_x * arm_psi_1_cos;
-    const double arm_psi_1_v_y = arm_psi_1_cos * t6 - arm_psi_v_x * arm_psi_1_sin;
-    const double arm_psi_1_w_z = qd[2] + qd[3];
-    /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sine[3];
-    const double arm_theta_1_cos = cosine[3];
-    const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
-    const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
-    const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
-    const double arm_theta_1_ground_y_x = column_psi_cos * arm_theta_1_sin + arm_psi_1_ground_y_x * arm_theta_1_cos;
-    const double arm_theta_1_ground_z_z = arm_psi_1_ground_z_x * arm_theta_1_sin;
-    const double arm_theta_1_ground_z_x = arm_psi_1_ground_z_x * arm_theta_1_cos;
-    const double arm_theta_1_w_z = arm_psi_1_w_x * arm_theta_1_sin + arm_psi_1_w_z * arm_theta_1_cos;
-    const double arm_theta_1_w_x = arm_psi_1_w_x * arm_theta_1_cos - arm_psi_1_w_z * arm_theta_1_sin;
-    const double arm_theta_1_v_z = arm_psi_1_v_x * arm_theta_1_sin - t5 * arm_theta_1_cos;
-    const double arm_theta_1_v_x = t5 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
-    const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
-    /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sine[4];
-    const double arm_phi_1_cos = cosine[4];
-    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t3 * arm_phi_1_cos;
-    const double arm_phi_1_ground_x_z = t3 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_z = t4 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_y = arm_theta_1_ground_z_z * arm_phi_1_sin + arm_psi_1_ground_z_y * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_z = arm_theta_1_ground_z_z * arm_phi_1_cos - arm_psi_1_ground_z_y * arm_phi_1_sin;
-    const double arm_phi_1_w_y = arm_theta_1_w_z * arm_phi_1_sin + arm_theta_1_w_y * arm_phi_1_cos;
-    const double arm_phi_1_w_z = arm_theta_1_w_z * arm_phi_1_cos - arm_theta_1_w_y * arm_phi_1_sin;
-    const double arm_phi_1_v_y = arm_theta_1_v_z * arm_phi_1_sin + arm_psi_1_v_y * arm_phi_1_cos;
-    const double arm_phi_1_v_z = arm_theta_1_v_z * arm_phi_1_cos - arm_psi_1_v_y * arm_phi_1_sin;
-    const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
-    /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sine[5];
-    const double arm_psi_2_cos = cosine[5];
-    const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_y_y = arm_phi_1_ground_y_y * arm_psi_2_cos - arm_theta_1_ground_y_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_z_x = arm_phi_1_ground_z_y * arm_psi_2_sin + arm_theta_1_ground_z_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_z_y = arm_phi_1_ground_z_y * arm_psi_2_cos - arm_theta_1_ground_z_x * arm_psi_2_sin;
-    const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
-    const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
-    const double t7 = arm_phi_1_v_y + p->derived.arm_element_length * arm_phi_1_w_z;
-    const double arm_psi_2_v_z = arm_phi_1_v_z - p->derived.arm_element_length * arm_phi_1_w_y;
-    const double arm_psi_2_v_x = arm_psi_2_sin * t7 + arm_theta_1_v_x * arm_psi_2_cos;
-    const double arm_psi_2_v_y = arm_psi_2_cos * t7 - arm_theta_1_v_x * arm_psi_2_sin;
-    const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
-    /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sine[6];
-    const double arm_theta_2_cos = cosine[6];
-    const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_y_z = arm_psi_2_ground_y_x * arm_theta_2_sin + arm_phi_1_ground_y_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_y_x = arm_psi_2_ground_y_x * arm_theta_2_cos - arm_phi_1_ground_y_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_z_z = arm_psi_2_ground_z_x * arm_theta_2_sin + arm_phi_1_ground_z_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_z_x = arm_psi_2_ground_z_x * arm_theta_2_cos - arm_phi_1_ground_z_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_w_z = arm_psi_2_w_x * arm_theta_2_sin + arm_psi_2_w_z * arm_theta_2_cos;
-    const double arm_theta_2_w_x = arm_psi_2_w_x * arm_theta_2_cos - arm_psi_2_w_z * arm_theta_2_sin;
-    const double arm_theta_2_v_z = arm_psi_2_v_x * arm_theta_2_sin + arm_psi_2_v_z * arm_theta_2_cos;
-    const double arm_theta_2_v_x = arm_psi_2_v_x * arm_theta_2_cos - arm_psi_2_v_z * arm_theta_2_sin;
-    const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
-    /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sine[7];
-    const double arm_phi_2_cos = cosine[7];
-    const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_y_z = arm_theta_2_ground_y_z * arm_phi_2_cos - arm_psi_2_ground_y_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_z_y = arm_theta_2_ground_z_z * arm_phi_2_sin + arm_psi_2_ground_z_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_z_z = arm_theta_2_ground_z_z * arm_phi_2_cos - arm_psi_2_ground_z_y * arm_phi_2_sin;
-    const double arm_phi_2_w_y = arm_theta_2_w_z * arm_phi_2_sin + arm_theta_2_w_y * arm_phi_2_cos;
-    const double arm_phi_2_w_z = arm_theta_2_w_z * arm_phi_2_cos - arm_theta_2_w_y * arm_phi_2_sin;
-    const double arm_phi_2_v_y = arm_theta_2_v_z * arm_phi_2_sin + arm_psi_2_v_y * arm_phi_2_cos;
-    const double arm_phi_2_v_z = arm_theta_2_v_z * arm_phi_2_cos - arm_psi_2_v_y * arm_phi_2_sin;
-    const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
-    /* arm_psi_3: motion from arm_phi_2 outward */
+    /* arm_psi_e: motion from arm_psi outward */
+    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
+    double last_arm_phi_e_w_x = arm_psi_w_x;
+    double last_arm_phi_e_w_y = arm_psi_w_y;
+    double last_arm_phi_e_w_z = qd[2];
+    double last_arm_theta_e_v_x = arm_psi_v_x;
+    double last_arm_phi_e_v_y = arm_psi_e_v_y;
+    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
+    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
+    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
+    double last_arm_phi_e_ground_x_z = column_psi_sin;
+    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
+    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
+    double last_arm_phi_e_ground_y_z = -column_psi_cos;
+    double last_arm_theta_e_ground_z_x = arm_psi_sin;
+    double last_arm_phi_e_ground_z_y = arm_psi_cos;
+    double last_arm_phi_e_ground_z_z = 0.0;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        /* arm_psi_e: motion from arm_psi_e outward */
+        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_y_y = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_ground_z_y = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
+        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
+        const double t1 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_x = arm_psi_e_sin * t1 + arm_psi_e_cos * last_arm_theta_e_v_x;
+        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t1 - arm_psi_e_sin * last_arm_theta_e_v_x;
+        const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
+        /* arm_theta_e: motion from arm_psi_e outward */
+        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_y_x = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
+        const double arm_theta_e_ground_z_x = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
+        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
+        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
+        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
+        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
+        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
+        /* arm_phi_e: motion from arm_theta_e outward */
+        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y;
+        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y;
+        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y;
+        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y;
+        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
+        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
+        const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
+        const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
+        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
+        last_arm_phi_e_w_x = arm_phi_e_w_x;
+        last_arm_phi_e_w_y = arm_phi_e_w_y;
+        last_arm_phi_e_w_z = arm_phi_e_w_z;
+        last_arm_theta_e_v_x = arm_theta_e_v_x;
+        last_arm_phi_e_v_y = arm_phi_e_v_y;
+        last_arm_phi_e_v_z = arm_phi_e_v_z;
+        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
+        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
+        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
+        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x;
+        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
+        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
+        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x;
+        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
+        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
+    }
+    /* arm_psi_3: motion from arm_psi_e outward */
     const double arm_psi_3_sin = sine[8];
     const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = arm_phi_2_ground_y_y * arm_psi_3_cos - arm_theta_2_ground_y_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_z_x = arm_phi_2_ground_z_y * arm_psi_3_sin + arm_theta_2_ground_z_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_z_y = arm_phi_2_ground_z_y * arm_psi_3_cos - arm_theta_2_ground_z_x * arm_psi_3_sin;
-    const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
-    const double t8 = arm_phi_2_v_y + p->derived.arm_element_length * arm_phi_2_w_z;
-    const double arm_psi_3_v_z = arm_phi_2_v_z - p->derived.arm_element_length * arm_phi_2_w_y;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t8 + arm_theta_2_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t8 - arm_theta_2_v_x * arm_psi_3_sin;
-    const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
+    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_x_y = last_arm_phi_e_ground_x_y * arm_psi_3_cos - last_arm_theta_e_ground_x_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_y_y = last_arm_phi_e_ground_y_y * arm_psi_3_cos - last_arm_theta_e_ground_y_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_z_y = last_arm_phi_e_ground_z_y * arm_psi_3_cos - last_arm_theta_e_ground_z_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
+    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
+    const double t2 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+    const double arm_psi_3_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+    const double arm_psi_3_v_x = arm_psi_3_sin * t2 + last_arm_theta_e_v_x * arm_psi_3_cos;
+    const double arm_psi_3_v_y = arm_psi_3_cos * t2 - last_arm_theta_e_v_x * arm_psi_3_sin;
+    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sine[9];
     const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + last_arm_phi_e_ground_x_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + arm_phi_2_ground_y_z *
+    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + last_arm_phi_e_ground_y_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
+    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + arm_phi_2_ground_z_z *
+    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + last_arm_phi_e_ground_z_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - arm_phi_2_ground_z_z *
+    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
         arm_theta_3_sin;
     const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
     const double arm_theta_3_v_z = arm_psi_3_v_x * arm_theta_3_sin + arm_psi_3_v_z * arm_theta_3_cos;
@@ -2299,158 +2302,163 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double t1 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double t2 = column_psi_sin * arm_psi_sin;
     const double arm_psi_position_z = p->h + q[0];
-    /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sine[2];
-    const double arm_psi_1_cos = cosine[2];
-    const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t1 * arm_psi_1_sin;
-    const double t3 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
-    const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
-    const double t4 = arm_psi_ground_y_x * arm_psi_1_sin + t2 * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_x = arm_psi_cos * arm_psi_1_sin + arm_psi_sin * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_y = arm_psi_cos * arm_psi_1_cos - arm_psi_sin * arm_psi_1_sin;
-    const double arm_psi_1_position_x = p->derived.constant_1 * arm_psi_ground_x_x;
-    const double arm_psi_1_position_y = p->derived.constant_1 * arm_psi_ground_y_x;
-    const double arm_psi_1_position_z = arm_psi_position_z + p->derived.constant_1 * arm_psi_sin;
-    /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sine[3];
-    const double arm_theta_1_cos = cosine[3];
-    const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
-    const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
-    const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
-    const double arm_theta_1_ground_y_x = column_psi_cos * arm_theta_1_sin + arm_psi_1_ground_y_x * arm_theta_1_cos;
-    const double arm_theta_1_ground_z_z = arm_psi_1_ground_z_x * arm_theta_1_sin;
-    const double arm_theta_1_ground_z_x = arm_psi_1_ground_z_x * arm_theta_1_cos;
-    /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sine[4];
-    const double arm_phi_1_cos = cosine[4];
-    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t3 * arm_phi_1_cos;
-    const double arm_phi_1_ground_x_z = t3 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_z = t4 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_y = arm_theta_1_ground_z_z * arm_phi_1_sin + arm_psi_1_ground_z_y * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_z = arm_theta_1_ground_z_z * arm_phi_1_cos - arm_psi_1_ground_z_y * arm_phi_1_sin;
-    /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sine[5];
-    const double arm_psi_2_cos = cosine[5];
-    const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_y_y = arm_phi_1_ground_y_y * arm_psi_2_cos - arm_theta_1_ground_y_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_z_x = arm_phi_1_ground_z_y * arm_psi_2_sin + arm_theta_1_ground_z_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_z_y = arm_phi_1_ground_z_y * arm_psi_2_cos - arm_theta_1_ground_z_x * arm_psi_2_sin;
-    const double arm_psi_2_position_x = arm_psi_1_position_x + p->derived.arm_element_length * arm_theta_1_ground_x_x;
-    const double arm_psi_2_position_y = arm_psi_1_position_y + p->derived.arm_element_length * arm_theta_1_ground_y_x;
-    const double arm_psi_2_position_z = arm_psi_1_position_z + p->derived.arm_element_length * arm_theta_1_ground_z_x;
-    /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sine[6];
-    const double arm_theta_2_cos = cosine[6];
-    const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_y_z = arm_psi_2_ground_y_x * arm_theta_2_sin + arm_phi_1_ground_y_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_y_x = arm_psi_2_ground_y_x * arm_theta_2_cos - arm_phi_1_ground_y_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_z_z = arm_psi_2_ground_z_x * arm_theta_2_sin + arm_phi_1_ground_z_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_z_x = arm_psi_2_ground_z_x * arm_theta_2_cos - arm_phi_1_ground_z_z *
-        arm_theta_2_sin;
-    /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sine[7];
-    const double arm_phi_2_cos = cosine[7];
-    const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_y_z = arm_theta_2_ground_y_z * arm_phi_2_cos - arm_psi_2_ground_y_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_z_y = arm_theta_2_ground_z_z * arm_phi_2_sin + arm_psi_2_ground_z_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_z_z = arm_theta_2_ground_z_z * arm_phi_2_cos - arm_psi_2_ground_z_y * arm_phi_2_sin;
-    /* arm_psi_3: motion from arm_phi_2 outward */
+    /* arm_psi_e: motion from arm_psi outward */
+    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
+    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
+    const double arm_psi_e_shift_ground_z = p->derived.constant_3 * arm_psi_sin;
+    const double arm_psi_e_position_z = arm_psi_position_z + arm_psi_e_shift_ground_z;
+    double arm_psi_e_ground_x_y[2];
+    double arm_psi_e_ground_y_y[2];
+    double arm_psi_e_ground_z_y[2];
+    double arm_psi_e_position_x_2[2];
+    double arm_psi_e_position_y_2[2];
+    double arm_psi_e_position_z_2[2];
+    double arm_theta_e_ground_x_x[2];
+    double arm_theta_e_ground_y_x[2];
+    double arm_theta_e_ground_z_x[2];
+    double last_arm_phi_e_ground_x_z_at[2];
+    double last_arm_phi_e_ground_y_z_at[2];
+    double last_arm_phi_e_ground_z_z_at[2];
+    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
+    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
+    double last_arm_phi_e_ground_x_z = column_psi_sin;
+    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
+    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
+    double last_arm_phi_e_ground_y_z = -column_psi_cos;
+    double last_arm_theta_e_ground_z_x = arm_psi_sin;
+    double last_arm_phi_e_ground_z_y = arm_psi_cos;
+    double last_arm_phi_e_ground_z_z = 0.0;
+    double last_arm_psi_e_position_x = arm_psi_e_position_x;
+    double last_arm_psi_e_position_y = arm_psi_e_position_y;
+    double last_arm_psi_e_position_z = arm_psi_e_position_z;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        last_arm_phi_e_ground_x_z_at[e] = last_arm_phi_e_ground_x_z;
+        last_arm_phi_e_ground_y_z_at[e] = last_arm_phi_e_ground_y_z;
+        last_arm_phi_e_ground_z_z_at[e] = last_arm_phi_e_ground_z_z;
+        /* arm_psi_e: motion from arm_psi_e outward */
+        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
+        arm_psi_e_ground_x_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
+        arm_psi_e_ground_y_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
+        arm_psi_e_ground_z_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
+        arm_psi_e_position_x_2[e] = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
+        arm_psi_e_position_y_2[e] = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
+        arm_psi_e_position_z_2[e] = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
+        /* arm_theta_e: motion from arm_psi_e outward */
+        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
+        arm_theta_e_ground_x_x[e] = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
+        arm_theta_e_ground_y_x[e] = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
+        arm_theta_e_ground_z_x[e] = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
+        /* arm_phi_e: motion from arm_theta_e outward */
+        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
+        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
+        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y[e];
+        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y[e];
+        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y[e];
+        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y[e];
+        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x[e];
+        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
+        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
+        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x[e];
+        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
+        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
+        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x[e];
+        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
+        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
+        last_arm_psi_e_position_x = arm_psi_e_position_x_2[e];
+        last_arm_psi_e_position_y = arm_psi_e_position_y_2[e];
+        last_arm_psi_e_position_z = arm_psi_e_position_z_2[e];
+    }
+    /* arm_psi_3: motion from arm_psi_e outward */
     const double arm_psi_3_sin = sine[8];
     const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = arm_phi_2_ground_y_y * arm_psi_3_cos - arm_theta_2_ground_y_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_z_x = arm_phi_2_ground_z_y * arm_psi_3_sin + arm_theta_2_ground_z_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_z_y = arm_phi_2_ground_z_y * arm_psi_3_cos - arm_theta_2_ground_z_x * arm_psi_3_sin;
-    const double arm_psi_3_position_x = arm_psi_2_position_x + p->derived.arm_element_length * arm_theta_2_ground_x_x;
-    const double arm_psi_3_position_y = arm_psi_2_position_y + p->derived.arm_element_length * arm_theta_2_ground_y_x;
-    const double arm_psi_3_position_z = arm_psi_2_position_z + p->derived.arm_element_length * arm_theta_2_ground_z_x;
+    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_x_y = last_arm_phi_e_ground_x_y * arm_psi_3_cos - last_arm_theta_e_ground_x_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_y_y = last_arm_phi_e_ground_y_y * arm_psi_3_cos - last_arm_theta_e_ground_y_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_z_y = last_arm_phi_e_ground_z_y * arm_psi_3_cos - last_arm_theta_e_ground_z_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
+    const double arm_psi_3_position_y = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
+    const double arm_psi_3_position_z = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sine[9];
     const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
+    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - arm_phi_2_ground_z_z *
+    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
         arm_theta_3_sin;
     /* effector_z: motion from arm_phi_3 outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_position_x = arm_psi_3_position_x + arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = arm_psi_3_position_y + arm_theta_3_ground_y_x * effector_z_shift_x;
-    const double effector_z_position_z = arm_psi_3_position_z + arm_theta_3_ground_z_x * effector_z_shift_x;
+    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
+    const double effector_z_shift_ground_y = arm_theta_3_ground_y_x * effector_z_shift_x;
+    const double effector_z_shift_ground_z = arm_theta_3_ground_z_x * effector_z_shift_x;
+    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
+    const double effector_z_position_y = arm_psi_3_position_y + effector_z_shift_ground_y;
+    const double effector_z_position_z = arm_psi_3_position_z + effector_z_shift_ground_z;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double t5 = effector_z_position_z - arm_psi_position_z;
+    const double t1 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    const double t6 = effector_z_position_x - arm_psi_1_position_x;
-    const double t7 = effector_z_position_y - arm_psi_1_position_y;
-    const double t8 = effector_z_position_z - arm_psi_1_position_z;
-    const double row_2_u_arm_psi_1 = column_psi_cos * t6 + column_psi_sin * t7;
-    const double row_2_u_arm_theta_1 = t4 * t6 - t3 * t7;
-    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t7 - arm_theta_1_ground_y_x * t6;
-    const double t9 = effector_z_position_x - arm_psi_2_position_x;
-    const double t10 = effector_z_position_y - arm_psi_2_position_y;
-    const double t11 = effector_z_position_z - arm_psi_2_position_z;
-    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t10 - arm_phi_1_ground_y_z * t9;
-    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t10 - arm_psi_2_ground_y_y * t9;
-    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t10 - arm_theta_2_ground_y_x * t9;
-    const double t12 = effector_z_position_x - arm_psi_3_position_x;
-    const double t13 = effector_z_position_y - arm_psi_3_position_y;
-    const double t14 = effector_z_position_z - arm_psi_3_position_z;
-    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t13 - arm_phi_2_ground_y_z * t12;
-    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t13 - arm_psi_3_ground_y_y * t12;
-    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t13 - arm_theta_3_ground_y_x * t12;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double t2 = effector_z_position_x - arm_psi_e_position_x_2[e];
+        const double t3 = effector_z_position_y - arm_psi_e_position_y_2[e];
+        const double t4 = effector_z_position_z - arm_psi_e_position_z_2[e];
+        const double row_2_u_arm_psi_e = last_arm_phi_e_ground_x_z_at[e] * t3 - last_arm_phi_e_ground_y_z_at[e] *
+        t2;
+        const double row_2_u_arm_theta_e = arm_psi_e_ground_x_y[e] * t3 - arm_psi_e_ground_y_y[e] * t2;
+        const double row_2_u_arm_phi_e = arm_theta_e_ground_x_x[e] * t3 - arm_theta_e_ground_y_x[e] * t2;
+        C[3 + 3 * e] = last_arm_phi_e_ground_y_z_at[e] * t4 - last_arm_phi_e_ground_z_z_at[e] * t3;
+        C[4 + 3 * e] = arm_psi_e_ground_y_y[e] * t4 - arm_psi_e_ground_z_y[e] * t3;
+        C[5 + 3 * e] = arm_theta_e_ground_y_x[e] * t4 - arm_theta_e_ground_z_x[e] * t3;
+        C[16 + 3 * e] = last_arm_phi_e_ground_z_z_at[e] * t2 - last_arm_phi_e_ground_x_z_at[e] * t4;
+        C[17 + 3 * e] = arm_psi_e_ground_z_y[e] * t2 - arm_psi_e_ground_x_y[e] * t4;
+        C[18 + 3 * e] = arm_theta_e_ground_z_x[e] * t2 - arm_theta_e_ground_x_x[e] * t4;
+        C[29 + 3 * e] = row_2_u_arm_psi_e;
+        C[30 + 3 * e] = row_2_u_arm_theta_e;
+        C[31 + 3 * e] = row_2_u_arm_phi_e;
+    }
+    const double t5 = effector_z_position_x - arm_psi_3_position_x;
+    const double t6 = effector_z_position_y - arm_psi_3_position_y;
+    const double t7 = effector_z_position_z - arm_psi_3_position_z;
+    const double row_2_u_arm_psi_3 = last_arm_phi_e_ground_x_z * t6 - last_arm_phi_e_ground_y_z * t5;
+    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t6 - arm_psi_3_ground_y_y * t5;
+    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t6 - arm_theta_3_ground_y_x * t5;
     C[0 * 13 + 0] = 0.0;
     C[0 * 13 + 1] = -effector_z_position_y;
-    C[0 * 13 + 2] = -column_psi_cos * t5;
-    C[0 * 13 + 3] = -column_psi_cos * t8;
-    C[0 * 13 + 4] = -(arm_psi_1_ground_z_y * t7 + t4 * t8);
-    C[0 * 13 + 5] = arm_theta_1_ground_y_x * t8 - arm_theta_1_ground_z_x * t7;
-    C[0 * 13 + 6] = arm_phi_1_ground_y_z * t11 - arm_phi_1_ground_z_z * t10;
-    C[0 * 13 + 7] = arm_psi_2_ground_y_y * t11 - arm_psi_2_ground_z_y * t10;
-    C[0 * 13 + 8] = arm_theta_2_ground_y_x * t11 - arm_theta_2_ground_z_x * t10;
-    C[0 * 13 + 9] = arm_phi_2_ground_y_z * t14 - arm_phi_2_ground_z_z * t13;
-    C[0 * 13 + 10] = arm_psi_3_ground_y_y * t14 - arm_psi_3_ground_z_y * t13;
-    C[0 * 13 + 11] = arm_theta_3_ground_y_x * t14 - arm_theta_3_ground_z_x * t13;
+    C[0 * 13 + 2] = -column_psi_cos * t1;
+    C[0 * 13 + 9] = last_arm_phi_e_ground_y_z * t7 - last_arm_phi_e_ground_z_z * t6;
+    C[0 * 13 + 10] = arm_psi_3_ground_y_y * t7 - arm_psi_3_ground_z_y * t6;
+    C[0 * 13 + 11] = arm_theta_3_ground_y_x * t7 - arm_theta_3_ground_z_x * t6;
     C[0 * 13 + 12] = arm_theta_3_ground_x_x;
     C[1 * 13 + 0] = 0.0;
     C[1 * 13 + 1] = effector_z_position_x;
-    C[1 * 13 + 2] = -column_psi_sin * t5;
-    C[1 * 13 + 3] = -column_psi_sin * t8;
-    C[1 * 13 + 4] = t3 * t8 + arm_psi_1_ground_z_y * t6;
-    C[1 * 13 + 5] = arm_theta_1_ground_z_x * t6 - arm_theta_1_ground_x_x * t8;
-    C[1 * 13 + 6] = arm_phi_1_ground_z_z * t9 - arm_phi_1_ground_x_z * t11;
-    C[1 * 13 + 7] = arm_psi_2_ground_z_y * t9 - arm_psi_2_ground_x_y * t11;
-    C[1 * 13 + 8] = arm_theta_2_ground_z_x * t9 - arm_theta_2_ground_x_x * t11;
-    C[1 * 13 + 9] = arm_phi_2_ground_z_z * t12 - arm_phi_2_ground_x_z * t14;
-    C[1 * 13 + 10] = arm_psi_3_ground_z_y * t12 - arm_psi_3_ground_x_y * t14;
-    C[1 * 13 + 11] = arm_theta_3_ground_z_x * t12 - arm_theta_3_ground_x_x * t14;
+    C[1 * 13 + 2] = -column_psi_sin * t1;
+    C[1 * 13 + 9] = last_arm_phi_e_ground_z_z * t5 - last_arm_phi_e_ground_x_z * t7;
+    C[1 * 13 + 10] = arm_psi_3_ground_z_y * t5 - arm_psi_3_ground_x_y * t7;
+    C[1 * 13 + 11] = arm_theta_3_ground_z_x * t5 - arm_theta_3_ground_x_x * t7;
     C[1 * 13 + 12] = arm_theta_3_ground_y_x;
     C[2 * 13 + 0] = 1.0;
     C[2 * 13 + 1] = 0.0;
     C[2 * 13 + 2] = row_2_u_arm_psi;
-    C[2 * 13 + 3] = row_2_u_arm_psi_1;
-    C[2 * 13 + 4] = row_2_u_arm_theta_1;
-    C[2 * 13 + 5] = row_2_u_arm_phi_1;
-    C[2 * 13 + 6] = row_2_u_arm_psi_2;
-    C[2 * 13 + 7] = row_2_u_arm_theta_2;
-    C[2 * 13 + 8] = row_2_u_arm_phi_2;
     C[2 * 13 + 9] = row_2_u_arm_psi_3;
     C[2 * 13 + 10] = row_2_u_arm_theta_3;
     C[2 * 13 + 11] = row_2_u_arm_phi_3;
@@ -2470,178 +2478,169 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double t1 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double t2 = column_psi_sin * arm_psi_sin;
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
-    const double t3 = arm_psi_w_x * qd[2];
-    /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sine[2];
-    const double arm_psi_1_cos = cosine[2];
-    const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t1 * arm_psi_1_sin;
-    const double t4 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
-    const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
-    const double t5 = arm_psi_ground_y_x * arm_psi_1_sin + t2 * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_x = arm_psi_cos * arm_psi_1_sin + arm_psi_sin * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_y = arm_psi_cos * arm_psi_1_cos - arm_psi_sin * arm_psi_1_sin;
-    const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
-    const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
-    const double t6 = p->derived.constant_1 * (qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y);
-    const double t7 = p->derived.constant_1 * (arm_psi_w_x * arm_psi_w_y);
-    const double arm_psi_1_bias_a_z = p->derived.constant_1 * (t3 + t3);
-    const double arm_psi_1_bias_a_x = arm_psi_1_sin * t7 - arm_psi_1_cos * t6;
-    const double arm_psi_1_bias_a_y = arm_psi_1_sin * t6 + arm_psi_1_cos * t7;
-    const double arm_psi_1_bias_wd_x = arm_psi_bias_wd_x * arm_psi_1_cos - t3 * arm_psi_1_sin + arm_psi_1_w_y *
-        qd[3];
-    const double t8 = arm_psi_bias_wd_x * arm_psi_1_sin + t3 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
-    const double arm_psi_1_w_z = qd[2] + qd[3];
-    /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sine[3];
-    const double arm_theta_1_cos = cosine[3];
-    const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
-    const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
-    const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
-    const double arm_theta_1_ground_y_x = column_psi_cos * arm_theta_1_sin + arm_psi_1_ground_y_x * arm_theta_1_cos;
-    const double arm_theta_1_ground_z_z = arm_psi_1_ground_z_x * arm_theta_1_sin;
-    const double arm_theta_1_ground_z_x = arm_psi_1_ground_z_x * arm_theta_1_cos;
-    const double arm_theta_1_w_z = arm_psi_1_w_x * arm_theta_1_sin + arm_psi_1_w_z * arm_theta_1_cos;
-    const double arm_theta_1_w_x = arm_psi_1_w_x * arm_theta_1_cos - arm_psi_1_w_z * arm_theta_1_sin;
-    const double arm_theta_1_bias_a_z = arm_psi_1_bias_a_x * arm_theta_1_sin + arm_psi_1_bias_a_z * arm_theta_1_cos;
-    const double arm_theta_1_bias_a_x = arm_psi_1_bias_a_x * arm_theta_1_cos - arm_psi_1_bias_a_z * arm_theta_1_sin;
-    const double arm_theta_1_bias_wd_x = arm_psi_1_bias_wd_x * arm_theta_1_cos - arm_theta_1_w_z * qd[4];
-    const double arm_theta_1_bias_wd_z = arm_psi_1_bias_wd_x * arm_theta_1_sin + arm_theta_1_w_x * qd[4];
-    const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
-    /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sine[4];
-    const double arm_phi_1_cos = cosine[4];
-    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
-    const double arm_phi_1_ground_x_z = t4 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t5 * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_z = t5 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_y = arm_theta_1_ground_z_z * arm_phi_1_sin + arm_psi_1_ground_z_y * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_z = arm_theta_1_ground_z_z * arm_phi_1_cos - arm_psi_1_ground_z_y * arm_phi_1_sin;
-    const double arm_phi_1_w_y = arm_theta_1_w_z * arm_phi_1_sin + arm_theta_1_w_y * arm_phi_1_cos;
-    const double arm_phi_1_w_z = arm_theta_1_w_z * arm_phi_1_cos - arm_theta_1_w_y * arm_phi_1_sin;
-    const double arm_phi_1_bias_a_y = arm_theta_1_bias_a_z * arm_phi_1_sin + arm_psi_1_bias_a_y * arm_phi_1_cos;
-    const double arm_phi_1_bias_a_z = arm_theta_1_bias_a_z * arm_phi_1_cos - arm_psi_1_bias_a_y * arm_phi_1_sin;
-    const double arm_phi_1_bias_wd_y = arm_theta_1_bias_wd_z * arm_phi_1_sin - t8 * arm_phi_1_cos + arm_phi_1_w_z *
-        qd[5];
-    const double arm_phi_1_bias_wd_z = t8 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
-        qd[5];
-    const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
-    /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sine[5];
-    const double arm_psi_2_cos = cosine[5];
-    const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_y_y = arm_phi_1_ground_y_y * arm_psi_2_cos - arm_theta_1_ground_y_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_z_x = arm_phi_1_ground_z_y * arm_psi_2_sin + arm_theta_1_ground_z_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_z_y = arm_phi_1_ground_z_y * arm_psi_2_cos - arm_theta_1_ground_z_x * arm_psi_2_sin;
-    const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
-    const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
-    const double t9 = arm_theta_1_bias_a_x - p->derived.arm_element_length * (arm_phi_1_w_z * arm_phi_1_w_z +
-        arm_phi_1_w_y * arm_phi_1_w_y);
-    const double t10 = arm_phi_1_bias_a_y + p->derived.arm_element_length * (arm_phi_1_bias_wd_z + arm_phi_1_w_y *
-        arm_phi_1_w_x);
-    const double arm_psi_2_bias_a_z = arm_phi_1_bias_a_z + p->derived.arm_element_length * (arm_phi_1_w_z *
-        arm_phi_1_w_x - arm_phi_1_bias_wd_y);
-    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t10 + arm_psi_2_cos * t9;
-    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t10 - arm_psi_2_sin * t9;
-    const double arm_psi_2_bias_wd_x = arm_phi_1_bias_wd_y * arm_psi_2_sin + arm_theta_1_bias_wd_x * arm_psi_2_cos +
-        arm_psi_2_w_y * qd[6];
-    const double arm_psi_2_bias_wd_y = arm_phi_1_bias_wd_y * arm_psi_2_cos - arm_theta_1_bias_wd_x * arm_psi_2_sin -
-        arm_psi_2_w_x * qd[6];
-    const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
-    /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sine[6];
-    const double arm_theta_2_cos = cosine[6];
-    const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_y_z = arm_psi_2_ground_y_x * arm_theta_2_sin + arm_phi_1_ground_y_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_y_x = arm_psi_2_ground_y_x * arm_theta_2_cos - arm_phi_1_ground_y_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_z_z = arm_psi_2_ground_z_x * arm_theta_2_sin + arm_phi_1_ground_z_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_z_x = arm_psi_2_ground_z_x * arm_theta_2_cos - arm_phi_1_ground_z_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_w_z = arm_psi_2_w_x * arm_theta_2_sin + arm_psi_2_w_z * arm_theta_2_cos;
-    const double arm_theta_2_w_x = arm_psi_2_w_x * arm_theta_2_cos - arm_psi_2_w_z * arm_theta_2_sin;
-    const double arm_theta_2_bias_a_z = arm_psi_2_bias_a_x * arm_theta_2_sin + arm_psi_2_bias_a_z * arm_theta_2_cos;
-    const double arm_theta_2_bias_a_x = arm_psi_2_bias_a_x * arm_theta_2_cos - arm_psi_2_bias_a_z * arm_theta_2_sin;
-    const double arm_theta_2_bias_wd_x = arm_psi_2_bias_wd_x * arm_theta_2_cos - arm_phi_1_bias_wd_z * arm_theta_2_sin -
-        arm_theta_2_w_z * qd[7];
-    const double arm_theta_2_bias_wd_z = arm_psi_2_bias_wd_x * arm_theta_2_sin + arm_phi_1_bias_wd_z * arm_theta_2_cos +
-        arm_theta_2_w_x * qd[7];
-    const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
-    /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sine[7];
-    const double arm_phi_2_cos = cosine[7];
-    const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_y_z = arm_theta_2_ground_y_z * arm_phi_2_cos - arm_psi_2_ground_y_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_z_y = arm_theta_2_ground_z_z * arm_phi_2_sin + arm_psi_2_ground_z_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_z_z = arm_theta_2_ground_z_z * arm_phi_2_cos - arm_psi_2_ground_z_y * arm_phi_2_sin;
-    const double arm_phi_2_w_y = arm_theta_2_w_z * arm_phi_2_sin + arm_theta_2_w_y * arm_phi_2_cos;
-    const double arm_phi_2_w_z = arm_theta_2_w_z * arm_phi_2_cos - arm_theta_2_w_y * arm_phi_2_sin;
-    const double arm_phi_2_bias_a_y = arm_theta_2_bias_a_z * arm_phi_2_sin + arm_psi_2_bias_a_y * arm_phi_2_cos;
-    const double arm_phi_2_bias_a_z = arm_theta_2_bias_a_z * arm_phi_2_cos - arm_psi_2_bias_a_y * arm_phi_2_sin;
-    const double arm_phi_2_bias_wd_y = arm_theta_2_bias_wd_z * arm_phi_2_sin + arm_psi_2_bias_wd_y * arm_phi_2_cos +
-        arm_phi_2_w_z * qd[8];
-    const double arm_phi_2_bias_wd_z = arm_theta_2_bias_wd_z * arm_phi_2_cos - arm_psi_2_bias_wd_y * arm_phi_2_sin -
-        arm_phi_2_w_y * qd[8];
-    const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
-    /* arm_psi_3: motion from arm_phi_2 outward */
+    const double t1 = arm_psi_w_x * qd[2];
+    const double t2 = arm_psi_w_x * arm_psi_w_y;
+    const double t3 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
+    const double t4 = t1 + t1;
+    /* arm_psi_e: motion from arm_psi outward */
+    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t2;
+    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t4;
+    double last_arm_phi_e_w_x = arm_psi_w_x;
+    double last_arm_phi_e_w_y = arm_psi_w_y;
+    double last_arm_phi_e_w_z = qd[2];
+    double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
+    double last_arm_phi_e_bias_wd_y = -t1;
+    double last_arm_phi_e_bias_wd_z = 0.0;
+    double last_arm_theta_e_bias_a_x = -p->derived.constant_3 * t3;
+    double last_arm_phi_e_bias_a_y = arm_psi_e_bias_a_y;
+    double last_arm_phi_e_bias_a_z = arm_psi_e_bias_a_z;
+    double carried_15 = -t3;
+    double carried_18 = t2;
+    double carried_21 = t4;
+    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
+    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
+    double last_arm_phi_e_ground_x_z = column_psi_sin;
+    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
+    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
+    double last_arm_phi_e_ground_y_z = -column_psi_cos;
+    double last_arm_theta_e_ground_z_x = arm_psi_sin;
+    double last_arm_phi_e_ground_z_y = arm_psi_cos;
+    double last_arm_phi_e_ground_z_z = 0.0;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        /* arm_psi_e: motion from arm_psi_e outward */
+        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_y_y = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_ground_z_y = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
+        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
+        const double t5 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
+        const double t6 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
+        const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
+        const double arm_psi_e_bias_a_x_2 = arm_psi_e_sin * t6 + arm_psi_e_cos * t5;
+        const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t6 - arm_psi_e_sin * t5;
+        const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
+        qd[3 + 3 * e] * arm_psi_e_w_y;
+        const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
+        qd[3 + 3 * e] * arm_psi_e_w_x;
+        const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
+        /* arm_theta_e: motion from arm_psi_e outward */
+        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_y_x = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
+        const double arm_theta_e_ground_z_x = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
+        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
+        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
+        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_wd_x = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
+        qd[4 + 3 * e] * arm_theta_e_w_z;
+        const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
+        qd[4 + 3 * e] * arm_theta_e_w_x;
+        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
+        /* arm_phi_e: motion from arm_theta_e outward */
+        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y;
+        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y;
+        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y;
+        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y;
+        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
+        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
+        const double arm_phi_e_bias_a_y = arm_phi_e_sin * arm_theta_e_bias_a_z + arm_phi_e_cos * arm_psi_e_bias_a_y_2;
+        const double arm_phi_e_bias_a_z = arm_phi_e_cos * arm_theta_e_bias_a_z - arm_phi_e_sin * arm_psi_e_bias_a_y_2;
+        const double arm_phi_e_bias_wd_y = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
+        qd[5 + 3 * e] * arm_phi_e_w_z;
+        const double arm_phi_e_bias_wd_z = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
+        qd[5 + 3 * e] * arm_phi_e_w_y;
+        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
+        const double next_carried_15 = -(arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y);
+        const double next_carried_18 = arm_phi_e_bias_wd_z + arm_phi_e_w_y * arm_phi_e_w_x;
+        const double next_carried_21 = arm_phi_e_w_z * arm_phi_e_w_x - arm_phi_e_bias_wd_y;
+        last_arm_phi_e_w_x = arm_phi_e_w_x;
+        last_arm_phi_e_w_y = arm_phi_e_w_y;
+        last_arm_phi_e_w_z = arm_phi_e_w_z;
+        last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x;
+        last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y;
+        last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z;
+        last_arm_theta_e_bias_a_x = arm_theta_e_bias_a_x;
+        last_arm_phi_e_bias_a_y = arm_phi_e_bias_a_y;
+        last_arm_phi_e_bias_a_z = arm_phi_e_bias_a_z;
+        carried_15 = next_carried_15;
+        carried_18 = next_carried_18;
+        carried_21 = next_carried_21;
+        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
+        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
+        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
+        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x;
+        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
+        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
+        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x;
+        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
+        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
+    }
+    /* arm_psi_3: motion from arm_psi_e outward */
     const double arm_psi_3_sin = sine[8];
     const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = arm_phi_2_ground_y_y * arm_psi_3_cos - arm_theta_2_ground_y_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_z_x = arm_phi_2_ground_z_y * arm_psi_3_sin + arm_theta_2_ground_z_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_z_y = arm_phi_2_ground_z_y * arm_psi_3_cos - arm_theta_2_ground_z_x * arm_psi_3_sin;
-    const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
-    const double t11 = arm_theta_2_bias_a_x - p->derived.arm_element_length * (arm_phi_2_w_z * arm_phi_2_w_z +
-        arm_phi_2_w_y * arm_phi_2_w_y);
-    const double t12 = arm_phi_2_bias_a_y + p->derived.arm_element_length * (arm_phi_2_bias_wd_z + arm_phi_2_w_y *
-        arm_phi_2_w_x);
-    const double arm_psi_3_bias_a_z = arm_phi_2_bias_a_z + p->derived.arm_element_length * (arm_phi_2_w_z *
-        arm_phi_2_w_x - arm_phi_2_bias_wd_y);
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t12 + arm_psi_3_cos * t11;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t12 - arm_psi_3_sin * t11;
-    const double arm_psi_3_bias_wd_x = arm_phi_2_bias_wd_y * arm_psi_3_sin + arm_theta_2_bias_wd_x * arm_psi_3_cos +
-        arm_psi_3_w_y * qd[9];
-    const double arm_psi_3_bias_wd_y = arm_phi_2_bias_wd_y * arm_psi_3_cos - arm_theta_2_bias_wd_x * arm_psi_3_sin -
-        arm_psi_3_w_x * qd[9];
-    const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
+    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_x_y = last_arm_phi_e_ground_x_y * arm_psi_3_cos - last_arm_theta_e_ground_x_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_y_y = last_arm_phi_e_ground_y_y * arm_psi_3_cos - last_arm_theta_e_ground_y_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_z_y = last_arm_phi_e_ground_z_y * arm_psi_3_cos - last_arm_theta_e_ground_z_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
+    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
+    const double t7 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
+    const double t8 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
+    const double arm_psi_3_bias_a_z = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
+    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t8 + arm_psi_3_cos * t7;
+    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t8 - arm_psi_3_sin * t7;
+    const double arm_psi_3_bias_wd_x = last_arm_phi_e_bias_wd_y * arm_psi_3_sin + last_arm_theta_e_bias_wd_x *
+        arm_psi_3_cos + arm_psi_3_w_y * qd[9];
+    const double arm_psi_3_bias_wd_y = last_arm_phi_e_bias_wd_y * arm_psi_3_cos - last_arm_theta_e_bias_wd_x *
+        arm_psi_3_sin - arm_psi_3_w_x * qd[9];
+    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sine[9];
     const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + last_arm_phi_e_ground_x_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + arm_phi_2_ground_y_z *
+    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + last_arm_phi_e_ground_y_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
+    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + arm_phi_2_ground_z_z *
+    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + last_arm_phi_e_ground_z_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - arm_phi_2_ground_z_z *
+    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
         arm_theta_3_sin;
     const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
     const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
     const double arm_theta_3_bias_a_z = arm_psi_3_bias_a_x * arm_theta_3_sin + arm_psi_3_bias_a_z * arm_theta_3_cos;
     const double arm_theta_3_bias_a_x = arm_psi_3_bias_a_x * arm_theta_3_cos - arm_psi_3_bias_a_z * arm_theta_3_sin;
-    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + arm_phi_2_bias_wd_z * arm_theta_3_cos +
-        arm_theta_3_w_x * qd[10];
+    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + last_arm_phi_e_bias_wd_z *
+        arm_theta_3_cos + arm_theta_3_w_x * qd[10];
     const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
     /* arm_phi_3: motion from arm_theta_3 outward */
     const double arm_phi_3_sin = sine[10];
@@ -2650,9 +2649,9 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
     const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
     const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t13 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t14 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t14 - t13;
+    const double t9 = arm_theta_3_w_y * arm_phi_3_sin;
+    const double t10 = arm_theta_3_w_z * arm_phi_3_cos;
+    const double arm_phi_3_w_z = t10 - t9;
     const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
     const double arm_phi_3_bias_a_z = arm_theta_3_bias_a_z * arm_phi_3_cos - arm_psi_3_bias_a_y * arm_phi_3_sin;
     const double arm_phi_3_bias_wd_y = arm_theta_3_bias_wd_z * arm_phi_3_sin + arm_psi_3_bias_wd_y * arm_phi_3_cos +
@@ -2665,15 +2664,15 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
     const double effector_z_ground_x_x = arm_psi_3_ground_x_y * arm_phi_3_sin - arm_theta_3_ground_x_z * arm_phi_3_cos;
     const double effector_z_ground_y_x = arm_psi_3_ground_y_y * arm_phi_3_sin - arm_theta_3_ground_y_z * arm_phi_3_cos;
     const double effector_z_ground_z_x = arm_psi_3_ground_z_y * arm_phi_3_sin - arm_theta_3_ground_z_z * arm_phi_3_cos;
-    const double effector_z_w_x = t13 - t14;
+    const double effector_z_w_x = t9 - t10;
     const double effector_z_bias_a_z = arm_theta_3_bias_a_x - (arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y *
         arm_phi_3_w_y) * effector_z_shift_x;
-    const double t15 = arm_phi_3_w_y * qd[12];
-    const double t16 = effector_z_w_x * qd[12];
-    const double effector_z_bias_a_x = t15 + t15 - (arm_phi_3_bias_a_z + (arm_phi_3_w_z * arm_phi_3_w_x -
+    const double t11 = arm_phi_3_w_y * qd[12];
+    const double t12 = effector_z_w_x * qd[12];
+    const double effector_z_bias_a_x = t11 + t11 - (arm_phi_3_bias_a_z + (arm_phi_3_w_z * arm_phi_3_w_x -
         arm_phi_3_bias_wd_y) * effector_z_shift_x);
     const double effector_z_bias_a_y = arm_phi_3_bias_a_y + (arm_phi_3_bias_wd_z + arm_phi_3_w_y * arm_phi_3_w_x) *
-        effector_z_shift_x - (t16 + t16);
+        effector_z_shift_x - (t12 + t12);
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_bias_x = effector_z_ground_x_x * effector_z_bias_a_x + arm_phi_3_ground_x_y * effector_z_bias_a_y +
         arm_theta_3_ground_x_x * effector_z_bias_a_z;
@@ -2699,164 +2698,163 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
     const double arm_psi_v_y = qd[0] * arm_psi_cos;
-    /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sine[1];
-    const double arm_psi_1_cos = cosine[1];
-    const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
-    const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
-    const double t1 = p->derived.constant_1 * arm_psi_w_y;
-    const double t2 = arm_psi_v_y + p->derived.constant_1 * qd[2];
-    const double arm_psi_1_v_x = arm_psi_1_sin * t2 + arm_psi_v_x * arm_psi_1_cos;
-    const double arm_psi_1_v_y = arm_psi_1_cos * t2 - arm_psi_v_x * arm_psi_1_sin;
-    const double arm_psi_1_w_z = qd[2] + qd[3];
-    /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sine[2];
-    const double arm_theta_1_cos = cosine[2];
-    const double arm_theta_1_w_z = arm_psi_1_w_x * arm_theta_1_sin + arm_psi_1_w_z * arm_theta_1_cos;
-    const double arm_theta_1_w_x = arm_psi_1_w_x * arm_theta_1_cos - arm_psi_1_w_z * arm_theta_1_sin;
-    const double arm_theta_1_v_z = arm_psi_1_v_x * arm_theta_1_sin - t1 * arm_theta_1_cos;
-    const double arm_theta_1_v_x = t1 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
-    const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
-    /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sine[3];
-    const double arm_phi_1_cos = cosine[3];
-    const double arm_phi_1_w_y = arm_theta_1_w_z * arm_phi_1_sin + arm_theta_1_w_y * arm_phi_1_cos;
-    const double arm_phi_1_w_z = arm_theta_1_w_z * arm_phi_1_cos - arm_theta_1_w_y * arm_phi_1_sin;
-    const double arm_phi_1_v_y = arm_theta_1_v_z * arm_phi_1_sin + arm_psi_1_v_y * arm_phi_1_cos;
-    const double arm_phi_1_v_z = arm_theta_1_v_z * arm_phi_1_cos - arm_psi_1_v_y * arm_phi_1_sin;
-    const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
-    /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sine[4];
-    const double arm_psi_2_cos = cosine[4];
-    const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
-    const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
-    const double t3 = arm_phi_1_v_y + p->derived.arm_element_length * arm_phi_1_w_z;
-    const double arm_psi_2_v_z = arm_phi_1_v_z - p->derived.arm_element_length * arm_phi_1_w_y;
-    const double arm_psi_2_v_x = arm_psi_2_sin * t3 + arm_theta_1_v_x * arm_psi_2_cos;
-    const double arm_psi_2_v_y = arm_psi_2_cos * t3 - arm_theta_1_v_x * arm_psi_2_sin;
-    const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
-    /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sine[5];
-    const double arm_theta_2_cos = cosine[5];
-    const double arm_theta_2_w_z = arm_psi_2_w_x * arm_theta_2_sin + arm_psi_2_w_z * arm_theta_2_cos;
-    const double arm_theta_2_w_x = arm_psi_2_w_x * arm_theta_2_cos - arm_psi_2_w_z * arm_theta_2_sin;
-    const double arm_theta_2_v_z = arm_psi_2_v_x * arm_theta_2_sin + arm_psi_2_v_z * arm_theta_2_cos;
-    const double arm_theta_2_v_x = arm_psi_2_v_x * arm_theta_2_cos - arm_psi_2_v_z * arm_theta_2_sin;
-    const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
-    /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sine[6];
-    const double arm_phi_2_cos = cosine[6];
-    const double arm_phi_2_w_y = arm_theta_2_w_z * arm_phi_2_sin + arm_theta_2_w_y * arm_phi_2_cos;
-    const double arm_phi_2_w_z = arm_theta_2_w_z * arm_phi_2_cos - arm_theta_2_w_y * arm_phi_2_sin;
-    const double arm_phi_2_v_y = arm_theta_2_v_z * arm_phi_2_sin + arm_psi_2_v_y * arm_phi_2_cos;
-    const double arm_phi_2_v_z = arm_theta_2_v_z * arm_phi_2_cos - arm_psi_2_v_y * arm_phi_2_sin;
-    const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
-    /* arm_psi_3: motion from arm_phi_2 outward */
+    /* arm_psi_e: motion from arm_psi outward */
+    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
+    /* arm_psi_3: motion from arm_psi_e outward */
     const double arm_psi_3_sin = sine[7];
     const double arm_psi_3_cos = cosine[7];
-    const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
-    const double t4 = arm_phi_2_v_y + p->derived.arm_element_length * arm_phi_2_w_z;
-    const double arm_psi_3_v_z = arm_phi_2_v_z - p->derived.arm_element_length * arm_phi_2_w_y;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t4 + arm_theta_2_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t4 - arm_theta_2_v_x * arm_psi_3_sin;
-    const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sine[8];
     const double arm_theta_3_cos = cosine[8];
+    /* arm_phi_3: motion from arm_theta_3 outward */
+    const double arm_phi_3_sin = sine[9];
+    const double arm_phi_3_cos = cosine[9];
+    /* effector_z: motion from arm_phi_3 outward */
+    const double effector_z_shift_x = p->derived.constant_1 + q[12];
+    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
+    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
+    /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
+    const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
+    /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
+    const double arm_phi_e_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
+    /* kinetic energy */
+    const double t1 = arm_psi_w_x * (p->derived.arm_psi_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_psi_inertia_yy *
+        arm_psi_w_y) + qd[2] * (p->derived.arm_psi_inertia_yy * qd[2] + p->derived.arm_psi_moment_x * arm_psi_v_y) +
+        (arm_psi_v_x * (p->derived.arm_psi_mass * arm_psi_v_x) + arm_psi_v_y * (p->derived.arm_psi_moment_x *
+        qd[2] + p->derived.arm_psi_mass * arm_psi_v_y));
+    double last_arm_phi_e_w_x = arm_psi_w_x;
+    double last_arm_phi_e_w_y = arm_psi_w_y;
+    double last_arm_phi_e_w_z = qd[2];
+    double last_arm_theta_e_v_x = arm_psi_v_x;
+    double last_arm_phi_e_v_y = arm_psi_e_v_y;
+    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
+    double carried_58 = qd[0] * (p->m_base * qd[0]) + (qd[1] * (p->Izz_col * qd[1]) + qd[0] * (p->m_col *
+        qd[0])) + t1;
+    double carried_59 = p->derived.constant_16 * (q[0] * q[0]);
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[1 + 3 * e];
+        const double arm_psi_e_cos = cosine[1 + 3 * e];
+        const double arm_theta_e_sin = sine[2 + 3 * e];
+        const double arm_theta_e_cos = cosine[2 + 3 * e];
+        const double arm_phi_e_sin = sine[3 + 3 * e];
+        const double arm_phi_e_cos = cosine[3 + 3 * e];
+        /* arm_psi_e: motion from arm_psi_e outward */
+        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
+        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
+        const double t2 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_x = arm_psi_e_sin * t2 + arm_psi_e_cos * last_arm_theta_e_v_x;
+        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t2 - arm_psi_e_sin * last_arm_theta_e_v_x;
+        const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
+        /* arm_theta_e: motion from arm_psi_e outward */
+        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
+        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
+        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
+        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
+        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
+        /* arm_phi_e: motion from arm_theta_e outward */
+        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
+        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
+        const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
+        const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
+        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
+        /* kinetic energy */
+        const double t3 = arm_phi_e_w_x * (p->derived.arm_phi_1_inertia_xx * arm_phi_e_w_x) + arm_phi_e_w_y *
+        (p->derived.arm_phi_1_inertia_yy * arm_phi_e_w_y - p->derived.arm_phi_1_moment_x * arm_phi_e_v_z) +
+        arm_phi_e_w_z * (p->derived.arm_phi_1_inertia_yy * arm_phi_e_w_z + p->derived.arm_phi_1_moment_x *
+        arm_phi_e_v_y);
+        const double t4 = arm_theta_e_v_x * (p->derived.arm_phi_1_mass * arm_theta_e_v_x) + arm_phi_e_v_y *
+        (p->derived.arm_phi_1_moment_x * arm_phi_e_w_z + p->derived.arm_phi_1_mass * arm_phi_e_v_y) + arm_phi_e_v_z *
+        (p->derived.arm_phi_1_mass * arm_phi_e_v_z - p->derived.arm_phi_1_moment_x * arm_phi_e_w_y);
+        const double next_carried_58 = t3 + t4 + carried_58;
+        const double next_carried_59 = p->derived.constant_18 * (q[5 + 3 * e] * q[5 + 3 * e]) + (p->derived.constant_17 *
+        (q[4 + 3 * e] * q[4 + 3 * e]) + (p->derived.constant_17 * (q[3 + 3 * e] * q[3 + 3 * e]) + carried_59));
+        last_arm_phi_e_w_x = arm_phi_e_w_x;
+        last_arm_phi_e_w_y = arm_phi_e_w_y;
+        last_arm_phi_e_w_z = arm_phi_e_w_z;
+        last_arm_theta_e_v_x = arm_theta_e_v_x;
+        last_arm_phi_e_v_y = arm_phi_e_v_y;
+        last_arm_phi_e_v_z = arm_phi_e_v_z;
+        carried_58 = next_carried_58;
+        carried_59 = next_carried_59;
+    }
+    /* arm_psi_3: motion from arm_psi_e outward */
+    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
+    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
+    const double t5 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+    const double arm_psi_3_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+    const double arm_psi_3_v_x = arm_psi_3_sin * t5 + last_arm_theta_e_v_x * arm_psi_3_cos;
+    const double arm_psi_3_v_y = arm_psi_3_cos * t5 - last_arm_theta_e_v_x * arm_psi_3_sin;
+    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
+    /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
     const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
     const double arm_theta_3_v_z = arm_psi_3_v_x * arm_theta_3_sin + arm_psi_3_v_z * arm_theta_3_cos;
     const double arm_theta_3_v_x = arm_psi_3_v_x * arm_theta_3_cos - arm_psi_3_v_z * arm_theta_3_sin;
     const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
     /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sine[9];
-    const double arm_phi_3_cos = cosine[9];
     const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
     const double arm_phi_3_w_z = arm_theta_3_w_z * arm_phi_3_cos - arm_theta_3_w_y * arm_phi_3_sin;
     const double arm_phi_3_v_y = arm_theta_3_v_z * arm_phi_3_sin + arm_psi_3_v_y * arm_phi_3_cos;
     const double arm_phi_3_v_z = arm_theta_3_v_z * arm_phi_3_cos - arm_psi_3_v_y * arm_phi_3_sin;
     const double arm_phi_3_w_x = arm_theta_3_w_x + qd[11];
     /* effector_z: motion from arm_phi_3 outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
     const double effector_z_v_y = arm_phi_3_v_y + arm_phi_3_w_z * effector_z_shift_x;
     const double effector_z_v_x = arm_phi_3_w_y * effector_z_shift_x - arm_phi_3_v_z;
     const double effector_z_v_z = arm_theta_3_v_x + qd[12];
-    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
-    /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
-    const double t5 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
-    const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
-    /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
-    /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + (arm_psi_3_cos * arm_psi_3_moment_beyond_x +
-        p->derived.constant_2);
-    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t5 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
-    const double arm_theta_2_moment_beyond_z = arm_phi_2_sin * arm_phi_2_moment_beyond_y - arm_phi_2_cos *
-        t5;
-    /* arm_theta_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_2_moment_beyond_z = arm_theta_2_cos * arm_theta_2_moment_beyond_z - arm_theta_2_sin *
-        arm_phi_2_moment_beyond_x;
-    const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_theta_2_cos *
-        arm_phi_2_moment_beyond_x;
-    /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
-    /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + (arm_psi_2_cos * arm_psi_2_moment_beyond_x -
-        arm_psi_2_sin * arm_theta_2_moment_beyond_y + p->derived.constant_3);
-    const double arm_theta_1_moment_beyond_y = arm_phi_1_cos * arm_phi_1_moment_beyond_y - arm_phi_1_sin *
-        arm_psi_2_moment_beyond_z;
-    const double arm_theta_1_moment_beyond_z = arm_phi_1_sin * arm_phi_1_moment_beyond_y + arm_phi_1_cos *
-        arm_psi_2_moment_beyond_z;
-    /* arm_theta_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_1_moment_beyond_x = arm_theta_1_sin * arm_theta_1_moment_beyond_z + arm_theta_1_cos *
-        arm_phi_1_moment_beyond_x;
-    /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_y = arm_psi_1_sin * arm_psi_1_moment_beyond_x + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
+    double last_arm_phi_e_mass_beyond = p->derived.arm_phi_3_mass_beyond;
+    double carried_43 = arm_psi_3_cos * arm_psi_3_moment_beyond_x + p->derived.constant_4;
+    double carried_44 = arm_phi_e_moment_beyond_y;
+    double last_arm_psi_e_moment_beyond_z = -arm_theta_3_sin * arm_phi_3_moment_beyond_x;
+    for (int e = 1; e >= 0; e--) { /* arm_psi_e, inward */
+        const double arm_psi_e_cos = cosine[1 + 3 * e];
+        const double arm_psi_e_sin = sine[1 + 3 * e];
+        const double arm_phi_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[2 + 3 * e];
+        const double arm_theta_e_sin = sine[2 + 3 * e];
+        /* arm_phi_e: composite pseudo-inertia of all beyond, inward */
+        const double arm_phi_e_mass_beyond_2 = p->derived.arm_phi_1_mass + last_arm_phi_e_mass_beyond;
+        const double arm_phi_e_moment_beyond_x_2 = p->derived.arm_phi_1_moment_x + carried_43;
+        const double arm_theta_e_moment_beyond_y = arm_phi_e_cos * carried_44 - arm_phi_e_sin * last_arm_psi_e_moment_beyond_z;
+        const double arm_theta_e_moment_beyond_z = arm_phi_e_sin * carried_44 + arm_phi_e_cos * last_arm_psi_e_moment_beyond_z;
+        /* arm_theta_e: composite pseudo-inertia of all beyond, inward */
+        const double arm_psi_e_moment_beyond_z = arm_theta_e_cos * arm_theta_e_moment_beyond_z - arm_theta_e_sin *
+        arm_phi_e_moment_beyond_x_2;
+        const double arm_psi_e_moment_beyond_x = arm_theta_e_sin * arm_theta_e_moment_beyond_z + arm_theta_e_cos *
+        arm_phi_e_moment_beyond_x_2;
+        const double next_carried_43 = arm_psi_e_cos * arm_psi_e_moment_beyond_x - arm_psi_e_sin * arm_theta_e_moment_beyond_y +
+        p->derived.arm_element_length * arm_phi_e_mass_beyond_2;
+        const double next_carried_44 = arm_psi_e_sin * arm_psi_e_moment_beyond_x + arm_psi_e_cos * arm_theta_e_moment_beyond_y;
+        last_arm_phi_e_mass_beyond = arm_phi_e_mass_beyond_2;
+        carried_43 = next_carried_43;
+        carried_44 = next_carried_44;
+        last_arm_psi_e_moment_beyond_z = arm_psi_e_moment_beyond_z;
+    }
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (arm_psi_1_cos * arm_psi_1_moment_beyond_x -
-        arm_psi_1_sin * arm_theta_1_moment_beyond_y + p->derived.constant_4);
+    const double arm_psi_mass_beyond = p->derived.arm_psi_mass + last_arm_phi_e_mass_beyond;
+    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (carried_43 + p->derived.constant_3 *
+        last_arm_phi_e_mass_beyond);
     /* column_psi: composite pseudo-inertia of all beyond, inward */
+    const double column_psi_mass_beyond = p->m_col + arm_psi_mass_beyond;
     const double column_psi_moment_beyond_z = p->derived.column_psi_moment_z + (arm_psi_sin * arm_psi_moment_beyond_x +
-        arm_psi_cos * arm_psi_moment_beyond_y + p->derived.constant_5);
+        arm_psi_cos * carried_44 + p->h * arm_psi_mass_beyond);
+    /* base_z: composite pseudo-inertia of all beyond, inward */
+    const double base_z_mass_beyond = p->m_base + column_psi_mass_beyond;
     /* kinetic energy */
-    const double t6 = arm_psi_w_x * (p->derived.arm_psi_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_psi_inertia_yy *
-        arm_psi_w_y) + qd[2] * (p->derived.arm_psi_inertia_yy * qd[2] + p->derived.arm_psi_moment_x * arm_psi_v_y) +
-        (arm_psi_v_x * (p->derived.arm_psi_mass * arm_psi_v_x) + arm_psi_v_y * (p->derived.arm_psi_moment_x *
-        qd[2] + p->derived.arm_psi_mass * arm_psi_v_y));
-    const double t7 = arm_phi_1_w_x * (p->derived.arm_phi_1_inertia_xx * arm_phi_1_w_x) + arm_phi_1_w_y *
-        (p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_y - p->derived.arm_phi_1_moment_x * arm_phi_1_v_z) +
-        arm_phi_1_w_z * (p->derived.arm_phi_1_inertia_yy * arm_phi_1_w_z + p->derived.arm_phi_1_moment_x *
-        arm_phi_1_v_y);
-    const double t8 = arm_theta_1_v_x * (p->derived.arm_phi_1_mass * arm_theta_1_v_x) + arm_phi_1_v_y * (p->derived.arm_phi_1_moment_x *
-        arm_phi_1_w_z + p->derived.arm_phi_1_mass * arm_phi_1_v_y) + arm_phi_1_v_z * (p->derived.arm_phi_1_mass *
-        arm_phi_1_v_z - p->derived.arm_phi_1_moment_x * arm_phi_1_w_y);
-    const double t9 = arm_phi_2_w_x * (p->derived.arm_phi_1_inertia_xx * arm_phi_2_w_x) + arm_phi_2_w_y *
-        (p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_y - p->derived.arm_phi_1_moment_x * arm_phi_2_v_z) +
-        arm_phi_2_w_z * (p->derived.arm_phi_1_inertia_yy * arm_phi_2_w_z + p->derived.arm_phi_1_moment_x *
-        arm_phi_2_v_y);
-    const double t10 = arm_theta_2_v_x * (p->derived.arm_phi_1_mass * arm_theta_2_v_x) + arm_phi_2_v_y * (p->derived.arm_phi_1_moment_x *
-        arm_phi_2_w_z + p->derived.arm_phi_1_mass * arm_phi_2_v_y) + arm_phi_2_v_z * (p->derived.arm_phi_1_mass *
-        arm_phi_2_v_z - p->derived.arm_phi_1_moment_x * arm_phi_2_w_y);
-    const double t11 = qd[0] * (p->m_base * qd[0]) + (qd[1] * (p->Izz_col * qd[1]) + qd[0] * (p->m_col * qd[0])) +
-        t6 + (t7 + t8) + (t9 + t10);
-    const double t12 = arm_phi_3_w_x * (p->derived.arm_psi_inertia_xx * arm_phi_3_w_x) + arm_phi_3_w_y * (p->derived.arm_psi_inertia_yy *
+    const double t6 = arm_phi_3_w_x * (p->derived.arm_psi_inertia_xx * arm_phi_3_w_x) + arm_phi_3_w_y * (p->derived.arm_psi_inertia_yy *
         arm_phi_3_w_y - p->derived.arm_psi_moment_x * arm_phi_3_v_z) + arm_phi_3_w_z * (p->derived.arm_psi_inertia_yy *
         arm_phi_3_w_z + p->derived.arm_psi_moment_x * arm_phi_3_v_y);
-    const double t13 = arm_theta_3_v_x * (p->derived.arm_psi_mass * arm_theta_3_v_x) + arm_phi_3_v_y * (p->derived.arm_psi_moment_x *
+    const double t7 = arm_theta_3_v_x * (p->derived.arm_psi_mass * arm_theta_3_v_x) + arm_phi_3_v_y * (p->derived.arm_psi_moment_x *
         arm_phi_3_w_z + p->derived.arm_psi_mass * arm_phi_3_v_y) + arm_phi_3_v_z * (p->derived.arm_psi_mass *
         arm_phi_3_v_z - p->derived.arm_psi_moment_x * arm_phi_3_w_y);
-    const double t14 = 0.5 * (t11 + (t12 + t13) + (effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_y *
+    const double t8 = 0.5 * (carried_58 + (t6 + t7) + (effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_y *
         (p->m_E * effector_z_v_y) + effector_z_v_z * (p->m_E * effector_z_v_z)));
     /* potential energy of gravity, zero at the ground's origin */
-    const double t15 = p->derived.constant_16 * (q[0] * q[0]) + p->derived.constant_17 * (q[3] * q[3]) + p->derived.constant_17 *
-        (q[4] * q[4]) + p->derived.constant_18 * (q[5] * q[5]) + p->derived.constant_17 * (q[6] * q[6]);
-    const double t16 = t15 + p->derived.constant_17 * (q[7] * q[7]) + p->derived.constant_18 * (q[8] * q[8]) +
-        p->derived.constant_17 * (q[9] * q[9]) + p->derived.constant_17 * (q[10] * q[10]);
-    energy[0] = t14;
-    energy[1] = p->g * (column_psi_moment_beyond_z + q[0] * p->derived.base_z_mass_beyond) + (t16 + p->derived.constant_18 *
-        (q[11] * q[11]));
+    const double t9 = p->g * (column_psi_moment_beyond_z + q[0] * base_z_mass_beyond) + (carried_59 + p->derived.constant_17 *
+        (q[9] * q[9]) + p->derived.constant_17 * (q[10] * q[10]) + p->derived.constant_18 * (q[11] * q[11]));
+    energy[0] = t8;
+    energy[1] = t9;
 }
 
 void manipulator_flexible_power(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -2866,11 +2864,15 @@ void manipulator_flexible_power(const struct manipulator_flexible_parameters *p,
     /* potential energy of gravity, zero at the ground's origin */
     const double t1 = qd[1] * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
         0.5 * qd[1]) - qd[0] * (p->d_sup * qd[0]);
-    const double t2 = t1 - qd[3] * (p->derived.arm_damping_psi * qd[3]) - qd[4] * (p->derived.arm_damping_psi *
-        qd[4]) - qd[5] * (p->derived.arm_damping_phi * qd[5]) - qd[6] * (p->derived.arm_damping_psi * qd[6]);
-    const double t3 = t2 - qd[7] * (p->derived.arm_damping_psi * qd[7]) - qd[8] * (p->derived.arm_damping_phi *
-        qd[8]) - qd[9] * (p->derived.arm_damping_psi * qd[9]) - qd[10] * (p->derived.arm_damping_psi * qd[10]);
-    power[0] = t3 - qd[11] * (p->derived.arm_damping_phi * qd[11]);
+    double carried_60 = t1;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double next_carried_60 = carried_60 - qd[3 + 3 * e] * (p->derived.arm_damping_psi * qd[3 + 3 * e]) -
+        qd[4 + 3 * e] * (p->derived.arm_damping_psi * qd[4 + 3 * e]) - qd[5 + 3 * e] * (p->derived.arm_damping_phi *
+        qd[5 + 3 * e]);
+        carried_60 = next_carried_60;
+    }
+    power[0] = carried_60 - qd[9] * (p->derived.arm_damping_psi * qd[9]) - qd[10] * (p->derived.arm_damping_psi *
+        qd[10]) - qd[11] * (p->derived.arm_damping_phi * qd[11]);
 }
 
 void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -2892,13 +2894,31 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     const double t1 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
     const double t2 = column_psi_sin * arm_psi_sin;
+    /* arm_psi_3: motion from arm_psi_e outward */
+    const double arm_psi_3_sin = sine[8];
+    const double arm_psi_3_cos = cosine[8];
+    /* arm_theta_3: motion from arm_psi_3 outward */
+    const double arm_theta_3_sin = sine[9];
+    const double arm_theta_3_cos = cosine[9];
+    /* effector_z: motion from arm_phi_3 outward */
+    const double effector_z_shift_x = p->derived.constant_1 + q[12];
+    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
+    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
+    /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
+    const double t3 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
+    const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
+    /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
+    const double arm_phi_e_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
+    /* arm_phi_e: composite pseudo-inertia of all beyond, inward */
+    const double arm_phi_e_moment_beyond_x = p->derived.arm_phi_1_moment_x + (arm_psi_3_cos * arm_psi_3_moment_beyond_x +
+        p->derived.constant_4);
     /* arm_psi_1: motion from arm_psi outward */
     const double arm_psi_1_sin = sine[2];
     const double arm_psi_1_cos = cosine[2];
     const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t1 * arm_psi_1_sin;
-    const double t3 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
+    const double t4 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
     const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
-    const double t4 = arm_psi_ground_y_x * arm_psi_1_sin + t2 * arm_psi_1_cos;
+    const double t5 = arm_psi_ground_y_x * arm_psi_1_sin + t2 * arm_psi_1_cos;
     /* arm_theta_1: motion from arm_psi_1 outward */
     const double arm_theta_1_sin = sine[3];
     const double arm_theta_1_cos = cosine[3];
@@ -2909,10 +2929,10 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     /* arm_phi_1: motion from arm_theta_1 outward */
     const double arm_phi_1_sin = sine[4];
     const double arm_phi_1_cos = cosine[4];
-    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t3 * arm_phi_1_cos;
-    const double arm_phi_1_ground_x_z = t3 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_z = t4 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
+    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
+    const double arm_phi_1_ground_x_z = t4 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
+    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t5 * arm_phi_1_cos;
+    const double arm_phi_1_ground_y_z = t5 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
     /* arm_psi_2: motion from arm_phi_1 outward */
     const double arm_psi_2_sin = sine[5];
     const double arm_psi_2_cos = cosine[5];
@@ -2939,49 +2959,29 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
     const double arm_phi_2_ground_y_z = arm_theta_2_ground_y_z * arm_phi_2_cos - arm_psi_2_ground_y_y * arm_phi_2_sin;
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sine[8];
-    const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = arm_phi_2_ground_y_y * arm_psi_3_cos - arm_theta_2_ground_y_x * arm_psi_3_sin;
+    const double arm_psi_3_ground_x_x_2 = arm_psi_3_sin * arm_phi_2_ground_x_y + arm_psi_3_cos * arm_theta_2_ground_x_x;
+    const double arm_psi_3_ground_x_y_2 = arm_psi_3_cos * arm_phi_2_ground_x_y - arm_psi_3_sin * arm_theta_2_ground_x_x;
+    const double arm_psi_3_ground_y_x_2 = arm_psi_3_sin * arm_phi_2_ground_y_y + arm_psi_3_cos * arm_theta_2_ground_y_x;
+    const double arm_psi_3_ground_y_y_2 = arm_psi_3_cos * arm_phi_2_ground_y_y - arm_psi_3_sin * arm_theta_2_ground_y_x;
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[9];
-    const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + arm_phi_2_ground_y_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
-        arm_theta_3_sin;
-    /* effector_z: motion from arm_phi_3 outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
-    /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
-    const double t5 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
-    const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
-    /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
+    const double arm_theta_3_ground_x_z_2 = arm_theta_3_sin * arm_psi_3_ground_x_x_2 + arm_theta_3_cos * arm_phi_2_ground_x_z;
+    const double arm_theta_3_ground_x_x_2 = arm_theta_3_cos * arm_psi_3_ground_x_x_2 - arm_theta_3_sin * arm_phi_2_ground_x_z;
+    const double arm_theta_3_ground_y_z_2 = arm_theta_3_sin * arm_psi_3_ground_y_x_2 + arm_theta_3_cos * arm_phi_2_ground_y_z;
+    const double arm_theta_3_ground_y_x_2 = arm_theta_3_cos * arm_psi_3_ground_y_x_2 - arm_theta_3_sin * arm_phi_2_ground_y_z;
     /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + (arm_psi_3_cos * arm_psi_3_moment_beyond_x +
-        p->derived.constant_2);
-    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t5 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
-    const double arm_theta_2_moment_beyond_z = arm_phi_2_sin * arm_phi_2_moment_beyond_y - arm_phi_2_cos *
-        t5;
+    const double arm_theta_2_moment_beyond_y = t3 * arm_phi_2_sin + arm_phi_e_moment_beyond_y * arm_phi_2_cos;
+    const double arm_theta_2_moment_beyond_z = arm_phi_e_moment_beyond_y * arm_phi_2_sin - t3 * arm_phi_2_cos;
     /* arm_theta_2: composite pseudo-inertia of all beyond, inward */
-    const double t6 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
+    const double t6 = arm_phi_e_moment_beyond_x * arm_theta_2_sin;
     const double t7 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
     const double arm_psi_2_moment_beyond_z = t7 - t6;
-    const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_theta_2_cos *
-        arm_phi_2_moment_beyond_x;
+    const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_phi_e_moment_beyond_x *
+        arm_theta_2_cos;
     /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
     const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
     /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + (arm_psi_2_cos * arm_psi_2_moment_beyond_x -
-        arm_psi_2_sin * arm_theta_2_moment_beyond_y + p->derived.constant_3);
+    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + (p->derived.constant_5 + (arm_psi_2_cos *
+        arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y));
     const double t8 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
     const double t9 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
     const double arm_theta_1_moment_beyond_y = t9 - t8;
@@ -2993,8 +2993,8 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_moment_beyond_y = arm_psi_1_sin * arm_psi_1_moment_beyond_x + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (arm_psi_1_cos * arm_psi_1_moment_beyond_x -
-        arm_psi_1_sin * arm_theta_1_moment_beyond_y + p->derived.constant_4);
+    const double arm_psi_moment_beyond_x_2 = p->derived.arm_psi_moment_x + (arm_psi_1_cos * arm_psi_1_moment_beyond_x -
+        arm_psi_1_sin * arm_theta_1_moment_beyond_y + p->derived.constant_6);
     /* arm_psi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t10 = t8 - t9;
     /* arm_phi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
@@ -3003,16 +3003,16 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     const double t12 = p->g * column_psi_cos;
     const double t13 = p->g * column_psi_sin;
     /* arm_psi_1: column of the gravity tangent g_i,j */
-    const double arm_psi_1_moment_change_x = arm_psi_1_ground_x_x * t10 - t3 * arm_psi_1_moment_beyond_x;
-    const double arm_psi_1_moment_change_y = arm_psi_1_ground_y_x * t10 - t4 * arm_psi_1_moment_beyond_x;
+    const double arm_psi_1_moment_change_x = arm_psi_1_ground_x_x * t10 - t4 * arm_psi_1_moment_beyond_x;
+    const double arm_psi_1_moment_change_y = arm_psi_1_ground_y_x * t10 - t5 * arm_psi_1_moment_beyond_x;
     const double t14 = t12 * arm_psi_1_moment_change_x + t13 * arm_psi_1_moment_change_y;
     /* arm_theta_1: column of the gravity tangent g_i,j */
     const double arm_theta_1_moment_change_x = arm_theta_1_ground_x_x * arm_theta_1_moment_beyond_z - arm_theta_1_ground_x_z *
         arm_phi_1_moment_beyond_x;
     const double arm_theta_1_moment_change_y = arm_theta_1_ground_y_x * arm_theta_1_moment_beyond_z - arm_theta_1_ground_y_z *
         arm_phi_1_moment_beyond_x;
-    const double t15 = p->g * t4;
-    const double arm_theta_1_gravity_lever_y = p->g * t3;
+    const double t15 = p->g * t5;
+    const double arm_theta_1_gravity_lever_y = p->g * t4;
     const double t16 = t12 * arm_theta_1_moment_change_x + t13 * arm_theta_1_moment_change_y;
     /* arm_phi_1: column of the gravity tangent g_i,j */
     const double arm_phi_1_moment_change_x = arm_phi_1_ground_x_y * t11 + arm_phi_1_ground_x_z * arm_phi_1_moment_beyond_y;
@@ -3029,40 +3029,40 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     const double t19 = p->g * arm_phi_1_ground_x_z;
     const double t20 = t12 * arm_psi_2_moment_change_x + t13 * arm_psi_2_moment_change_y;
     /* arm_theta_2: column of the gravity tangent g_i,j */
-    const double arm_theta_2_moment_change_x = arm_theta_2_ground_x_x * arm_theta_2_moment_beyond_z - arm_theta_2_ground_x_z *
-        arm_phi_2_moment_beyond_x;
-    const double arm_theta_2_moment_change_y = arm_theta_2_ground_y_x * arm_theta_2_moment_beyond_z - arm_theta_2_ground_y_z *
-        arm_phi_2_moment_beyond_x;
+    const double arm_theta_2_moment_change_x = arm_theta_2_ground_x_x * arm_theta_2_moment_beyond_z - arm_phi_e_moment_beyond_x *
+        arm_theta_2_ground_x_z;
+    const double arm_theta_2_moment_change_y = arm_theta_2_ground_y_x * arm_theta_2_moment_beyond_z - arm_phi_e_moment_beyond_x *
+        arm_theta_2_ground_y_z;
     const double arm_theta_2_gravity_lever_x = p->g * arm_psi_2_ground_y_y;
     const double t21 = p->g * arm_psi_2_ground_x_y;
     const double t22 = t12 * arm_theta_2_moment_change_x + t13 * arm_theta_2_moment_change_y;
     /* arm_phi_2: column of the gravity tangent g_i,j */
-    const double arm_phi_2_moment_change_x = arm_phi_2_ground_x_y * t5 + arm_phi_2_ground_x_z * arm_phi_2_moment_beyond_y;
-    const double arm_phi_2_moment_change_y = arm_phi_2_ground_y_y * t5 + arm_phi_2_ground_y_z * arm_phi_2_moment_beyond_y;
+    const double arm_phi_2_moment_change_x = t3 * arm_phi_2_ground_x_y + arm_phi_e_moment_beyond_y * arm_phi_2_ground_x_z;
+    const double arm_phi_2_moment_change_y = t3 * arm_phi_2_ground_y_y + arm_phi_e_moment_beyond_y * arm_phi_2_ground_y_z;
     const double arm_phi_2_gravity_lever_x = p->g * arm_theta_2_ground_y_x;
     const double t23 = p->g * arm_theta_2_ground_x_x;
     const double t24 = t12 * arm_phi_2_moment_change_x + t13 * arm_phi_2_moment_change_y;
     /* arm_psi_3: column of the gravity tangent g_i,j */
-    const double arm_psi_3_moment_change_x = arm_psi_3_ground_x_y * arm_psi_3_moment_beyond_x;
-    const double arm_psi_3_moment_change_y = arm_psi_3_ground_y_y * arm_psi_3_moment_beyond_x;
+    const double arm_psi_3_moment_change_x = arm_psi_3_moment_beyond_x * arm_psi_3_ground_x_y_2;
+    const double arm_psi_3_moment_change_y = arm_psi_3_moment_beyond_x * arm_psi_3_ground_y_y_2;
     const double arm_psi_3_gravity_lever_x = p->g * arm_phi_2_ground_y_z;
     const double t25 = p->g * arm_phi_2_ground_x_z;
     const double t26 = t12 * arm_psi_3_moment_change_x + t13 * arm_psi_3_moment_change_y;
     /* arm_theta_3: column of the gravity tangent g_i,j */
-    const double t27 = arm_theta_3_ground_x_z * arm_phi_3_moment_beyond_x;
-    const double t28 = arm_theta_3_ground_y_z * arm_phi_3_moment_beyond_x;
-    const double arm_theta_3_gravity_lever_x = p->g * arm_psi_3_ground_y_y;
-    const double t29 = p->g * arm_psi_3_ground_x_y;
+    const double t27 = arm_phi_3_moment_beyond_x * arm_theta_3_ground_x_z_2;
+    const double t28 = arm_phi_3_moment_beyond_x * arm_theta_3_ground_y_z_2;
+    const double arm_theta_3_gravity_lever_x = p->g * arm_psi_3_ground_y_y_2;
+    const double t29 = p->g * arm_psi_3_ground_x_y_2;
     const double t30 = t12 * t27 + t13 * t28;
     /* arm_phi_3: column of the gravity tangent g_i,j */
-    const double arm_phi_3_gravity_lever_x = p->g * arm_theta_3_ground_y_x;
+    const double arm_phi_3_gravity_lever_x = p->g * arm_theta_3_ground_y_x_2;
     /* effector_z: column of the gravity tangent g_i,j */
-    const double effector_z_moment_change_x = p->m_E * arm_theta_3_ground_x_x;
-    const double effector_z_moment_change_y = p->m_E * arm_theta_3_ground_y_x;
+    const double effector_z_moment_change_x = p->m_E * arm_theta_3_ground_x_x_2;
+    const double effector_z_moment_change_y = p->m_E * arm_theta_3_ground_y_x_2;
     const double t31 = t12 * effector_z_moment_change_x + t13 * effector_z_moment_change_y;
     Q_q[0 * 13 + 0] = -p->s_sup;
-    Q_q[2 * 13 + 2] = (arm_psi_ground_x_x * arm_psi_moment_beyond_y + t1 * arm_psi_moment_beyond_x) * t12 +
-        (arm_psi_ground_y_x * arm_psi_moment_beyond_y + t2 * arm_psi_moment_beyond_x) * t13;
+    Q_q[2 * 13 + 2] = (arm_psi_ground_x_x * arm_psi_moment_beyond_y + t1 * arm_psi_moment_beyond_x_2) * t12 +
+        (arm_psi_ground_y_x * arm_psi_moment_beyond_y + t2 * arm_psi_moment_beyond_x_2) * t13;
     Q_q[3 * 13 + 2] = -t14;
     Q_q[3 * 13 + 3] = -(p->derived.arm_stiffness_psi + t14);
     Q_q[4 * 13 + 2] = -t16;
@@ -3123,7 +3123,7 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     Q_q[12 * 13 + 8] = arm_phi_2_gravity_lever_x * effector_z_moment_change_x - t23 * effector_z_moment_change_y;
     Q_q[12 * 13 + 9] = arm_psi_3_gravity_lever_x * effector_z_moment_change_x - t25 * effector_z_moment_change_y;
     Q_q[12 * 13 + 10] = arm_theta_3_gravity_lever_x * effector_z_moment_change_x - t29 * effector_z_moment_change_y;
-    Q_q[12 * 13 + 11] = arm_phi_3_gravity_lever_x * effector_z_moment_change_x - p->g * arm_theta_3_ground_x_x *
+    Q_q[12 * 13 + 11] = arm_phi_3_gravity_lever_x * effector_z_moment_change_x - p->g * arm_theta_3_ground_x_x_2 *
         effector_z_moment_change_y;
     for (int i = 0; i < 13; i++)
         for (int j = 0; j < i; j++)
@@ -3146,137 +3146,160 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
     const double t1 = arm_psi_w_x * qd[2];
     const double t2 = arm_psi_w_x * arm_psi_w_y;
     const double t3 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
-    /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sine[1];
-    const double arm_psi_1_cos = cosine[1];
-    const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
-    const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
-    const double arm_psi_1_bias_a_z = p->derived.constant_1 * (t1 + t1);
-    const double t4 = arm_psi_bias_a_falling_x - p->derived.constant_1 * t3;
-    const double t5 = arm_psi_bias_a_falling_y + p->derived.constant_1 * t2;
-    const double arm_psi_1_bias_a_falling_x = arm_psi_1_sin * t5 + arm_psi_1_cos * t4;
-    const double arm_psi_1_bias_a_falling_y = arm_psi_1_cos * t5 - arm_psi_1_sin * t4;
-    const double arm_psi_1_bias_wd_x = arm_psi_bias_wd_x * arm_psi_1_cos - t1 * arm_psi_1_sin + arm_psi_1_w_y *
-        qd[3];
-    const double t6 = arm_psi_bias_wd_x * arm_psi_1_sin + t1 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
-    const double arm_psi_1_w_z = qd[2] + qd[3];
-    /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sine[2];
-    const double arm_theta_1_cos = cosine[2];
-    const double arm_theta_1_w_z = arm_psi_1_w_x * arm_theta_1_sin + arm_psi_1_w_z * arm_theta_1_cos;
-    const double arm_theta_1_w_x = arm_psi_1_w_x * arm_theta_1_cos - arm_psi_1_w_z * arm_theta_1_sin;
-    const double arm_theta_1_bias_a_falling_z = arm_psi_1_bias_a_z * arm_theta_1_cos + arm_psi_1_bias_a_falling_x *
-        arm_theta_1_sin;
-    const double arm_theta_1_bias_a_falling_x = arm_psi_1_bias_a_falling_x * arm_theta_1_cos - arm_psi_1_bias_a_z *
-        arm_theta_1_sin;
-    const double arm_theta_1_bias_wd_x = arm_psi_1_bias_wd_x * arm_theta_1_cos - arm_theta_1_w_z * qd[4];
-    const double arm_theta_1_bias_wd_z = arm_psi_1_bias_wd_x * arm_theta_1_sin + arm_theta_1_w_x * qd[4];
-    const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
-    /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sine[3];
-    const double arm_phi_1_cos = cosine[3];
-    const double arm_phi_1_w_y = arm_theta_1_w_z * arm_phi_1_sin + arm_theta_1_w_y * arm_phi_1_cos;
-    const double arm_phi_1_w_z = arm_theta_1_w_z * arm_phi_1_cos - arm_theta_1_w_y * arm_phi_1_sin;
-    const double arm_phi_1_bias_a_falling_y = arm_theta_1_bias_a_falling_z * arm_phi_1_sin + arm_psi_1_bias_a_falling_y *
-        arm_phi_1_cos;
-    const double arm_phi_1_bias_a_falling_z = arm_theta_1_bias_a_falling_z * arm_phi_1_cos - arm_psi_1_bias_a_falling_y *
-        arm_phi_1_sin;
-    const double arm_phi_1_bias_wd_y = arm_theta_1_bias_wd_z * arm_phi_1_sin - t6 * arm_phi_1_cos + arm_phi_1_w_z *
-        qd[5];
-    const double arm_phi_1_bias_wd_z = t6 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
-        qd[5];
-    const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
-    const double t7 = arm_phi_1_w_y * arm_phi_1_w_x;
-    const double t8 = arm_phi_1_w_z * arm_phi_1_w_z + arm_phi_1_w_y * arm_phi_1_w_y;
-    const double t9 = arm_phi_1_bias_wd_z + t7;
-    const double t10 = arm_phi_1_w_z * arm_phi_1_w_x;
-    const double t11 = t10 - arm_phi_1_bias_wd_y;
-    /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sine[4];
-    const double arm_psi_2_cos = cosine[4];
-    const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
-    const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
-    const double t12 = arm_theta_1_bias_a_falling_x - p->derived.arm_element_length * t8;
-    const double t13 = arm_phi_1_bias_a_falling_y + p->derived.arm_element_length * t9;
-    const double arm_psi_2_bias_a_falling_z = arm_phi_1_bias_a_falling_z + p->derived.arm_element_length *
-        t11;
-    const double arm_psi_2_bias_a_falling_x = arm_psi_2_sin * t13 + arm_psi_2_cos * t12;
-    const double arm_psi_2_bias_a_falling_y = arm_psi_2_cos * t13 - arm_psi_2_sin * t12;
-    const double arm_psi_2_bias_wd_x = arm_phi_1_bias_wd_y * arm_psi_2_sin + arm_theta_1_bias_wd_x * arm_psi_2_cos +
-        arm_psi_2_w_y * qd[6];
-    const double arm_psi_2_bias_wd_y = arm_phi_1_bias_wd_y * arm_psi_2_cos - arm_theta_1_bias_wd_x * arm_psi_2_sin -
-        arm_psi_2_w_x * qd[6];
-    const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
-    /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sine[5];
-    const double arm_theta_2_cos = cosine[5];
-    const double arm_theta_2_w_z = arm_psi_2_w_x * arm_theta_2_sin + arm_psi_2_w_z * arm_theta_2_cos;
-    const double arm_theta_2_w_x = arm_psi_2_w_x * arm_theta_2_cos - arm_psi_2_w_z * arm_theta_2_sin;
-    const double arm_theta_2_bias_a_falling_z = arm_psi_2_bias_a_falling_x * arm_theta_2_sin + arm_psi_2_bias_a_falling_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_bias_a_falling_x = arm_psi_2_bias_a_falling_x * arm_theta_2_cos - arm_psi_2_bias_a_falling_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_bias_wd_x = arm_psi_2_bias_wd_x * arm_theta_2_cos - arm_phi_1_bias_wd_z * arm_theta_2_sin -
-        arm_theta_2_w_z * qd[7];
-    const double arm_theta_2_bias_wd_z = arm_psi_2_bias_wd_x * arm_theta_2_sin + arm_phi_1_bias_wd_z * arm_theta_2_cos +
-        arm_theta_2_w_x * qd[7];
-    const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
-    /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sine[6];
-    const double arm_phi_2_cos = cosine[6];
-    const double arm_phi_2_w_y = arm_theta_2_w_z * arm_phi_2_sin + arm_theta_2_w_y * arm_phi_2_cos;
-    const double arm_phi_2_w_z = arm_theta_2_w_z * arm_phi_2_cos - arm_theta_2_w_y * arm_phi_2_sin;
-    const double arm_phi_2_bias_a_falling_y = arm_theta_2_bias_a_falling_z * arm_phi_2_sin + arm_psi_2_bias_a_falling_y *
-        arm_phi_2_cos;
-    const double arm_phi_2_bias_a_falling_z = arm_theta_2_bias_a_falling_z * arm_phi_2_cos - arm_psi_2_bias_a_falling_y *
-        arm_phi_2_sin;
-    const double arm_phi_2_bias_wd_y = arm_theta_2_bias_wd_z * arm_phi_2_sin + arm_psi_2_bias_wd_y * arm_phi_2_cos +
-        arm_phi_2_w_z * qd[8];
-    const double arm_phi_2_bias_wd_z = arm_theta_2_bias_wd_z * arm_phi_2_cos - arm_psi_2_bias_wd_y * arm_phi_2_sin -
-        arm_phi_2_w_y * qd[8];
-    const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
-    const double t14 = arm_phi_2_w_y * arm_phi_2_w_x;
-    const double t15 = arm_phi_2_w_z * arm_phi_2_w_z + arm_phi_2_w_y * arm_phi_2_w_y;
-    const double t16 = arm_phi_2_bias_wd_z + t14;
-    const double t17 = arm_phi_2_w_z * arm_phi_2_w_x;
-    const double t18 = t17 - arm_phi_2_bias_wd_y;
-    /* arm_psi_3: motion from arm_phi_2 outward */
+    const double t4 = t1 + t1;
+    /* arm_psi_e: motion from arm_psi outward */
+    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t2;
+    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t4;
+    const double arm_psi_e_bias_a_falling_x = arm_psi_bias_a_falling_x - p->derived.constant_3 * t3;
+    const double arm_psi_e_bias_a_falling_y = arm_psi_bias_a_falling_y + arm_psi_e_bias_a_y;
+    /* arm_psi_3: motion from arm_psi_e outward */
     const double arm_psi_3_sin = sine[7];
     const double arm_psi_3_cos = cosine[7];
-    const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
-    const double t19 = arm_theta_2_bias_a_falling_x - p->derived.arm_element_length * t15;
-    const double t20 = arm_phi_2_bias_a_falling_y + p->derived.arm_element_length * t16;
-    const double arm_psi_3_bias_a_falling_z = arm_phi_2_bias_a_falling_z + p->derived.arm_element_length *
-        t18;
-    const double arm_psi_3_bias_a_falling_x = arm_psi_3_sin * t20 + arm_psi_3_cos * t19;
-    const double arm_psi_3_bias_a_falling_y = arm_psi_3_cos * t20 - arm_psi_3_sin * t19;
-    const double arm_psi_3_bias_wd_x = arm_phi_2_bias_wd_y * arm_psi_3_sin + arm_theta_2_bias_wd_x * arm_psi_3_cos +
-        arm_psi_3_w_y * qd[9];
-    const double arm_psi_3_bias_wd_y = arm_phi_2_bias_wd_y * arm_psi_3_cos - arm_theta_2_bias_wd_x * arm_psi_3_sin -
-        arm_psi_3_w_x * qd[9];
-    const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sine[8];
     const double arm_theta_3_cos = cosine[8];
+    /* arm_phi_3: motion from arm_theta_3 outward */
+    const double arm_phi_3_sin = sine[9];
+    const double arm_phi_3_cos = cosine[9];
+    /* effector_z: motion from arm_phi_3 outward */
+    const double effector_z_shift_x = p->derived.constant_1 + q[12];
+    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
+    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
+    /* arm_psi: bias forces c, inward */
+    const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = t1 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t1;
+    /* springs -s (q - rest), dampers -d qd, and forces that the model names */
+    const double t5 = p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10];
+    const double t6 = p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi * qd[11];
+    /* arm_psi: inertia and gravity of the body at qdd = 0 */
+    const double arm_psi_load_moment_z = t2 * p->derived.constant_8 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
+        t3;
+    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t2 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+    double arm_phi_e_load_moment_x[2];
+    double arm_phi_e_load_moment_y[2];
+    double arm_phi_e_load_moment_z[2];
+    double arm_phi_e_load_force_x[2];
+    double arm_phi_e_load_force_y[2];
+    double arm_phi_e_load_force_z[2];
+    double last_arm_phi_e_w_x = arm_psi_w_x;
+    double last_arm_phi_e_w_y = arm_psi_w_y;
+    double last_arm_phi_e_w_z = qd[2];
+    double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
+    double last_arm_phi_e_bias_wd_y = -t1;
+    double last_arm_phi_e_bias_wd_z = 0.0;
+    double last_arm_theta_e_bias_a_falling_x = arm_psi_e_bias_a_falling_x;
+    double last_arm_phi_e_bias_a_falling_y = arm_psi_e_bias_a_falling_y;
+    double last_arm_phi_e_bias_a_falling_z = arm_psi_e_bias_a_z;
+    double carried_15 = -t3;
+    double carried_18 = t2;
+    double carried_21 = t4;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[1 + 3 * e];
+        const double arm_psi_e_cos = cosine[1 + 3 * e];
+        const double arm_theta_e_sin = sine[2 + 3 * e];
+        const double arm_theta_e_cos = cosine[2 + 3 * e];
+        const double arm_phi_e_sin = sine[3 + 3 * e];
+        const double arm_phi_e_cos = cosine[3 + 3 * e];
+        /* arm_psi_e: motion from arm_psi_e outward */
+        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
+        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
+        const double t7 = last_arm_theta_e_bias_a_falling_x + p->derived.arm_element_length * carried_15;
+        const double t8 = last_arm_phi_e_bias_a_falling_y + p->derived.arm_element_length * carried_18;
+        const double arm_psi_e_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + p->derived.arm_element_length *
+        carried_21;
+        const double arm_psi_e_bias_a_falling_x_2 = arm_psi_e_sin * t8 + arm_psi_e_cos * t7;
+        const double arm_psi_e_bias_a_falling_y_2 = arm_psi_e_cos * t8 - arm_psi_e_sin * t7;
+        const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
+        qd[3 + 3 * e] * arm_psi_e_w_y;
+        const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
+        qd[3 + 3 * e] * arm_psi_e_w_x;
+        const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
+        /* arm_theta_e: motion from arm_psi_e outward */
+        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
+        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
+        const double arm_theta_e_bias_a_falling_z = arm_theta_e_sin * arm_psi_e_bias_a_falling_x_2 + arm_theta_e_cos *
+        arm_psi_e_bias_a_falling_z;
+        const double arm_theta_e_bias_a_falling_x = arm_theta_e_cos * arm_psi_e_bias_a_falling_x_2 - arm_theta_e_sin *
+        arm_psi_e_bias_a_falling_z;
+        const double arm_theta_e_bias_wd_x = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
+        qd[4 + 3 * e] * arm_theta_e_w_z;
+        const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
+        qd[4 + 3 * e] * arm_theta_e_w_x;
+        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
+        /* arm_phi_e: motion from arm_theta_e outward */
+        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
+        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
+        const double arm_phi_e_bias_a_falling_y = arm_phi_e_sin * arm_theta_e_bias_a_falling_z + arm_phi_e_cos *
+        arm_psi_e_bias_a_falling_y_2;
+        const double arm_phi_e_bias_a_falling_z = arm_phi_e_cos * arm_theta_e_bias_a_falling_z - arm_phi_e_sin *
+        arm_psi_e_bias_a_falling_y_2;
+        const double arm_phi_e_bias_wd_y = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
+        qd[5 + 3 * e] * arm_phi_e_w_z;
+        const double arm_phi_e_bias_wd_z = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
+        qd[5 + 3 * e] * arm_phi_e_w_y;
+        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
+        const double t9 = arm_phi_e_w_y * arm_phi_e_w_x;
+        const double t10 = arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y;
+        const double t11 = arm_phi_e_bias_wd_z + t9;
+        const double t12 = arm_phi_e_w_z * arm_phi_e_w_x;
+        const double t13 = t12 - arm_phi_e_bias_wd_y;
+        /* arm_phi_e: bias forces c, inward */
+        arm_phi_e_load_moment_x[e] = p->derived.arm_phi_1_inertia_xx * arm_theta_e_bias_wd_x;
+        /* arm_phi_e: inertia and gravity of the body at qdd = 0 */
+        arm_phi_e_load_moment_y[e] = t12 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy * arm_phi_e_bias_wd_y -
+        p->derived.arm_phi_1_moment_x * arm_phi_e_bias_a_falling_z;
+        arm_phi_e_load_moment_z[e] = t9 * p->derived.constant_10 + p->derived.arm_phi_1_inertia_yy * arm_phi_e_bias_wd_z +
+        p->derived.arm_phi_1_moment_x * arm_phi_e_bias_a_falling_y;
+        arm_phi_e_load_force_x[e] = p->derived.arm_phi_1_mass * arm_theta_e_bias_a_falling_x - p->derived.arm_phi_1_moment_x *
+        t10;
+        arm_phi_e_load_force_y[e] = p->derived.arm_phi_1_moment_x * t11 + p->derived.arm_phi_1_mass * arm_phi_e_bias_a_falling_y;
+        arm_phi_e_load_force_z[e] = p->derived.arm_phi_1_moment_x * t13 + p->derived.arm_phi_1_mass * arm_phi_e_bias_a_falling_z;
+        const double next_carried_15 = -t10;
+        last_arm_phi_e_w_x = arm_phi_e_w_x;
+        last_arm_phi_e_w_y = arm_phi_e_w_y;
+        last_arm_phi_e_w_z = arm_phi_e_w_z;
+        last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x;
+        last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y;
+        last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z;
+        last_arm_theta_e_bias_a_falling_x = arm_theta_e_bias_a_falling_x;
+        last_arm_phi_e_bias_a_falling_y = arm_phi_e_bias_a_falling_y;
+        last_arm_phi_e_bias_a_falling_z = arm_phi_e_bias_a_falling_z;
+        carried_15 = next_carried_15;
+        carried_18 = t11;
+        carried_21 = t13;
+    }
+    /* arm_psi_3: motion from arm_psi_e outward */
+    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
+    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
+    const double t14 = last_arm_theta_e_bias_a_falling_x + p->derived.arm_element_length * carried_15;
+    const double t15 = last_arm_phi_e_bias_a_falling_y + p->derived.arm_element_length * carried_18;
+    const double arm_psi_3_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + p->derived.arm_element_length *
+        carried_21;
+    const double arm_psi_3_bias_a_falling_x = arm_psi_3_sin * t15 + arm_psi_3_cos * t14;
+    const double arm_psi_3_bias_a_falling_y = arm_psi_3_cos * t15 - arm_psi_3_sin * t14;
+    const double arm_psi_3_bias_wd_x = last_arm_phi_e_bias_wd_y * arm_psi_3_sin + last_arm_theta_e_bias_wd_x *
+        arm_psi_3_cos + arm_psi_3_w_y * qd[9];
+    const double arm_psi_3_bias_wd_y = last_arm_phi_e_bias_wd_y * arm_psi_3_cos - last_arm_theta_e_bias_wd_x *
+        arm_psi_3_sin - arm_psi_3_w_x * qd[9];
+    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
+    /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
     const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
     const double arm_theta_3_bias_a_falling_z = arm_psi_3_bias_a_falling_x * arm_theta_3_sin + arm_psi_3_bias_a_falling_z *
         arm_theta_3_cos;
     const double arm_theta_3_bias_a_falling_x = arm_psi_3_bias_a_falling_x * arm_theta_3_cos - arm_psi_3_bias_a_falling_z *
         arm_theta_3_sin;
-    const double arm_theta_3_bias_wd_x = arm_psi_3_bias_wd_x * arm_theta_3_cos - arm_phi_2_bias_wd_z * arm_theta_3_sin -
-        arm_theta_3_w_z * qd[10];
-    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + arm_phi_2_bias_wd_z * arm_theta_3_cos +
-        arm_theta_3_w_x * qd[10];
+    const double arm_theta_3_bias_wd_x = arm_psi_3_bias_wd_x * arm_theta_3_cos - last_arm_phi_e_bias_wd_z *
+        arm_theta_3_sin - arm_theta_3_w_z * qd[10];
+    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + last_arm_phi_e_bias_wd_z *
+        arm_theta_3_cos + arm_theta_3_w_x * qd[10];
     const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
     /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sine[9];
-    const double arm_phi_3_cos = cosine[9];
     const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t21 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t22 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t22 - t21;
+    const double t16 = arm_theta_3_w_y * arm_phi_3_sin;
+    const double t17 = arm_theta_3_w_z * arm_phi_3_cos;
+    const double arm_phi_3_w_z = t17 - t16;
     const double arm_phi_3_bias_a_falling_y = arm_theta_3_bias_a_falling_z * arm_phi_3_sin + arm_psi_3_bias_a_falling_y *
         arm_phi_3_cos;
     const double arm_phi_3_bias_a_falling_z = arm_theta_3_bias_a_falling_z * arm_phi_3_cos - arm_psi_3_bias_a_falling_y *
@@ -3286,346 +3309,341 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
     const double arm_phi_3_bias_wd_z = arm_theta_3_bias_wd_z * arm_phi_3_cos - arm_psi_3_bias_wd_y * arm_phi_3_sin -
         arm_phi_3_w_y * qd[11];
     const double arm_phi_3_w_x = arm_theta_3_w_x + qd[11];
-    const double t23 = arm_phi_3_w_y * arm_phi_3_w_x;
-    const double t24 = arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y * arm_phi_3_w_y;
-    const double t25 = arm_phi_3_bias_wd_z + t23;
-    const double t26 = arm_phi_3_w_z * arm_phi_3_w_x;
-    const double t27 = t26 - arm_phi_3_bias_wd_y;
+    const double t18 = arm_phi_3_w_y * arm_phi_3_w_x;
+    const double t19 = arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y * arm_phi_3_w_y;
+    const double t20 = arm_phi_3_bias_wd_z + t18;
+    const double t21 = arm_phi_3_w_z * arm_phi_3_w_x;
+    const double t22 = t21 - arm_phi_3_bias_wd_y;
     /* effector_z: motion from arm_phi_3 outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_w_x = t21 - t22;
-    const double effector_z_bias_a_falling_z = arm_theta_3_bias_a_falling_x - t24 * effector_z_shift_x;
-    const double t28 = arm_phi_3_w_y * qd[12];
-    const double t29 = effector_z_w_x * qd[12];
-    const double effector_z_bias_a_falling_x = t28 + t28 - (arm_phi_3_bias_a_falling_z + t27 * effector_z_shift_x);
-    const double effector_z_bias_a_falling_y = arm_phi_3_bias_a_falling_y + t25 * effector_z_shift_x - (t29 +
-        t29);
-    /* effector_z: composite pseudo-inertia of all beyond, inward */
-    const double t30 = p->m_E * effector_z_shift_x;
-    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t30;
-    const double arm_phi_3_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t30;
+    const double effector_z_w_x = t16 - t17;
+    const double effector_z_bias_a_falling_z = arm_theta_3_bias_a_falling_x - t19 * effector_z_shift_x;
+    const double t23 = arm_phi_3_w_y * qd[12];
+    const double t24 = effector_z_w_x * qd[12];
+    const double effector_z_bias_a_falling_x = t23 + t23 - (arm_phi_3_bias_a_falling_z + t22 * effector_z_shift_x);
+    const double effector_z_bias_a_falling_y = arm_phi_3_bias_a_falling_y + t20 * effector_z_shift_x - (t24 +
+        t24);
     /* arm_phi_3: bias forces c, inward */
     const double arm_phi_3_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_theta_3_bias_wd_x;
-    /* arm_phi_2: bias forces c, inward */
-    const double arm_phi_2_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_2_bias_wd_x;
-    /* arm_phi_1: bias forces c, inward */
-    const double arm_phi_1_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_1_bias_wd_x;
-    /* arm_psi: bias forces c, inward */
-    const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t1 * p->derived.constant_6 - p->derived.arm_psi_inertia_yy * t1;
-    /* springs -s (q - rest), dampers -d qd, and forces that the model names */
-    const double t31 = p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4];
-    const double t32 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5];
-    const double t33 = p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7];
-    const double t34 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8];
-    const double t35 = p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10];
-    const double t36 = p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi * qd[11];
-    /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = t2 * p->derived.constant_7 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
-    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t3;
-    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t2 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
-    /* arm_phi_1: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_1_load_moment_y = t10 * p->derived.constant_8 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_z;
-    const double arm_phi_1_load_moment_z = t7 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_1_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_y;
-    const double arm_phi_1_load_force_x = p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - p->derived.arm_phi_1_moment_x *
-        t8;
-    const double arm_phi_1_load_force_y = p->derived.arm_phi_1_moment_x * t9 + p->derived.arm_phi_1_mass *
-        arm_phi_1_bias_a_falling_y;
-    const double arm_phi_1_load_force_z = p->derived.arm_phi_1_moment_x * t11 + p->derived.arm_phi_1_mass *
-        arm_phi_1_bias_a_falling_z;
-    /* arm_phi_2: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_2_load_moment_y = t17 * p->derived.constant_8 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_z;
-    const double arm_phi_2_load_moment_z = t14 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_2_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_y;
-    const double arm_phi_2_load_force_x = p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - p->derived.arm_phi_1_moment_x *
-        t15;
-    const double arm_phi_2_load_force_y = p->derived.arm_phi_1_moment_x * t16 + p->derived.arm_phi_1_mass *
-        arm_phi_2_bias_a_falling_y;
-    const double arm_phi_2_load_force_z = p->derived.arm_phi_1_moment_x * t18 + p->derived.arm_phi_1_mass *
-        arm_phi_2_bias_a_falling_z;
     /* arm_phi_3: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_3_load_moment_y = t26 * p->derived.constant_6 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y -
+    const double arm_phi_3_load_moment_y = t21 * p->derived.constant_7 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y -
         p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
-    const double arm_phi_3_load_moment_z = t23 * p->derived.constant_7 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z +
+    const double arm_phi_3_load_moment_z = t18 * p->derived.constant_8 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z +
         p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
     const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t24;
-    const double arm_phi_3_load_force_y = p->derived.arm_psi_moment_x * t25 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_z = p->derived.arm_psi_moment_x * t27 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
+        t19;
+    const double arm_phi_3_load_force_y = p->derived.arm_psi_moment_x * t20 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
+    const double arm_phi_3_load_force_z = p->derived.arm_psi_moment_x * t22 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
     /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
     /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double arm_theta_3_pivot_inverse = 1.0 / arm_phi_3_inertia_beyond_yy;
+    const double t25 = 1.0 / (p->derived.arm_psi_inertia_yy + p->m_E * (effector_z_shift_x * effector_z_shift_x));
     const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
-    const double t37 = arm_phi_3_moment_beyond_x * arm_theta_3_pivot_inverse;
-    const double t38 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t37;
-    const double t39 = arm_theta_3_sin * (t38 - p->derived.arm_psi_mass);
-    const double t40 = arm_theta_3_sin * t39;
-    const double t41 = t38 - t40;
-    const double t42 = p->derived.arm_psi_mass + t40;
-    const double t43 = arm_theta_3_cos * t39;
-    const double t44 = arm_psi_3_sin * (t42 - t38);
-    const double t45 = arm_psi_3_sin * t44;
-    const double t46 = t38 + t45;
-    const double t47 = arm_psi_3_cos * t44;
-    const double t48 = arm_psi_3_cos * t43;
-    const double t49 = arm_psi_3_sin * t43;
-    const double t50 = p->derived.arm_element_length * t48;
-    const double t51 = p->derived.arm_element_length * t47;
-    const double t52 = p->derived.arm_element_length * t49;
-    const double t53 = p->derived.arm_element_length * t46;
-    const double t54 = p->derived.arm_element_length * t41;
-    const double t55 = p->derived.arm_element_length * t52;
-    /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t56 = p->derived.arm_phi_1_moment_x + t54;
-    const double t57 = p->derived.arm_phi_1_moment_x + t53;
-    const double t58 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t54);
-    const double t59 = t55 * t58;
-    const double t60 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t53 - t55 *
-        t59);
-    const double arm_theta_2_cos_inverse = 1.0 / arm_theta_2_cos;
-    const double t61 = t60 * (t51 - t50 * t59);
-    const double t62 = t59 * t61 - t50 * t58;
-    const double t63 = t60 * (t57 - t52 * t59);
-    const double t64 = t59 * t63 - t52 * t58;
-    const double t65 = t60 * (t52 - t56 * t59);
-    const double t66 = t59 * t65 - t56 * t58;
-    const double t67 = p->derived.arm_phi_1_mass + (t42 - t45) - (t51 * t61 - t50 * t62);
-    const double t68 = t47 - (t51 * t63 - t50 * t64);
-    const double t69 = t48 - (t51 * t65 - t50 * t66);
-    const double t70 = p->derived.arm_phi_1_mass + t46 - (t57 * t63 - t52 * t64);
-    const double t71 = t49 - (t57 * t65 - t52 * t66);
-    const double t72 = p->derived.arm_phi_1_mass + t41 - (t52 * t65 - t56 * t66);
-    const double t73 = arm_phi_2_cos * (t71 + t71) + arm_phi_2_sin * (t70 - t72);
-    const double t74 = arm_phi_2_sin * t73;
-    const double t75 = t70 - t74;
-    const double t76 = t72 + t74;
-    const double t77 = arm_phi_2_cos * t73 - t71;
-    const double t78 = arm_phi_2_cos * t68 - arm_phi_2_sin * t69;
-    const double t79 = arm_phi_2_cos * t69 + arm_phi_2_sin * t68;
-    const double t80 = arm_theta_2_cos * (t79 + t79) + arm_theta_2_sin * (t76 - t67);
-    const double t81 = arm_theta_2_sin * t80;
-    const double t82 = t76 - t81;
-    const double t83 = t67 + t81;
-    const double t84 = arm_theta_2_cos * t80 - t79;
-    const double t85 = arm_theta_2_cos * t77 - arm_theta_2_sin * t78;
-    const double t86 = arm_theta_2_cos * t78 + arm_theta_2_sin * t77;
-    const double t87 = arm_psi_2_cos * (t86 + t86) + arm_psi_2_sin * (t83 - t75);
-    const double t88 = arm_psi_2_sin * t87;
-    const double t89 = t75 + t88;
-    const double t90 = arm_psi_2_cos * t87 - t86;
-    const double t91 = arm_psi_2_cos * t84 - arm_psi_2_sin * t85;
-    const double t92 = arm_psi_2_cos * t85 + arm_psi_2_sin * t84;
-    const double t93 = p->derived.arm_element_length * t91;
-    const double t94 = p->derived.arm_element_length * t90;
-    const double t95 = p->derived.arm_element_length * t92;
-    const double t96 = p->derived.arm_element_length * t89;
-    const double t97 = p->derived.arm_element_length * t82;
-    const double t98 = p->derived.arm_element_length * t95;
-    /* arm_phi_1 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t99 = p->derived.arm_phi_1_moment_x + t97;
-    const double t100 = p->derived.arm_phi_1_moment_x + t96;
-    const double t101 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t97);
-    const double t102 = t98 * t101;
-    const double t103 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t96 - t98 *
-        t102);
-    const double arm_theta_1_cos_inverse = 1.0 / arm_theta_1_cos;
-    const double t104 = t103 * (t94 - t93 * t102);
-    const double t105 = t102 * t104 - t93 * t101;
-    const double t106 = t103 * (t100 - t95 * t102);
-    const double t107 = t102 * t106 - t95 * t101;
-    const double t108 = t103 * (t95 - t99 * t102);
-    const double t109 = t102 * t108 - t99 * t101;
-    const double t110 = p->derived.arm_phi_1_mass + (t83 - t88) - (t94 * t104 - t93 * t105);
-    const double t111 = t90 - (t94 * t106 - t93 * t107);
-    const double t112 = t91 - (t94 * t108 - t93 * t109);
-    const double t113 = p->derived.arm_phi_1_mass + t89 - (t100 * t106 - t95 * t107);
-    const double t114 = t92 - (t100 * t108 - t95 * t109);
-    const double t115 = p->derived.arm_phi_1_mass + t82 - (t95 * t108 - t99 * t109);
-    const double t116 = arm_phi_1_cos * (t114 + t114) + arm_phi_1_sin * (t113 - t115);
-    const double t117 = arm_phi_1_sin * t116;
-    const double t118 = t113 - t117;
-    const double t119 = t115 + t117;
-    const double t120 = arm_phi_1_cos * t116 - t114;
-    const double t121 = arm_phi_1_cos * t111 - arm_phi_1_sin * t112;
-    const double t122 = arm_phi_1_cos * t112 + arm_phi_1_sin * t111;
-    const double t123 = arm_theta_1_cos * (t122 + t122) + arm_theta_1_sin * (t119 - t110);
-    const double t124 = arm_theta_1_sin * t123;
-    const double t125 = t110 + t124;
-    const double t126 = arm_theta_1_cos * t123 - t122;
-    const double t127 = arm_theta_1_cos * t120 - arm_theta_1_sin * t121;
-    const double t128 = arm_theta_1_cos * t121 + arm_theta_1_sin * t120;
-    const double t129 = arm_psi_1_cos * (t128 + t128) + arm_psi_1_sin * (t125 - t118);
-    const double t130 = arm_psi_1_sin * t129;
-    const double t131 = t118 + t130;
-    const double t132 = arm_psi_1_cos * t129 - t128;
-    const double arm_psi_U_force_x = p->derived.constant_1 * t132;
-    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t127 + arm_psi_1_sin * t126);
-    const double t133 = p->derived.constant_1 * t131;
-    const double t134 = p->derived.constant_1 * arm_psi_U_force_z;
+    const double arm_phi_3_turn_x_x = arm_psi_3_cos * arm_theta_3_cos;
+    const double arm_phi_3_turn_y_x = arm_psi_3_sin * arm_theta_3_cos;
+    const double arm_phi_3_turn_z_y = arm_theta_3_cos * arm_phi_3_sin;
+    const double t26 = arm_theta_3_sin * arm_phi_3_sin;
+    const double arm_phi_3_turn_x_y = arm_psi_3_cos * t26 - arm_psi_3_sin * arm_phi_3_cos;
+    const double arm_phi_3_turn_y_y = arm_psi_3_sin * t26 + arm_psi_3_cos * arm_phi_3_cos;
+    const double arm_phi_3_turn_z_z = arm_theta_3_cos * arm_phi_3_cos;
+    const double t27 = arm_theta_3_sin * arm_phi_3_cos;
+    const double arm_phi_3_turn_x_z = arm_psi_3_sin * arm_phi_3_sin + arm_psi_3_cos * t27;
+    const double arm_phi_3_turn_y_z = arm_psi_3_sin * t27 - arm_psi_3_cos * arm_phi_3_sin;
+    const double t28 = arm_phi_3_moment_beyond_x * t25;
+    const double t29 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t28;
+    const double t30 = t29 - p->derived.arm_psi_mass;
+    const double t31 = arm_theta_3_sin * arm_theta_3_sin * t30;
+    const double t32 = t29 - t31;
+    const double t33 = p->derived.arm_psi_mass + t31;
+    const double t34 = arm_theta_3_sin * arm_theta_3_cos * t30;
+    const double t35 = t33 - t29;
+    const double t36 = arm_psi_3_sin * arm_psi_3_sin * t35;
+    const double t37 = arm_psi_3_cos * t34;
+    const double t38 = arm_psi_3_sin * t34;
+    const double t39 = t29 + t36;
+    const double t40 = arm_psi_3_sin * arm_psi_3_cos * t35;
+    const double t41 = p->derived.arm_element_length * t38;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t133;
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t133;
-    const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t135 = t134 * arm_psi_D_inverse;
-    const double t136 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t137 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t138 = t132 - arm_psi_U_force_x * t137;
-    const double t139 = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * (p->derived.constant_1 * (t119 -
-        t124)) - t134 * t135;
-    const double t140 = p->derived.arm_psi_mass + t131 - arm_psi_U_force_y * t137;
-    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t134 * t136 - p->derived.constant_1 *
-        (arm_psi_1_cos * t126 - arm_psi_1_sin * t127))) + arm_psi_cos * (arm_psi_cos * (t134 * t137 - arm_psi_U_force_z));
-    /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (t139 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
-        t139)));
-    const double t141 = p->m_col + (t140 + arm_psi_sin * (arm_psi_cos * (t138 + t138) + arm_psi_sin * (p->derived.arm_psi_mass +
-        (t125 - t130) - arm_psi_U_force_x * t136 - t140)));
-    const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t142 = column_psi_U_force_z * column_psi_D_inverse;
-    /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (t141 - column_psi_U_force_z * t142);
-    const double base_z_D_inverse = 1.0 / base_z_U_force_z;
+    const double t42 = arm_psi_sin * arm_psi_cos;
     /* arm_phi_3: force left for the joint, inward */
     const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
     const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
     const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
-    const double t143 = arm_theta_3_sin * t36;
-    const double t144 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
-        qd[9] + t143);
-    const double t145 = arm_theta_3_pivot_inverse * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t144 +
-        arm_phi_3_cos * t35));
-    const double t146 = arm_theta_3_pivot_inverse * (arm_phi_3_sin * t35 - arm_phi_3_cos * t144 - arm_phi_3_carried_moment_z);
-    const double t147 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t146;
-    const double t148 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t145;
-    const double t149 = arm_phi_3_cos * t147 - arm_phi_3_sin * t148;
-    const double t150 = arm_phi_3_sin * t147 + arm_phi_3_cos * t148;
-    const double t151 = arm_theta_3_cos * t150 - arm_theta_3_sin * arm_phi_3_load_force_x;
-    const double t152 = arm_theta_3_sin * t150 + arm_theta_3_cos * arm_phi_3_load_force_x;
-    const double t153 = arm_theta_3_sin * t144 + arm_theta_3_cos * t36;
-    const double t154 = arm_psi_3_sin * t152 + arm_psi_3_cos * t149;
-    /* arm_phi_2: force left for the joint, inward */
-    const double t155 = arm_theta_2_sin * t34;
-    const double t156 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
-        qd[6] + t155);
-    const double t157 = arm_phi_2_load_moment_y - (arm_psi_3_sin * t153 + arm_psi_3_cos * t35 + p->derived.arm_element_length *
-        t151) + (arm_phi_2_sin * t156 + arm_phi_2_cos * t33);
-    const double t158 = p->derived.constant_19 * (t34 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t35 -
-        arm_psi_3_cos * t153)));
-    const double t159 = t60 * (arm_phi_2_sin * t33 - arm_phi_2_cos * t156 - (arm_phi_2_load_moment_z + (t143 -
-        arm_theta_3_cos * t144 + p->derived.arm_element_length * t154)) - t59 * t157);
-    const double t160 = t59 * t159 - t58 * t157;
-    const double t161 = arm_phi_2_load_force_x + (arm_psi_3_cos * t152 - arm_psi_3_sin * t149) + (t51 * t159 -
-        t50 * t160);
-    const double t162 = arm_phi_2_load_force_y + t154 + (t57 * t159 - t52 * t160);
-    const double t163 = arm_phi_2_load_force_z + t151 + (t52 * t159 - t56 * t160);
-    const double t164 = arm_phi_2_cos * t162 - arm_phi_2_sin * t163;
-    const double t165 = arm_phi_2_sin * t162 + arm_phi_2_cos * t163;
-    const double t166 = arm_theta_2_cos * t165 - arm_theta_2_sin * t161;
-    const double t167 = arm_theta_2_sin * t165 + arm_theta_2_cos * t161;
-    const double t168 = arm_theta_2_sin * t156 + arm_theta_2_cos * t34;
-    const double t169 = arm_psi_2_sin * t167 + arm_psi_2_cos * t164;
-    /* arm_phi_1: force left for the joint, inward */
-    const double t170 = arm_theta_1_sin * t32;
-    const double t171 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
-        qd[3] + t170);
-    const double t172 = arm_phi_1_load_moment_y - (arm_psi_2_sin * t168 + arm_psi_2_cos * t33 + p->derived.arm_element_length *
-        t166) + (arm_phi_1_sin * t171 + arm_phi_1_cos * t31);
-    const double t173 = p->derived.constant_19 * (t32 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t33 -
-        arm_psi_2_cos * t168)));
-    const double t174 = t103 * (arm_phi_1_sin * t31 - arm_phi_1_cos * t171 - (arm_phi_1_load_moment_z + (t155 -
-        arm_theta_2_cos * t156 + p->derived.arm_element_length * t169)) - t102 * t172);
-    const double t175 = t102 * t174 - t101 * t172;
-    const double t176 = arm_phi_1_load_force_x + (arm_psi_2_cos * t167 - arm_psi_2_sin * t164) + (t94 * t174 -
-        t93 * t175);
-    const double t177 = arm_phi_1_load_force_y + t169 + (t100 * t174 - t95 * t175);
-    const double t178 = arm_phi_1_load_force_z + t166 + (t95 * t174 - t99 * t175);
-    const double t179 = arm_phi_1_cos * t177 - arm_phi_1_sin * t178;
-    const double t180 = arm_phi_1_sin * t177 + arm_phi_1_cos * t178;
-    const double t181 = arm_theta_1_sin * t180 + arm_theta_1_cos * t176;
-    const double t182 = arm_theta_1_sin * t171 + arm_theta_1_cos * t32;
-    const double t183 = arm_psi_1_sin * t181 + arm_psi_1_cos * t179;
+    const double t43 = arm_theta_3_sin * t6;
+    const double t44 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
+        qd[9] + t43);
+    const double t45 = t25 * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t44 + arm_phi_3_cos * t5));
+    const double t46 = t25 * (arm_phi_3_sin * t5 - arm_phi_3_cos * t44 - arm_phi_3_carried_moment_z);
+    const double t47 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t46;
+    const double t48 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t45;
+    const double t49 = arm_theta_3_sin * t44 + arm_theta_3_cos * t6;
+    const double t50 = arm_phi_3_load_force_x * arm_phi_3_turn_y_x + arm_phi_3_turn_y_y * t47 + arm_phi_3_turn_y_z *
+        t48;
+    const double t51 = arm_phi_3_turn_z_y * t47 - arm_theta_3_sin * arm_phi_3_load_force_x + arm_phi_3_turn_z_z *
+        t48;
+    double arm_theta_e_cos_inverse[2];
+    double t64[2];
+    double t67[2];
+    double t68[2];
+    double t70[2];
+    double t71[2];
+    double t73[2];
+    double t74[2];
+    double t106[2];
+    double t107[2];
+    double t108[2];
+    double carried_61 = p->derived.constant_2 * t32;
+    double carried_62 = p->derived.constant_2 * t39;
+    double carried_63 = -p->derived.constant_2 * t38;
+    double carried_64 = -p->derived.arm_element_length * t37;
+    double carried_65 = -t41;
+    double carried_66 = -p->derived.arm_element_length * t32;
+    double carried_67 = p->derived.arm_element_length * t40;
+    double carried_68 = p->derived.arm_element_length * t39;
+    double carried_69 = t41;
+    double carried_70 = t33 - t36;
+    double carried_71 = t39;
+    double carried_72 = t32;
+    double carried_73 = t40;
+    double carried_74 = t37;
+    double carried_75 = t38;
+    double carried_76 = arm_psi_3_sin * t5 - arm_psi_3_cos * t49;
+    double carried_77 = -(arm_psi_3_sin * t49 + arm_psi_3_cos * t5 + p->derived.arm_element_length * t51);
+    double carried_78 = t43 - arm_theta_3_cos * t44 + p->derived.arm_element_length * t50;
+    double carried_79 = arm_phi_3_load_force_x * arm_phi_3_turn_x_x + arm_phi_3_turn_x_y * t47 + arm_phi_3_turn_x_z *
+        t48;
+    double carried_80 = t50;
+    double carried_81 = t51;
+    for (int e = 1; e >= 0; e--) { /* arm_psi_e, inward */
+        const double arm_theta_e_cos = cosine[2 + 3 * e];
+        const double arm_phi_e_sin = sine[3 + 3 * e];
+        const double arm_phi_e_cos = cosine[3 + 3 * e];
+        const double arm_theta_e_sin = sine[2 + 3 * e];
+        const double arm_psi_e_sin = sine[1 + 3 * e];
+        const double arm_psi_e_cos = cosine[1 + 3 * e];
+        /* springs -s (q - rest), dampers -d qd, and forces that the model names */
+        const double t52 = p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi * qd[4 + 3 * e];
+        const double t53 = p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e];
+        /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+        arm_theta_e_cos_inverse[e] = 1.0 / arm_theta_e_cos;
+        const double t54 = arm_phi_e_sin * arm_phi_e_sin;
+        const double t55 = arm_phi_e_sin * arm_phi_e_cos;
+        const double t56 = arm_theta_e_sin * arm_theta_e_sin;
+        const double t57 = arm_theta_e_sin * arm_theta_e_cos;
+        const double t58 = arm_psi_e_sin * arm_psi_e_sin;
+        const double t59 = arm_psi_e_sin * arm_psi_e_cos;
+        /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+        const double t60 = p->derived.arm_phi_1_inertia_yy + carried_61;
+        const double t61 = carried_66 - p->derived.arm_phi_1_moment_x;
+        const double t62 = p->derived.arm_phi_1_moment_x + carried_68;
+        const double t63 = 1.0 / t60;
+        t64[e] = carried_63 * t63;
+        const double t65 = t60 * (1.0 / (t60 * (p->derived.arm_phi_1_inertia_yy + carried_62) - carried_63 *
+        carried_63));
+        const double t66 = carried_67 - carried_64 * t64[e];
+        t67[e] = carried_64 * t63;
+        t68[e] = t65 * t66;
+        const double t69 = t62 - carried_65 * t64[e];
+        t70[e] = carried_65 * t63;
+        t71[e] = t65 * t69;
+        const double t72 = carried_69 - t61 * t64[e];
+        t73[e] = t61 * t63;
+        t74[e] = t65 * t72;
+        const double t75 = p->derived.arm_phi_1_mass + carried_70 - carried_64 * t67[e] - t66 * t68[e];
+        const double t76 = carried_73 - carried_64 * t70[e] - t66 * t71[e];
+        const double t77 = carried_74 - carried_64 * t73[e] - t66 * t74[e];
+        const double t78 = p->derived.arm_phi_1_mass + carried_71 - carried_65 * t70[e] - t69 * t71[e];
+        const double t79 = carried_75 - carried_65 * t73[e] - t69 * t74[e];
+        const double t80 = p->derived.arm_phi_1_mass + carried_72 - t61 * t73[e] - t72 * t74[e];
+        const double t81 = t78 - t80;
+        const double t82 = (t55 + t55) * t79 + t54 * t81;
+        const double t83 = arm_phi_e_cos * t76 - arm_phi_e_sin * t77;
+        const double t84 = arm_phi_e_cos * t77 + arm_phi_e_sin * t76;
+        const double t85 = t78 - t82;
+        const double t86 = t80 + t82;
+        const double t87 = t55 * t81 + (1.0 - (t54 + t54)) * t79;
+        const double t88 = t86 - t75;
+        const double t89 = (t57 + t57) * t84 + t56 * t88;
+        const double t90 = arm_theta_e_cos * t87 - arm_theta_e_sin * t83;
+        const double t91 = arm_theta_e_cos * t83 + arm_theta_e_sin * t87;
+        const double t92 = t86 - t89;
+        const double t93 = t75 + t89;
+        const double t94 = t57 * t88 + (1.0 - (t56 + t56)) * t84;
+        const double t95 = t93 - t85;
+        const double t96 = (t59 + t59) * t91 + t58 * t95;
+        const double t97 = arm_psi_e_cos * t94 - arm_psi_e_sin * t90;
+        const double t98 = arm_psi_e_cos * t90 + arm_psi_e_sin * t94;
+        const double t99 = t85 + t96;
+        const double t100 = t59 * t95 + (1.0 - (t58 + t58)) * t91;
+        const double t101 = p->derived.arm_element_length * t98;
+        /* arm_phi_e: force left for the joint, inward */
+        const double t102 = arm_theta_e_sin * t53;
+        const double t103 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi *
+        qd[3 + 3 * e] + t102);
+        const double t104 = arm_theta_e_sin * t103 + arm_theta_e_cos * t53;
+        /* arm_phi_e: force left for the joint, inward */
+        const double t105 = arm_phi_e_sin * t103 + arm_phi_e_cos * t52 + (arm_phi_e_load_moment_y[e] + carried_77);
+        t106[e] = p->derived.constant_20 * (t53 + (arm_phi_e_load_moment_x[e] + carried_76));
+        t107[e] = t65 * (arm_phi_e_sin * t52 - arm_phi_e_cos * t103 - (arm_phi_e_load_moment_z[e] + carried_78) +
+        t64[e] * t105);
+        t108[e] = t63 * t105 + t64[e] * t107[e];
+        const double t109 = arm_phi_e_load_force_x[e] + carried_79 + (carried_67 * t107[e] - carried_64 *
+        t108[e]);
+        const double t110 = arm_phi_e_load_force_y[e] + carried_80 + (t62 * t107[e] - carried_65 * t108[e]);
+        const double t111 = arm_phi_e_load_force_z[e] + carried_81 + (carried_69 * t107[e] - t61 * t108[e]);
+        const double t112 = arm_phi_e_cos * t110 - arm_phi_e_sin * t111;
+        const double t113 = arm_phi_e_sin * t110 + arm_phi_e_cos * t111;
+        const double t114 = arm_theta_e_cos * t113 - arm_theta_e_sin * t109;
+        const double t115 = arm_theta_e_sin * t113 + arm_theta_e_cos * t109;
+        const double t116 = arm_psi_e_sin * t115 + arm_psi_e_cos * t112;
+        const double next_carried_61 = p->derived.constant_2 * t92;
+        const double next_carried_62 = p->derived.constant_2 * t99;
+        const double next_carried_63 = -p->derived.constant_2 * t98;
+        const double next_carried_64 = -p->derived.arm_element_length * t97;
+        const double next_carried_65 = -t101;
+        const double next_carried_66 = -p->derived.arm_element_length * t92;
+        const double next_carried_67 = p->derived.arm_element_length * t100;
+        const double next_carried_68 = p->derived.arm_element_length * t99;
+        const double next_carried_70 = t93 - t96;
+        const double next_carried_76 = arm_psi_e_sin * t52 - arm_psi_e_cos * t104;
+        const double next_carried_77 = -(arm_psi_e_sin * t104 + arm_psi_e_cos * t52 + p->derived.arm_element_length *
+        t114);
+        const double next_carried_78 = t102 - arm_theta_e_cos * t103 + p->derived.arm_element_length * t116;
+        const double next_carried_79 = arm_psi_e_cos * t115 - arm_psi_e_sin * t112;
+        carried_61 = next_carried_61;
+        carried_62 = next_carried_62;
+        carried_63 = next_carried_63;
+        carried_64 = next_carried_64;
+        carried_65 = next_carried_65;
+        carried_66 = next_carried_66;
+        carried_67 = next_carried_67;
+        carried_68 = next_carried_68;
+        carried_69 = t101;
+        carried_70 = next_carried_70;
+        carried_71 = t99;
+        carried_72 = t92;
+        carried_73 = t100;
+        carried_74 = t97;
+        carried_75 = t98;
+        carried_76 = next_carried_76;
+        carried_77 = next_carried_77;
+        carried_78 = next_carried_78;
+        carried_79 = next_carried_79;
+        carried_80 = t116;
+        carried_81 = t114;
+    }
+    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+    const double arm_psi_U_force_x = carried_67 + p->derived.constant_3 * carried_73;
+    const double t117 = p->derived.constant_3 * carried_66;
+    const double t118 = p->derived.constant_3 * carried_68;
+    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.constant_21 + p->derived.constant_3 *
+        carried_65 - p->derived.constant_3 * carried_69;
+    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + (t118 + (carried_62 + carried_71 * p->derived.constant_21 +
+        t118));
+    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + (carried_68 + p->derived.constant_3 * carried_71);
+    const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
+    const double t119 = arm_psi_U_moment_y * arm_psi_D_inverse;
+    const double t120 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t121 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t122 = p->derived.arm_psi_inertia_yy + (carried_61 + carried_72 * p->derived.constant_21 -
+        t117 - t117) - arm_psi_U_moment_y * t119;
+    const double t123 = p->derived.arm_psi_mass + carried_71 - arm_psi_U_force_y * t121;
+    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (carried_64 - p->derived.constant_3 *
+        carried_74 - arm_psi_U_moment_y * t120)) + arm_psi_cos * (arm_psi_cos * (carried_65 - p->derived.constant_3 *
+        carried_75 - arm_psi_U_moment_y * t121));
+    const double t124 = t123 + ((carried_73 - arm_psi_U_force_x * t121) * (t42 + t42) + arm_psi_sin * arm_psi_sin *
+        (p->derived.arm_psi_mass + carried_70 - arm_psi_U_force_x * t120 - t123));
+    /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    const double column_psi_U_moment_z = p->Izz_col + (t122 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        t122)));
+    const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
+    const double t125 = column_psi_U_force_z * column_psi_D_inverse;
+    /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    const double base_z_U_force_z = p->m_base + (p->m_col + t124 - column_psi_U_force_z * t125);
+    const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* arm_psi: force left for the joint, inward */
-    const double t184 = arm_psi_load_moment_z + (t170 - arm_theta_1_cos * t171 + p->derived.constant_1 * t183);
-    const double t185 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t181 - arm_psi_1_sin * t179) -
-        t136 * t184) + arm_psi_cos * (arm_psi_load_force_y + t183 - t137 * t184);
-    const double t186 = arm_psi_cos * (arm_psi_load_moment_y - (arm_psi_1_sin * t182 + arm_psi_1_cos * t31 +
-        p->derived.constant_1 * (arm_theta_1_cos * t180 - arm_theta_1_sin * t176)) + t135 * t184);
+    const double t126 = arm_psi_load_moment_z + (carried_78 + p->derived.constant_3 * carried_80);
     /* column_psi: force left for the joint, inward */
-    const double t187 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t31 - arm_psi_1_cos * t182)) + t186);
+    const double t127 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + carried_76) + arm_psi_cos * (arm_psi_load_moment_y +
+        (carried_77 - p->derived.constant_3 * carried_81) - t119 * t126));
+    const double t128 = p->derived.column_psi_load_force_z + (arm_psi_sin * (arm_psi_load_force_x + carried_79 -
+        t120 * t126) + arm_psi_cos * (arm_psi_load_force_y + carried_80 - t121 * t126)) + t125 * t127;
     /* base_z: acceleration, outward */
-    const double t188 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        (p->derived.column_psi_load_force_z + t185 + t142 * t187)));
+    const double t129 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        t128));
     /* column_psi: acceleration, outward */
-    const double t189 = t142 * t188 + column_psi_D_inverse * t187;
-    const double t190 = arm_psi_sin * t189;
-    const double t191 = arm_psi_cos * t189;
-    const double t192 = arm_psi_sin * t188;
-    const double t193 = arm_psi_cos * t188;
+    const double t130 = t125 * t129 + column_psi_D_inverse * t127;
+    const double t131 = arm_psi_cos * t130;
+    const double t132 = arm_psi_sin * t129;
+    const double t133 = arm_psi_cos * t129;
     /* arm_psi: acceleration, outward */
-    const double t194 = t136 * t192 + t137 * t193 + t135 * t191 - arm_psi_D_inverse * t184;
-    const double t195 = p->derived.constant_1 * t191;
-    const double t196 = arm_psi_1_sin * t191 + arm_psi_1_cos * t190;
-    const double t197 = p->derived.constant_1 * t194 - t193;
-    const double t198 = arm_psi_1_sin * t197 - arm_psi_1_cos * t192;
-    const double t199 = arm_psi_1_sin * t192 + arm_psi_1_cos * t197;
-    const double t200 = arm_theta_1_sin * t198 - arm_theta_1_cos * t195;
-    const double t201 = arm_theta_1_sin * t195 + arm_theta_1_cos * t198;
-    /* arm_phi_1: acceleration, outward */
-    const double t202 = arm_phi_1_sin * t200 + arm_phi_1_cos * t199;
-    const double t203 = arm_phi_1_cos * t200 - arm_phi_1_sin * t199;
-    const double t204 = t175 - (t105 * t201 + t107 * t202 + t109 * t203);
-    const double t205 = t174 - (t104 * t201 + t106 * t202 + t108 * t203);
-    const double t206 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t204 + arm_phi_1_cos * t205 - (arm_theta_1_sin *
-        t196 + arm_theta_1_cos * t194));
-    const double t207 = arm_psi_2_sin * t204 - arm_psi_2_cos * t173;
-    const double t208 = t202 + p->derived.arm_element_length * t205;
-    const double t209 = t203 - p->derived.arm_element_length * t204;
-    const double t210 = arm_psi_2_sin * t208 + arm_psi_2_cos * t201;
-    const double t211 = arm_psi_2_cos * t208 - arm_psi_2_sin * t201;
-    const double t212 = arm_theta_2_sin * t210 + arm_theta_2_cos * t209;
-    const double t213 = arm_theta_2_cos * t210 - arm_theta_2_sin * t209;
-    /* arm_phi_2: acceleration, outward */
-    const double t214 = arm_phi_2_sin * t212 + arm_phi_2_cos * t211;
-    const double t215 = arm_phi_2_cos * t212 - arm_phi_2_sin * t211;
-    const double t216 = t160 - (t62 * t213 + t64 * t214 + t66 * t215);
-    const double t217 = t159 - (t61 * t213 + t63 * t214 + t65 * t215);
-    const double t218 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t216 + arm_phi_2_cos * t217 - (arm_theta_2_sin *
-        t207 + arm_theta_2_cos * t205));
-    const double t219 = arm_psi_3_sin * t216 - arm_psi_3_cos * t158;
-    const double t220 = t214 + p->derived.arm_element_length * t217;
-    const double t221 = t215 - p->derived.arm_element_length * t216;
-    const double t222 = arm_psi_3_sin * t220 + arm_psi_3_cos * t213;
-    const double t223 = arm_psi_3_cos * t220 - arm_psi_3_sin * t213;
-    const double t224 = arm_theta_3_sin * t222 + arm_theta_3_cos * t221;
+    const double t134 = t119 * t131 - (t120 * t132 + t121 * t133) + arm_psi_D_inverse * t126;
+    double carried_82 = arm_psi_sin * t130;
+    double carried_83 = t131;
+    double carried_84 = -t134;
+    double carried_85 = -t132;
+    double carried_86 = -(t133 + p->derived.constant_3 * t134);
+    double carried_87 = -p->derived.constant_3 * t131;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[1 + 3 * e];
+        const double arm_psi_e_cos = cosine[1 + 3 * e];
+        const double arm_theta_e_sin = sine[2 + 3 * e];
+        const double arm_theta_e_cos = cosine[2 + 3 * e];
+        const double arm_phi_e_sin = sine[3 + 3 * e];
+        const double arm_phi_e_cos = cosine[3 + 3 * e];
+        /* arm_phi_e: acceleration, outward */
+        const double t135 = arm_psi_e_sin * carried_83 + arm_psi_e_cos * carried_82;
+        const double t136 = carried_86 + p->derived.arm_element_length * carried_84;
+        const double t137 = carried_87 - p->derived.arm_element_length * carried_83;
+        const double t138 = arm_psi_e_sin * t136 + arm_psi_e_cos * carried_85;
+        const double t139 = arm_psi_e_cos * t136 - arm_psi_e_sin * carried_85;
+        const double t140 = arm_theta_e_sin * t138 + arm_theta_e_cos * t137;
+        const double t141 = arm_theta_e_cos * t138 - arm_theta_e_sin * t137;
+        /* arm_phi_e: acceleration, outward */
+        const double t142 = arm_phi_e_sin * t140 + arm_phi_e_cos * t139;
+        const double t143 = arm_phi_e_cos * t140 - arm_phi_e_sin * t139;
+        const double t144 = t108[e] + ((t67[e] - t64[e] * t68[e]) * t141 + (t70[e] - t64[e] * t71[e]) * t142 +
+        (t73[e] - t64[e] * t74[e]) * t143);
+        const double t145 = t107[e] - (t68[e] * t141 + t71[e] * t142 + t74[e] * t143);
+        const double t146 = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t145 - arm_phi_e_sin * t144 - (arm_theta_e_sin *
+        t135 + arm_theta_e_cos * carried_84));
+        qdd[3 + 3 * e] = t146;
+        qdd[4 + 3 * e] = -(arm_psi_e_cos * carried_83 - arm_psi_e_sin * carried_82 + (arm_phi_e_sin * t145 +
+        arm_phi_e_cos * t144));
+        qdd[5 + 3 * e] = arm_theta_e_sin * t146 - (t106[e] + (arm_theta_e_cos * t135 - arm_theta_e_sin * carried_84));
+        const double next_carried_82 = -t106[e];
+        const double next_carried_83 = -t144;
+        carried_82 = next_carried_82;
+        carried_83 = next_carried_83;
+        carried_84 = t145;
+        carried_85 = t141;
+        carried_86 = t142;
+        carried_87 = t143;
+    }
+    const double t147 = arm_psi_3_sin * carried_83 + arm_psi_3_cos * carried_82;
+    const double t148 = carried_86 + p->derived.arm_element_length * carried_84;
+    const double t149 = carried_87 - p->derived.arm_element_length * carried_83;
     /* arm_phi_3: acceleration, outward */
-    const double t225 = t37 * (arm_phi_3_cos * t224 - arm_phi_3_sin * t223) - t145;
-    const double t226 = t146 - t37 * (arm_phi_3_sin * t224 + arm_phi_3_cos * t223);
-    const double t227 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t225 + arm_phi_3_cos * t226 - (arm_theta_3_sin *
-        t219 + arm_theta_3_cos * t217));
-    qdd[0] = -t188;
-    qdd[1] = t189;
-    qdd[2] = t194;
-    qdd[3] = t206;
-    qdd[4] = arm_phi_1_cos * t204 - arm_phi_1_sin * t205 - (arm_psi_1_cos * t191 - arm_psi_1_sin * t190);
-    qdd[5] = arm_theta_1_sin * t206 - (t173 + (arm_theta_1_cos * t196 - arm_theta_1_sin * t194));
-    qdd[6] = t218;
-    qdd[7] = arm_phi_2_cos * t216 - arm_phi_2_sin * t217 - (arm_psi_2_sin * t173 + arm_psi_2_cos * t204);
-    qdd[8] = arm_theta_2_sin * t218 - (t158 + (arm_theta_2_cos * t207 - arm_theta_2_sin * t205));
-    qdd[9] = t227;
-    qdd[10] = arm_phi_3_cos * t225 - arm_phi_3_sin * t226 - (arm_psi_3_sin * t158 + arm_psi_3_cos * t216);
-    qdd[11] = arm_theta_3_sin * t227 - (p->derived.arm_phi_3_pivot_inverse * (arm_phi_3_bias_moment_x + t36) +
-        (arm_theta_3_cos * t219 - arm_theta_3_sin * t217));
-    qdd[12] = -(arm_theta_3_cos * t222 - arm_theta_3_sin * t221 + effector_z_load_force_z * p->derived.effector_z_D_inverse);
+    const double t150 = t28 * (arm_phi_3_turn_x_z * carried_85 + arm_phi_3_turn_y_z * t148 + arm_phi_3_turn_z_z *
+        t149) - t45;
+    const double t151 = t46 - t28 * (arm_phi_3_turn_x_y * carried_85 + arm_phi_3_turn_y_y * t148 + arm_phi_3_turn_z_y *
+        t149);
+    const double t152 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t150 + arm_phi_3_cos * t151 - (arm_theta_3_sin *
+        t147 + arm_theta_3_cos * carried_84));
+    qdd[0] = -t129;
+    qdd[1] = t130;
+    qdd[2] = -t134;
+    qdd[9] = t152;
+    qdd[10] = arm_phi_3_cos * t150 - arm_phi_3_sin * t151 - (arm_psi_3_cos * carried_83 - arm_psi_3_sin *
+        carried_82);
+    qdd[11] = arm_theta_3_sin * t152 - (p->derived.constant_19 * (arm_phi_3_bias_moment_x + t6) + (arm_theta_3_cos *
+        t147 - arm_theta_3_sin * carried_84));
+    qdd[12] = -(arm_phi_3_turn_x_x * carried_85 + arm_phi_3_turn_y_x * t148 - arm_theta_3_sin * t149 + effector_z_load_force_z *
+        p->derived.effector_z_D_inverse);
 }
 
 void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -3642,9 +3660,7 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double t3 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double t4 = column_psi_sin * arm_psi_sin;
     const double arm_psi_position_z = p->h + q[0];
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
@@ -3653,236 +3669,253 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
     const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
-    const double t5 = arm_psi_w_x * qd[2];
-    const double t6 = arm_psi_w_x * arm_psi_w_y;
-    const double t7 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
-    /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sine[2];
-    const double arm_psi_1_cos = cosine[2];
-    const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t3 * arm_psi_1_sin;
-    const double t8 = arm_psi_ground_x_x * arm_psi_1_sin + t3 * arm_psi_1_cos;
-    const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t4 * arm_psi_1_sin;
-    const double t9 = arm_psi_ground_y_x * arm_psi_1_sin + t4 * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_x = arm_psi_cos * arm_psi_1_sin + arm_psi_sin * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_y = arm_psi_cos * arm_psi_1_cos - arm_psi_sin * arm_psi_1_sin;
-    const double arm_psi_1_position_x = p->derived.constant_1 * arm_psi_ground_x_x;
-    const double arm_psi_1_position_y = p->derived.constant_1 * arm_psi_ground_y_x;
-    const double arm_psi_1_position_z = arm_psi_position_z + p->derived.constant_1 * arm_psi_sin;
-    const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
-    const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
-    const double t10 = p->derived.constant_1 * arm_psi_w_y;
-    const double t11 = arm_psi_v_y + p->derived.constant_1 * qd[2];
-    const double arm_psi_1_v_x = arm_psi_1_sin * t11 + arm_psi_v_x * arm_psi_1_cos;
-    const double arm_psi_1_v_y = arm_psi_1_cos * t11 - arm_psi_v_x * arm_psi_1_sin;
-    const double t12 = p->derived.constant_1 * t7;
-    const double t13 = p->derived.constant_1 * t6;
-    const double arm_psi_1_bias_a_z = p->derived.constant_1 * (t5 + t5);
-    const double arm_psi_1_bias_a_x = arm_psi_1_sin * t13 - arm_psi_1_cos * t12;
-    const double arm_psi_1_bias_a_y = arm_psi_1_sin * t12 + arm_psi_1_cos * t13;
-    const double t14 = arm_psi_bias_a_falling_x - t12;
-    const double t15 = arm_psi_bias_a_falling_y + t13;
-    const double arm_psi_1_bias_a_falling_x = arm_psi_1_sin * t15 + arm_psi_1_cos * t14;
-    const double arm_psi_1_bias_a_falling_y = arm_psi_1_cos * t15 - arm_psi_1_sin * t14;
-    const double arm_psi_1_bias_wd_x = arm_psi_bias_wd_x * arm_psi_1_cos - t5 * arm_psi_1_sin + arm_psi_1_w_y *
-        qd[3];
-    const double t16 = arm_psi_bias_wd_x * arm_psi_1_sin + t5 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
-    const double arm_psi_1_w_z = qd[2] + qd[3];
-    /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sine[3];
-    const double arm_theta_1_cos = cosine[3];
-    const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
-    const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
-    const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
-    const double arm_theta_1_ground_y_x = column_psi_cos * arm_theta_1_sin + arm_psi_1_ground_y_x * arm_theta_1_cos;
-    const double arm_theta_1_ground_z_z = arm_psi_1_ground_z_x * arm_theta_1_sin;
-    const double arm_theta_1_ground_z_x = arm_psi_1_ground_z_x * arm_theta_1_cos;
-    const double arm_theta_1_w_z = arm_psi_1_w_x * arm_theta_1_sin + arm_psi_1_w_z * arm_theta_1_cos;
-    const double arm_theta_1_w_x = arm_psi_1_w_x * arm_theta_1_cos - arm_psi_1_w_z * arm_theta_1_sin;
-    const double arm_theta_1_v_z = arm_psi_1_v_x * arm_theta_1_sin - t10 * arm_theta_1_cos;
-    const double arm_theta_1_v_x = t10 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
-    const double t17 = arm_psi_1_bias_a_z * arm_theta_1_cos;
-    const double arm_theta_1_bias_a_z = arm_psi_1_bias_a_x * arm_theta_1_sin + t17;
-    const double t18 = arm_psi_1_bias_a_z * arm_theta_1_sin;
-    const double arm_theta_1_bias_a_x = arm_psi_1_bias_a_x * arm_theta_1_cos - t18;
-    const double arm_theta_1_bias_a_falling_z = t17 + arm_psi_1_bias_a_falling_x * arm_theta_1_sin;
-    const double arm_theta_1_bias_a_falling_x = arm_psi_1_bias_a_falling_x * arm_theta_1_cos - t18;
-    const double arm_theta_1_bias_wd_x = arm_psi_1_bias_wd_x * arm_theta_1_cos - arm_theta_1_w_z * qd[4];
-    const double arm_theta_1_bias_wd_z = arm_psi_1_bias_wd_x * arm_theta_1_sin + arm_theta_1_w_x * qd[4];
-    const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
-    /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sine[4];
-    const double arm_phi_1_cos = cosine[4];
-    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t8 * arm_phi_1_cos;
-    const double arm_phi_1_ground_x_z = t8 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t9 * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_z = t9 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_y = arm_theta_1_ground_z_z * arm_phi_1_sin + arm_psi_1_ground_z_y * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_z = arm_theta_1_ground_z_z * arm_phi_1_cos - arm_psi_1_ground_z_y * arm_phi_1_sin;
-    const double arm_phi_1_w_y = arm_theta_1_w_z * arm_phi_1_sin + arm_theta_1_w_y * arm_phi_1_cos;
-    const double arm_phi_1_w_z = arm_theta_1_w_z * arm_phi_1_cos - arm_theta_1_w_y * arm_phi_1_sin;
-    const double arm_phi_1_v_y = arm_theta_1_v_z * arm_phi_1_sin + arm_psi_1_v_y * arm_phi_1_cos;
-    const double arm_phi_1_v_z = arm_theta_1_v_z * arm_phi_1_cos - arm_psi_1_v_y * arm_phi_1_sin;
-    const double arm_phi_1_bias_a_y = arm_theta_1_bias_a_z * arm_phi_1_sin + arm_psi_1_bias_a_y * arm_phi_1_cos;
-    const double arm_phi_1_bias_a_z = arm_theta_1_bias_a_z * arm_phi_1_cos - arm_psi_1_bias_a_y * arm_phi_1_sin;
-    const double arm_phi_1_bias_a_falling_y = arm_theta_1_bias_a_falling_z * arm_phi_1_sin + arm_psi_1_bias_a_falling_y *
-        arm_phi_1_cos;
-    const double arm_phi_1_bias_a_falling_z = arm_theta_1_bias_a_falling_z * arm_phi_1_cos - arm_psi_1_bias_a_falling_y *
-        arm_phi_1_sin;
-    const double arm_phi_1_bias_wd_y = arm_theta_1_bias_wd_z * arm_phi_1_sin - t16 * arm_phi_1_cos + arm_phi_1_w_z *
-        qd[5];
-    const double arm_phi_1_bias_wd_z = t16 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
-        qd[5];
-    const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
-    const double t19 = arm_phi_1_w_y * arm_phi_1_w_x;
-    const double t20 = arm_phi_1_w_z * arm_phi_1_w_z + arm_phi_1_w_y * arm_phi_1_w_y;
-    const double t21 = arm_phi_1_bias_wd_z + t19;
-    const double t22 = arm_phi_1_w_z * arm_phi_1_w_x;
-    const double t23 = t22 - arm_phi_1_bias_wd_y;
-    /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sine[5];
-    const double arm_psi_2_cos = cosine[5];
-    const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_y_y = arm_phi_1_ground_y_y * arm_psi_2_cos - arm_theta_1_ground_y_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_z_x = arm_phi_1_ground_z_y * arm_psi_2_sin + arm_theta_1_ground_z_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_z_y = arm_phi_1_ground_z_y * arm_psi_2_cos - arm_theta_1_ground_z_x * arm_psi_2_sin;
-    const double arm_psi_2_position_x = arm_psi_1_position_x + p->derived.arm_element_length * arm_theta_1_ground_x_x;
-    const double arm_psi_2_position_y = arm_psi_1_position_y + p->derived.arm_element_length * arm_theta_1_ground_y_x;
-    const double arm_psi_2_position_z = arm_psi_1_position_z + p->derived.arm_element_length * arm_theta_1_ground_z_x;
-    const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
-    const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
-    const double t24 = arm_phi_1_v_y + p->derived.arm_element_length * arm_phi_1_w_z;
-    const double arm_psi_2_v_z = arm_phi_1_v_z - p->derived.arm_element_length * arm_phi_1_w_y;
-    const double arm_psi_2_v_x = arm_psi_2_sin * t24 + arm_theta_1_v_x * arm_psi_2_cos;
-    const double arm_psi_2_v_y = arm_psi_2_cos * t24 - arm_theta_1_v_x * arm_psi_2_sin;
-    const double t25 = p->derived.arm_element_length * t20;
-    const double t26 = p->derived.arm_element_length * t21;
-    const double t27 = p->derived.arm_element_length * t23;
-    const double t28 = arm_theta_1_bias_a_x - t25;
-    const double t29 = arm_phi_1_bias_a_y + t26;
-    const double arm_psi_2_bias_a_z = arm_phi_1_bias_a_z + t27;
-    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t29 + arm_psi_2_cos * t28;
-    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t29 - arm_psi_2_sin * t28;
-    const double t30 = arm_theta_1_bias_a_falling_x - t25;
-    const double t31 = arm_phi_1_bias_a_falling_y + t26;
-    const double arm_psi_2_bias_a_falling_z = arm_phi_1_bias_a_falling_z + t27;
-    const double arm_psi_2_bias_a_falling_x = arm_psi_2_sin * t31 + arm_psi_2_cos * t30;
-    const double arm_psi_2_bias_a_falling_y = arm_psi_2_cos * t31 - arm_psi_2_sin * t30;
-    const double arm_psi_2_bias_wd_x = arm_phi_1_bias_wd_y * arm_psi_2_sin + arm_theta_1_bias_wd_x * arm_psi_2_cos +
-        arm_psi_2_w_y * qd[6];
-    const double arm_psi_2_bias_wd_y = arm_phi_1_bias_wd_y * arm_psi_2_cos - arm_theta_1_bias_wd_x * arm_psi_2_sin -
-        arm_psi_2_w_x * qd[6];
-    const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
-    /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sine[6];
-    const double arm_theta_2_cos = cosine[6];
-    const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_y_z = arm_psi_2_ground_y_x * arm_theta_2_sin + arm_phi_1_ground_y_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_y_x = arm_psi_2_ground_y_x * arm_theta_2_cos - arm_phi_1_ground_y_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_z_z = arm_psi_2_ground_z_x * arm_theta_2_sin + arm_phi_1_ground_z_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_z_x = arm_psi_2_ground_z_x * arm_theta_2_cos - arm_phi_1_ground_z_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_w_z = arm_psi_2_w_x * arm_theta_2_sin + arm_psi_2_w_z * arm_theta_2_cos;
-    const double arm_theta_2_w_x = arm_psi_2_w_x * arm_theta_2_cos - arm_psi_2_w_z * arm_theta_2_sin;
-    const double arm_theta_2_v_z = arm_psi_2_v_x * arm_theta_2_sin + arm_psi_2_v_z * arm_theta_2_cos;
-    const double arm_theta_2_v_x = arm_psi_2_v_x * arm_theta_2_cos - arm_psi_2_v_z * arm_theta_2_sin;
-    const double arm_theta_2_bias_a_z = arm_psi_2_bias_a_x * arm_theta_2_sin + arm_psi_2_bias_a_z * arm_theta_2_cos;
-    const double arm_theta_2_bias_a_x = arm_psi_2_bias_a_x * arm_theta_2_cos - arm_psi_2_bias_a_z * arm_theta_2_sin;
-    const double arm_theta_2_bias_a_falling_z = arm_psi_2_bias_a_falling_x * arm_theta_2_sin + arm_psi_2_bias_a_falling_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_bias_a_falling_x = arm_psi_2_bias_a_falling_x * arm_theta_2_cos - arm_psi_2_bias_a_falling_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_bias_wd_x = arm_psi_2_bias_wd_x * arm_theta_2_cos - arm_phi_1_bias_wd_z * arm_theta_2_sin -
-        arm_theta_2_w_z * qd[7];
-    const double arm_theta_2_bias_wd_z = arm_psi_2_bias_wd_x * arm_theta_2_sin + arm_phi_1_bias_wd_z * arm_theta_2_cos +
-        arm_theta_2_w_x * qd[7];
-    const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
-    /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sine[7];
-    const double arm_phi_2_cos = cosine[7];
-    const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_y_z = arm_theta_2_ground_y_z * arm_phi_2_cos - arm_psi_2_ground_y_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_z_y = arm_theta_2_ground_z_z * arm_phi_2_sin + arm_psi_2_ground_z_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_z_z = arm_theta_2_ground_z_z * arm_phi_2_cos - arm_psi_2_ground_z_y * arm_phi_2_sin;
-    const double arm_phi_2_w_y = arm_theta_2_w_z * arm_phi_2_sin + arm_theta_2_w_y * arm_phi_2_cos;
-    const double arm_phi_2_w_z = arm_theta_2_w_z * arm_phi_2_cos - arm_theta_2_w_y * arm_phi_2_sin;
-    const double arm_phi_2_v_y = arm_theta_2_v_z * arm_phi_2_sin + arm_psi_2_v_y * arm_phi_2_cos;
-    const double arm_phi_2_v_z = arm_theta_2_v_z * arm_phi_2_cos - arm_psi_2_v_y * arm_phi_2_sin;
-    const double arm_phi_2_bias_a_y = arm_theta_2_bias_a_z * arm_phi_2_sin + arm_psi_2_bias_a_y * arm_phi_2_cos;
-    const double arm_phi_2_bias_a_z = arm_theta_2_bias_a_z * arm_phi_2_cos - arm_psi_2_bias_a_y * arm_phi_2_sin;
-    const double arm_phi_2_bias_a_falling_y = arm_theta_2_bias_a_falling_z * arm_phi_2_sin + arm_psi_2_bias_a_falling_y *
-        arm_phi_2_cos;
-    const double arm_phi_2_bias_a_falling_z = arm_theta_2_bias_a_falling_z * arm_phi_2_cos - arm_psi_2_bias_a_falling_y *
-        arm_phi_2_sin;
-    const double arm_phi_2_bias_wd_y = arm_theta_2_bias_wd_z * arm_phi_2_sin + arm_psi_2_bias_wd_y * arm_phi_2_cos +
-        arm_phi_2_w_z * qd[8];
-    const double arm_phi_2_bias_wd_z = arm_theta_2_bias_wd_z * arm_phi_2_cos - arm_psi_2_bias_wd_y * arm_phi_2_sin -
-        arm_phi_2_w_y * qd[8];
-    const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
-    const double t32 = arm_phi_2_w_y * arm_phi_2_w_x;
-    const double t33 = arm_phi_2_w_z * arm_phi_2_w_z + arm_phi_2_w_y * arm_phi_2_w_y;
-    const double t34 = arm_phi_2_bias_wd_z + t32;
-    const double t35 = arm_phi_2_w_z * arm_phi_2_w_x;
-    const double t36 = t35 - arm_phi_2_bias_wd_y;
-    /* arm_psi_3: motion from arm_phi_2 outward */
+    const double t3 = arm_psi_w_x * qd[2];
+    const double t4 = arm_psi_w_x * arm_psi_w_y;
+    const double t5 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
+    const double t6 = t3 + t3;
+    /* arm_psi_e: motion from arm_psi outward */
+    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
+    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
+    const double arm_psi_e_shift_ground_z = p->derived.constant_3 * arm_psi_sin;
+    const double arm_psi_e_position_z = arm_psi_position_z + arm_psi_e_shift_ground_z;
+    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
+    const double t7 = p->derived.constant_3 * t5;
+    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t4;
+    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t6;
+    const double arm_psi_e_bias_a_falling_x = arm_psi_bias_a_falling_x - t7;
+    const double arm_psi_e_bias_a_falling_y = arm_psi_bias_a_falling_y + arm_psi_e_bias_a_y;
+    double arm_psi_e_ground_x_y[2];
+    double arm_psi_e_ground_y_y[2];
+    double arm_psi_e_ground_z_y[2];
+    double arm_psi_e_position_x_2[2];
+    double arm_psi_e_position_y_2[2];
+    double arm_psi_e_position_z_2[2];
+    double arm_theta_e_ground_x_x[2];
+    double arm_theta_e_ground_y_x[2];
+    double arm_theta_e_ground_z_x[2];
+    double arm_theta_e_bias_a_falling_x[2];
+    double arm_theta_e_bias_wd_x[2];
+    double arm_phi_e_bias_a_falling_y[2];
+    double arm_phi_e_bias_a_falling_z[2];
+    double arm_phi_e_bias_wd_y[2];
+    double arm_phi_e_bias_wd_z[2];
+    double t16[2];
+    double t17[2];
+    double t18[2];
+    double t19[2];
+    double t20[2];
+    double last_arm_phi_e_ground_x_z_at[2];
+    double last_arm_phi_e_ground_y_z_at[2];
+    double last_arm_phi_e_ground_z_z_at[2];
+    double last_arm_phi_e_w_x = arm_psi_w_x;
+    double last_arm_phi_e_w_y = arm_psi_w_y;
+    double last_arm_phi_e_w_z = qd[2];
+    double last_arm_theta_e_v_x = arm_psi_v_x;
+    double last_arm_phi_e_v_y = arm_psi_e_v_y;
+    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
+    double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
+    double last_arm_phi_e_bias_wd_y = -t3;
+    double last_arm_phi_e_bias_wd_z = 0.0;
+    double last_arm_theta_e_bias_a_x = -t7;
+    double last_arm_phi_e_bias_a_y = arm_psi_e_bias_a_y;
+    double last_arm_phi_e_bias_a_z = arm_psi_e_bias_a_z;
+    double last_arm_theta_e_bias_a_falling_x = arm_psi_e_bias_a_falling_x;
+    double last_arm_phi_e_bias_a_falling_y = arm_psi_e_bias_a_falling_y;
+    double last_arm_phi_e_bias_a_falling_z = arm_psi_e_bias_a_z;
+    double carried_15 = -t5;
+    double carried_18 = t4;
+    double carried_21 = t6;
+    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
+    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
+    double last_arm_phi_e_ground_x_z = column_psi_sin;
+    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
+    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
+    double last_arm_phi_e_ground_y_z = -column_psi_cos;
+    double last_arm_theta_e_ground_z_x = arm_psi_sin;
+    double last_arm_phi_e_ground_z_y = arm_psi_cos;
+    double last_arm_phi_e_ground_z_z = 0.0;
+    double last_arm_psi_e_position_x = arm_psi_e_position_x;
+    double last_arm_psi_e_position_y = arm_psi_e_position_y;
+    double last_arm_psi_e_position_z = arm_psi_e_position_z;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        last_arm_phi_e_ground_x_z_at[e] = last_arm_phi_e_ground_x_z;
+        last_arm_phi_e_ground_y_z_at[e] = last_arm_phi_e_ground_y_z;
+        last_arm_phi_e_ground_z_z_at[e] = last_arm_phi_e_ground_z_z;
+        /* arm_psi_e: motion from arm_psi_e outward */
+        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
+        arm_psi_e_ground_x_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
+        arm_psi_e_ground_y_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
+        arm_psi_e_ground_z_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
+        arm_psi_e_position_x_2[e] = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
+        arm_psi_e_position_y_2[e] = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
+        arm_psi_e_position_z_2[e] = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
+        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
+        const double t8 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_x = arm_psi_e_sin * t8 + arm_psi_e_cos * last_arm_theta_e_v_x;
+        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t8 - arm_psi_e_sin * last_arm_theta_e_v_x;
+        const double t9 = p->derived.arm_element_length * carried_15;
+        const double t10 = p->derived.arm_element_length * carried_18;
+        const double t11 = p->derived.arm_element_length * carried_21;
+        const double t12 = last_arm_theta_e_bias_a_x + t9;
+        const double t13 = last_arm_phi_e_bias_a_y + t10;
+        const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + t11;
+        const double arm_psi_e_bias_a_x_2 = arm_psi_e_sin * t13 + arm_psi_e_cos * t12;
+        const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t13 - arm_psi_e_sin * t12;
+        const double t14 = last_arm_theta_e_bias_a_falling_x + t9;
+        const double t15 = last_arm_phi_e_bias_a_falling_y + t10;
+        const double arm_psi_e_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + t11;
+        const double arm_psi_e_bias_a_falling_x_2 = arm_psi_e_sin * t15 + arm_psi_e_cos * t14;
+        const double arm_psi_e_bias_a_falling_y_2 = arm_psi_e_cos * t15 - arm_psi_e_sin * t14;
+        const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
+        qd[3 + 3 * e] * arm_psi_e_w_y;
+        const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
+        qd[3 + 3 * e] * arm_psi_e_w_x;
+        const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
+        /* arm_theta_e: motion from arm_psi_e outward */
+        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
+        arm_theta_e_ground_x_x[e] = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
+        arm_theta_e_ground_y_x[e] = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
+        arm_theta_e_ground_z_x[e] = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
+        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
+        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
+        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
+        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
+        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_a_falling_z = arm_theta_e_sin * arm_psi_e_bias_a_falling_x_2 + arm_theta_e_cos *
+        arm_psi_e_bias_a_falling_z;
+        arm_theta_e_bias_a_falling_x[e] = arm_theta_e_cos * arm_psi_e_bias_a_falling_x_2 - arm_theta_e_sin *
+        arm_psi_e_bias_a_falling_z;
+        arm_theta_e_bias_wd_x[e] = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
+        qd[4 + 3 * e] * arm_theta_e_w_z;
+        const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
+        qd[4 + 3 * e] * arm_theta_e_w_x;
+        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
+        /* arm_phi_e: motion from arm_theta_e outward */
+        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
+        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
+        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y[e];
+        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y[e];
+        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y[e];
+        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y[e];
+        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
+        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
+        const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
+        const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
+        const double arm_phi_e_bias_a_y = arm_phi_e_sin * arm_theta_e_bias_a_z + arm_phi_e_cos * arm_psi_e_bias_a_y_2;
+        const double arm_phi_e_bias_a_z = arm_phi_e_cos * arm_theta_e_bias_a_z - arm_phi_e_sin * arm_psi_e_bias_a_y_2;
+        arm_phi_e_bias_a_falling_y[e] = arm_phi_e_sin * arm_theta_e_bias_a_falling_z + arm_phi_e_cos * arm_psi_e_bias_a_falling_y_2;
+        arm_phi_e_bias_a_falling_z[e] = arm_phi_e_cos * arm_theta_e_bias_a_falling_z - arm_phi_e_sin * arm_psi_e_bias_a_falling_y_2;
+        arm_phi_e_bias_wd_y[e] = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
+        qd[5 + 3 * e] * arm_phi_e_w_z;
+        arm_phi_e_bias_wd_z[e] = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
+        qd[5 + 3 * e] * arm_phi_e_w_y;
+        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
+        t16[e] = arm_phi_e_w_y * arm_phi_e_w_x;
+        t17[e] = arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y;
+        t18[e] = arm_phi_e_bias_wd_z[e] + t16[e];
+        t19[e] = arm_phi_e_w_z * arm_phi_e_w_x;
+        t20[e] = t19[e] - arm_phi_e_bias_wd_y[e];
+        const double next_carried_15 = -t17[e];
+        last_arm_phi_e_w_x = arm_phi_e_w_x;
+        last_arm_phi_e_w_y = arm_phi_e_w_y;
+        last_arm_phi_e_w_z = arm_phi_e_w_z;
+        last_arm_theta_e_v_x = arm_theta_e_v_x;
+        last_arm_phi_e_v_y = arm_phi_e_v_y;
+        last_arm_phi_e_v_z = arm_phi_e_v_z;
+        last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x[e];
+        last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y[e];
+        last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z[e];
+        last_arm_theta_e_bias_a_x = arm_theta_e_bias_a_x;
+        last_arm_phi_e_bias_a_y = arm_phi_e_bias_a_y;
+        last_arm_phi_e_bias_a_z = arm_phi_e_bias_a_z;
+        last_arm_theta_e_bias_a_falling_x = arm_theta_e_bias_a_falling_x[e];
+        last_arm_phi_e_bias_a_falling_y = arm_phi_e_bias_a_falling_y[e];
+        last_arm_phi_e_bias_a_falling_z = arm_phi_e_bias_a_falling_z[e];
+        carried_15 = next_carried_15;
+        carried_18 = t18[e];
+        carried_21 = t20[e];
+        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x[e];
+        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
+        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
+        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x[e];
+        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
+        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
+        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x[e];
+        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
+        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
+        last_arm_psi_e_position_x = arm_psi_e_position_x_2[e];
+        last_arm_psi_e_position_y = arm_psi_e_position_y_2[e];
+        last_arm_psi_e_position_z = arm_psi_e_position_z_2[e];
+    }
+    /* arm_psi_3: motion from arm_psi_e outward */
     const double arm_psi_3_sin = sine[8];
     const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = arm_phi_2_ground_y_y * arm_psi_3_cos - arm_theta_2_ground_y_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_z_x = arm_phi_2_ground_z_y * arm_psi_3_sin + arm_theta_2_ground_z_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_z_y = arm_phi_2_ground_z_y * arm_psi_3_cos - arm_theta_2_ground_z_x * arm_psi_3_sin;
-    const double arm_psi_3_position_x = arm_psi_2_position_x + p->derived.arm_element_length * arm_theta_2_ground_x_x;
-    const double arm_psi_3_position_y = arm_psi_2_position_y + p->derived.arm_element_length * arm_theta_2_ground_y_x;
-    const double arm_psi_3_position_z = arm_psi_2_position_z + p->derived.arm_element_length * arm_theta_2_ground_z_x;
-    const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
-    const double t37 = arm_phi_2_v_y + p->derived.arm_element_length * arm_phi_2_w_z;
-    const double arm_psi_3_v_z = arm_phi_2_v_z - p->derived.arm_element_length * arm_phi_2_w_y;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t37 + arm_theta_2_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t37 - arm_theta_2_v_x * arm_psi_3_sin;
-    const double t38 = p->derived.arm_element_length * t33;
-    const double t39 = p->derived.arm_element_length * t34;
-    const double t40 = p->derived.arm_element_length * t36;
-    const double t41 = arm_theta_2_bias_a_x - t38;
-    const double t42 = arm_phi_2_bias_a_y + t39;
-    const double arm_psi_3_bias_a_z = arm_phi_2_bias_a_z + t40;
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t42 + arm_psi_3_cos * t41;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t42 - arm_psi_3_sin * t41;
-    const double t43 = arm_theta_2_bias_a_falling_x - t38;
-    const double t44 = arm_phi_2_bias_a_falling_y + t39;
-    const double arm_psi_3_bias_a_falling_z = arm_phi_2_bias_a_falling_z + t40;
-    const double arm_psi_3_bias_a_falling_x = arm_psi_3_sin * t44 + arm_psi_3_cos * t43;
-    const double arm_psi_3_bias_a_falling_y = arm_psi_3_cos * t44 - arm_psi_3_sin * t43;
-    const double arm_psi_3_bias_wd_x = arm_phi_2_bias_wd_y * arm_psi_3_sin + arm_theta_2_bias_wd_x * arm_psi_3_cos +
-        arm_psi_3_w_y * qd[9];
-    const double arm_psi_3_bias_wd_y = arm_phi_2_bias_wd_y * arm_psi_3_cos - arm_theta_2_bias_wd_x * arm_psi_3_sin -
-        arm_psi_3_w_x * qd[9];
-    const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
+    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_x_y = last_arm_phi_e_ground_x_y * arm_psi_3_cos - last_arm_theta_e_ground_x_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_y_y = last_arm_phi_e_ground_y_y * arm_psi_3_cos - last_arm_theta_e_ground_y_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_z_y = last_arm_phi_e_ground_z_y * arm_psi_3_cos - last_arm_theta_e_ground_z_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
+    const double arm_psi_3_position_y = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
+    const double arm_psi_3_position_z = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
+    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
+    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
+    const double t21 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+    const double arm_psi_3_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+    const double arm_psi_3_v_x = arm_psi_3_sin * t21 + last_arm_theta_e_v_x * arm_psi_3_cos;
+    const double arm_psi_3_v_y = arm_psi_3_cos * t21 - last_arm_theta_e_v_x * arm_psi_3_sin;
+    const double t22 = p->derived.arm_element_length * carried_15;
+    const double t23 = p->derived.arm_element_length * carried_18;
+    const double t24 = p->derived.arm_element_length * carried_21;
+    const double t25 = last_arm_theta_e_bias_a_x + t22;
+    const double t26 = last_arm_phi_e_bias_a_y + t23;
+    const double arm_psi_3_bias_a_z = last_arm_phi_e_bias_a_z + t24;
+    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t26 + arm_psi_3_cos * t25;
+    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t26 - arm_psi_3_sin * t25;
+    const double t27 = last_arm_theta_e_bias_a_falling_x + t22;
+    const double t28 = last_arm_phi_e_bias_a_falling_y + t23;
+    const double arm_psi_3_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + t24;
+    const double arm_psi_3_bias_a_falling_x = arm_psi_3_sin * t28 + arm_psi_3_cos * t27;
+    const double arm_psi_3_bias_a_falling_y = arm_psi_3_cos * t28 - arm_psi_3_sin * t27;
+    const double arm_psi_3_bias_wd_x = last_arm_phi_e_bias_wd_y * arm_psi_3_sin + last_arm_theta_e_bias_wd_x *
+        arm_psi_3_cos + arm_psi_3_w_y * qd[9];
+    const double arm_psi_3_bias_wd_y = last_arm_phi_e_bias_wd_y * arm_psi_3_cos - last_arm_theta_e_bias_wd_x *
+        arm_psi_3_sin - arm_psi_3_w_x * qd[9];
+    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sine[9];
     const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + last_arm_phi_e_ground_x_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + arm_phi_2_ground_y_z *
+    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + last_arm_phi_e_ground_y_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
+    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + arm_phi_2_ground_z_z *
+    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + last_arm_phi_e_ground_z_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - arm_phi_2_ground_z_z *
+    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
         arm_theta_3_sin;
     const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
     const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
@@ -3894,10 +3927,10 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
         arm_theta_3_cos;
     const double arm_theta_3_bias_a_falling_x = arm_psi_3_bias_a_falling_x * arm_theta_3_cos - arm_psi_3_bias_a_falling_z *
         arm_theta_3_sin;
-    const double arm_theta_3_bias_wd_x = arm_psi_3_bias_wd_x * arm_theta_3_cos - arm_phi_2_bias_wd_z * arm_theta_3_sin -
-        arm_theta_3_w_z * qd[10];
-    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + arm_phi_2_bias_wd_z * arm_theta_3_cos +
-        arm_theta_3_w_x * qd[10];
+    const double arm_theta_3_bias_wd_x = arm_psi_3_bias_wd_x * arm_theta_3_cos - last_arm_phi_e_bias_wd_z *
+        arm_theta_3_sin - arm_theta_3_w_z * qd[10];
+    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + last_arm_phi_e_bias_wd_z *
+        arm_theta_3_cos + arm_theta_3_w_x * qd[10];
     const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
     /* arm_phi_3: motion from arm_theta_3 outward */
     const double arm_phi_3_sin = sine[10];
@@ -3906,9 +3939,9 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
     const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
     const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t45 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t46 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t46 - t45;
+    const double t29 = arm_theta_3_w_y * arm_phi_3_sin;
+    const double t30 = arm_theta_3_w_z * arm_phi_3_cos;
+    const double arm_phi_3_w_z = t30 - t29;
     const double arm_phi_3_v_y = arm_theta_3_v_z * arm_phi_3_sin + arm_psi_3_v_y * arm_phi_3_cos;
     const double arm_phi_3_v_z = arm_theta_3_v_z * arm_phi_3_cos - arm_psi_3_v_y * arm_phi_3_sin;
     const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
@@ -3922,36 +3955,39 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double arm_phi_3_bias_wd_z = arm_theta_3_bias_wd_z * arm_phi_3_cos - arm_psi_3_bias_wd_y * arm_phi_3_sin -
         arm_phi_3_w_y * qd[11];
     const double arm_phi_3_w_x = arm_theta_3_w_x + qd[11];
-    const double t47 = arm_phi_3_w_y * arm_phi_3_w_x;
-    const double t48 = arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y * arm_phi_3_w_y;
-    const double t49 = arm_phi_3_bias_wd_z + t47;
-    const double t50 = arm_phi_3_w_z * arm_phi_3_w_x;
-    const double t51 = t50 - arm_phi_3_bias_wd_y;
+    const double t31 = arm_phi_3_w_y * arm_phi_3_w_x;
+    const double t32 = arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y * arm_phi_3_w_y;
+    const double t33 = arm_phi_3_bias_wd_z + t31;
+    const double t34 = arm_phi_3_w_z * arm_phi_3_w_x;
+    const double t35 = t34 - arm_phi_3_bias_wd_y;
     /* effector_z: motion from arm_phi_3 outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
     const double effector_z_ground_x_x = arm_psi_3_ground_x_y * arm_phi_3_sin - arm_theta_3_ground_x_z * arm_phi_3_cos;
     const double effector_z_ground_y_x = arm_psi_3_ground_y_y * arm_phi_3_sin - arm_theta_3_ground_y_z * arm_phi_3_cos;
     const double effector_z_ground_z_x = arm_psi_3_ground_z_y * arm_phi_3_sin - arm_theta_3_ground_z_z * arm_phi_3_cos;
-    const double effector_z_position_x = arm_psi_3_position_x + arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = arm_psi_3_position_y + arm_theta_3_ground_y_x * effector_z_shift_x;
-    const double effector_z_position_z = arm_psi_3_position_z + arm_theta_3_ground_z_x * effector_z_shift_x;
-    const double effector_z_w_x = t45 - t46;
+    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
+    const double effector_z_shift_ground_y = arm_theta_3_ground_y_x * effector_z_shift_x;
+    const double effector_z_shift_ground_z = arm_theta_3_ground_z_x * effector_z_shift_x;
+    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
+    const double effector_z_position_y = arm_psi_3_position_y + effector_z_shift_ground_y;
+    const double effector_z_position_z = arm_psi_3_position_z + effector_z_shift_ground_z;
+    const double effector_z_w_x = t29 - t30;
     const double effector_z_v_y = arm_phi_3_v_y + arm_phi_3_w_z * effector_z_shift_x;
     const double effector_z_v_x = arm_phi_3_w_y * effector_z_shift_x - arm_phi_3_v_z;
-    const double t52 = t48 * effector_z_shift_x;
-    const double t53 = t49 * effector_z_shift_x;
-    const double t54 = t51 * effector_z_shift_x;
-    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - t52;
-    const double effector_z_bias_a_falling_z = arm_theta_3_bias_a_falling_x - t52;
-    const double t55 = arm_phi_3_w_y * qd[12];
-    const double t56 = effector_z_w_x * qd[12];
-    const double t57 = t55 + t55;
-    const double t58 = t56 + t56;
+    const double t36 = t32 * effector_z_shift_x;
+    const double t37 = t33 * effector_z_shift_x;
+    const double t38 = t35 * effector_z_shift_x;
+    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - t36;
+    const double effector_z_bias_a_falling_z = arm_theta_3_bias_a_falling_x - t36;
+    const double t39 = arm_phi_3_w_y * qd[12];
+    const double t40 = effector_z_w_x * qd[12];
+    const double t41 = t39 + t39;
+    const double t42 = t40 + t40;
     const double effector_z_v_z = arm_theta_3_v_x + qd[12];
-    const double effector_z_bias_a_x = t57 - (arm_phi_3_bias_a_z + t54);
-    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + t53 - t58;
-    const double effector_z_bias_a_falling_x = t57 - (arm_phi_3_bias_a_falling_z + t54);
-    const double effector_z_bias_a_falling_y = arm_phi_3_bias_a_falling_y + t53 - t58;
+    const double effector_z_bias_a_x = t41 - (arm_phi_3_bias_a_z + t38);
+    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + t37 - t42;
+    const double effector_z_bias_a_falling_x = t41 - (arm_phi_3_bias_a_falling_z + t38);
+    const double effector_z_bias_a_falling_y = arm_phi_3_bias_a_falling_y + t37 - t42;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = effector_z_ground_x_x * effector_z_v_x + arm_phi_3_ground_x_y * effector_z_v_y +
         arm_theta_3_ground_x_x * effector_z_v_z;
@@ -3965,671 +4001,696 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
         arm_theta_3_ground_y_x * effector_z_bias_a_z;
     const double point_E_bias_z = effector_z_ground_z_x * effector_z_bias_a_x + arm_phi_3_ground_z_y * effector_z_bias_a_y +
         arm_theta_3_ground_z_x * effector_z_bias_a_z;
-    const double t59 = effector_z_position_z - arm_psi_position_z;
+    const double t43 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    const double t60 = effector_z_position_x - arm_psi_1_position_x;
-    const double t61 = effector_z_position_y - arm_psi_1_position_y;
-    const double t62 = effector_z_position_z - arm_psi_1_position_z;
-    const double row_2_u_arm_psi_1 = column_psi_cos * t60 + column_psi_sin * t61;
-    const double row_2_u_arm_theta_1 = t9 * t60 - t8 * t61;
-    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t61 - arm_theta_1_ground_y_x * t60;
-    const double t63 = effector_z_position_x - arm_psi_2_position_x;
-    const double t64 = effector_z_position_y - arm_psi_2_position_y;
-    const double t65 = effector_z_position_z - arm_psi_2_position_z;
-    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t64 - arm_phi_1_ground_y_z * t63;
-    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t64 - arm_psi_2_ground_y_y * t63;
-    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t64 - arm_theta_2_ground_y_x * t63;
-    const double t66 = effector_z_position_x - arm_psi_3_position_x;
-    const double t67 = effector_z_position_y - arm_psi_3_position_y;
-    const double t68 = effector_z_position_z - arm_psi_3_position_z;
-    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t67 - arm_phi_2_ground_y_z * t66;
-    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t67 - arm_psi_3_ground_y_y * t66;
-    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t67 - arm_theta_3_ground_y_x * t66;
-    /* effector_z: composite pseudo-inertia of all beyond, inward */
-    const double t69 = p->m_E * effector_z_shift_x;
+    const double t44 = effector_z_position_x - arm_psi_3_position_x;
+    const double t45 = effector_z_position_y - arm_psi_3_position_y;
+    const double t46 = effector_z_position_z - arm_psi_3_position_z;
+    const double row_2_u_arm_psi_3 = last_arm_phi_e_ground_x_z * t45 - last_arm_phi_e_ground_y_z * t44;
+    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t45 - arm_psi_3_ground_y_y * t44;
+    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t45 - arm_theta_3_ground_y_x * t44;
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t69;
-    const double arm_phi_3_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t69;
+    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
     /* arm_phi_3: bias forces c, inward */
     const double arm_phi_3_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_theta_3_bias_wd_x;
-    /* arm_phi_2: bias forces c, inward */
-    const double arm_phi_2_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_2_bias_wd_x;
-    /* arm_phi_1: bias forces c, inward */
-    const double arm_phi_1_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_1_bias_wd_x;
     /* arm_psi: bias forces c, inward */
     const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t5 * p->derived.constant_6 - p->derived.arm_psi_inertia_yy * t5;
+    const double arm_psi_load_moment_y = t3 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t3;
     /* springs -s (q - rest), dampers -d qd, and forces that the model names */
-    const double t70 = p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4];
-    const double t71 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5];
-    const double t72 = p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7];
-    const double t73 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8];
-    const double t74 = p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10];
-    const double t75 = p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi * qd[11];
+    const double t47 = p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10];
+    const double t48 = p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi * qd[11];
     /* row 1 (position level): u qdd + v = 0 */
-    const double t76 = (effector_z_position_x - p->xc) / p->a;
-    const double t77 = effector_z_position_y / p->b;
-    const double row_1_phi = t76 * t76 + t77 * t77 - 1.0;
-    const double t78 = point_E_xd * p->derived.constant_11;
-    const double t79 = t76 * t78;
-    const double t80 = point_E_yd * p->derived.constant_12;
-    const double t81 = t77 * t80;
-    const double row_1_psi = t79 + t79 + (t81 + t81);
-    const double t82 = t78 * t78 + t76 * (point_E_bias_x * p->derived.constant_11);
-    const double t83 = t80 * t80 + t77 * (point_E_bias_y * p->derived.constant_12);
-    const double row_1_v = t82 + t82 + (t83 + t83);
-    const double t84 = p->derived.constant_12 * (t77 + t77);
-    const double t85 = p->derived.constant_11 * (t76 + t76);
-    const double row_1_u_column_psi = effector_z_position_x * t84 - effector_z_position_y * t85;
-    const double t86 = column_psi_cos * t59 * t85 + column_psi_sin * t59 * t84;
-    const double t87 = column_psi_cos * t62 * t85 + column_psi_sin * t62 * t84;
-    const double row_1_u_arm_theta_1 = (t8 * t62 + arm_psi_1_ground_z_y * t60) * t84 - (arm_psi_1_ground_z_y *
-        t61 + t9 * t62) * t85;
-    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t62 - arm_theta_1_ground_z_x * t61) * t85 +
-        (arm_theta_1_ground_z_x * t60 - arm_theta_1_ground_x_x * t62) * t84;
-    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t65 - arm_phi_1_ground_z_z * t64) * t85 + (arm_phi_1_ground_z_z *
-        t63 - arm_phi_1_ground_x_z * t65) * t84;
-    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t65 - arm_psi_2_ground_z_y * t64) * t85 + (arm_psi_2_ground_z_y *
-        t63 - arm_psi_2_ground_x_y * t65) * t84;
-    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t65 - arm_theta_2_ground_z_x * t64) * t85 +
-        (arm_theta_2_ground_z_x * t63 - arm_theta_2_ground_x_x * t65) * t84;
-    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t68 - arm_phi_2_ground_z_z * t67) * t85 + (arm_phi_2_ground_z_z *
-        t66 - arm_phi_2_ground_x_z * t68) * t84;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t68 - arm_psi_3_ground_z_y * t67) * t85 + (arm_psi_3_ground_z_y *
-        t66 - arm_psi_3_ground_x_y * t68) * t84;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t68 - arm_theta_3_ground_z_x * t67) * t85 +
-        (arm_theta_3_ground_z_x * t66 - arm_theta_3_ground_x_x * t68) * t84;
-    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t85 + arm_theta_3_ground_y_x * t84;
+    const double t49 = (effector_z_position_x - p->xc) / p->a;
+    const double t50 = effector_z_position_y / p->b;
+    const double row_1_phi = t49 * t49 + t50 * t50 - 1.0;
+    const double t51 = point_E_xd * p->derived.constant_11;
+    const double t52 = t49 * t51;
+    const double t53 = point_E_yd * p->derived.constant_12;
+    const double t54 = t50 * t53;
+    const double row_1_psi = t52 + t52 + (t54 + t54);
+    const double t55 = t51 * t51 + t49 * (point_E_bias_x * p->derived.constant_11);
+    const double t56 = t53 * t53 + t50 * (point_E_bias_y * p->derived.constant_12);
+    const double row_1_v = t55 + t55 + (t56 + t56);
+    const double t57 = p->derived.constant_12 * (t50 + t50);
+    const double t58 = p->derived.constant_11 * (t49 + t49);
+    const double row_1_u_column_psi = effector_z_position_x * t57 - effector_z_position_y * t58;
+    const double t59 = column_psi_cos * t43 * t58 + column_psi_sin * t43 * t57;
+    const double row_1_u_arm_psi_3 = (last_arm_phi_e_ground_y_z * t46 - last_arm_phi_e_ground_z_z * t45) *
+        t58 + (last_arm_phi_e_ground_z_z * t44 - last_arm_phi_e_ground_x_z * t46) * t57;
+    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t46 - arm_psi_3_ground_z_y * t45) * t58 + (arm_psi_3_ground_z_y *
+        t44 - arm_psi_3_ground_x_y * t46) * t57;
+    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t46 - arm_theta_3_ground_z_x * t45) * t58 +
+        (arm_theta_3_ground_z_x * t44 - arm_theta_3_ground_x_x * t46) * t57;
+    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t58 + arm_theta_3_ground_y_x * t57;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t88 = t2 * (p->derived.constant_15 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t88 + t88);
+    const double t60 = t2 * (p->derived.constant_15 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t60 + t60);
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = t6 * p->derived.constant_7 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_moment_z = t4 * p->derived.constant_8 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
     const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t7;
-    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t6 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
-    /* arm_phi_1: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_1_load_moment_y = t22 * p->derived.constant_8 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_z;
-    const double arm_phi_1_load_moment_z = t19 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_1_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_y;
-    const double arm_phi_1_load_force_x = p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - p->derived.arm_phi_1_moment_x *
-        t20;
-    const double arm_phi_1_load_force_y = p->derived.arm_phi_1_moment_x * t21 + p->derived.arm_phi_1_mass *
-        arm_phi_1_bias_a_falling_y;
-    const double arm_phi_1_load_force_z = p->derived.arm_phi_1_moment_x * t23 + p->derived.arm_phi_1_mass *
-        arm_phi_1_bias_a_falling_z;
-    /* arm_phi_2: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_2_load_moment_y = t35 * p->derived.constant_8 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_z;
-    const double arm_phi_2_load_moment_z = t32 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_2_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_y;
-    const double arm_phi_2_load_force_x = p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - p->derived.arm_phi_1_moment_x *
-        t33;
-    const double arm_phi_2_load_force_y = p->derived.arm_phi_1_moment_x * t34 + p->derived.arm_phi_1_mass *
-        arm_phi_2_bias_a_falling_y;
-    const double arm_phi_2_load_force_z = p->derived.arm_phi_1_moment_x * t36 + p->derived.arm_phi_1_mass *
-        arm_phi_2_bias_a_falling_z;
+        t5;
+    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t4 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
     /* arm_phi_3: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_3_load_moment_y = t50 * p->derived.constant_6 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y -
+    const double arm_phi_3_load_moment_y = t34 * p->derived.constant_7 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y -
         p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
-    const double arm_phi_3_load_moment_z = t47 * p->derived.constant_7 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z +
+    const double arm_phi_3_load_moment_z = t31 * p->derived.constant_8 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z +
         p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
     const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t48;
-    const double arm_phi_3_load_force_y = p->derived.arm_psi_moment_x * t49 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_z = p->derived.arm_psi_moment_x * t51 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
+        t32;
+    const double arm_phi_3_load_force_y = p->derived.arm_psi_moment_x * t33 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
+    const double arm_phi_3_load_force_z = p->derived.arm_psi_moment_x * t35 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
     /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
     /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double arm_theta_3_pivot_inverse = 1.0 / arm_phi_3_inertia_beyond_yy;
+    const double t61 = 1.0 / (p->derived.arm_psi_inertia_yy + p->m_E * (effector_z_shift_x * effector_z_shift_x));
     const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
-    const double t89 = arm_phi_3_moment_beyond_x * arm_theta_3_pivot_inverse;
-    const double t90 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t89;
-    const double t91 = arm_theta_3_sin * (t90 - p->derived.arm_psi_mass);
-    const double t92 = arm_theta_3_sin * t91;
-    const double t93 = t90 - t92;
-    const double t94 = p->derived.arm_psi_mass + t92;
-    const double t95 = arm_theta_3_cos * t91;
-    const double t96 = arm_psi_3_sin * (t94 - t90);
-    const double t97 = arm_psi_3_sin * t96;
-    const double t98 = t90 + t97;
-    const double t99 = arm_psi_3_cos * t96;
-    const double t100 = arm_psi_3_cos * t95;
-    const double t101 = arm_psi_3_sin * t95;
-    const double t102 = p->derived.arm_element_length * t100;
-    const double t103 = p->derived.arm_element_length * t99;
-    const double t104 = p->derived.arm_element_length * t101;
-    const double t105 = p->derived.arm_element_length * t98;
-    const double t106 = p->derived.arm_element_length * t93;
-    const double t107 = p->derived.arm_element_length * t104;
-    /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t108 = p->derived.arm_phi_1_moment_x + t106;
-    const double t109 = p->derived.arm_phi_1_moment_x + t105;
-    const double t110 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t106);
-    const double t111 = t107 * t110;
-    const double t112 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t105 - t107 *
-        t111);
-    const double arm_theta_2_cos_inverse = 1.0 / arm_theta_2_cos;
-    const double t113 = t112 * (t103 - t102 * t111);
-    const double t114 = t111 * t113 - t102 * t110;
-    const double t115 = t112 * (t109 - t104 * t111);
-    const double t116 = t111 * t115 - t104 * t110;
-    const double t117 = t112 * (t104 - t108 * t111);
-    const double t118 = t111 * t117 - t108 * t110;
-    const double t119 = p->derived.arm_phi_1_mass + (t94 - t97) - (t103 * t113 - t102 * t114);
-    const double t120 = t99 - (t103 * t115 - t102 * t116);
-    const double t121 = t100 - (t103 * t117 - t102 * t118);
-    const double t122 = p->derived.arm_phi_1_mass + t98 - (t109 * t115 - t104 * t116);
-    const double t123 = t101 - (t109 * t117 - t104 * t118);
-    const double t124 = p->derived.arm_phi_1_mass + t93 - (t104 * t117 - t108 * t118);
-    const double t125 = arm_phi_2_cos * (t123 + t123) + arm_phi_2_sin * (t122 - t124);
-    const double t126 = arm_phi_2_sin * t125;
-    const double t127 = t122 - t126;
-    const double t128 = t124 + t126;
-    const double t129 = arm_phi_2_cos * t125 - t123;
-    const double t130 = arm_phi_2_cos * t120 - arm_phi_2_sin * t121;
-    const double t131 = arm_phi_2_cos * t121 + arm_phi_2_sin * t120;
-    const double t132 = arm_theta_2_cos * (t131 + t131) + arm_theta_2_sin * (t128 - t119);
-    const double t133 = arm_theta_2_sin * t132;
-    const double t134 = t128 - t133;
-    const double t135 = t119 + t133;
-    const double t136 = arm_theta_2_cos * t132 - t131;
-    const double t137 = arm_theta_2_cos * t129 - arm_theta_2_sin * t130;
-    const double t138 = arm_theta_2_cos * t130 + arm_theta_2_sin * t129;
-    const double t139 = arm_psi_2_cos * (t138 + t138) + arm_psi_2_sin * (t135 - t127);
-    const double t140 = arm_psi_2_sin * t139;
-    const double t141 = t127 + t140;
-    const double t142 = arm_psi_2_cos * t139 - t138;
-    const double t143 = arm_psi_2_cos * t136 - arm_psi_2_sin * t137;
-    const double t144 = arm_psi_2_cos * t137 + arm_psi_2_sin * t136;
-    const double t145 = p->derived.arm_element_length * t143;
-    const double t146 = p->derived.arm_element_length * t142;
-    const double t147 = p->derived.arm_element_length * t144;
-    const double t148 = p->derived.arm_element_length * t141;
-    const double t149 = p->derived.arm_element_length * t134;
-    const double t150 = p->derived.arm_element_length * t147;
-    /* arm_phi_1 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t151 = p->derived.arm_phi_1_moment_x + t149;
-    const double t152 = p->derived.arm_phi_1_moment_x + t148;
-    const double t153 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t149);
-    const double t154 = t150 * t153;
-    const double t155 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t148 - t150 *
-        t154);
-    const double arm_theta_1_cos_inverse = 1.0 / arm_theta_1_cos;
-    const double t156 = t155 * (t146 - t145 * t154);
-    const double t157 = t154 * t156 - t145 * t153;
-    const double t158 = t155 * (t152 - t147 * t154);
-    const double t159 = t154 * t158 - t147 * t153;
-    const double t160 = t155 * (t147 - t151 * t154);
-    const double t161 = t154 * t160 - t151 * t153;
-    const double t162 = p->derived.arm_phi_1_mass + (t135 - t140) - (t146 * t156 - t145 * t157);
-    const double t163 = t142 - (t146 * t158 - t145 * t159);
-    const double t164 = t143 - (t146 * t160 - t145 * t161);
-    const double t165 = p->derived.arm_phi_1_mass + t141 - (t152 * t158 - t147 * t159);
-    const double t166 = t144 - (t152 * t160 - t147 * t161);
-    const double t167 = p->derived.arm_phi_1_mass + t134 - (t147 * t160 - t151 * t161);
-    const double t168 = arm_phi_1_cos * (t166 + t166) + arm_phi_1_sin * (t165 - t167);
-    const double t169 = arm_phi_1_sin * t168;
-    const double t170 = t165 - t169;
-    const double t171 = t167 + t169;
-    const double t172 = arm_phi_1_cos * t168 - t166;
-    const double t173 = arm_phi_1_cos * t163 - arm_phi_1_sin * t164;
-    const double t174 = arm_phi_1_cos * t164 + arm_phi_1_sin * t163;
-    const double t175 = arm_theta_1_cos * (t174 + t174) + arm_theta_1_sin * (t171 - t162);
-    const double t176 = arm_theta_1_sin * t175;
-    const double t177 = t162 + t176;
-    const double t178 = arm_theta_1_cos * t175 - t174;
-    const double t179 = arm_theta_1_cos * t172 - arm_theta_1_sin * t173;
-    const double t180 = arm_theta_1_cos * t173 + arm_theta_1_sin * t172;
-    const double t181 = arm_psi_1_cos * (t180 + t180) + arm_psi_1_sin * (t177 - t170);
-    const double t182 = arm_psi_1_sin * t181;
-    const double t183 = t170 + t182;
-    const double t184 = arm_psi_1_cos * t181 - t180;
-    const double arm_psi_U_force_x = p->derived.constant_1 * t184;
-    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t179 + arm_psi_1_sin * t178);
-    const double t185 = p->derived.constant_1 * t183;
-    const double t186 = p->derived.constant_1 * arm_psi_U_force_z;
+    const double arm_phi_3_turn_x_x = arm_psi_3_cos * arm_theta_3_cos;
+    const double arm_phi_3_turn_y_x = arm_psi_3_sin * arm_theta_3_cos;
+    const double arm_phi_3_turn_z_y = arm_theta_3_cos * arm_phi_3_sin;
+    const double t62 = arm_theta_3_sin * arm_phi_3_sin;
+    const double arm_phi_3_turn_x_y = arm_psi_3_cos * t62 - arm_psi_3_sin * arm_phi_3_cos;
+    const double arm_phi_3_turn_y_y = arm_psi_3_sin * t62 + arm_psi_3_cos * arm_phi_3_cos;
+    const double arm_phi_3_turn_z_z = arm_theta_3_cos * arm_phi_3_cos;
+    const double t63 = arm_theta_3_sin * arm_phi_3_cos;
+    const double arm_phi_3_turn_x_z = arm_psi_3_sin * arm_phi_3_sin + arm_psi_3_cos * t63;
+    const double arm_phi_3_turn_y_z = arm_psi_3_sin * t63 - arm_psi_3_cos * arm_phi_3_sin;
+    const double t64 = arm_phi_3_moment_beyond_x * t61;
+    const double t65 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t64;
+    const double t66 = t65 - p->derived.arm_psi_mass;
+    const double t67 = arm_theta_3_sin * arm_theta_3_sin * t66;
+    const double t68 = t65 - t67;
+    const double t69 = p->derived.arm_psi_mass + t67;
+    const double t70 = arm_theta_3_sin * arm_theta_3_cos * t66;
+    const double t71 = t69 - t65;
+    const double t72 = arm_psi_3_sin * arm_psi_3_sin * t71;
+    const double t73 = arm_psi_3_cos * t70;
+    const double t74 = arm_psi_3_sin * t70;
+    const double t75 = t65 + t72;
+    const double t76 = arm_psi_3_sin * arm_psi_3_cos * t71;
+    const double t77 = p->derived.arm_element_length * t74;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t185;
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t185;
-    const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t187 = t186 * arm_psi_D_inverse;
-    const double t188 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t189 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t190 = t184 - arm_psi_U_force_x * t189;
-    const double t191 = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * (p->derived.constant_1 * (t171 -
-        t176)) - t186 * t187;
-    const double t192 = p->derived.arm_psi_mass + t183 - arm_psi_U_force_y * t189;
-    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t186 * t188 - p->derived.constant_1 *
-        (arm_psi_1_cos * t178 - arm_psi_1_sin * t179))) + arm_psi_cos * (arm_psi_cos * (t186 * t189 - arm_psi_U_force_z));
-    /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (t191 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
-        t191)));
-    const double t193 = p->m_col + (t192 + arm_psi_sin * (arm_psi_cos * (t190 + t190) + arm_psi_sin * (p->derived.arm_psi_mass +
-        (t177 - t182) - arm_psi_U_force_x * t188 - t192)));
-    const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t194 = column_psi_U_force_z * column_psi_D_inverse;
-    /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (t193 - column_psi_U_force_z * t194);
-    const double base_z_D_inverse = 1.0 / base_z_U_force_z;
+    const double t78 = arm_psi_sin * arm_psi_cos;
     /* arm_phi_3: force left for the joint, inward */
     const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
     const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
     const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
-    const double t195 = arm_theta_3_sin * t75;
-    const double t196 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
-        qd[9] + t195);
-    const double t197 = arm_theta_3_pivot_inverse * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t196 +
-        arm_phi_3_cos * t74));
-    const double t198 = arm_theta_3_pivot_inverse * (arm_phi_3_sin * t74 - arm_phi_3_cos * t196 - arm_phi_3_carried_moment_z);
-    const double t199 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t198;
-    const double t200 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t197;
-    const double t201 = arm_phi_3_cos * t199 - arm_phi_3_sin * t200;
-    const double t202 = arm_phi_3_sin * t199 + arm_phi_3_cos * t200;
-    const double t203 = arm_theta_3_cos * t202 - arm_theta_3_sin * arm_phi_3_load_force_x;
-    const double t204 = arm_theta_3_sin * t202 + arm_theta_3_cos * arm_phi_3_load_force_x;
-    const double t205 = arm_theta_3_sin * t196 + arm_theta_3_cos * t75;
-    const double t206 = arm_psi_3_sin * t204 + arm_psi_3_cos * t201;
-    /* arm_phi_2: force left for the joint, inward */
-    const double t207 = arm_theta_2_sin * t73;
-    const double t208 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
-        qd[6] + t207);
-    const double t209 = arm_phi_2_load_moment_y - (arm_psi_3_sin * t205 + arm_psi_3_cos * t74 + p->derived.arm_element_length *
-        t203) + (arm_phi_2_sin * t208 + arm_phi_2_cos * t72);
-    const double t210 = p->derived.constant_19 * (t73 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t74 -
-        arm_psi_3_cos * t205)));
-    const double t211 = t112 * (arm_phi_2_sin * t72 - arm_phi_2_cos * t208 - (arm_phi_2_load_moment_z + (t195 -
-        arm_theta_3_cos * t196 + p->derived.arm_element_length * t206)) - t111 * t209);
-    const double t212 = t111 * t211 - t110 * t209;
-    const double t213 = arm_phi_2_load_force_x + (arm_psi_3_cos * t204 - arm_psi_3_sin * t201) + (t103 * t211 -
-        t102 * t212);
-    const double t214 = arm_phi_2_load_force_y + t206 + (t109 * t211 - t104 * t212);
-    const double t215 = arm_phi_2_load_force_z + t203 + (t104 * t211 - t108 * t212);
-    const double t216 = arm_phi_2_cos * t214 - arm_phi_2_sin * t215;
-    const double t217 = arm_phi_2_sin * t214 + arm_phi_2_cos * t215;
-    const double t218 = arm_theta_2_cos * t217 - arm_theta_2_sin * t213;
-    const double t219 = arm_theta_2_sin * t217 + arm_theta_2_cos * t213;
-    const double t220 = arm_theta_2_sin * t208 + arm_theta_2_cos * t73;
-    const double t221 = arm_psi_2_sin * t219 + arm_psi_2_cos * t216;
-    /* arm_phi_1: force left for the joint, inward */
-    const double t222 = arm_theta_1_sin * t71;
-    const double t223 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
-        qd[3] + t222);
-    const double t224 = arm_phi_1_load_moment_y - (arm_psi_2_sin * t220 + arm_psi_2_cos * t72 + p->derived.arm_element_length *
-        t218) + (arm_phi_1_sin * t223 + arm_phi_1_cos * t70);
-    const double t225 = p->derived.constant_19 * (t71 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t72 -
-        arm_psi_2_cos * t220)));
-    const double t226 = t155 * (arm_phi_1_sin * t70 - arm_phi_1_cos * t223 - (arm_phi_1_load_moment_z + (t207 -
-        arm_theta_2_cos * t208 + p->derived.arm_element_length * t221)) - t154 * t224);
-    const double t227 = t154 * t226 - t153 * t224;
-    const double t228 = arm_phi_1_load_force_x + (arm_psi_2_cos * t219 - arm_psi_2_sin * t216) + (t146 * t226 -
-        t145 * t227);
-    const double t229 = arm_phi_1_load_force_y + t221 + (t152 * t226 - t147 * t227);
-    const double t230 = arm_phi_1_load_force_z + t218 + (t147 * t226 - t151 * t227);
-    const double t231 = arm_phi_1_cos * t229 - arm_phi_1_sin * t230;
-    const double t232 = arm_phi_1_sin * t229 + arm_phi_1_cos * t230;
-    const double t233 = arm_theta_1_sin * t232 + arm_theta_1_cos * t228;
-    const double t234 = arm_theta_1_sin * t223 + arm_theta_1_cos * t71;
-    const double t235 = arm_psi_1_sin * t233 + arm_psi_1_cos * t231;
-    /* arm_psi: force left for the joint, inward */
-    const double t236 = arm_psi_load_moment_z + (t222 - arm_theta_1_cos * t223 + p->derived.constant_1 * t235);
-    const double t237 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t233 - arm_psi_1_sin * t231) -
-        t188 * t236) + arm_psi_cos * (arm_psi_load_force_y + t235 - t189 * t236);
-    const double t238 = arm_psi_cos * (arm_psi_load_moment_y - (arm_psi_1_sin * t234 + arm_psi_1_cos * t70 +
-        p->derived.constant_1 * (arm_theta_1_cos * t232 - arm_theta_1_sin * t228)) + t187 * t236);
-    /* column_psi: force left for the joint, inward */
-    const double t239 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t70 - arm_psi_1_cos * t234)) + t238);
-    /* base_z: acceleration, outward */
-    const double t240 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        (p->derived.column_psi_load_force_z + t237 + t194 * t239)));
-    /* column_psi: acceleration, outward */
-    const double t241 = t194 * t240 + column_psi_D_inverse * t239;
-    const double t242 = arm_psi_sin * t241;
-    const double t243 = arm_psi_cos * t241;
-    const double t244 = arm_psi_sin * t240;
-    const double t245 = arm_psi_cos * t240;
-    /* arm_psi: acceleration, outward */
-    const double t246 = t188 * t244 + t189 * t245 + t187 * t243 - arm_psi_D_inverse * t236;
-    const double t247 = p->derived.constant_1 * t243;
-    const double t248 = arm_psi_1_sin * t243 + arm_psi_1_cos * t242;
-    const double t249 = p->derived.constant_1 * t246 - t245;
-    const double t250 = arm_psi_1_sin * t249 - arm_psi_1_cos * t244;
-    const double t251 = arm_psi_1_sin * t244 + arm_psi_1_cos * t249;
-    const double t252 = arm_theta_1_sin * t250 - arm_theta_1_cos * t247;
-    const double t253 = arm_theta_1_sin * t247 + arm_theta_1_cos * t250;
-    /* arm_phi_1: acceleration, outward */
-    const double t254 = arm_phi_1_sin * t252 + arm_phi_1_cos * t251;
-    const double t255 = arm_phi_1_cos * t252 - arm_phi_1_sin * t251;
-    const double t256 = t227 - (t157 * t253 + t159 * t254 + t161 * t255);
-    const double t257 = t226 - (t156 * t253 + t158 * t254 + t160 * t255);
-    const double t258 = arm_phi_1_cos * t256 - arm_phi_1_sin * t257 - (arm_psi_1_cos * t243 - arm_psi_1_sin *
-        t242);
-    const double t259 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t256 + arm_phi_1_cos * t257 - (arm_theta_1_sin *
-        t248 + arm_theta_1_cos * t246));
-    const double t260 = arm_theta_1_sin * t259 - (t225 + (arm_theta_1_cos * t248 - arm_theta_1_sin * t246));
-    const double t261 = arm_psi_2_sin * t256 - arm_psi_2_cos * t225;
-    const double t262 = t254 + p->derived.arm_element_length * t257;
-    const double t263 = t255 - p->derived.arm_element_length * t256;
-    const double t264 = arm_psi_2_sin * t262 + arm_psi_2_cos * t253;
-    const double t265 = arm_psi_2_cos * t262 - arm_psi_2_sin * t253;
-    const double t266 = arm_theta_2_sin * t264 + arm_theta_2_cos * t263;
-    const double t267 = arm_theta_2_cos * t264 - arm_theta_2_sin * t263;
-    /* arm_phi_2: acceleration, outward */
-    const double t268 = arm_phi_2_sin * t266 + arm_phi_2_cos * t265;
-    const double t269 = arm_phi_2_cos * t266 - arm_phi_2_sin * t265;
-    const double t270 = t212 - (t114 * t267 + t116 * t268 + t118 * t269);
-    const double t271 = t211 - (t113 * t267 + t115 * t268 + t117 * t269);
-    const double t272 = arm_phi_2_cos * t270 - arm_phi_2_sin * t271 - (arm_psi_2_sin * t225 + arm_psi_2_cos *
-        t256);
-    const double t273 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t270 + arm_phi_2_cos * t271 - (arm_theta_2_sin *
-        t261 + arm_theta_2_cos * t257));
-    const double t274 = arm_theta_2_sin * t273 - (t210 + (arm_theta_2_cos * t261 - arm_theta_2_sin * t257));
-    const double t275 = arm_psi_3_sin * t270 - arm_psi_3_cos * t210;
-    const double t276 = t268 + p->derived.arm_element_length * t271;
-    const double t277 = t269 - p->derived.arm_element_length * t270;
-    const double t278 = arm_psi_3_sin * t276 + arm_psi_3_cos * t267;
-    const double t279 = arm_psi_3_cos * t276 - arm_psi_3_sin * t267;
-    const double t280 = arm_theta_3_sin * t278 + arm_theta_3_cos * t277;
-    /* arm_phi_3: acceleration, outward */
-    const double t281 = t89 * (arm_phi_3_cos * t280 - arm_phi_3_sin * t279) - t197;
-    const double t282 = t198 - t89 * (arm_phi_3_sin * t280 + arm_phi_3_cos * t279);
-    const double t283 = arm_phi_3_cos * t281 - arm_phi_3_sin * t282 - (arm_psi_3_sin * t210 + arm_psi_3_cos *
-        t270);
-    const double t284 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t281 + arm_phi_3_cos * t282 - (arm_theta_3_sin *
-        t275 + arm_theta_3_cos * t271));
-    const double t285 = arm_theta_3_sin * t284 - (p->derived.arm_phi_3_pivot_inverse * (arm_phi_3_bias_moment_x +
-        t75) + (arm_theta_3_cos * t275 - arm_theta_3_sin * t271));
-    /* effector_z: acceleration, outward */
-    const double t286 = arm_theta_3_cos * t278 - arm_theta_3_sin * t277 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t79 = arm_theta_3_sin * t48;
+    const double t80 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
+        qd[9] + t79);
+    const double t81 = t61 * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t80 + arm_phi_3_cos * t47));
+    const double t82 = t61 * (arm_phi_3_sin * t47 - arm_phi_3_cos * t80 - arm_phi_3_carried_moment_z);
+    const double t83 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t82;
+    const double t84 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t81;
+    const double t85 = arm_theta_3_sin * t80 + arm_theta_3_cos * t48;
+    const double t86 = arm_phi_3_load_force_x * arm_phi_3_turn_y_x + arm_phi_3_turn_y_y * t83 + arm_phi_3_turn_y_z *
+        t84;
+    const double t87 = arm_phi_3_turn_z_y * t83 - arm_theta_3_sin * arm_phi_3_load_force_x + arm_phi_3_turn_z_z *
+        t84;
     /* arm_phi_3: force left for the joint, inward */
-    const double t287 = arm_theta_3_sin * row_1_u_arm_phi_3;
-    const double t288 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t287);
-    const double t289 = arm_theta_3_pivot_inverse * (arm_phi_3_sin * t288 + arm_phi_3_cos * row_1_u_arm_theta_3);
-    const double t290 = arm_theta_3_pivot_inverse * (arm_phi_3_cos * t288 - arm_phi_3_sin * row_1_u_arm_theta_3);
-    const double t291 = arm_phi_3_moment_beyond_x * t290;
-    const double t292 = arm_phi_3_moment_beyond_x * t289;
-    const double t293 = arm_phi_3_sin * t292 + arm_phi_3_cos * t291;
-    const double t294 = arm_phi_3_sin * t291 - arm_phi_3_cos * t292;
-    const double t295 = arm_theta_3_cos * t294 - arm_theta_3_sin * row_1_u_effector_z;
-    const double t296 = arm_theta_3_sin * t294 + arm_theta_3_cos * row_1_u_effector_z;
-    const double t297 = arm_theta_3_sin * t288 + arm_theta_3_cos * row_1_u_arm_phi_3;
-    const double t298 = arm_psi_3_sin * t296 + arm_psi_3_cos * t293;
-    /* arm_phi_2: force left for the joint, inward */
-    const double t299 = arm_theta_2_sin * row_1_u_arm_phi_2;
-    const double t300 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t299);
-    const double t301 = arm_phi_2_sin * t300 + arm_phi_2_cos * row_1_u_arm_theta_2 - (arm_psi_3_sin * t297 +
-        arm_psi_3_cos * row_1_u_arm_theta_3 - p->derived.arm_element_length * t295);
-    const double t302 = p->derived.constant_19 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t297 - arm_psi_3_sin *
-        row_1_u_arm_theta_3));
-    const double t303 = t112 * (arm_phi_2_cos * t300 - arm_phi_2_sin * row_1_u_arm_theta_2 - (arm_theta_3_cos *
-        t288 - t287 + p->derived.arm_element_length * t298) + t111 * t301);
-    const double t304 = t110 * t301 + t111 * t303;
-    const double t305 = arm_psi_3_cos * t296 - arm_psi_3_sin * t293 + (t103 * t303 - t102 * t304);
-    const double t306 = t298 + (t109 * t303 - t104 * t304);
-    const double t307 = t295 + (t104 * t303 - t108 * t304);
-    const double t308 = arm_phi_2_cos * t306 - arm_phi_2_sin * t307;
-    const double t309 = arm_phi_2_sin * t306 + arm_phi_2_cos * t307;
-    const double t310 = arm_theta_2_cos * t309 - arm_theta_2_sin * t305;
-    const double t311 = arm_theta_2_sin * t309 + arm_theta_2_cos * t305;
-    const double t312 = arm_theta_2_sin * t300 + arm_theta_2_cos * row_1_u_arm_phi_2;
-    const double t313 = arm_psi_2_sin * t311 + arm_psi_2_cos * t308;
-    /* arm_phi_1: force left for the joint, inward */
-    const double t314 = arm_theta_1_sin * row_1_u_arm_phi_1;
-    const double t315 = arm_theta_1_cos_inverse * (t314 - t87);
-    const double t316 = arm_phi_1_sin * t315 + arm_phi_1_cos * row_1_u_arm_theta_1 - (arm_psi_2_sin * t312 +
-        arm_psi_2_cos * row_1_u_arm_theta_2 - p->derived.arm_element_length * t310);
-    const double t317 = p->derived.constant_19 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t312 - arm_psi_2_sin *
-        row_1_u_arm_theta_2));
-    const double t318 = t155 * (arm_phi_1_cos * t315 - arm_phi_1_sin * row_1_u_arm_theta_1 - (arm_theta_2_cos *
-        t300 - t299 + p->derived.arm_element_length * t313) + t154 * t316);
-    const double t319 = t153 * t316 + t154 * t318;
-    const double t320 = arm_psi_2_cos * t311 - arm_psi_2_sin * t308 + (t146 * t318 - t145 * t319);
-    const double t321 = t313 + (t152 * t318 - t147 * t319);
-    const double t322 = t310 + (t147 * t318 - t151 * t319);
-    const double t323 = arm_phi_1_cos * t321 - arm_phi_1_sin * t322;
-    const double t324 = arm_phi_1_sin * t321 + arm_phi_1_cos * t322;
-    const double t325 = arm_theta_1_sin * t324 + arm_theta_1_cos * t320;
-    const double t326 = arm_theta_1_sin * t315 + arm_theta_1_cos * row_1_u_arm_phi_1;
-    const double t327 = arm_psi_1_sin * t325 + arm_psi_1_cos * t323;
-    /* arm_psi: force left for the joint, inward */
-    const double t328 = t86 + (arm_theta_1_cos * t315 - t314 + p->derived.constant_1 * t327);
-    const double t329 = arm_psi_sin * (arm_psi_1_cos * t326 - arm_psi_1_sin * row_1_u_arm_theta_1) + arm_psi_cos *
-        (arm_psi_1_sin * t326 + arm_psi_1_cos * row_1_u_arm_theta_1 - p->derived.constant_1 * (arm_theta_1_cos *
-        t324 - arm_theta_1_sin * t320) + t187 * t328);
-    /* column_psi: force left for the joint, inward */
-    const double t330 = row_1_u_column_psi - t329;
-    const double t331 = arm_psi_sin * (arm_psi_1_cos * t325 - arm_psi_1_sin * t323 - t188 * t328) + arm_psi_cos *
-        (t327 - t189 * t328) + t194 * t330;
-    /* base_z: acceleration, outward */
-    const double t332 = base_z_D_inverse * t331;
-    /* column_psi: acceleration, outward */
-    const double t333 = t194 * t332 + column_psi_D_inverse * t330;
-    const double t334 = arm_psi_sin * t333;
-    const double t335 = arm_psi_cos * t333;
-    const double t336 = arm_psi_sin * t332;
-    const double t337 = arm_psi_cos * t332;
-    /* arm_psi: acceleration, outward */
-    const double t338 = t188 * t336 + t189 * t337 + t187 * t335 - arm_psi_D_inverse * t328;
-    const double t339 = p->derived.constant_1 * t335;
-    const double t340 = arm_psi_1_sin * t335 + arm_psi_1_cos * t334;
-    const double t341 = p->derived.constant_1 * t338 - t337;
-    const double t342 = arm_psi_1_sin * t341 - arm_psi_1_cos * t336;
-    const double t343 = arm_psi_1_sin * t336 + arm_psi_1_cos * t341;
-    const double t344 = arm_theta_1_sin * t342 - arm_theta_1_cos * t339;
-    const double t345 = arm_theta_1_sin * t339 + arm_theta_1_cos * t342;
-    /* arm_phi_1: acceleration, outward */
-    const double t346 = arm_phi_1_sin * t344 + arm_phi_1_cos * t343;
-    const double t347 = arm_phi_1_cos * t344 - arm_phi_1_sin * t343;
-    const double t348 = t319 - (t157 * t345 + t159 * t346 + t161 * t347);
-    const double t349 = t318 - (t156 * t345 + t158 * t346 + t160 * t347);
-    const double t350 = arm_phi_1_cos * t348 - arm_phi_1_sin * t349 - (arm_psi_1_cos * t335 - arm_psi_1_sin *
-        t334);
-    const double t351 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t348 + arm_phi_1_cos * t349 - (arm_theta_1_sin *
-        t340 + arm_theta_1_cos * t338));
-    const double t352 = t317 - (arm_theta_1_cos * t340 - arm_theta_1_sin * t338) + arm_theta_1_sin * t351;
-    const double t353 = arm_psi_2_sin * t348 + arm_psi_2_cos * t317;
-    const double t354 = t346 + p->derived.arm_element_length * t349;
-    const double t355 = t347 - p->derived.arm_element_length * t348;
-    const double t356 = arm_psi_2_sin * t354 + arm_psi_2_cos * t345;
-    const double t357 = arm_psi_2_cos * t354 - arm_psi_2_sin * t345;
-    const double t358 = arm_theta_2_sin * t356 + arm_theta_2_cos * t355;
-    const double t359 = arm_theta_2_cos * t356 - arm_theta_2_sin * t355;
-    /* arm_phi_2: acceleration, outward */
-    const double t360 = arm_phi_2_sin * t358 + arm_phi_2_cos * t357;
-    const double t361 = arm_phi_2_cos * t358 - arm_phi_2_sin * t357;
-    const double t362 = t304 - (t114 * t359 + t116 * t360 + t118 * t361);
-    const double t363 = t303 - (t113 * t359 + t115 * t360 + t117 * t361);
-    const double t364 = arm_phi_2_cos * t362 - arm_phi_2_sin * t363 - (arm_psi_2_cos * t348 - arm_psi_2_sin *
-        t317);
-    const double t365 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t362 + arm_phi_2_cos * t363 - (arm_theta_2_sin *
-        t353 + arm_theta_2_cos * t349));
-    const double t366 = t302 - (arm_theta_2_cos * t353 - arm_theta_2_sin * t349) + arm_theta_2_sin * t365;
-    const double t367 = arm_psi_3_sin * t362 + arm_psi_3_cos * t302;
-    const double t368 = t360 + p->derived.arm_element_length * t363;
-    const double t369 = t361 - p->derived.arm_element_length * t362;
-    const double t370 = arm_psi_3_sin * t368 + arm_psi_3_cos * t359;
-    const double t371 = arm_psi_3_cos * t368 - arm_psi_3_sin * t359;
-    const double t372 = arm_theta_3_sin * t370 + arm_theta_3_cos * t369;
-    /* arm_phi_3: acceleration, outward */
-    const double t373 = t289 + t89 * (arm_phi_3_cos * t372 - arm_phi_3_sin * t371);
-    const double t374 = t290 - t89 * (arm_phi_3_sin * t372 + arm_phi_3_cos * t371);
-    const double t375 = arm_phi_3_cos * t373 - arm_phi_3_sin * t374 - (arm_psi_3_cos * t362 - arm_psi_3_sin *
-        t302);
-    const double t376 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t373 + arm_phi_3_cos * t374 - (arm_theta_3_sin *
-        t367 + arm_theta_3_cos * t363));
-    const double t377 = row_1_u_arm_phi_3 * p->derived.arm_phi_3_pivot_inverse - (arm_theta_3_cos * t367 -
-        arm_theta_3_sin * t363) + arm_theta_3_sin * t376;
-    /* effector_z: acceleration, outward */
-    const double t378 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t370 - arm_theta_3_sin *
-        t369);
+    const double t88 = arm_theta_3_sin * row_1_u_arm_phi_3;
+    const double t89 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t88);
+    const double t90 = t61 * (arm_phi_3_sin * t89 + arm_phi_3_cos * row_1_u_arm_theta_3);
+    const double t91 = t61 * (arm_phi_3_cos * t89 - arm_phi_3_sin * row_1_u_arm_theta_3);
+    const double t92 = arm_phi_3_moment_beyond_x * t91;
+    const double t93 = arm_phi_3_moment_beyond_x * t90;
+    const double t94 = arm_theta_3_sin * t89 + arm_theta_3_cos * row_1_u_arm_phi_3;
+    const double t95 = row_1_u_effector_z * arm_phi_3_turn_y_x + arm_phi_3_turn_y_y * t92 - arm_phi_3_turn_y_z *
+        t93;
+    const double t96 = arm_phi_3_turn_z_y * t92 - arm_theta_3_sin * row_1_u_effector_z - arm_phi_3_turn_z_z *
+        t93;
     /* arm_phi_3: force left for the joint, inward */
-    const double t379 = arm_theta_3_sin * row_2_u_arm_phi_3;
-    const double t380 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t379);
-    const double t381 = arm_theta_3_pivot_inverse * (arm_phi_3_sin * t380 + arm_phi_3_cos * row_2_u_arm_theta_3);
-    const double t382 = arm_theta_3_pivot_inverse * (arm_phi_3_cos * t380 - arm_phi_3_sin * row_2_u_arm_theta_3);
-    const double t383 = arm_phi_3_moment_beyond_x * t382;
-    const double t384 = arm_phi_3_moment_beyond_x * t381;
-    const double t385 = arm_phi_3_sin * t384 + arm_phi_3_cos * t383;
-    const double t386 = arm_phi_3_sin * t383 - arm_phi_3_cos * t384;
-    const double t387 = arm_theta_3_cos * t386 - arm_theta_3_sin * arm_theta_3_ground_z_x;
-    const double t388 = arm_theta_3_sin * t386 + arm_theta_3_cos * arm_theta_3_ground_z_x;
-    const double t389 = arm_theta_3_sin * t380 + arm_theta_3_cos * row_2_u_arm_phi_3;
-    const double t390 = arm_psi_3_sin * t388 + arm_psi_3_cos * t385;
-    /* arm_phi_2: force left for the joint, inward */
-    const double t391 = arm_theta_2_sin * row_2_u_arm_phi_2;
-    const double t392 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t391);
-    const double t393 = arm_phi_2_sin * t392 + arm_phi_2_cos * row_2_u_arm_theta_2 - (arm_psi_3_sin * t389 +
-        arm_psi_3_cos * row_2_u_arm_theta_3 - p->derived.arm_element_length * t387);
-    const double t394 = p->derived.constant_19 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t389 - arm_psi_3_sin *
-        row_2_u_arm_theta_3));
-    const double t395 = t112 * (arm_phi_2_cos * t392 - arm_phi_2_sin * row_2_u_arm_theta_2 - (arm_theta_3_cos *
-        t380 - t379 + p->derived.arm_element_length * t390) + t111 * t393);
-    const double t396 = t110 * t393 + t111 * t395;
-    const double t397 = arm_psi_3_cos * t388 - arm_psi_3_sin * t385 + (t103 * t395 - t102 * t396);
-    const double t398 = t390 + (t109 * t395 - t104 * t396);
-    const double t399 = t387 + (t104 * t395 - t108 * t396);
-    const double t400 = arm_phi_2_cos * t398 - arm_phi_2_sin * t399;
-    const double t401 = arm_phi_2_sin * t398 + arm_phi_2_cos * t399;
-    const double t402 = arm_theta_2_cos * t401 - arm_theta_2_sin * t397;
-    const double t403 = arm_theta_2_sin * t401 + arm_theta_2_cos * t397;
-    const double t404 = arm_theta_2_sin * t392 + arm_theta_2_cos * row_2_u_arm_phi_2;
-    const double t405 = arm_psi_2_sin * t403 + arm_psi_2_cos * t400;
-    /* arm_phi_1: force left for the joint, inward */
-    const double t406 = arm_theta_1_sin * row_2_u_arm_phi_1;
-    const double t407 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t406);
-    const double t408 = arm_phi_1_sin * t407 + arm_phi_1_cos * row_2_u_arm_theta_1 - (arm_psi_2_sin * t404 +
-        arm_psi_2_cos * row_2_u_arm_theta_2 - p->derived.arm_element_length * t402);
-    const double t409 = p->derived.constant_19 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t404 - arm_psi_2_sin *
-        row_2_u_arm_theta_2));
-    const double t410 = t155 * (arm_phi_1_cos * t407 - arm_phi_1_sin * row_2_u_arm_theta_1 - (arm_theta_2_cos *
-        t392 - t391 + p->derived.arm_element_length * t405) + t154 * t408);
-    const double t411 = t153 * t408 + t154 * t410;
-    const double t412 = arm_psi_2_cos * t403 - arm_psi_2_sin * t400 + (t146 * t410 - t145 * t411);
-    const double t413 = t405 + (t152 * t410 - t147 * t411);
-    const double t414 = t402 + (t147 * t410 - t151 * t411);
-    const double t415 = arm_phi_1_cos * t413 - arm_phi_1_sin * t414;
-    const double t416 = arm_phi_1_sin * t413 + arm_phi_1_cos * t414;
-    const double t417 = arm_theta_1_sin * t416 + arm_theta_1_cos * t412;
-    const double t418 = arm_theta_1_sin * t407 + arm_theta_1_cos * row_2_u_arm_phi_1;
-    const double t419 = arm_psi_1_sin * t417 + arm_psi_1_cos * t415;
+    const double t97 = arm_theta_3_sin * row_2_u_arm_phi_3;
+    const double t98 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t97);
+    const double t99 = t61 * (arm_phi_3_sin * t98 + arm_phi_3_cos * row_2_u_arm_theta_3);
+    const double t100 = t61 * (arm_phi_3_cos * t98 - arm_phi_3_sin * row_2_u_arm_theta_3);
+    const double t101 = arm_phi_3_moment_beyond_x * t100;
+    const double t102 = arm_phi_3_moment_beyond_x * t99;
+    const double t103 = arm_theta_3_sin * t98 + arm_theta_3_cos * row_2_u_arm_phi_3;
+    const double t104 = arm_theta_3_ground_z_x * arm_phi_3_turn_y_x + arm_phi_3_turn_y_y * t101 - arm_phi_3_turn_y_z *
+        t102;
+    const double t105 = arm_phi_3_turn_z_y * t101 - arm_theta_3_sin * arm_theta_3_ground_z_x - arm_phi_3_turn_z_z *
+        t102;
+    double row_2_u_arm_psi_e[2];
+    double row_2_u_arm_theta_e[2];
+    double row_2_u_arm_phi_e[2];
+    double row_1_u_arm_psi_e[2];
+    double row_1_u_arm_theta_e[2];
+    double row_1_u_arm_phi_e[2];
+    double arm_theta_e_cos_inverse[2];
+    double t125[2];
+    double t126[2];
+    double t129[2];
+    double t130[2];
+    double t133[2];
+    double t134[2];
+    double t166[2];
+    double t167[2];
+    double t168[2];
+    double t181[2];
+    double t182[2];
+    double t183[2];
+    double t196[2];
+    double t197[2];
+    double t198[2];
+    double carried_61 = p->derived.constant_2 * t68;
+    double carried_62 = p->derived.constant_2 * t75;
+    double carried_63 = -p->derived.constant_2 * t74;
+    double carried_64 = -p->derived.arm_element_length * t73;
+    double carried_65 = -t77;
+    double carried_66 = -p->derived.arm_element_length * t68;
+    double carried_67 = p->derived.arm_element_length * t76;
+    double carried_68 = p->derived.arm_element_length * t75;
+    double carried_69 = t77;
+    double carried_70 = t69 - t72;
+    double carried_71 = t75;
+    double carried_72 = t68;
+    double carried_73 = t76;
+    double carried_74 = t73;
+    double carried_75 = t74;
+    double carried_76 = arm_psi_3_sin * t47 - arm_psi_3_cos * t85;
+    double carried_77 = -(arm_psi_3_sin * t85 + arm_psi_3_cos * t47 + p->derived.arm_element_length * t87);
+    double carried_78 = t79 - arm_theta_3_cos * t80 + p->derived.arm_element_length * t86;
+    double carried_79 = arm_phi_3_load_force_x * arm_phi_3_turn_x_x + arm_phi_3_turn_x_y * t83 + arm_phi_3_turn_x_z *
+        t84;
+    double carried_80 = t86;
+    double carried_81 = t87;
+    double carried_88 = arm_psi_3_cos * t94 - arm_psi_3_sin * row_1_u_arm_theta_3;
+    double carried_89 = arm_psi_3_sin * t94 + arm_psi_3_cos * row_1_u_arm_theta_3 - p->derived.arm_element_length *
+        t96;
+    double carried_90 = arm_theta_3_cos * t89 - t88 + p->derived.arm_element_length * t95;
+    double carried_91 = row_1_u_effector_z * arm_phi_3_turn_x_x + arm_phi_3_turn_x_y * t92 - arm_phi_3_turn_x_z *
+        t93;
+    double carried_92 = t95;
+    double carried_93 = t96;
+    double carried_100 = arm_psi_3_cos * t103 - arm_psi_3_sin * row_2_u_arm_theta_3;
+    double carried_101 = arm_psi_3_sin * t103 + arm_psi_3_cos * row_2_u_arm_theta_3 - p->derived.arm_element_length *
+        t105;
+    double carried_102 = arm_theta_3_cos * t98 - t97 + p->derived.arm_element_length * t104;
+    double carried_103 = arm_theta_3_ground_z_x * arm_phi_3_turn_x_x + arm_phi_3_turn_x_y * t101 - arm_phi_3_turn_x_z *
+        t102;
+    double carried_104 = t104;
+    double carried_105 = t105;
+    for (int e = 1; e >= 0; e--) { /* arm_psi_e, inward */
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
+        const double t106 = effector_z_position_x - arm_psi_e_position_x_2[e];
+        const double t107 = effector_z_position_y - arm_psi_e_position_y_2[e];
+        const double t108 = effector_z_position_z - arm_psi_e_position_z_2[e];
+        row_2_u_arm_psi_e[e] = last_arm_phi_e_ground_x_z_at[e] * t107 - last_arm_phi_e_ground_y_z_at[e] *
+        t106;
+        row_2_u_arm_theta_e[e] = arm_psi_e_ground_x_y[e] * t107 - arm_psi_e_ground_y_y[e] * t106;
+        row_2_u_arm_phi_e[e] = arm_theta_e_ground_x_x[e] * t107 - arm_theta_e_ground_y_x[e] * t106;
+        /* arm_phi_e: bias forces c, inward */
+        const double arm_phi_e_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_e_bias_wd_x[e];
+        /* springs -s (q - rest), dampers -d qd, and forces that the model names */
+        const double t109 = p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi * qd[4 + 3 * e];
+        const double t110 = p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e];
+        /* row 1 (position level): u qdd + v = 0 */
+        row_1_u_arm_psi_e[e] = (last_arm_phi_e_ground_y_z_at[e] * t108 - last_arm_phi_e_ground_z_z_at[e] *
+        t107) * t58 + (last_arm_phi_e_ground_z_z_at[e] * t106 - last_arm_phi_e_ground_x_z_at[e] * t108) *
+        t57;
+        row_1_u_arm_theta_e[e] = (arm_psi_e_ground_y_y[e] * t108 - arm_psi_e_ground_z_y[e] * t107) * t58 +
+        (arm_psi_e_ground_z_y[e] * t106 - arm_psi_e_ground_x_y[e] * t108) * t57;
+        row_1_u_arm_phi_e[e] = (arm_theta_e_ground_y_x[e] * t108 - arm_theta_e_ground_z_x[e] * t107) * t58 +
+        (arm_theta_e_ground_z_x[e] * t106 - arm_theta_e_ground_x_x[e] * t108) * t57;
+        /* arm_phi_e: inertia and gravity of the body at qdd = 0 */
+        const double arm_phi_e_load_moment_y = t19[e] * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_e_bias_wd_y[e] - p->derived.arm_phi_1_moment_x * arm_phi_e_bias_a_falling_z[e];
+        const double arm_phi_e_load_moment_z = t16[e] * p->derived.constant_10 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_e_bias_wd_z[e] + p->derived.arm_phi_1_moment_x * arm_phi_e_bias_a_falling_y[e];
+        const double arm_phi_e_load_force_x = p->derived.arm_phi_1_mass * arm_theta_e_bias_a_falling_x[e] -
+        p->derived.arm_phi_1_moment_x * t17[e];
+        const double arm_phi_e_load_force_y = p->derived.arm_phi_1_moment_x * t18[e] + p->derived.arm_phi_1_mass *
+        arm_phi_e_bias_a_falling_y[e];
+        const double arm_phi_e_load_force_z = p->derived.arm_phi_1_moment_x * t20[e] + p->derived.arm_phi_1_mass *
+        arm_phi_e_bias_a_falling_z[e];
+        /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+        arm_theta_e_cos_inverse[e] = 1.0 / arm_theta_e_cos;
+        const double t111 = arm_phi_e_sin * arm_phi_e_sin;
+        const double t112 = arm_phi_e_sin * arm_phi_e_cos;
+        const double t113 = arm_theta_e_sin * arm_theta_e_sin;
+        const double t114 = arm_theta_e_sin * arm_theta_e_cos;
+        const double t115 = arm_psi_e_sin * arm_psi_e_sin;
+        const double t116 = arm_psi_e_sin * arm_psi_e_cos;
+        /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+        const double t117 = p->derived.arm_phi_1_inertia_yy + carried_61;
+        const double t118 = carried_66 - p->derived.arm_phi_1_moment_x;
+        const double t119 = p->derived.arm_phi_1_moment_x + carried_68;
+        const double t120 = 1.0 / t117;
+        const double t121 = carried_63 * t120;
+        const double t122 = t117 * (1.0 / (t117 * (p->derived.arm_phi_1_inertia_yy + carried_62) - carried_63 *
+        carried_63));
+        const double t123 = carried_67 - carried_64 * t121;
+        const double t124 = carried_64 * t120;
+        t125[e] = t122 * t123;
+        t126[e] = t124 - t121 * t125[e];
+        const double t127 = t119 - carried_65 * t121;
+        const double t128 = carried_65 * t120;
+        t129[e] = t122 * t127;
+        t130[e] = t128 - t121 * t129[e];
+        const double t131 = carried_69 - t118 * t121;
+        const double t132 = t118 * t120;
+        t133[e] = t122 * t131;
+        t134[e] = t132 - t121 * t133[e];
+        const double t135 = p->derived.arm_phi_1_mass + carried_70 - carried_64 * t124 - t123 * t125[e];
+        const double t136 = carried_73 - carried_64 * t128 - t123 * t129[e];
+        const double t137 = carried_74 - carried_64 * t132 - t123 * t133[e];
+        const double t138 = p->derived.arm_phi_1_mass + carried_71 - carried_65 * t128 - t127 * t129[e];
+        const double t139 = carried_75 - carried_65 * t132 - t127 * t133[e];
+        const double t140 = p->derived.arm_phi_1_mass + carried_72 - t118 * t132 - t131 * t133[e];
+        const double t141 = t138 - t140;
+        const double t142 = (t112 + t112) * t139 + t111 * t141;
+        const double t143 = arm_phi_e_cos * t136 - arm_phi_e_sin * t137;
+        const double t144 = arm_phi_e_cos * t137 + arm_phi_e_sin * t136;
+        const double t145 = t138 - t142;
+        const double t146 = t140 + t142;
+        const double t147 = t112 * t141 + (1.0 - (t111 + t111)) * t139;
+        const double t148 = t146 - t135;
+        const double t149 = (t114 + t114) * t144 + t113 * t148;
+        const double t150 = arm_theta_e_cos * t147 - arm_theta_e_sin * t143;
+        const double t151 = arm_theta_e_cos * t143 + arm_theta_e_sin * t147;
+        const double t152 = t146 - t149;
+        const double t153 = t135 + t149;
+        const double t154 = t114 * t148 + (1.0 - (t113 + t113)) * t144;
+        const double t155 = t153 - t145;
+        const double t156 = (t116 + t116) * t151 + t115 * t155;
+        const double t157 = arm_psi_e_cos * t154 - arm_psi_e_sin * t150;
+        const double t158 = arm_psi_e_cos * t150 + arm_psi_e_sin * t154;
+        const double t159 = t145 + t156;
+        const double t160 = t116 * t155 + (1.0 - (t115 + t115)) * t151;
+        const double t161 = p->derived.arm_element_length * t158;
+        /* arm_phi_e: force left for the joint, inward */
+        const double t162 = arm_theta_e_sin * t110;
+        const double t163 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi *
+        qd[3 + 3 * e] + t162);
+        const double t164 = arm_theta_e_sin * t163 + arm_theta_e_cos * t110;
+        /* arm_phi_e: force left for the joint, inward */
+        const double t165 = arm_phi_e_sin * t163 + arm_phi_e_cos * t109 + (arm_phi_e_load_moment_y + carried_77);
+        t166[e] = p->derived.constant_20 * (t110 + (arm_phi_e_load_moment_x + carried_76));
+        t167[e] = t122 * (arm_phi_e_sin * t109 - arm_phi_e_cos * t163 - (arm_phi_e_load_moment_z + carried_78) +
+        t121 * t165);
+        t168[e] = t120 * t165 + t121 * t167[e];
+        const double t169 = arm_phi_e_load_force_x + carried_79 + (carried_67 * t167[e] - carried_64 * t168[e]);
+        const double t170 = arm_phi_e_load_force_y + carried_80 + (t119 * t167[e] - carried_65 * t168[e]);
+        const double t171 = arm_phi_e_load_force_z + carried_81 + (carried_69 * t167[e] - t118 * t168[e]);
+        const double t172 = arm_phi_e_cos * t170 - arm_phi_e_sin * t171;
+        const double t173 = arm_phi_e_sin * t170 + arm_phi_e_cos * t171;
+        const double t174 = arm_theta_e_cos * t173 - arm_theta_e_sin * t169;
+        const double t175 = arm_theta_e_sin * t173 + arm_theta_e_cos * t169;
+        const double t176 = arm_psi_e_sin * t175 + arm_psi_e_cos * t172;
+        /* arm_phi_e: force left for the joint, inward */
+        const double t177 = arm_theta_e_sin * row_1_u_arm_phi_e[e];
+        const double t178 = arm_theta_e_cos_inverse[e] * (row_1_u_arm_psi_e[e] + t177);
+        const double t179 = arm_theta_e_sin * t178 + arm_theta_e_cos * row_1_u_arm_phi_e[e];
+        /* arm_phi_e: force left for the joint, inward */
+        const double t180 = arm_phi_e_sin * t178 + arm_phi_e_cos * row_1_u_arm_theta_e[e] - carried_89;
+        t181[e] = p->derived.constant_20 * (row_1_u_arm_phi_e[e] - carried_88);
+        t182[e] = t122 * (arm_phi_e_cos * t178 - arm_phi_e_sin * row_1_u_arm_theta_e[e] - carried_90 - t121 *
+        t180);
+        t183[e] = t120 * t180 - t121 * t182[e];
+        const double t184 = carried_91 + (carried_64 * t183[e] + carried_67 * t182[e]);
+        const double t185 = carried_92 + (carried_65 * t183[e] + t119 * t182[e]);
+        const double t186 = carried_93 + (t118 * t183[e] + carried_69 * t182[e]);
+        const double t187 = arm_phi_e_cos * t185 - arm_phi_e_sin * t186;
+        const double t188 = arm_phi_e_sin * t185 + arm_phi_e_cos * t186;
+        const double t189 = arm_theta_e_cos * t188 - arm_theta_e_sin * t184;
+        const double t190 = arm_theta_e_sin * t188 + arm_theta_e_cos * t184;
+        const double t191 = arm_psi_e_sin * t190 + arm_psi_e_cos * t187;
+        /* arm_phi_e: force left for the joint, inward */
+        const double t192 = arm_theta_e_sin * row_2_u_arm_phi_e[e];
+        const double t193 = arm_theta_e_cos_inverse[e] * (row_2_u_arm_psi_e[e] + t192);
+        const double t194 = arm_theta_e_sin * t193 + arm_theta_e_cos * row_2_u_arm_phi_e[e];
+        /* arm_phi_e: force left for the joint, inward */
+        const double t195 = arm_phi_e_sin * t193 + arm_phi_e_cos * row_2_u_arm_theta_e[e] - carried_101;
+        t196[e] = p->derived.constant_20 * (row_2_u_arm_phi_e[e] - carried_100);
+        t197[e] = t122 * (arm_phi_e_cos * t193 - arm_phi_e_sin * row_2_u_arm_theta_e[e] - carried_102 - t121 *
+        t195);
+        t198[e] = t120 * t195 - t121 * t197[e];
+        const double t199 = carried_103 + (carried_64 * t198[e] + carried_67 * t197[e]);
+        const double t200 = carried_104 + (carried_65 * t198[e] + t119 * t197[e]);
+        const double t201 = carried_105 + (t118 * t198[e] + carried_69 * t197[e]);
+        const double t202 = arm_phi_e_cos * t200 - arm_phi_e_sin * t201;
+        const double t203 = arm_phi_e_sin * t200 + arm_phi_e_cos * t201;
+        const double t204 = arm_theta_e_cos * t203 - arm_theta_e_sin * t199;
+        const double t205 = arm_theta_e_sin * t203 + arm_theta_e_cos * t199;
+        const double t206 = arm_psi_e_sin * t205 + arm_psi_e_cos * t202;
+        const double next_carried_61 = p->derived.constant_2 * t152;
+        const double next_carried_62 = p->derived.constant_2 * t159;
+        const double next_carried_63 = -p->derived.constant_2 * t158;
+        const double next_carried_64 = -p->derived.arm_element_length * t157;
+        const double next_carried_65 = -t161;
+        const double next_carried_66 = -p->derived.arm_element_length * t152;
+        const double next_carried_67 = p->derived.arm_element_length * t160;
+        const double next_carried_68 = p->derived.arm_element_length * t159;
+        const double next_carried_70 = t153 - t156;
+        const double next_carried_76 = arm_psi_e_sin * t109 - arm_psi_e_cos * t164;
+        const double next_carried_77 = -(arm_psi_e_sin * t164 + arm_psi_e_cos * t109 + p->derived.arm_element_length *
+        t174);
+        const double next_carried_78 = t162 - arm_theta_e_cos * t163 + p->derived.arm_element_length * t176;
+        const double next_carried_79 = arm_psi_e_cos * t175 - arm_psi_e_sin * t172;
+        const double next_carried_88 = arm_psi_e_cos * t179 - arm_psi_e_sin * row_1_u_arm_theta_e[e];
+        const double next_carried_89 = arm_psi_e_sin * t179 + arm_psi_e_cos * row_1_u_arm_theta_e[e] - p->derived.arm_element_length *
+        t189;
+        const double next_carried_90 = arm_theta_e_cos * t178 - t177 + p->derived.arm_element_length * t191;
+        const double next_carried_91 = arm_psi_e_cos * t190 - arm_psi_e_sin * t187;
+        const double next_carried_100 = arm_psi_e_cos * t194 - arm_psi_e_sin * row_2_u_arm_theta_e[e];
+        const double next_carried_101 = arm_psi_e_sin * t194 + arm_psi_e_cos * row_2_u_arm_theta_e[e] - p->derived.arm_element_length *
+        t204;
+        const double next_carried_102 = arm_theta_e_cos * t193 - t192 + p->derived.arm_element_length * t206;
+        const double next_carried_103 = arm_psi_e_cos * t205 - arm_psi_e_sin * t202;
+        carried_61 = next_carried_61;
+        carried_62 = next_carried_62;
+        carried_63 = next_carried_63;
+        carried_64 = next_carried_64;
+        carried_65 = next_carried_65;
+        carried_66 = next_carried_66;
+        carried_67 = next_carried_67;
+        carried_68 = next_carried_68;
+        carried_69 = t161;
+        carried_70 = next_carried_70;
+        carried_71 = t159;
+        carried_72 = t152;
+        carried_73 = t160;
+        carried_74 = t157;
+        carried_75 = t158;
+        carried_76 = next_carried_76;
+        carried_77 = next_carried_77;
+        carried_78 = next_carried_78;
+        carried_79 = next_carried_79;
+        carried_80 = t176;
+        carried_81 = t174;
+        carried_88 = next_carried_88;
+        carried_89 = next_carried_89;
+        carried_90 = next_carried_90;
+        carried_91 = next_carried_91;
+        carried_92 = t191;
+        carried_93 = t189;
+        carried_100 = next_carried_100;
+        carried_101 = next_carried_101;
+        carried_102 = next_carried_102;
+        carried_103 = next_carried_103;
+        carried_104 = t206;
+        carried_105 = t204;
+    }
+    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+    const double arm_psi_U_force_x = carried_67 + p->derived.constant_3 * carried_73;
+    const double t207 = p->derived.constant_3 * carried_66;
+    const double t208 = p->derived.constant_3 * carried_68;
+    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.constant_21 + p->derived.constant_3 *
+        carried_65 - p->derived.constant_3 * carried_69;
+    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + (t208 + (carried_62 + carried_71 * p->derived.constant_21 +
+        t208));
+    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + (carried_68 + p->derived.constant_3 * carried_71);
+    const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
+    const double t209 = arm_psi_U_moment_y * arm_psi_D_inverse;
+    const double t210 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t211 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t212 = p->derived.arm_psi_inertia_yy + (carried_61 + carried_72 * p->derived.constant_21 -
+        t207 - t207) - arm_psi_U_moment_y * t209;
+    const double t213 = p->derived.arm_psi_mass + carried_71 - arm_psi_U_force_y * t211;
+    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (carried_64 - p->derived.constant_3 *
+        carried_74 - arm_psi_U_moment_y * t210)) + arm_psi_cos * (arm_psi_cos * (carried_65 - p->derived.constant_3 *
+        carried_75 - arm_psi_U_moment_y * t211));
+    const double t214 = t213 + ((carried_73 - arm_psi_U_force_x * t211) * (t78 + t78) + arm_psi_sin * arm_psi_sin *
+        (p->derived.arm_psi_mass + carried_70 - arm_psi_U_force_x * t210 - t213));
+    /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    const double column_psi_U_moment_z = p->Izz_col + (t212 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        t212)));
+    const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
+    const double t215 = column_psi_U_force_z * column_psi_D_inverse;
+    /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    const double base_z_U_force_z = p->m_base + (p->m_col + t214 - column_psi_U_force_z * t215);
+    const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* arm_psi: force left for the joint, inward */
-    const double t420 = row_2_u_arm_psi - (arm_theta_1_cos * t407 - t406 + p->derived.constant_1 * t419);
-    const double t421 = arm_psi_sin * (arm_psi_1_cos * t418 - arm_psi_1_sin * row_2_u_arm_theta_1) + arm_psi_cos *
-        (arm_psi_1_sin * t418 + arm_psi_1_cos * row_2_u_arm_theta_1 - p->derived.constant_1 * (arm_theta_1_cos *
-        t416 - arm_theta_1_sin * t412) - t187 * t420);
+    const double t216 = arm_psi_load_moment_z + (carried_78 + p->derived.constant_3 * carried_80);
     /* column_psi: force left for the joint, inward */
-    const double t422 = arm_psi_sin * (arm_psi_1_cos * t417 - arm_psi_1_sin * t415 + t188 * t420) + arm_psi_cos *
-        (t419 + t189 * t420) - t194 * t421;
+    const double t217 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + carried_76) + arm_psi_cos * (arm_psi_load_moment_y +
+        (carried_77 - p->derived.constant_3 * carried_81) - t209 * t216));
+    const double t218 = p->derived.column_psi_load_force_z + (arm_psi_sin * (arm_psi_load_force_x + carried_79 -
+        t210 * t216) + arm_psi_cos * (arm_psi_load_force_y + carried_80 - t211 * t216)) + t215 * t217;
     /* base_z: acceleration, outward */
-    const double t423 = base_z_D_inverse * (1.0 - t422);
+    const double t219 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        t218));
     /* column_psi: acceleration, outward */
-    const double t424 = t194 * t423 + column_psi_D_inverse * t421;
-    const double t425 = arm_psi_sin * t424;
-    const double t426 = arm_psi_cos * t424;
-    const double t427 = arm_psi_sin * t423;
-    const double t428 = arm_psi_cos * t423;
+    const double t220 = t215 * t219 + column_psi_D_inverse * t217;
+    const double t221 = arm_psi_cos * t220;
+    const double t222 = arm_psi_sin * t219;
+    const double t223 = arm_psi_cos * t219;
     /* arm_psi: acceleration, outward */
-    const double t429 = arm_psi_D_inverse * t420 - (t188 * t427 + t189 * t428 + t187 * t426);
-    const double t430 = p->derived.constant_1 * t426;
-    const double t431 = arm_psi_1_sin * t426 + arm_psi_1_cos * t425;
-    const double t432 = t428 + p->derived.constant_1 * t429;
-    const double t433 = arm_psi_1_sin * t432 + arm_psi_1_cos * t427;
-    const double t434 = arm_psi_1_cos * t432 - arm_psi_1_sin * t427;
-    const double t435 = arm_theta_1_sin * t433 + arm_theta_1_cos * t430;
-    const double t436 = arm_theta_1_cos * t433 - arm_theta_1_sin * t430;
-    /* arm_phi_1: acceleration, outward */
-    const double t437 = arm_phi_1_sin * t435 + arm_phi_1_cos * t434;
-    const double t438 = arm_phi_1_cos * t435 - arm_phi_1_sin * t434;
-    const double t439 = t411 - (t157 * t436 + t159 * t437 + t161 * t438);
-    const double t440 = t410 - (t156 * t436 + t158 * t437 + t160 * t438);
-    const double t441 = arm_phi_1_cos * t439 - arm_phi_1_sin * t440 - (arm_psi_1_sin * t425 - arm_psi_1_cos *
-        t426);
-    const double t442 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t439 + arm_phi_1_cos * t440 - (arm_theta_1_cos *
-        t429 - arm_theta_1_sin * t431));
-    const double t443 = t409 + (arm_theta_1_sin * t429 + arm_theta_1_cos * t431) + arm_theta_1_sin * t442;
-    const double t444 = arm_psi_2_sin * t439 + arm_psi_2_cos * t409;
-    const double t445 = t437 + p->derived.arm_element_length * t440;
-    const double t446 = t438 - p->derived.arm_element_length * t439;
-    const double t447 = arm_psi_2_sin * t445 + arm_psi_2_cos * t436;
-    const double t448 = arm_psi_2_cos * t445 - arm_psi_2_sin * t436;
-    const double t449 = arm_theta_2_sin * t447 + arm_theta_2_cos * t446;
-    const double t450 = arm_theta_2_cos * t447 - arm_theta_2_sin * t446;
-    /* arm_phi_2: acceleration, outward */
-    const double t451 = arm_phi_2_sin * t449 + arm_phi_2_cos * t448;
-    const double t452 = arm_phi_2_cos * t449 - arm_phi_2_sin * t448;
-    const double t453 = t396 - (t114 * t450 + t116 * t451 + t118 * t452);
-    const double t454 = t395 - (t113 * t450 + t115 * t451 + t117 * t452);
-    const double t455 = arm_phi_2_cos * t453 - arm_phi_2_sin * t454 - (arm_psi_2_cos * t439 - arm_psi_2_sin *
-        t409);
-    const double t456 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t453 + arm_phi_2_cos * t454 - (arm_theta_2_sin *
-        t444 + arm_theta_2_cos * t440));
-    const double t457 = t394 - (arm_theta_2_cos * t444 - arm_theta_2_sin * t440) + arm_theta_2_sin * t456;
-    const double t458 = arm_psi_3_sin * t453 + arm_psi_3_cos * t394;
-    const double t459 = t451 + p->derived.arm_element_length * t454;
-    const double t460 = t452 - p->derived.arm_element_length * t453;
-    const double t461 = arm_psi_3_sin * t459 + arm_psi_3_cos * t450;
-    const double t462 = arm_psi_3_cos * t459 - arm_psi_3_sin * t450;
-    const double t463 = arm_theta_3_sin * t461 + arm_theta_3_cos * t460;
+    const double t224 = t209 * t221 - (t210 * t222 + t211 * t223) + arm_psi_D_inverse * t216;
+    /* arm_psi: force left for the joint, inward */
+    const double t225 = t59 + (carried_90 + p->derived.constant_3 * carried_92);
+    /* column_psi: force left for the joint, inward */
+    const double t226 = row_1_u_column_psi - (arm_psi_sin * carried_88 + arm_psi_cos * (carried_89 - p->derived.constant_3 *
+        carried_93 - t209 * t225));
+    /* base_z: acceleration, outward */
+    const double t227 = base_z_D_inverse * (arm_psi_sin * (carried_91 - t210 * t225) + arm_psi_cos * (carried_92 -
+        t211 * t225) + t215 * t226);
+    /* column_psi: acceleration, outward */
+    const double t228 = t215 * t227 + column_psi_D_inverse * t226;
+    const double t229 = arm_psi_cos * t228;
+    const double t230 = arm_psi_sin * t227;
+    const double t231 = arm_psi_cos * t227;
+    /* arm_psi: acceleration, outward */
+    const double t232 = t209 * t229 - (t210 * t230 + t211 * t231) + arm_psi_D_inverse * t225;
+    /* arm_psi: force left for the joint, inward */
+    const double t233 = row_2_u_arm_psi - (carried_102 + p->derived.constant_3 * carried_104);
+    const double t234 = arm_psi_sin * carried_100 + arm_psi_cos * (carried_101 - p->derived.constant_3 * carried_105 +
+        t209 * t233);
+    /* base_z: acceleration, outward */
+    const double t235 = base_z_D_inverse * (1.0 - (arm_psi_sin * (carried_103 + t210 * t233) + arm_psi_cos *
+        (carried_104 + t211 * t233) - t215 * t234));
+    /* column_psi: acceleration, outward */
+    const double t236 = t215 * t235 + column_psi_D_inverse * t234;
+    const double t237 = arm_psi_cos * t236;
+    const double t238 = arm_psi_sin * t235;
+    const double t239 = arm_psi_cos * t235;
+    /* arm_psi: acceleration, outward */
+    const double t240 = arm_psi_D_inverse * t233 - (t210 * t238 + t211 * t239 - t209 * t237);
+    double t252[2];
+    double t253[2];
+    double t254[2];
+    double t266[2];
+    double t267[2];
+    double t268[2];
+    double t280[2];
+    double t281[2];
+    double t282[2];
+    double carried_82 = arm_psi_sin * t220;
+    double carried_83 = t221;
+    double carried_84 = -t224;
+    double carried_85 = -t222;
+    double carried_86 = -(t223 + p->derived.constant_3 * t224);
+    double carried_87 = -p->derived.constant_3 * t221;
+    double carried_94 = arm_psi_sin * t228;
+    double carried_95 = t229;
+    double carried_96 = -t232;
+    double carried_97 = -t230;
+    double carried_98 = -(t231 + p->derived.constant_3 * t232);
+    double carried_99 = -p->derived.constant_3 * t229;
+    double carried_106 = -arm_psi_sin * t236;
+    double carried_107 = -t237;
+    double carried_108 = t240;
+    double carried_109 = t238;
+    double carried_110 = t239 + p->derived.constant_3 * t240;
+    double carried_111 = p->derived.constant_3 * t237;
+    double carried_112 = row_1_u_column_psi * t220 + t59 * t224;
+    double carried_113 = row_1_u_column_psi * t228 + t59 * t232;
+    double carried_114 = -(t219 + row_2_u_arm_psi * t224);
+    double carried_115 = -(t227 + row_2_u_arm_psi * t232);
+    double carried_116 = t235 + row_2_u_arm_psi * t240;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        /* arm_phi_e: acceleration, outward */
+        const double t241 = arm_psi_e_sin * carried_83 + arm_psi_e_cos * carried_82;
+        const double t242 = carried_86 + p->derived.arm_element_length * carried_84;
+        const double t243 = carried_87 - p->derived.arm_element_length * carried_83;
+        const double t244 = arm_psi_e_sin * t242 + arm_psi_e_cos * carried_85;
+        const double t245 = arm_psi_e_cos * t242 - arm_psi_e_sin * carried_85;
+        const double t246 = arm_theta_e_sin * t244 + arm_theta_e_cos * t243;
+        const double t247 = arm_theta_e_cos * t244 - arm_theta_e_sin * t243;
+        /* arm_phi_e: acceleration, outward */
+        const double t248 = arm_phi_e_sin * t246 + arm_phi_e_cos * t245;
+        const double t249 = arm_phi_e_cos * t246 - arm_phi_e_sin * t245;
+        const double t250 = t168[e] + (t126[e] * t247 + t130[e] * t248 + t134[e] * t249);
+        const double t251 = t167[e] - (t125[e] * t247 + t129[e] * t248 + t133[e] * t249);
+        t252[e] = arm_psi_e_cos * carried_83 - arm_psi_e_sin * carried_82 + (arm_phi_e_sin * t251 + arm_phi_e_cos *
+        t250);
+        t253[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t251 - arm_phi_e_sin * t250 - (arm_theta_e_sin *
+        t241 + arm_theta_e_cos * carried_84));
+        t254[e] = arm_theta_e_sin * t253[e] - (t166[e] + (arm_theta_e_cos * t241 - arm_theta_e_sin * carried_84));
+        /* arm_phi_e: acceleration, outward */
+        const double t255 = arm_psi_e_sin * carried_95 + arm_psi_e_cos * carried_94;
+        const double t256 = carried_98 + p->derived.arm_element_length * carried_96;
+        const double t257 = carried_99 - p->derived.arm_element_length * carried_95;
+        const double t258 = arm_psi_e_sin * t256 + arm_psi_e_cos * carried_97;
+        const double t259 = arm_psi_e_cos * t256 - arm_psi_e_sin * carried_97;
+        const double t260 = arm_theta_e_sin * t258 + arm_theta_e_cos * t257;
+        const double t261 = arm_theta_e_cos * t258 - arm_theta_e_sin * t257;
+        /* arm_phi_e: acceleration, outward */
+        const double t262 = arm_phi_e_sin * t260 + arm_phi_e_cos * t259;
+        const double t263 = arm_phi_e_cos * t260 - arm_phi_e_sin * t259;
+        const double t264 = t183[e] - (t126[e] * t261 + t130[e] * t262 + t134[e] * t263);
+        const double t265 = t182[e] - (t125[e] * t261 + t129[e] * t262 + t133[e] * t263);
+        t266[e] = arm_phi_e_cos * t264 - arm_phi_e_sin * t265 - (arm_psi_e_cos * carried_95 - arm_psi_e_sin *
+        carried_94);
+        t267[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_sin * t264 + arm_phi_e_cos * t265 - (arm_theta_e_sin *
+        t255 + arm_theta_e_cos * carried_96));
+        t268[e] = t181[e] - (arm_theta_e_cos * t255 - arm_theta_e_sin * carried_96) + arm_theta_e_sin * t267[e];
+        /* arm_phi_e: acceleration, outward */
+        const double t269 = arm_psi_e_sin * carried_107 + arm_psi_e_cos * carried_106;
+        const double t270 = carried_110 + p->derived.arm_element_length * carried_108;
+        const double t271 = carried_111 - p->derived.arm_element_length * carried_107;
+        const double t272 = arm_psi_e_sin * t270 + arm_psi_e_cos * carried_109;
+        const double t273 = arm_psi_e_cos * t270 - arm_psi_e_sin * carried_109;
+        const double t274 = arm_theta_e_sin * t272 + arm_theta_e_cos * t271;
+        const double t275 = arm_theta_e_cos * t272 - arm_theta_e_sin * t271;
+        /* arm_phi_e: acceleration, outward */
+        const double t276 = arm_phi_e_sin * t274 + arm_phi_e_cos * t273;
+        const double t277 = arm_phi_e_cos * t274 - arm_phi_e_sin * t273;
+        const double t278 = t198[e] - (t126[e] * t275 + t130[e] * t276 + t134[e] * t277);
+        const double t279 = t197[e] - (t125[e] * t275 + t129[e] * t276 + t133[e] * t277);
+        t280[e] = arm_phi_e_cos * t278 - arm_phi_e_sin * t279 - (arm_psi_e_cos * carried_107 - arm_psi_e_sin *
+        carried_106);
+        t281[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_sin * t278 + arm_phi_e_cos * t279 - (arm_theta_e_sin *
+        t269 + arm_theta_e_cos * carried_108));
+        t282[e] = t196[e] - (arm_theta_e_cos * t269 - arm_theta_e_sin * carried_108) + arm_theta_e_sin * t281[e];
+        const double next_carried_82 = -t166[e];
+        const double next_carried_83 = -t250;
+        const double next_carried_112 = row_1_u_arm_phi_e[e] * t254[e] + (row_1_u_arm_psi_e[e] * t253[e] +
+        carried_112 - row_1_u_arm_theta_e[e] * t252[e]);
+        const double next_carried_113 = row_1_u_arm_phi_e[e] * t268[e] + (row_1_u_arm_theta_e[e] * t266[e] +
+        (row_1_u_arm_psi_e[e] * t267[e] + carried_113));
+        const double next_carried_114 = row_2_u_arm_phi_e[e] * t254[e] + (row_2_u_arm_psi_e[e] * t253[e] +
+        carried_114 - row_2_u_arm_theta_e[e] * t252[e]);
+        const double next_carried_115 = row_2_u_arm_phi_e[e] * t268[e] + (row_2_u_arm_theta_e[e] * t266[e] +
+        (row_2_u_arm_psi_e[e] * t267[e] + carried_115));
+        const double next_carried_116 = row_2_u_arm_phi_e[e] * t282[e] + (row_2_u_arm_theta_e[e] * t280[e] +
+        (row_2_u_arm_psi_e[e] * t281[e] + carried_116));
+        carried_82 = next_carried_82;
+        carried_83 = next_carried_83;
+        carried_84 = t251;
+        carried_85 = t247;
+        carried_86 = t248;
+        carried_87 = t249;
+        carried_94 = t181[e];
+        carried_95 = t264;
+        carried_96 = t265;
+        carried_97 = t261;
+        carried_98 = t262;
+        carried_99 = t263;
+        carried_106 = t196[e];
+        carried_107 = t278;
+        carried_108 = t279;
+        carried_109 = t275;
+        carried_110 = t276;
+        carried_111 = t277;
+        carried_112 = next_carried_112;
+        carried_113 = next_carried_113;
+        carried_114 = next_carried_114;
+        carried_115 = next_carried_115;
+        carried_116 = next_carried_116;
+    }
+    /* arm_phi_e: acceleration, outward */
+    const double t283 = arm_psi_3_sin * carried_83 + arm_psi_3_cos * carried_82;
+    const double t284 = carried_86 + p->derived.arm_element_length * carried_84;
+    const double t285 = carried_87 - p->derived.arm_element_length * carried_83;
     /* arm_phi_3: acceleration, outward */
-    const double t464 = t381 + t89 * (arm_phi_3_cos * t463 - arm_phi_3_sin * t462);
-    const double t465 = t382 - t89 * (arm_phi_3_sin * t463 + arm_phi_3_cos * t462);
-    const double t466 = arm_phi_3_cos * t464 - arm_phi_3_sin * t465 - (arm_psi_3_cos * t453 - arm_psi_3_sin *
-        t394);
-    const double t467 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t464 + arm_phi_3_cos * t465 - (arm_theta_3_sin *
-        t458 + arm_theta_3_cos * t454));
-    const double t468 = row_2_u_arm_phi_3 * p->derived.arm_phi_3_pivot_inverse - (arm_theta_3_cos * t458 -
-        arm_theta_3_sin * t454) + arm_theta_3_sin * t467;
+    const double t286 = t64 * (arm_phi_3_turn_x_z * carried_85 + arm_phi_3_turn_y_z * t284 + arm_phi_3_turn_z_z *
+        t285) - t81;
+    const double t287 = t82 - t64 * (arm_phi_3_turn_x_y * carried_85 + arm_phi_3_turn_y_y * t284 + arm_phi_3_turn_z_y *
+        t285);
+    const double t288 = arm_phi_3_cos * t286 - arm_phi_3_sin * t287 - (arm_psi_3_cos * carried_83 - arm_psi_3_sin *
+        carried_82);
+    const double t289 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t286 + arm_phi_3_cos * t287 - (arm_theta_3_sin *
+        t283 + arm_theta_3_cos * carried_84));
+    const double t290 = arm_theta_3_sin * t289 - (p->derived.constant_19 * (arm_phi_3_bias_moment_x + t48) +
+        (arm_theta_3_cos * t283 - arm_theta_3_sin * carried_84));
     /* effector_z: acceleration, outward */
-    const double t469 = arm_theta_3_ground_z_x * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t461 -
-        arm_theta_3_sin * t460);
+    const double t291 = arm_phi_3_turn_x_x * carried_85 + arm_phi_3_turn_y_x * t284 - arm_theta_3_sin * t285 +
+        effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    /* arm_phi_e: acceleration, outward */
+    const double t292 = arm_psi_3_sin * carried_95 + arm_psi_3_cos * carried_94;
+    const double t293 = carried_98 + p->derived.arm_element_length * carried_96;
+    const double t294 = carried_99 - p->derived.arm_element_length * carried_95;
+    /* arm_phi_3: acceleration, outward */
+    const double t295 = t90 + t64 * (arm_phi_3_turn_x_z * carried_97 + arm_phi_3_turn_y_z * t293 + arm_phi_3_turn_z_z *
+        t294);
+    const double t296 = t91 - t64 * (arm_phi_3_turn_x_y * carried_97 + arm_phi_3_turn_y_y * t293 + arm_phi_3_turn_z_y *
+        t294);
+    const double t297 = arm_phi_3_cos * t295 - arm_phi_3_sin * t296 - (arm_psi_3_cos * carried_95 - arm_psi_3_sin *
+        carried_94);
+    const double t298 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t295 + arm_phi_3_cos * t296 - (arm_theta_3_sin *
+        t292 + arm_theta_3_cos * carried_96));
+    const double t299 = row_1_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos * t292 - arm_theta_3_sin *
+        carried_96) + arm_theta_3_sin * t298;
+    /* effector_z: acceleration, outward */
+    const double t300 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_phi_3_turn_x_x * carried_97 +
+        arm_phi_3_turn_y_x * t293 - arm_theta_3_sin * t294);
+    /* arm_phi_e: acceleration, outward */
+    const double t301 = arm_psi_3_sin * carried_107 + arm_psi_3_cos * carried_106;
+    const double t302 = carried_110 + p->derived.arm_element_length * carried_108;
+    const double t303 = carried_111 - p->derived.arm_element_length * carried_107;
+    /* arm_phi_3: acceleration, outward */
+    const double t304 = t99 + t64 * (arm_phi_3_turn_x_z * carried_109 + arm_phi_3_turn_y_z * t302 + arm_phi_3_turn_z_z *
+        t303);
+    const double t305 = t100 - t64 * (arm_phi_3_turn_x_y * carried_109 + arm_phi_3_turn_y_y * t302 + arm_phi_3_turn_z_y *
+        t303);
+    const double t306 = arm_phi_3_cos * t304 - arm_phi_3_sin * t305 - (arm_psi_3_cos * carried_107 - arm_psi_3_sin *
+        carried_106);
+    const double t307 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t304 + arm_phi_3_cos * t305 - (arm_theta_3_sin *
+        t301 + arm_theta_3_cos * carried_108));
+    const double t308 = row_2_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos * t301 - arm_theta_3_sin *
+        carried_108) + arm_theta_3_sin * t307;
+    /* effector_z: acceleration, outward */
+    const double t309 = arm_theta_3_ground_z_x * p->derived.effector_z_D_inverse - (arm_phi_3_turn_x_x * carried_109 +
+        arm_phi_3_turn_y_x * t302 - arm_theta_3_sin * t303);
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t470 = row_1_u_column_psi * t241 - t86 * t246 - t87 * t259 + row_1_u_arm_theta_1 * t258 +
-        row_1_u_arm_phi_1 * t260 + row_1_u_arm_psi_2 * t273 + row_1_u_arm_theta_2 * t272;
-    const double t471 = row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13) +
-        (t470 + row_1_u_arm_phi_2 * t274 + row_1_u_arm_psi_3 * t284 + row_1_u_arm_theta_3 * t283 + row_1_u_arm_phi_3 *
-        t285 - row_1_u_effector_z * t286);
-    const double t472 = row_1_u_column_psi * t333 - t86 * t338 - t87 * t351 + row_1_u_arm_theta_1 * t350 +
-        row_1_u_arm_phi_1 * t352 + row_1_u_arm_psi_2 * t365 + row_1_u_arm_theta_2 * t364;
-    const double t473 = t472 + row_1_u_arm_phi_2 * t366 + row_1_u_arm_psi_3 * t376 + row_1_u_arm_theta_3 *
-        t375 + row_1_u_arm_phi_3 * t377 + row_1_u_effector_z * t378;
-    const double t474 = row_2_u_arm_psi * t246 - t240 + row_2_u_arm_psi_1 * t259 + row_2_u_arm_theta_1 * t258 +
-        row_2_u_arm_phi_1 * t260 + row_2_u_arm_psi_2 * t273 + row_2_u_arm_theta_2 * t272;
-    const double t475 = row_2_v + p->derived.constant_13 * row_2_psi + (t474 + row_2_u_arm_phi_2 * t274 +
-        row_2_u_arm_psi_3 * t284 + row_2_u_arm_theta_3 * t283 + row_2_u_arm_phi_3 * t285 - arm_theta_3_ground_z_x *
-        t286);
-    const double t476 = row_2_u_arm_psi * t338 - t332 + row_2_u_arm_psi_1 * t351 + row_2_u_arm_theta_1 * t350 +
-        row_2_u_arm_phi_1 * t352 + row_2_u_arm_psi_2 * t365 + row_2_u_arm_theta_2 * t364;
-    const double t477 = t476 + row_2_u_arm_phi_2 * t366 + row_2_u_arm_psi_3 * t376 + row_2_u_arm_theta_3 *
-        t375 + row_2_u_arm_phi_3 * t377 + arm_theta_3_ground_z_x * t378;
-    const double t478 = t423 + row_2_u_arm_psi * t429 + row_2_u_arm_psi_1 * t442 + row_2_u_arm_theta_1 * t441 +
-        row_2_u_arm_phi_1 * t443 + row_2_u_arm_psi_2 * t456 + row_2_u_arm_theta_2 * t455;
-    const double t479 = t478 + row_2_u_arm_phi_2 * t457 + row_2_u_arm_psi_3 * t467 + row_2_u_arm_theta_3 *
-        t466 + row_2_u_arm_phi_3 * t468 + arm_theta_3_ground_z_x * t469;
-    const double row_1_pivot_inverse = (t473 * 1e-12 < t473 ? 1.0 / t473 : 0.0);
-    const double t480 = t477 * row_1_pivot_inverse;
-    const double t481 = t479 - t477 * t480;
-    const double row_2_pivot_inverse = (t479 * 1e-12 < t481 ? 1.0 / t481 : 0.0);
-    const double row_2_lambda = (t471 * t480 - t475) * row_2_pivot_inverse;
-    const double t482 = row_1_pivot_inverse * (t471 + t477 * row_2_lambda);
-    qdd[0] = t332 * t482 - t240 + t423 * row_2_lambda;
-    qdd[1] = t241 - t333 * t482 - t424 * row_2_lambda;
-    qdd[2] = t246 - t338 * t482 + t429 * row_2_lambda;
-    qdd[3] = t259 - t351 * t482 + t442 * row_2_lambda;
-    qdd[4] = t258 - t350 * t482 + t441 * row_2_lambda;
-    qdd[5] = t260 - t352 * t482 + t443 * row_2_lambda;
-    qdd[6] = t273 - t365 * t482 + t456 * row_2_lambda;
-    qdd[7] = t272 - t364 * t482 + t455 * row_2_lambda;
-    qdd[8] = t274 - t366 * t482 + t457 * row_2_lambda;
-    qdd[9] = t284 - t376 * t482 + t467 * row_2_lambda;
-    qdd[10] = t283 - t375 * t482 + t466 * row_2_lambda;
-    qdd[11] = t285 - t377 * t482 + t468 * row_2_lambda;
-    qdd[12] = t469 * row_2_lambda - (t286 + t378 * t482);
+    const double t310 = row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13) +
+        (carried_112 + row_1_u_arm_psi_3 * t289 + row_1_u_arm_theta_3 * t288 + row_1_u_arm_phi_3 * t290 -
+        row_1_u_effector_z * t291);
+    const double t311 = carried_113 + row_1_u_arm_psi_3 * t298 + row_1_u_arm_theta_3 * t297 + row_1_u_arm_phi_3 *
+        t299 + row_1_u_effector_z * t300;
+    const double t312 = carried_115 + row_2_u_arm_psi_3 * t298 + row_2_u_arm_theta_3 * t297 + row_2_u_arm_phi_3 *
+        t299 + arm_theta_3_ground_z_x * t300;
+    const double t313 = carried_116 + row_2_u_arm_psi_3 * t307 + row_2_u_arm_theta_3 * t306 + row_2_u_arm_phi_3 *
+        t308 + arm_theta_3_ground_z_x * t309;
+    const double row_1_pivot_inverse = (t311 * 1e-12 < t311 ? 1.0 / t311 : 0.0);
+    const double t314 = t312 * row_1_pivot_inverse;
+    const double t315 = t313 - t312 * t314;
+    const double t316 = t310 * t314 - (row_2_v + p->derived.constant_13 * row_2_psi + (carried_114 + row_2_u_arm_psi_3 *
+        t289 + row_2_u_arm_theta_3 * t288 + row_2_u_arm_phi_3 * t290 - arm_theta_3_ground_z_x * t291));
+    const double row_2_pivot_inverse = (t313 * 1e-12 < t315 ? 1.0 / t315 : 0.0);
+    const double row_2_lambda = t316 * row_2_pivot_inverse;
+    const double t317 = row_1_pivot_inverse * (t310 + t312 * row_2_lambda);
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        qdd[3 + 3 * e] = t253[e] - t267[e] * t317 + t281[e] * row_2_lambda;
+        qdd[4 + 3 * e] = t280[e] * row_2_lambda - (t252[e] + t266[e] * t317);
+        qdd[5 + 3 * e] = t254[e] - t268[e] * t317 + t282[e] * row_2_lambda;
+    }
+    qdd[0] = t227 * t317 - t219 + t235 * row_2_lambda;
+    qdd[1] = t220 - t228 * t317 - t236 * row_2_lambda;
+    qdd[2] = t232 * t317 - t224 + t240 * row_2_lambda;
+    qdd[9] = t289 - t298 * t317 + t307 * row_2_lambda;
+    qdd[10] = t288 - t297 * t317 + t306 * row_2_lambda;
+    qdd[11] = t290 - t299 * t317 + t308 * row_2_lambda;
+    qdd[12] = t309 * row_2_lambda - (t291 + t300 * t317);
 }
 
 void manipulator_flexible_force(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -4646,9 +4707,7 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double t3 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double t4 = column_psi_sin * arm_psi_sin;
     const double arm_psi_position_z = p->h + q[0];
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
@@ -4657,236 +4716,253 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
     const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
-    const double t5 = arm_psi_w_x * qd[2];
-    const double t6 = arm_psi_w_x * arm_psi_w_y;
-    const double t7 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
-    /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sine[2];
-    const double arm_psi_1_cos = cosine[2];
-    const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t3 * arm_psi_1_sin;
-    const double t8 = arm_psi_ground_x_x * arm_psi_1_sin + t3 * arm_psi_1_cos;
-    const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t4 * arm_psi_1_sin;
-    const double t9 = arm_psi_ground_y_x * arm_psi_1_sin + t4 * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_x = arm_psi_cos * arm_psi_1_sin + arm_psi_sin * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_y = arm_psi_cos * arm_psi_1_cos - arm_psi_sin * arm_psi_1_sin;
-    const double arm_psi_1_position_x = p->derived.constant_1 * arm_psi_ground_x_x;
-    const double arm_psi_1_position_y = p->derived.constant_1 * arm_psi_ground_y_x;
-    const double arm_psi_1_position_z = arm_psi_position_z + p->derived.constant_1 * arm_psi_sin;
-    const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
-    const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
-    const double t10 = p->derived.constant_1 * arm_psi_w_y;
-    const double t11 = arm_psi_v_y + p->derived.constant_1 * qd[2];
-    const double arm_psi_1_v_x = arm_psi_1_sin * t11 + arm_psi_v_x * arm_psi_1_cos;
-    const double arm_psi_1_v_y = arm_psi_1_cos * t11 - arm_psi_v_x * arm_psi_1_sin;
-    const double t12 = p->derived.constant_1 * t7;
-    const double t13 = p->derived.constant_1 * t6;
-    const double arm_psi_1_bias_a_z = p->derived.constant_1 * (t5 + t5);
-    const double arm_psi_1_bias_a_x = arm_psi_1_sin * t13 - arm_psi_1_cos * t12;
-    const double arm_psi_1_bias_a_y = arm_psi_1_sin * t12 + arm_psi_1_cos * t13;
-    const double t14 = arm_psi_bias_a_falling_x - t12;
-    const double t15 = arm_psi_bias_a_falling_y + t13;
-    const double arm_psi_1_bias_a_falling_x = arm_psi_1_sin * t15 + arm_psi_1_cos * t14;
-    const double arm_psi_1_bias_a_falling_y = arm_psi_1_cos * t15 - arm_psi_1_sin * t14;
-    const double arm_psi_1_bias_wd_x = arm_psi_bias_wd_x * arm_psi_1_cos - t5 * arm_psi_1_sin + arm_psi_1_w_y *
-        qd[3];
-    const double t16 = arm_psi_bias_wd_x * arm_psi_1_sin + t5 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
-    const double arm_psi_1_w_z = qd[2] + qd[3];
-    /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sine[3];
-    const double arm_theta_1_cos = cosine[3];
-    const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
-    const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
-    const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
-    const double arm_theta_1_ground_y_x = column_psi_cos * arm_theta_1_sin + arm_psi_1_ground_y_x * arm_theta_1_cos;
-    const double arm_theta_1_ground_z_z = arm_psi_1_ground_z_x * arm_theta_1_sin;
-    const double arm_theta_1_ground_z_x = arm_psi_1_ground_z_x * arm_theta_1_cos;
-    const double arm_theta_1_w_z = arm_psi_1_w_x * arm_theta_1_sin + arm_psi_1_w_z * arm_theta_1_cos;
-    const double arm_theta_1_w_x = arm_psi_1_w_x * arm_theta_1_cos - arm_psi_1_w_z * arm_theta_1_sin;
-    const double arm_theta_1_v_z = arm_psi_1_v_x * arm_theta_1_sin - t10 * arm_theta_1_cos;
-    const double arm_theta_1_v_x = t10 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
-    const double t17 = arm_psi_1_bias_a_z * arm_theta_1_cos;
-    const double arm_theta_1_bias_a_z = arm_psi_1_bias_a_x * arm_theta_1_sin + t17;
-    const double t18 = arm_psi_1_bias_a_z * arm_theta_1_sin;
-    const double arm_theta_1_bias_a_x = arm_psi_1_bias_a_x * arm_theta_1_cos - t18;
-    const double arm_theta_1_bias_a_falling_z = t17 + arm_psi_1_bias_a_falling_x * arm_theta_1_sin;
-    const double arm_theta_1_bias_a_falling_x = arm_psi_1_bias_a_falling_x * arm_theta_1_cos - t18;
-    const double arm_theta_1_bias_wd_x = arm_psi_1_bias_wd_x * arm_theta_1_cos - arm_theta_1_w_z * qd[4];
-    const double arm_theta_1_bias_wd_z = arm_psi_1_bias_wd_x * arm_theta_1_sin + arm_theta_1_w_x * qd[4];
-    const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
-    /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sine[4];
-    const double arm_phi_1_cos = cosine[4];
-    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t8 * arm_phi_1_cos;
-    const double arm_phi_1_ground_x_z = t8 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t9 * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_z = t9 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_y = arm_theta_1_ground_z_z * arm_phi_1_sin + arm_psi_1_ground_z_y * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_z = arm_theta_1_ground_z_z * arm_phi_1_cos - arm_psi_1_ground_z_y * arm_phi_1_sin;
-    const double arm_phi_1_w_y = arm_theta_1_w_z * arm_phi_1_sin + arm_theta_1_w_y * arm_phi_1_cos;
-    const double arm_phi_1_w_z = arm_theta_1_w_z * arm_phi_1_cos - arm_theta_1_w_y * arm_phi_1_sin;
-    const double arm_phi_1_v_y = arm_theta_1_v_z * arm_phi_1_sin + arm_psi_1_v_y * arm_phi_1_cos;
-    const double arm_phi_1_v_z = arm_theta_1_v_z * arm_phi_1_cos - arm_psi_1_v_y * arm_phi_1_sin;
-    const double arm_phi_1_bias_a_y = arm_theta_1_bias_a_z * arm_phi_1_sin + arm_psi_1_bias_a_y * arm_phi_1_cos;
-    const double arm_phi_1_bias_a_z = arm_theta_1_bias_a_z * arm_phi_1_cos - arm_psi_1_bias_a_y * arm_phi_1_sin;
-    const double arm_phi_1_bias_a_falling_y = arm_theta_1_bias_a_falling_z * arm_phi_1_sin + arm_psi_1_bias_a_falling_y *
-        arm_phi_1_cos;
-    const double arm_phi_1_bias_a_falling_z = arm_theta_1_bias_a_falling_z * arm_phi_1_cos - arm_psi_1_bias_a_falling_y *
-        arm_phi_1_sin;
-    const double arm_phi_1_bias_wd_y = arm_theta_1_bias_wd_z * arm_phi_1_sin - t16 * arm_phi_1_cos + arm_phi_1_w_z *
-        qd[5];
-    const double arm_phi_1_bias_wd_z = t16 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
-        qd[5];
-    const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
-    const double t19 = arm_phi_1_w_y * arm_phi_1_w_x;
-    const double t20 = arm_phi_1_w_z * arm_phi_1_w_z + arm_phi_1_w_y * arm_phi_1_w_y;
-    const double t21 = arm_phi_1_bias_wd_z + t19;
-    const double t22 = arm_phi_1_w_z * arm_phi_1_w_x;
-    const double t23 = t22 - arm_phi_1_bias_wd_y;
-    /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sine[5];
-    const double arm_psi_2_cos = cosine[5];
-    const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_y_y = arm_phi_1_ground_y_y * arm_psi_2_cos - arm_theta_1_ground_y_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_z_x = arm_phi_1_ground_z_y * arm_psi_2_sin + arm_theta_1_ground_z_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_z_y = arm_phi_1_ground_z_y * arm_psi_2_cos - arm_theta_1_ground_z_x * arm_psi_2_sin;
-    const double arm_psi_2_position_x = arm_psi_1_position_x + p->derived.arm_element_length * arm_theta_1_ground_x_x;
-    const double arm_psi_2_position_y = arm_psi_1_position_y + p->derived.arm_element_length * arm_theta_1_ground_y_x;
-    const double arm_psi_2_position_z = arm_psi_1_position_z + p->derived.arm_element_length * arm_theta_1_ground_z_x;
-    const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
-    const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
-    const double t24 = arm_phi_1_v_y + p->derived.arm_element_length * arm_phi_1_w_z;
-    const double arm_psi_2_v_z = arm_phi_1_v_z - p->derived.arm_element_length * arm_phi_1_w_y;
-    const double arm_psi_2_v_x = arm_psi_2_sin * t24 + arm_theta_1_v_x * arm_psi_2_cos;
-    const double arm_psi_2_v_y = arm_psi_2_cos * t24 - arm_theta_1_v_x * arm_psi_2_sin;
-    const double t25 = p->derived.arm_element_length * t20;
-    const double t26 = p->derived.arm_element_length * t21;
-    const double t27 = p->derived.arm_element_length * t23;
-    const double t28 = arm_theta_1_bias_a_x - t25;
-    const double t29 = arm_phi_1_bias_a_y + t26;
-    const double arm_psi_2_bias_a_z = arm_phi_1_bias_a_z + t27;
-    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t29 + arm_psi_2_cos * t28;
-    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t29 - arm_psi_2_sin * t28;
-    const double t30 = arm_theta_1_bias_a_falling_x - t25;
-    const double t31 = arm_phi_1_bias_a_falling_y + t26;
-    const double arm_psi_2_bias_a_falling_z = arm_phi_1_bias_a_falling_z + t27;
-    const double arm_psi_2_bias_a_falling_x = arm_psi_2_sin * t31 + arm_psi_2_cos * t30;
-    const double arm_psi_2_bias_a_falling_y = arm_psi_2_cos * t31 - arm_psi_2_sin * t30;
-    const double arm_psi_2_bias_wd_x = arm_phi_1_bias_wd_y * arm_psi_2_sin + arm_theta_1_bias_wd_x * arm_psi_2_cos +
-        arm_psi_2_w_y * qd[6];
-    const double arm_psi_2_bias_wd_y = arm_phi_1_bias_wd_y * arm_psi_2_cos - arm_theta_1_bias_wd_x * arm_psi_2_sin -
-        arm_psi_2_w_x * qd[6];
-    const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
-    /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sine[6];
-    const double arm_theta_2_cos = cosine[6];
-    const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_y_z = arm_psi_2_ground_y_x * arm_theta_2_sin + arm_phi_1_ground_y_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_y_x = arm_psi_2_ground_y_x * arm_theta_2_cos - arm_phi_1_ground_y_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_z_z = arm_psi_2_ground_z_x * arm_theta_2_sin + arm_phi_1_ground_z_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_z_x = arm_psi_2_ground_z_x * arm_theta_2_cos - arm_phi_1_ground_z_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_w_z = arm_psi_2_w_x * arm_theta_2_sin + arm_psi_2_w_z * arm_theta_2_cos;
-    const double arm_theta_2_w_x = arm_psi_2_w_x * arm_theta_2_cos - arm_psi_2_w_z * arm_theta_2_sin;
-    const double arm_theta_2_v_z = arm_psi_2_v_x * arm_theta_2_sin + arm_psi_2_v_z * arm_theta_2_cos;
-    const double arm_theta_2_v_x = arm_psi_2_v_x * arm_theta_2_cos - arm_psi_2_v_z * arm_theta_2_sin;
-    const double arm_theta_2_bias_a_z = arm_psi_2_bias_a_x * arm_theta_2_sin + arm_psi_2_bias_a_z * arm_theta_2_cos;
-    const double arm_theta_2_bias_a_x = arm_psi_2_bias_a_x * arm_theta_2_cos - arm_psi_2_bias_a_z * arm_theta_2_sin;
-    const double arm_theta_2_bias_a_falling_z = arm_psi_2_bias_a_falling_x * arm_theta_2_sin + arm_psi_2_bias_a_falling_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_bias_a_falling_x = arm_psi_2_bias_a_falling_x * arm_theta_2_cos - arm_psi_2_bias_a_falling_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_bias_wd_x = arm_psi_2_bias_wd_x * arm_theta_2_cos - arm_phi_1_bias_wd_z * arm_theta_2_sin -
-        arm_theta_2_w_z * qd[7];
-    const double arm_theta_2_bias_wd_z = arm_psi_2_bias_wd_x * arm_theta_2_sin + arm_phi_1_bias_wd_z * arm_theta_2_cos +
-        arm_theta_2_w_x * qd[7];
-    const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
-    /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sine[7];
-    const double arm_phi_2_cos = cosine[7];
-    const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_y_z = arm_theta_2_ground_y_z * arm_phi_2_cos - arm_psi_2_ground_y_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_z_y = arm_theta_2_ground_z_z * arm_phi_2_sin + arm_psi_2_ground_z_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_z_z = arm_theta_2_ground_z_z * arm_phi_2_cos - arm_psi_2_ground_z_y * arm_phi_2_sin;
-    const double arm_phi_2_w_y = arm_theta_2_w_z * arm_phi_2_sin + arm_theta_2_w_y * arm_phi_2_cos;
-    const double arm_phi_2_w_z = arm_theta_2_w_z * arm_phi_2_cos - arm_theta_2_w_y * arm_phi_2_sin;
-    const double arm_phi_2_v_y = arm_theta_2_v_z * arm_phi_2_sin + arm_psi_2_v_y * arm_phi_2_cos;
-    const double arm_phi_2_v_z = arm_theta_2_v_z * arm_phi_2_cos - arm_psi_2_v_y * arm_phi_2_sin;
-    const double arm_phi_2_bias_a_y = arm_theta_2_bias_a_z * arm_phi_2_sin + arm_psi_2_bias_a_y * arm_phi_2_cos;
-    const double arm_phi_2_bias_a_z = arm_theta_2_bias_a_z * arm_phi_2_cos - arm_psi_2_bias_a_y * arm_phi_2_sin;
-    const double arm_phi_2_bias_a_falling_y = arm_theta_2_bias_a_falling_z * arm_phi_2_sin + arm_psi_2_bias_a_falling_y *
-        arm_phi_2_cos;
-    const double arm_phi_2_bias_a_falling_z = arm_theta_2_bias_a_falling_z * arm_phi_2_cos - arm_psi_2_bias_a_falling_y *
-        arm_phi_2_sin;
-    const double arm_phi_2_bias_wd_y = arm_theta_2_bias_wd_z * arm_phi_2_sin + arm_psi_2_bias_wd_y * arm_phi_2_cos +
-        arm_phi_2_w_z * qd[8];
-    const double arm_phi_2_bias_wd_z = arm_theta_2_bias_wd_z * arm_phi_2_cos - arm_psi_2_bias_wd_y * arm_phi_2_sin -
-        arm_phi_2_w_y * qd[8];
-    const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
-    const double t32 = arm_phi_2_w_y * arm_phi_2_w_x;
-    const double t33 = arm_phi_2_w_z * arm_phi_2_w_z + arm_phi_2_w_y * arm_phi_2_w_y;
-    const double t34 = arm_phi_2_bias_wd_z + t32;
-    const double t35 = arm_phi_2_w_z * arm_phi_2_w_x;
-    const double t36 = t35 - arm_phi_2_bias_wd_y;
-    /* arm_psi_3: motion from arm_phi_2 outward */
+    const double t3 = arm_psi_w_x * qd[2];
+    const double t4 = arm_psi_w_x * arm_psi_w_y;
+    const double t5 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
+    const double t6 = t3 + t3;
+    /* arm_psi_e: motion from arm_psi outward */
+    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
+    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
+    const double arm_psi_e_shift_ground_z = p->derived.constant_3 * arm_psi_sin;
+    const double arm_psi_e_position_z = arm_psi_position_z + arm_psi_e_shift_ground_z;
+    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
+    const double t7 = p->derived.constant_3 * t5;
+    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t4;
+    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t6;
+    const double arm_psi_e_bias_a_falling_x = arm_psi_bias_a_falling_x - t7;
+    const double arm_psi_e_bias_a_falling_y = arm_psi_bias_a_falling_y + arm_psi_e_bias_a_y;
+    double arm_psi_e_ground_x_y[2];
+    double arm_psi_e_ground_y_y[2];
+    double arm_psi_e_ground_z_y[2];
+    double arm_psi_e_position_x_2[2];
+    double arm_psi_e_position_y_2[2];
+    double arm_psi_e_position_z_2[2];
+    double arm_theta_e_ground_x_x[2];
+    double arm_theta_e_ground_y_x[2];
+    double arm_theta_e_ground_z_x[2];
+    double arm_theta_e_bias_a_falling_x[2];
+    double arm_theta_e_bias_wd_x[2];
+    double arm_phi_e_bias_a_falling_y[2];
+    double arm_phi_e_bias_a_falling_z[2];
+    double arm_phi_e_bias_wd_y[2];
+    double arm_phi_e_bias_wd_z[2];
+    double t16[2];
+    double t17[2];
+    double t18[2];
+    double t19[2];
+    double t20[2];
+    double last_arm_phi_e_ground_x_z_at[2];
+    double last_arm_phi_e_ground_y_z_at[2];
+    double last_arm_phi_e_ground_z_z_at[2];
+    double last_arm_phi_e_w_x = arm_psi_w_x;
+    double last_arm_phi_e_w_y = arm_psi_w_y;
+    double last_arm_phi_e_w_z = qd[2];
+    double last_arm_theta_e_v_x = arm_psi_v_x;
+    double last_arm_phi_e_v_y = arm_psi_e_v_y;
+    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
+    double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
+    double last_arm_phi_e_bias_wd_y = -t3;
+    double last_arm_phi_e_bias_wd_z = 0.0;
+    double last_arm_theta_e_bias_a_x = -t7;
+    double last_arm_phi_e_bias_a_y = arm_psi_e_bias_a_y;
+    double last_arm_phi_e_bias_a_z = arm_psi_e_bias_a_z;
+    double last_arm_theta_e_bias_a_falling_x = arm_psi_e_bias_a_falling_x;
+    double last_arm_phi_e_bias_a_falling_y = arm_psi_e_bias_a_falling_y;
+    double last_arm_phi_e_bias_a_falling_z = arm_psi_e_bias_a_z;
+    double carried_15 = -t5;
+    double carried_18 = t4;
+    double carried_21 = t6;
+    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
+    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
+    double last_arm_phi_e_ground_x_z = column_psi_sin;
+    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
+    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
+    double last_arm_phi_e_ground_y_z = -column_psi_cos;
+    double last_arm_theta_e_ground_z_x = arm_psi_sin;
+    double last_arm_phi_e_ground_z_y = arm_psi_cos;
+    double last_arm_phi_e_ground_z_z = 0.0;
+    double last_arm_psi_e_position_x = arm_psi_e_position_x;
+    double last_arm_psi_e_position_y = arm_psi_e_position_y;
+    double last_arm_psi_e_position_z = arm_psi_e_position_z;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        last_arm_phi_e_ground_x_z_at[e] = last_arm_phi_e_ground_x_z;
+        last_arm_phi_e_ground_y_z_at[e] = last_arm_phi_e_ground_y_z;
+        last_arm_phi_e_ground_z_z_at[e] = last_arm_phi_e_ground_z_z;
+        /* arm_psi_e: motion from arm_psi_e outward */
+        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
+        arm_psi_e_ground_x_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
+        arm_psi_e_ground_y_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
+        arm_psi_e_ground_z_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
+        arm_psi_e_position_x_2[e] = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
+        arm_psi_e_position_y_2[e] = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
+        arm_psi_e_position_z_2[e] = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
+        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
+        const double t8 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_x = arm_psi_e_sin * t8 + arm_psi_e_cos * last_arm_theta_e_v_x;
+        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t8 - arm_psi_e_sin * last_arm_theta_e_v_x;
+        const double t9 = p->derived.arm_element_length * carried_15;
+        const double t10 = p->derived.arm_element_length * carried_18;
+        const double t11 = p->derived.arm_element_length * carried_21;
+        const double t12 = last_arm_theta_e_bias_a_x + t9;
+        const double t13 = last_arm_phi_e_bias_a_y + t10;
+        const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + t11;
+        const double arm_psi_e_bias_a_x_2 = arm_psi_e_sin * t13 + arm_psi_e_cos * t12;
+        const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t13 - arm_psi_e_sin * t12;
+        const double t14 = last_arm_theta_e_bias_a_falling_x + t9;
+        const double t15 = last_arm_phi_e_bias_a_falling_y + t10;
+        const double arm_psi_e_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + t11;
+        const double arm_psi_e_bias_a_falling_x_2 = arm_psi_e_sin * t15 + arm_psi_e_cos * t14;
+        const double arm_psi_e_bias_a_falling_y_2 = arm_psi_e_cos * t15 - arm_psi_e_sin * t14;
+        const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
+        qd[3 + 3 * e] * arm_psi_e_w_y;
+        const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
+        qd[3 + 3 * e] * arm_psi_e_w_x;
+        const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
+        /* arm_theta_e: motion from arm_psi_e outward */
+        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
+        arm_theta_e_ground_x_x[e] = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
+        arm_theta_e_ground_y_x[e] = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
+        arm_theta_e_ground_z_x[e] = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
+        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
+        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
+        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
+        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
+        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_a_falling_z = arm_theta_e_sin * arm_psi_e_bias_a_falling_x_2 + arm_theta_e_cos *
+        arm_psi_e_bias_a_falling_z;
+        arm_theta_e_bias_a_falling_x[e] = arm_theta_e_cos * arm_psi_e_bias_a_falling_x_2 - arm_theta_e_sin *
+        arm_psi_e_bias_a_falling_z;
+        arm_theta_e_bias_wd_x[e] = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
+        qd[4 + 3 * e] * arm_theta_e_w_z;
+        const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
+        qd[4 + 3 * e] * arm_theta_e_w_x;
+        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
+        /* arm_phi_e: motion from arm_theta_e outward */
+        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
+        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
+        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y[e];
+        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y[e];
+        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y[e];
+        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y[e];
+        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
+        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
+        const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
+        const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
+        const double arm_phi_e_bias_a_y = arm_phi_e_sin * arm_theta_e_bias_a_z + arm_phi_e_cos * arm_psi_e_bias_a_y_2;
+        const double arm_phi_e_bias_a_z = arm_phi_e_cos * arm_theta_e_bias_a_z - arm_phi_e_sin * arm_psi_e_bias_a_y_2;
+        arm_phi_e_bias_a_falling_y[e] = arm_phi_e_sin * arm_theta_e_bias_a_falling_z + arm_phi_e_cos * arm_psi_e_bias_a_falling_y_2;
+        arm_phi_e_bias_a_falling_z[e] = arm_phi_e_cos * arm_theta_e_bias_a_falling_z - arm_phi_e_sin * arm_psi_e_bias_a_falling_y_2;
+        arm_phi_e_bias_wd_y[e] = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
+        qd[5 + 3 * e] * arm_phi_e_w_z;
+        arm_phi_e_bias_wd_z[e] = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
+        qd[5 + 3 * e] * arm_phi_e_w_y;
+        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
+        t16[e] = arm_phi_e_w_y * arm_phi_e_w_x;
+        t17[e] = arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y;
+        t18[e] = arm_phi_e_bias_wd_z[e] + t16[e];
+        t19[e] = arm_phi_e_w_z * arm_phi_e_w_x;
+        t20[e] = t19[e] - arm_phi_e_bias_wd_y[e];
+        const double next_carried_15 = -t17[e];
+        last_arm_phi_e_w_x = arm_phi_e_w_x;
+        last_arm_phi_e_w_y = arm_phi_e_w_y;
+        last_arm_phi_e_w_z = arm_phi_e_w_z;
+        last_arm_theta_e_v_x = arm_theta_e_v_x;
+        last_arm_phi_e_v_y = arm_phi_e_v_y;
+        last_arm_phi_e_v_z = arm_phi_e_v_z;
+        last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x[e];
+        last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y[e];
+        last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z[e];
+        last_arm_theta_e_bias_a_x = arm_theta_e_bias_a_x;
+        last_arm_phi_e_bias_a_y = arm_phi_e_bias_a_y;
+        last_arm_phi_e_bias_a_z = arm_phi_e_bias_a_z;
+        last_arm_theta_e_bias_a_falling_x = arm_theta_e_bias_a_falling_x[e];
+        last_arm_phi_e_bias_a_falling_y = arm_phi_e_bias_a_falling_y[e];
+        last_arm_phi_e_bias_a_falling_z = arm_phi_e_bias_a_falling_z[e];
+        carried_15 = next_carried_15;
+        carried_18 = t18[e];
+        carried_21 = t20[e];
+        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x[e];
+        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
+        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
+        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x[e];
+        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
+        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
+        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x[e];
+        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
+        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
+        last_arm_psi_e_position_x = arm_psi_e_position_x_2[e];
+        last_arm_psi_e_position_y = arm_psi_e_position_y_2[e];
+        last_arm_psi_e_position_z = arm_psi_e_position_z_2[e];
+    }
+    /* arm_psi_3: motion from arm_psi_e outward */
     const double arm_psi_3_sin = sine[8];
     const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = arm_phi_2_ground_y_y * arm_psi_3_cos - arm_theta_2_ground_y_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_z_x = arm_phi_2_ground_z_y * arm_psi_3_sin + arm_theta_2_ground_z_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_z_y = arm_phi_2_ground_z_y * arm_psi_3_cos - arm_theta_2_ground_z_x * arm_psi_3_sin;
-    const double arm_psi_3_position_x = arm_psi_2_position_x + p->derived.arm_element_length * arm_theta_2_ground_x_x;
-    const double arm_psi_3_position_y = arm_psi_2_position_y + p->derived.arm_element_length * arm_theta_2_ground_y_x;
-    const double arm_psi_3_position_z = arm_psi_2_position_z + p->derived.arm_element_length * arm_theta_2_ground_z_x;
-    const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
-    const double t37 = arm_phi_2_v_y + p->derived.arm_element_length * arm_phi_2_w_z;
-    const double arm_psi_3_v_z = arm_phi_2_v_z - p->derived.arm_element_length * arm_phi_2_w_y;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t37 + arm_theta_2_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t37 - arm_theta_2_v_x * arm_psi_3_sin;
-    const double t38 = p->derived.arm_element_length * t33;
-    const double t39 = p->derived.arm_element_length * t34;
-    const double t40 = p->derived.arm_element_length * t36;
-    const double t41 = arm_theta_2_bias_a_x - t38;
-    const double t42 = arm_phi_2_bias_a_y + t39;
-    const double arm_psi_3_bias_a_z = arm_phi_2_bias_a_z + t40;
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t42 + arm_psi_3_cos * t41;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t42 - arm_psi_3_sin * t41;
-    const double t43 = arm_theta_2_bias_a_falling_x - t38;
-    const double t44 = arm_phi_2_bias_a_falling_y + t39;
-    const double arm_psi_3_bias_a_falling_z = arm_phi_2_bias_a_falling_z + t40;
-    const double arm_psi_3_bias_a_falling_x = arm_psi_3_sin * t44 + arm_psi_3_cos * t43;
-    const double arm_psi_3_bias_a_falling_y = arm_psi_3_cos * t44 - arm_psi_3_sin * t43;
-    const double arm_psi_3_bias_wd_x = arm_phi_2_bias_wd_y * arm_psi_3_sin + arm_theta_2_bias_wd_x * arm_psi_3_cos +
-        arm_psi_3_w_y * qd[9];
-    const double arm_psi_3_bias_wd_y = arm_phi_2_bias_wd_y * arm_psi_3_cos - arm_theta_2_bias_wd_x * arm_psi_3_sin -
-        arm_psi_3_w_x * qd[9];
-    const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
+    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_x_y = last_arm_phi_e_ground_x_y * arm_psi_3_cos - last_arm_theta_e_ground_x_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_y_y = last_arm_phi_e_ground_y_y * arm_psi_3_cos - last_arm_theta_e_ground_y_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_z_y = last_arm_phi_e_ground_z_y * arm_psi_3_cos - last_arm_theta_e_ground_z_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
+    const double arm_psi_3_position_y = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
+    const double arm_psi_3_position_z = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
+    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
+    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
+    const double t21 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+    const double arm_psi_3_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+    const double arm_psi_3_v_x = arm_psi_3_sin * t21 + last_arm_theta_e_v_x * arm_psi_3_cos;
+    const double arm_psi_3_v_y = arm_psi_3_cos * t21 - last_arm_theta_e_v_x * arm_psi_3_sin;
+    const double t22 = p->derived.arm_element_length * carried_15;
+    const double t23 = p->derived.arm_element_length * carried_18;
+    const double t24 = p->derived.arm_element_length * carried_21;
+    const double t25 = last_arm_theta_e_bias_a_x + t22;
+    const double t26 = last_arm_phi_e_bias_a_y + t23;
+    const double arm_psi_3_bias_a_z = last_arm_phi_e_bias_a_z + t24;
+    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t26 + arm_psi_3_cos * t25;
+    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t26 - arm_psi_3_sin * t25;
+    const double t27 = last_arm_theta_e_bias_a_falling_x + t22;
+    const double t28 = last_arm_phi_e_bias_a_falling_y + t23;
+    const double arm_psi_3_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + t24;
+    const double arm_psi_3_bias_a_falling_x = arm_psi_3_sin * t28 + arm_psi_3_cos * t27;
+    const double arm_psi_3_bias_a_falling_y = arm_psi_3_cos * t28 - arm_psi_3_sin * t27;
+    const double arm_psi_3_bias_wd_x = last_arm_phi_e_bias_wd_y * arm_psi_3_sin + last_arm_theta_e_bias_wd_x *
+        arm_psi_3_cos + arm_psi_3_w_y * qd[9];
+    const double arm_psi_3_bias_wd_y = last_arm_phi_e_bias_wd_y * arm_psi_3_cos - last_arm_theta_e_bias_wd_x *
+        arm_psi_3_sin - arm_psi_3_w_x * qd[9];
+    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sine[9];
     const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + last_arm_phi_e_ground_x_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + arm_phi_2_ground_y_z *
+    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + last_arm_phi_e_ground_y_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
+    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + arm_phi_2_ground_z_z *
+    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + last_arm_phi_e_ground_z_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - arm_phi_2_ground_z_z *
+    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
         arm_theta_3_sin;
     const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
     const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
@@ -4898,10 +4974,10 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
         arm_theta_3_cos;
     const double arm_theta_3_bias_a_falling_x = arm_psi_3_bias_a_falling_x * arm_theta_3_cos - arm_psi_3_bias_a_falling_z *
         arm_theta_3_sin;
-    const double arm_theta_3_bias_wd_x = arm_psi_3_bias_wd_x * arm_theta_3_cos - arm_phi_2_bias_wd_z * arm_theta_3_sin -
-        arm_theta_3_w_z * qd[10];
-    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + arm_phi_2_bias_wd_z * arm_theta_3_cos +
-        arm_theta_3_w_x * qd[10];
+    const double arm_theta_3_bias_wd_x = arm_psi_3_bias_wd_x * arm_theta_3_cos - last_arm_phi_e_bias_wd_z *
+        arm_theta_3_sin - arm_theta_3_w_z * qd[10];
+    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + last_arm_phi_e_bias_wd_z *
+        arm_theta_3_cos + arm_theta_3_w_x * qd[10];
     const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
     /* arm_phi_3: motion from arm_theta_3 outward */
     const double arm_phi_3_sin = sine[10];
@@ -4910,9 +4986,9 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
     const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
     const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t45 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t46 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t46 - t45;
+    const double t29 = arm_theta_3_w_y * arm_phi_3_sin;
+    const double t30 = arm_theta_3_w_z * arm_phi_3_cos;
+    const double arm_phi_3_w_z = t30 - t29;
     const double arm_phi_3_v_y = arm_theta_3_v_z * arm_phi_3_sin + arm_psi_3_v_y * arm_phi_3_cos;
     const double arm_phi_3_v_z = arm_theta_3_v_z * arm_phi_3_cos - arm_psi_3_v_y * arm_phi_3_sin;
     const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
@@ -4926,36 +5002,39 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     const double arm_phi_3_bias_wd_z = arm_theta_3_bias_wd_z * arm_phi_3_cos - arm_psi_3_bias_wd_y * arm_phi_3_sin -
         arm_phi_3_w_y * qd[11];
     const double arm_phi_3_w_x = arm_theta_3_w_x + qd[11];
-    const double t47 = arm_phi_3_w_y * arm_phi_3_w_x;
-    const double t48 = arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y * arm_phi_3_w_y;
-    const double t49 = arm_phi_3_bias_wd_z + t47;
-    const double t50 = arm_phi_3_w_z * arm_phi_3_w_x;
-    const double t51 = t50 - arm_phi_3_bias_wd_y;
+    const double t31 = arm_phi_3_w_y * arm_phi_3_w_x;
+    const double t32 = arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y * arm_phi_3_w_y;
+    const double t33 = arm_phi_3_bias_wd_z + t31;
+    const double t34 = arm_phi_3_w_z * arm_phi_3_w_x;
+    const double t35 = t34 - arm_phi_3_bias_wd_y;
     /* effector_z: motion from arm_phi_3 outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
     const double effector_z_ground_x_x = arm_psi_3_ground_x_y * arm_phi_3_sin - arm_theta_3_ground_x_z * arm_phi_3_cos;
     const double effector_z_ground_y_x = arm_psi_3_ground_y_y * arm_phi_3_sin - arm_theta_3_ground_y_z * arm_phi_3_cos;
     const double effector_z_ground_z_x = arm_psi_3_ground_z_y * arm_phi_3_sin - arm_theta_3_ground_z_z * arm_phi_3_cos;
-    const double effector_z_position_x = arm_psi_3_position_x + arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = arm_psi_3_position_y + arm_theta_3_ground_y_x * effector_z_shift_x;
-    const double effector_z_position_z = arm_psi_3_position_z + arm_theta_3_ground_z_x * effector_z_shift_x;
-    const double effector_z_w_x = t45 - t46;
+    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
+    const double effector_z_shift_ground_y = arm_theta_3_ground_y_x * effector_z_shift_x;
+    const double effector_z_shift_ground_z = arm_theta_3_ground_z_x * effector_z_shift_x;
+    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
+    const double effector_z_position_y = arm_psi_3_position_y + effector_z_shift_ground_y;
+    const double effector_z_position_z = arm_psi_3_position_z + effector_z_shift_ground_z;
+    const double effector_z_w_x = t29 - t30;
     const double effector_z_v_y = arm_phi_3_v_y + arm_phi_3_w_z * effector_z_shift_x;
     const double effector_z_v_x = arm_phi_3_w_y * effector_z_shift_x - arm_phi_3_v_z;
-    const double t52 = t48 * effector_z_shift_x;
-    const double t53 = t49 * effector_z_shift_x;
-    const double t54 = t51 * effector_z_shift_x;
-    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - t52;
-    const double effector_z_bias_a_falling_z = arm_theta_3_bias_a_falling_x - t52;
-    const double t55 = arm_phi_3_w_y * qd[12];
-    const double t56 = effector_z_w_x * qd[12];
-    const double t57 = t55 + t55;
-    const double t58 = t56 + t56;
+    const double t36 = t32 * effector_z_shift_x;
+    const double t37 = t33 * effector_z_shift_x;
+    const double t38 = t35 * effector_z_shift_x;
+    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - t36;
+    const double effector_z_bias_a_falling_z = arm_theta_3_bias_a_falling_x - t36;
+    const double t39 = arm_phi_3_w_y * qd[12];
+    const double t40 = effector_z_w_x * qd[12];
+    const double t41 = t39 + t39;
+    const double t42 = t40 + t40;
     const double effector_z_v_z = arm_theta_3_v_x + qd[12];
-    const double effector_z_bias_a_x = t57 - (arm_phi_3_bias_a_z + t54);
-    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + t53 - t58;
-    const double effector_z_bias_a_falling_x = t57 - (arm_phi_3_bias_a_falling_z + t54);
-    const double effector_z_bias_a_falling_y = arm_phi_3_bias_a_falling_y + t53 - t58;
+    const double effector_z_bias_a_x = t41 - (arm_phi_3_bias_a_z + t38);
+    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + t37 - t42;
+    const double effector_z_bias_a_falling_x = t41 - (arm_phi_3_bias_a_falling_z + t38);
+    const double effector_z_bias_a_falling_y = arm_phi_3_bias_a_falling_y + t37 - t42;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = effector_z_ground_x_x * effector_z_v_x + arm_phi_3_ground_x_y * effector_z_v_y +
         arm_theta_3_ground_x_x * effector_z_v_z;
@@ -4969,666 +5048,686 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
         arm_theta_3_ground_y_x * effector_z_bias_a_z;
     const double point_E_bias_z = effector_z_ground_z_x * effector_z_bias_a_x + arm_phi_3_ground_z_y * effector_z_bias_a_y +
         arm_theta_3_ground_z_x * effector_z_bias_a_z;
-    const double t59 = effector_z_position_z - arm_psi_position_z;
+    const double t43 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    const double t60 = effector_z_position_x - arm_psi_1_position_x;
-    const double t61 = effector_z_position_y - arm_psi_1_position_y;
-    const double t62 = effector_z_position_z - arm_psi_1_position_z;
-    const double row_2_u_arm_psi_1 = column_psi_cos * t60 + column_psi_sin * t61;
-    const double row_2_u_arm_theta_1 = t9 * t60 - t8 * t61;
-    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t61 - arm_theta_1_ground_y_x * t60;
-    const double t63 = effector_z_position_x - arm_psi_2_position_x;
-    const double t64 = effector_z_position_y - arm_psi_2_position_y;
-    const double t65 = effector_z_position_z - arm_psi_2_position_z;
-    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t64 - arm_phi_1_ground_y_z * t63;
-    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t64 - arm_psi_2_ground_y_y * t63;
-    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t64 - arm_theta_2_ground_y_x * t63;
-    const double t66 = effector_z_position_x - arm_psi_3_position_x;
-    const double t67 = effector_z_position_y - arm_psi_3_position_y;
-    const double t68 = effector_z_position_z - arm_psi_3_position_z;
-    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t67 - arm_phi_2_ground_y_z * t66;
-    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t67 - arm_psi_3_ground_y_y * t66;
-    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t67 - arm_theta_3_ground_y_x * t66;
-    /* effector_z: composite pseudo-inertia of all beyond, inward */
-    const double t69 = p->m_E * effector_z_shift_x;
+    const double t44 = effector_z_position_x - arm_psi_3_position_x;
+    const double t45 = effector_z_position_y - arm_psi_3_position_y;
+    const double t46 = effector_z_position_z - arm_psi_3_position_z;
+    const double row_2_u_arm_psi_3 = last_arm_phi_e_ground_x_z * t45 - last_arm_phi_e_ground_y_z * t44;
+    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t45 - arm_psi_3_ground_y_y * t44;
+    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t45 - arm_theta_3_ground_y_x * t44;
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t69;
-    const double arm_phi_3_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t69;
+    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
     /* arm_phi_3: bias forces c, inward */
     const double arm_phi_3_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_theta_3_bias_wd_x;
-    /* arm_phi_2: bias forces c, inward */
-    const double arm_phi_2_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_2_bias_wd_x;
-    /* arm_phi_1: bias forces c, inward */
-    const double arm_phi_1_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_1_bias_wd_x;
     /* arm_psi: bias forces c, inward */
     const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t5 * p->derived.constant_6 - p->derived.arm_psi_inertia_yy * t5;
+    const double arm_psi_load_moment_y = t3 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t3;
     /* springs -s (q - rest), dampers -d qd, and forces that the model names */
-    const double t70 = p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4];
-    const double t71 = p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5];
-    const double t72 = p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7];
-    const double t73 = p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8];
-    const double t74 = p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10];
-    const double t75 = p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi * qd[11];
+    const double t47 = p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10];
+    const double t48 = p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi * qd[11];
     /* row 1 (position level): u qdd + v = 0 */
-    const double t76 = (effector_z_position_x - p->xc) / p->a;
-    const double t77 = effector_z_position_y / p->b;
-    const double row_1_phi = t76 * t76 + t77 * t77 - 1.0;
-    const double t78 = point_E_xd * p->derived.constant_11;
-    const double t79 = t76 * t78;
-    const double t80 = point_E_yd * p->derived.constant_12;
-    const double t81 = t77 * t80;
-    const double row_1_psi = t79 + t79 + (t81 + t81);
-    const double t82 = t78 * t78 + t76 * (point_E_bias_x * p->derived.constant_11);
-    const double t83 = t80 * t80 + t77 * (point_E_bias_y * p->derived.constant_12);
-    const double row_1_v = t82 + t82 + (t83 + t83);
-    const double t84 = p->derived.constant_12 * (t77 + t77);
-    const double t85 = p->derived.constant_11 * (t76 + t76);
-    const double row_1_u_column_psi = effector_z_position_x * t84 - effector_z_position_y * t85;
-    const double t86 = column_psi_cos * t59 * t85 + column_psi_sin * t59 * t84;
-    const double t87 = column_psi_cos * t62 * t85 + column_psi_sin * t62 * t84;
-    const double row_1_u_arm_theta_1 = (t8 * t62 + arm_psi_1_ground_z_y * t60) * t84 - (arm_psi_1_ground_z_y *
-        t61 + t9 * t62) * t85;
-    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t62 - arm_theta_1_ground_z_x * t61) * t85 +
-        (arm_theta_1_ground_z_x * t60 - arm_theta_1_ground_x_x * t62) * t84;
-    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t65 - arm_phi_1_ground_z_z * t64) * t85 + (arm_phi_1_ground_z_z *
-        t63 - arm_phi_1_ground_x_z * t65) * t84;
-    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t65 - arm_psi_2_ground_z_y * t64) * t85 + (arm_psi_2_ground_z_y *
-        t63 - arm_psi_2_ground_x_y * t65) * t84;
-    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t65 - arm_theta_2_ground_z_x * t64) * t85 +
-        (arm_theta_2_ground_z_x * t63 - arm_theta_2_ground_x_x * t65) * t84;
-    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t68 - arm_phi_2_ground_z_z * t67) * t85 + (arm_phi_2_ground_z_z *
-        t66 - arm_phi_2_ground_x_z * t68) * t84;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t68 - arm_psi_3_ground_z_y * t67) * t85 + (arm_psi_3_ground_z_y *
-        t66 - arm_psi_3_ground_x_y * t68) * t84;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t68 - arm_theta_3_ground_z_x * t67) * t85 +
-        (arm_theta_3_ground_z_x * t66 - arm_theta_3_ground_x_x * t68) * t84;
-    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t85 + arm_theta_3_ground_y_x * t84;
+    const double t49 = (effector_z_position_x - p->xc) / p->a;
+    const double t50 = effector_z_position_y / p->b;
+    const double row_1_phi = t49 * t49 + t50 * t50 - 1.0;
+    const double t51 = point_E_xd * p->derived.constant_11;
+    const double t52 = t49 * t51;
+    const double t53 = point_E_yd * p->derived.constant_12;
+    const double t54 = t50 * t53;
+    const double row_1_psi = t52 + t52 + (t54 + t54);
+    const double t55 = t51 * t51 + t49 * (point_E_bias_x * p->derived.constant_11);
+    const double t56 = t53 * t53 + t50 * (point_E_bias_y * p->derived.constant_12);
+    const double row_1_v = t55 + t55 + (t56 + t56);
+    const double t57 = p->derived.constant_12 * (t50 + t50);
+    const double t58 = p->derived.constant_11 * (t49 + t49);
+    const double row_1_u_column_psi = effector_z_position_x * t57 - effector_z_position_y * t58;
+    const double t59 = column_psi_cos * t43 * t58 + column_psi_sin * t43 * t57;
+    const double row_1_u_arm_psi_3 = (last_arm_phi_e_ground_y_z * t46 - last_arm_phi_e_ground_z_z * t45) *
+        t58 + (last_arm_phi_e_ground_z_z * t44 - last_arm_phi_e_ground_x_z * t46) * t57;
+    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t46 - arm_psi_3_ground_z_y * t45) * t58 + (arm_psi_3_ground_z_y *
+        t44 - arm_psi_3_ground_x_y * t46) * t57;
+    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t46 - arm_theta_3_ground_z_x * t45) * t58 +
+        (arm_theta_3_ground_z_x * t44 - arm_theta_3_ground_x_x * t46) * t57;
+    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t58 + arm_theta_3_ground_y_x * t57;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t88 = t2 * (p->derived.constant_15 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t88 + t88);
+    const double t60 = t2 * (p->derived.constant_15 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t60 + t60);
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = t6 * p->derived.constant_7 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_moment_z = t4 * p->derived.constant_8 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
     const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t7;
-    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t6 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
-    /* arm_phi_1: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_1_load_moment_y = t22 * p->derived.constant_8 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_z;
-    const double arm_phi_1_load_moment_z = t19 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_1_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_y;
-    const double arm_phi_1_load_force_x = p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - p->derived.arm_phi_1_moment_x *
-        t20;
-    const double arm_phi_1_load_force_y = p->derived.arm_phi_1_moment_x * t21 + p->derived.arm_phi_1_mass *
-        arm_phi_1_bias_a_falling_y;
-    const double arm_phi_1_load_force_z = p->derived.arm_phi_1_moment_x * t23 + p->derived.arm_phi_1_mass *
-        arm_phi_1_bias_a_falling_z;
-    /* arm_phi_2: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_2_load_moment_y = t35 * p->derived.constant_8 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_z;
-    const double arm_phi_2_load_moment_z = t32 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_2_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_y;
-    const double arm_phi_2_load_force_x = p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - p->derived.arm_phi_1_moment_x *
-        t33;
-    const double arm_phi_2_load_force_y = p->derived.arm_phi_1_moment_x * t34 + p->derived.arm_phi_1_mass *
-        arm_phi_2_bias_a_falling_y;
-    const double arm_phi_2_load_force_z = p->derived.arm_phi_1_moment_x * t36 + p->derived.arm_phi_1_mass *
-        arm_phi_2_bias_a_falling_z;
+        t5;
+    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t4 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
     /* arm_phi_3: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_3_load_moment_y = t50 * p->derived.constant_6 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y -
+    const double arm_phi_3_load_moment_y = t34 * p->derived.constant_7 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y -
         p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
-    const double arm_phi_3_load_moment_z = t47 * p->derived.constant_7 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z +
+    const double arm_phi_3_load_moment_z = t31 * p->derived.constant_8 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z +
         p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
     const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t48;
-    const double arm_phi_3_load_force_y = p->derived.arm_psi_moment_x * t49 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_z = p->derived.arm_psi_moment_x * t51 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
+        t32;
+    const double arm_phi_3_load_force_y = p->derived.arm_psi_moment_x * t33 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
+    const double arm_phi_3_load_force_z = p->derived.arm_psi_moment_x * t35 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
     /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
     /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double arm_theta_3_pivot_inverse = 1.0 / arm_phi_3_inertia_beyond_yy;
+    const double t61 = 1.0 / (p->derived.arm_psi_inertia_yy + p->m_E * (effector_z_shift_x * effector_z_shift_x));
     const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
-    const double t89 = arm_phi_3_moment_beyond_x * arm_theta_3_pivot_inverse;
-    const double t90 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t89;
-    const double t91 = arm_theta_3_sin * (t90 - p->derived.arm_psi_mass);
-    const double t92 = arm_theta_3_sin * t91;
-    const double t93 = t90 - t92;
-    const double t94 = p->derived.arm_psi_mass + t92;
-    const double t95 = arm_theta_3_cos * t91;
-    const double t96 = arm_psi_3_sin * (t94 - t90);
-    const double t97 = arm_psi_3_sin * t96;
-    const double t98 = t90 + t97;
-    const double t99 = arm_psi_3_cos * t96;
-    const double t100 = arm_psi_3_cos * t95;
-    const double t101 = arm_psi_3_sin * t95;
-    const double t102 = p->derived.arm_element_length * t100;
-    const double t103 = p->derived.arm_element_length * t99;
-    const double t104 = p->derived.arm_element_length * t101;
-    const double t105 = p->derived.arm_element_length * t98;
-    const double t106 = p->derived.arm_element_length * t93;
-    const double t107 = p->derived.arm_element_length * t104;
-    /* arm_phi_2 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t108 = p->derived.arm_phi_1_moment_x + t106;
-    const double t109 = p->derived.arm_phi_1_moment_x + t105;
-    const double t110 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t106);
-    const double t111 = t107 * t110;
-    const double t112 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t105 - t107 *
-        t111);
-    const double arm_theta_2_cos_inverse = 1.0 / arm_theta_2_cos;
-    const double t113 = t112 * (t103 - t102 * t111);
-    const double t114 = t111 * t113 - t102 * t110;
-    const double t115 = t112 * (t109 - t104 * t111);
-    const double t116 = t111 * t115 - t104 * t110;
-    const double t117 = t112 * (t104 - t108 * t111);
-    const double t118 = t111 * t117 - t108 * t110;
-    const double t119 = p->derived.arm_phi_1_mass + (t94 - t97) - (t103 * t113 - t102 * t114);
-    const double t120 = t99 - (t103 * t115 - t102 * t116);
-    const double t121 = t100 - (t103 * t117 - t102 * t118);
-    const double t122 = p->derived.arm_phi_1_mass + t98 - (t109 * t115 - t104 * t116);
-    const double t123 = t101 - (t109 * t117 - t104 * t118);
-    const double t124 = p->derived.arm_phi_1_mass + t93 - (t104 * t117 - t108 * t118);
-    const double t125 = arm_phi_2_cos * (t123 + t123) + arm_phi_2_sin * (t122 - t124);
-    const double t126 = arm_phi_2_sin * t125;
-    const double t127 = t122 - t126;
-    const double t128 = t124 + t126;
-    const double t129 = arm_phi_2_cos * t125 - t123;
-    const double t130 = arm_phi_2_cos * t120 - arm_phi_2_sin * t121;
-    const double t131 = arm_phi_2_cos * t121 + arm_phi_2_sin * t120;
-    const double t132 = arm_theta_2_cos * (t131 + t131) + arm_theta_2_sin * (t128 - t119);
-    const double t133 = arm_theta_2_sin * t132;
-    const double t134 = t128 - t133;
-    const double t135 = t119 + t133;
-    const double t136 = arm_theta_2_cos * t132 - t131;
-    const double t137 = arm_theta_2_cos * t129 - arm_theta_2_sin * t130;
-    const double t138 = arm_theta_2_cos * t130 + arm_theta_2_sin * t129;
-    const double t139 = arm_psi_2_cos * (t138 + t138) + arm_psi_2_sin * (t135 - t127);
-    const double t140 = arm_psi_2_sin * t139;
-    const double t141 = t127 + t140;
-    const double t142 = arm_psi_2_cos * t139 - t138;
-    const double t143 = arm_psi_2_cos * t136 - arm_psi_2_sin * t137;
-    const double t144 = arm_psi_2_cos * t137 + arm_psi_2_sin * t136;
-    const double t145 = p->derived.arm_element_length * t143;
-    const double t146 = p->derived.arm_element_length * t142;
-    const double t147 = p->derived.arm_element_length * t144;
-    const double t148 = p->derived.arm_element_length * t141;
-    const double t149 = p->derived.arm_element_length * t134;
-    const double t150 = p->derived.arm_element_length * t147;
-    /* arm_phi_1 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t151 = p->derived.arm_phi_1_moment_x + t149;
-    const double t152 = p->derived.arm_phi_1_moment_x + t148;
-    const double t153 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t149);
-    const double t154 = t150 * t153;
-    const double t155 = 1.0 / (p->derived.arm_phi_1_inertia_yy + p->derived.arm_element_length * t148 - t150 *
-        t154);
-    const double arm_theta_1_cos_inverse = 1.0 / arm_theta_1_cos;
-    const double t156 = t155 * (t146 - t145 * t154);
-    const double t157 = t154 * t156 - t145 * t153;
-    const double t158 = t155 * (t152 - t147 * t154);
-    const double t159 = t154 * t158 - t147 * t153;
-    const double t160 = t155 * (t147 - t151 * t154);
-    const double t161 = t154 * t160 - t151 * t153;
-    const double t162 = p->derived.arm_phi_1_mass + (t135 - t140) - (t146 * t156 - t145 * t157);
-    const double t163 = t142 - (t146 * t158 - t145 * t159);
-    const double t164 = t143 - (t146 * t160 - t145 * t161);
-    const double t165 = p->derived.arm_phi_1_mass + t141 - (t152 * t158 - t147 * t159);
-    const double t166 = t144 - (t152 * t160 - t147 * t161);
-    const double t167 = p->derived.arm_phi_1_mass + t134 - (t147 * t160 - t151 * t161);
-    const double t168 = arm_phi_1_cos * (t166 + t166) + arm_phi_1_sin * (t165 - t167);
-    const double t169 = arm_phi_1_sin * t168;
-    const double t170 = t165 - t169;
-    const double t171 = t167 + t169;
-    const double t172 = arm_phi_1_cos * t168 - t166;
-    const double t173 = arm_phi_1_cos * t163 - arm_phi_1_sin * t164;
-    const double t174 = arm_phi_1_cos * t164 + arm_phi_1_sin * t163;
-    const double t175 = arm_theta_1_cos * (t174 + t174) + arm_theta_1_sin * (t171 - t162);
-    const double t176 = arm_theta_1_sin * t175;
-    const double t177 = t162 + t176;
-    const double t178 = arm_theta_1_cos * t175 - t174;
-    const double t179 = arm_theta_1_cos * t172 - arm_theta_1_sin * t173;
-    const double t180 = arm_theta_1_cos * t173 + arm_theta_1_sin * t172;
-    const double t181 = arm_psi_1_cos * (t180 + t180) + arm_psi_1_sin * (t177 - t170);
-    const double t182 = arm_psi_1_sin * t181;
-    const double t183 = t170 + t182;
-    const double t184 = arm_psi_1_cos * t181 - t180;
-    const double arm_psi_U_force_x = p->derived.constant_1 * t184;
-    const double arm_psi_U_force_z = p->derived.constant_1 * (arm_psi_1_cos * t179 + arm_psi_1_sin * t178);
-    const double t185 = p->derived.constant_1 * t183;
-    const double t186 = p->derived.constant_1 * arm_psi_U_force_z;
+    const double arm_phi_3_turn_x_x = arm_psi_3_cos * arm_theta_3_cos;
+    const double arm_phi_3_turn_y_x = arm_psi_3_sin * arm_theta_3_cos;
+    const double arm_phi_3_turn_z_y = arm_theta_3_cos * arm_phi_3_sin;
+    const double t62 = arm_theta_3_sin * arm_phi_3_sin;
+    const double arm_phi_3_turn_x_y = arm_psi_3_cos * t62 - arm_psi_3_sin * arm_phi_3_cos;
+    const double arm_phi_3_turn_y_y = arm_psi_3_sin * t62 + arm_psi_3_cos * arm_phi_3_cos;
+    const double arm_phi_3_turn_z_z = arm_theta_3_cos * arm_phi_3_cos;
+    const double t63 = arm_theta_3_sin * arm_phi_3_cos;
+    const double arm_phi_3_turn_x_z = arm_psi_3_sin * arm_phi_3_sin + arm_psi_3_cos * t63;
+    const double arm_phi_3_turn_y_z = arm_psi_3_sin * t63 - arm_psi_3_cos * arm_phi_3_sin;
+    const double t64 = arm_phi_3_moment_beyond_x * t61;
+    const double t65 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t64;
+    const double t66 = t65 - p->derived.arm_psi_mass;
+    const double t67 = arm_theta_3_sin * arm_theta_3_sin * t66;
+    const double t68 = t65 - t67;
+    const double t69 = p->derived.arm_psi_mass + t67;
+    const double t70 = arm_theta_3_sin * arm_theta_3_cos * t66;
+    const double t71 = t69 - t65;
+    const double t72 = arm_psi_3_sin * arm_psi_3_sin * t71;
+    const double t73 = arm_psi_3_cos * t70;
+    const double t74 = arm_psi_3_sin * t70;
+    const double t75 = t65 + t72;
+    const double t76 = arm_psi_3_sin * arm_psi_3_cos * t71;
+    const double t77 = p->derived.arm_element_length * t74;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * t185;
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + t185;
-    const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t187 = t186 * arm_psi_D_inverse;
-    const double t188 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t189 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t190 = t184 - arm_psi_U_force_x * t189;
-    const double t191 = p->derived.arm_psi_inertia_yy + p->derived.constant_1 * (p->derived.constant_1 * (t171 -
-        t176)) - t186 * t187;
-    const double t192 = p->derived.arm_psi_mass + t183 - arm_psi_U_force_y * t189;
-    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (t186 * t188 - p->derived.constant_1 *
-        (arm_psi_1_cos * t178 - arm_psi_1_sin * t179))) + arm_psi_cos * (arm_psi_cos * (t186 * t189 - arm_psi_U_force_z));
-    /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (t191 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
-        t191)));
-    const double t193 = p->m_col + (t192 + arm_psi_sin * (arm_psi_cos * (t190 + t190) + arm_psi_sin * (p->derived.arm_psi_mass +
-        (t177 - t182) - arm_psi_U_force_x * t188 - t192)));
-    const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t194 = column_psi_U_force_z * column_psi_D_inverse;
-    /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (t193 - column_psi_U_force_z * t194);
-    const double base_z_D_inverse = 1.0 / base_z_U_force_z;
+    const double t78 = arm_psi_sin * arm_psi_cos;
     /* arm_phi_3: force left for the joint, inward */
     const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
     const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
     const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
-    const double t195 = arm_theta_3_sin * t75;
-    const double t196 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
-        qd[9] + t195);
-    const double t197 = arm_theta_3_pivot_inverse * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t196 +
-        arm_phi_3_cos * t74));
-    const double t198 = arm_theta_3_pivot_inverse * (arm_phi_3_sin * t74 - arm_phi_3_cos * t196 - arm_phi_3_carried_moment_z);
-    const double t199 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t198;
-    const double t200 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t197;
-    const double t201 = arm_phi_3_cos * t199 - arm_phi_3_sin * t200;
-    const double t202 = arm_phi_3_sin * t199 + arm_phi_3_cos * t200;
-    const double t203 = arm_theta_3_cos * t202 - arm_theta_3_sin * arm_phi_3_load_force_x;
-    const double t204 = arm_theta_3_sin * t202 + arm_theta_3_cos * arm_phi_3_load_force_x;
-    const double t205 = arm_theta_3_sin * t196 + arm_theta_3_cos * t75;
-    const double t206 = arm_psi_3_sin * t204 + arm_psi_3_cos * t201;
-    /* arm_phi_2: force left for the joint, inward */
-    const double t207 = arm_theta_2_sin * t73;
-    const double t208 = arm_theta_2_cos_inverse * (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi *
-        qd[6] + t207);
-    const double t209 = arm_phi_2_load_moment_y - (arm_psi_3_sin * t205 + arm_psi_3_cos * t74 + p->derived.arm_element_length *
-        t203) + (arm_phi_2_sin * t208 + arm_phi_2_cos * t72);
-    const double t210 = p->derived.constant_19 * (t73 + (arm_phi_2_load_moment_x + (arm_psi_3_sin * t74 -
-        arm_psi_3_cos * t205)));
-    const double t211 = t112 * (arm_phi_2_sin * t72 - arm_phi_2_cos * t208 - (arm_phi_2_load_moment_z + (t195 -
-        arm_theta_3_cos * t196 + p->derived.arm_element_length * t206)) - t111 * t209);
-    const double t212 = t111 * t211 - t110 * t209;
-    const double t213 = arm_phi_2_load_force_x + (arm_psi_3_cos * t204 - arm_psi_3_sin * t201) + (t103 * t211 -
-        t102 * t212);
-    const double t214 = arm_phi_2_load_force_y + t206 + (t109 * t211 - t104 * t212);
-    const double t215 = arm_phi_2_load_force_z + t203 + (t104 * t211 - t108 * t212);
-    const double t216 = arm_phi_2_cos * t214 - arm_phi_2_sin * t215;
-    const double t217 = arm_phi_2_sin * t214 + arm_phi_2_cos * t215;
-    const double t218 = arm_theta_2_cos * t217 - arm_theta_2_sin * t213;
-    const double t219 = arm_theta_2_sin * t217 + arm_theta_2_cos * t213;
-    const double t220 = arm_theta_2_sin * t208 + arm_theta_2_cos * t73;
-    const double t221 = arm_psi_2_sin * t219 + arm_psi_2_cos * t216;
-    /* arm_phi_1: force left for the joint, inward */
-    const double t222 = arm_theta_1_sin * t71;
-    const double t223 = arm_theta_1_cos_inverse * (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi *
-        qd[3] + t222);
-    const double t224 = arm_phi_1_load_moment_y - (arm_psi_2_sin * t220 + arm_psi_2_cos * t72 + p->derived.arm_element_length *
-        t218) + (arm_phi_1_sin * t223 + arm_phi_1_cos * t70);
-    const double t225 = p->derived.constant_19 * (t71 + (arm_phi_1_load_moment_x + (arm_psi_2_sin * t72 -
-        arm_psi_2_cos * t220)));
-    const double t226 = t155 * (arm_phi_1_sin * t70 - arm_phi_1_cos * t223 - (arm_phi_1_load_moment_z + (t207 -
-        arm_theta_2_cos * t208 + p->derived.arm_element_length * t221)) - t154 * t224);
-    const double t227 = t154 * t226 - t153 * t224;
-    const double t228 = arm_phi_1_load_force_x + (arm_psi_2_cos * t219 - arm_psi_2_sin * t216) + (t146 * t226 -
-        t145 * t227);
-    const double t229 = arm_phi_1_load_force_y + t221 + (t152 * t226 - t147 * t227);
-    const double t230 = arm_phi_1_load_force_z + t218 + (t147 * t226 - t151 * t227);
-    const double t231 = arm_phi_1_cos * t229 - arm_phi_1_sin * t230;
-    const double t232 = arm_phi_1_sin * t229 + arm_phi_1_cos * t230;
-    const double t233 = arm_theta_1_sin * t232 + arm_theta_1_cos * t228;
-    const double t234 = arm_theta_1_sin * t223 + arm_theta_1_cos * t71;
-    const double t235 = arm_psi_1_sin * t233 + arm_psi_1_cos * t231;
-    /* arm_psi: force left for the joint, inward */
-    const double t236 = arm_psi_load_moment_z + (t222 - arm_theta_1_cos * t223 + p->derived.constant_1 * t235);
-    const double t237 = arm_psi_sin * (arm_psi_load_force_x + (arm_psi_1_cos * t233 - arm_psi_1_sin * t231) -
-        t188 * t236) + arm_psi_cos * (arm_psi_load_force_y + t235 - t189 * t236);
-    const double t238 = arm_psi_cos * (arm_psi_load_moment_y - (arm_psi_1_sin * t234 + arm_psi_1_cos * t70 +
-        p->derived.constant_1 * (arm_theta_1_cos * t232 - arm_theta_1_sin * t228)) + t187 * t236);
-    /* column_psi: force left for the joint, inward */
-    const double t239 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + (arm_psi_1_sin * t70 - arm_psi_1_cos * t234)) + t238);
-    /* base_z: acceleration, outward */
-    const double t240 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        (p->derived.column_psi_load_force_z + t237 + t194 * t239)));
-    /* column_psi: acceleration, outward */
-    const double t241 = t194 * t240 + column_psi_D_inverse * t239;
-    const double t242 = arm_psi_sin * t241;
-    const double t243 = arm_psi_cos * t241;
-    const double t244 = arm_psi_sin * t240;
-    const double t245 = arm_psi_cos * t240;
-    /* arm_psi: acceleration, outward */
-    const double t246 = t188 * t244 + t189 * t245 + t187 * t243 - arm_psi_D_inverse * t236;
-    const double t247 = p->derived.constant_1 * t243;
-    const double t248 = arm_psi_1_sin * t243 + arm_psi_1_cos * t242;
-    const double t249 = p->derived.constant_1 * t246 - t245;
-    const double t250 = arm_psi_1_sin * t249 - arm_psi_1_cos * t244;
-    const double t251 = arm_psi_1_sin * t244 + arm_psi_1_cos * t249;
-    const double t252 = arm_theta_1_sin * t250 - arm_theta_1_cos * t247;
-    const double t253 = arm_theta_1_sin * t247 + arm_theta_1_cos * t250;
-    /* arm_phi_1: acceleration, outward */
-    const double t254 = arm_phi_1_sin * t252 + arm_phi_1_cos * t251;
-    const double t255 = arm_phi_1_cos * t252 - arm_phi_1_sin * t251;
-    const double t256 = t227 - (t157 * t253 + t159 * t254 + t161 * t255);
-    const double t257 = t226 - (t156 * t253 + t158 * t254 + t160 * t255);
-    const double t258 = arm_phi_1_cos * t256 - arm_phi_1_sin * t257 - (arm_psi_1_cos * t243 - arm_psi_1_sin *
-        t242);
-    const double t259 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t256 + arm_phi_1_cos * t257 - (arm_theta_1_sin *
-        t248 + arm_theta_1_cos * t246));
-    const double t260 = arm_theta_1_sin * t259 - (t225 + (arm_theta_1_cos * t248 - arm_theta_1_sin * t246));
-    const double t261 = arm_psi_2_sin * t256 - arm_psi_2_cos * t225;
-    const double t262 = t254 + p->derived.arm_element_length * t257;
-    const double t263 = t255 - p->derived.arm_element_length * t256;
-    const double t264 = arm_psi_2_sin * t262 + arm_psi_2_cos * t253;
-    const double t265 = arm_psi_2_cos * t262 - arm_psi_2_sin * t253;
-    const double t266 = arm_theta_2_sin * t264 + arm_theta_2_cos * t263;
-    const double t267 = arm_theta_2_cos * t264 - arm_theta_2_sin * t263;
-    /* arm_phi_2: acceleration, outward */
-    const double t268 = arm_phi_2_sin * t266 + arm_phi_2_cos * t265;
-    const double t269 = arm_phi_2_cos * t266 - arm_phi_2_sin * t265;
-    const double t270 = t212 - (t114 * t267 + t116 * t268 + t118 * t269);
-    const double t271 = t211 - (t113 * t267 + t115 * t268 + t117 * t269);
-    const double t272 = arm_phi_2_cos * t270 - arm_phi_2_sin * t271 - (arm_psi_2_sin * t225 + arm_psi_2_cos *
-        t256);
-    const double t273 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t270 + arm_phi_2_cos * t271 - (arm_theta_2_sin *
-        t261 + arm_theta_2_cos * t257));
-    const double t274 = arm_theta_2_sin * t273 - (t210 + (arm_theta_2_cos * t261 - arm_theta_2_sin * t257));
-    const double t275 = arm_psi_3_sin * t270 - arm_psi_3_cos * t210;
-    const double t276 = t268 + p->derived.arm_element_length * t271;
-    const double t277 = t269 - p->derived.arm_element_length * t270;
-    const double t278 = arm_psi_3_sin * t276 + arm_psi_3_cos * t267;
-    const double t279 = arm_psi_3_cos * t276 - arm_psi_3_sin * t267;
-    const double t280 = arm_theta_3_sin * t278 + arm_theta_3_cos * t277;
-    /* arm_phi_3: acceleration, outward */
-    const double t281 = t89 * (arm_phi_3_cos * t280 - arm_phi_3_sin * t279) - t197;
-    const double t282 = t198 - t89 * (arm_phi_3_sin * t280 + arm_phi_3_cos * t279);
-    const double t283 = arm_phi_3_cos * t281 - arm_phi_3_sin * t282 - (arm_psi_3_sin * t210 + arm_psi_3_cos *
-        t270);
-    const double t284 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t281 + arm_phi_3_cos * t282 - (arm_theta_3_sin *
-        t275 + arm_theta_3_cos * t271));
-    const double t285 = arm_theta_3_sin * t284 - (p->derived.arm_phi_3_pivot_inverse * (arm_phi_3_bias_moment_x +
-        t75) + (arm_theta_3_cos * t275 - arm_theta_3_sin * t271));
-    /* effector_z: acceleration, outward */
-    const double t286 = arm_theta_3_cos * t278 - arm_theta_3_sin * t277 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t79 = arm_theta_3_sin * t48;
+    const double t80 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
+        qd[9] + t79);
+    const double t81 = t61 * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t80 + arm_phi_3_cos * t47));
+    const double t82 = t61 * (arm_phi_3_sin * t47 - arm_phi_3_cos * t80 - arm_phi_3_carried_moment_z);
+    const double t83 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t82;
+    const double t84 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t81;
+    const double t85 = arm_theta_3_sin * t80 + arm_theta_3_cos * t48;
+    const double t86 = arm_phi_3_load_force_x * arm_phi_3_turn_y_x + arm_phi_3_turn_y_y * t83 + arm_phi_3_turn_y_z *
+        t84;
+    const double t87 = arm_phi_3_turn_z_y * t83 - arm_theta_3_sin * arm_phi_3_load_force_x + arm_phi_3_turn_z_z *
+        t84;
     /* arm_phi_3: force left for the joint, inward */
-    const double t287 = arm_theta_3_sin * row_1_u_arm_phi_3;
-    const double t288 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t287);
-    const double t289 = arm_theta_3_pivot_inverse * (arm_phi_3_sin * t288 + arm_phi_3_cos * row_1_u_arm_theta_3);
-    const double t290 = arm_theta_3_pivot_inverse * (arm_phi_3_cos * t288 - arm_phi_3_sin * row_1_u_arm_theta_3);
-    const double t291 = arm_phi_3_moment_beyond_x * t290;
-    const double t292 = arm_phi_3_moment_beyond_x * t289;
-    const double t293 = arm_phi_3_sin * t292 + arm_phi_3_cos * t291;
-    const double t294 = arm_phi_3_sin * t291 - arm_phi_3_cos * t292;
-    const double t295 = arm_theta_3_cos * t294 - arm_theta_3_sin * row_1_u_effector_z;
-    const double t296 = arm_theta_3_sin * t294 + arm_theta_3_cos * row_1_u_effector_z;
-    const double t297 = arm_theta_3_sin * t288 + arm_theta_3_cos * row_1_u_arm_phi_3;
-    const double t298 = arm_psi_3_sin * t296 + arm_psi_3_cos * t293;
-    /* arm_phi_2: force left for the joint, inward */
-    const double t299 = arm_theta_2_sin * row_1_u_arm_phi_2;
-    const double t300 = arm_theta_2_cos_inverse * (row_1_u_arm_psi_2 + t299);
-    const double t301 = arm_phi_2_sin * t300 + arm_phi_2_cos * row_1_u_arm_theta_2 - (arm_psi_3_sin * t297 +
-        arm_psi_3_cos * row_1_u_arm_theta_3 - p->derived.arm_element_length * t295);
-    const double t302 = p->derived.constant_19 * (row_1_u_arm_phi_2 - (arm_psi_3_cos * t297 - arm_psi_3_sin *
-        row_1_u_arm_theta_3));
-    const double t303 = t112 * (arm_phi_2_cos * t300 - arm_phi_2_sin * row_1_u_arm_theta_2 - (arm_theta_3_cos *
-        t288 - t287 + p->derived.arm_element_length * t298) + t111 * t301);
-    const double t304 = t110 * t301 + t111 * t303;
-    const double t305 = arm_psi_3_cos * t296 - arm_psi_3_sin * t293 + (t103 * t303 - t102 * t304);
-    const double t306 = t298 + (t109 * t303 - t104 * t304);
-    const double t307 = t295 + (t104 * t303 - t108 * t304);
-    const double t308 = arm_phi_2_cos * t306 - arm_phi_2_sin * t307;
-    const double t309 = arm_phi_2_sin * t306 + arm_phi_2_cos * t307;
-    const double t310 = arm_theta_2_cos * t309 - arm_theta_2_sin * t305;
-    const double t311 = arm_theta_2_sin * t309 + arm_theta_2_cos * t305;
-    const double t312 = arm_theta_2_sin * t300 + arm_theta_2_cos * row_1_u_arm_phi_2;
-    const double t313 = arm_psi_2_sin * t311 + arm_psi_2_cos * t308;
-    /* arm_phi_1: force left for the joint, inward */
-    const double t314 = arm_theta_1_sin * row_1_u_arm_phi_1;
-    const double t315 = arm_theta_1_cos_inverse * (t314 - t87);
-    const double t316 = arm_phi_1_sin * t315 + arm_phi_1_cos * row_1_u_arm_theta_1 - (arm_psi_2_sin * t312 +
-        arm_psi_2_cos * row_1_u_arm_theta_2 - p->derived.arm_element_length * t310);
-    const double t317 = p->derived.constant_19 * (row_1_u_arm_phi_1 - (arm_psi_2_cos * t312 - arm_psi_2_sin *
-        row_1_u_arm_theta_2));
-    const double t318 = t155 * (arm_phi_1_cos * t315 - arm_phi_1_sin * row_1_u_arm_theta_1 - (arm_theta_2_cos *
-        t300 - t299 + p->derived.arm_element_length * t313) + t154 * t316);
-    const double t319 = t153 * t316 + t154 * t318;
-    const double t320 = arm_psi_2_cos * t311 - arm_psi_2_sin * t308 + (t146 * t318 - t145 * t319);
-    const double t321 = t313 + (t152 * t318 - t147 * t319);
-    const double t322 = t310 + (t147 * t318 - t151 * t319);
-    const double t323 = arm_phi_1_cos * t321 - arm_phi_1_sin * t322;
-    const double t324 = arm_phi_1_sin * t321 + arm_phi_1_cos * t322;
-    const double t325 = arm_theta_1_sin * t324 + arm_theta_1_cos * t320;
-    const double t326 = arm_theta_1_sin * t315 + arm_theta_1_cos * row_1_u_arm_phi_1;
-    const double t327 = arm_psi_1_sin * t325 + arm_psi_1_cos * t323;
+    const double t88 = arm_theta_3_sin * row_1_u_arm_phi_3;
+    const double t89 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t88);
+    const double t90 = t61 * (arm_phi_3_sin * t89 + arm_phi_3_cos * row_1_u_arm_theta_3);
+    const double t91 = t61 * (arm_phi_3_cos * t89 - arm_phi_3_sin * row_1_u_arm_theta_3);
+    const double t92 = arm_phi_3_moment_beyond_x * t91;
+    const double t93 = arm_phi_3_moment_beyond_x * t90;
+    const double t94 = arm_theta_3_sin * t89 + arm_theta_3_cos * row_1_u_arm_phi_3;
+    const double t95 = row_1_u_effector_z * arm_phi_3_turn_y_x + arm_phi_3_turn_y_y * t92 - arm_phi_3_turn_y_z *
+        t93;
+    const double t96 = arm_phi_3_turn_z_y * t92 - arm_theta_3_sin * row_1_u_effector_z - arm_phi_3_turn_z_z *
+        t93;
+    /* arm_phi_3: force left for the joint, inward */
+    const double t97 = arm_theta_3_sin * row_2_u_arm_phi_3;
+    const double t98 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t97);
+    const double t99 = t61 * (arm_phi_3_sin * t98 + arm_phi_3_cos * row_2_u_arm_theta_3);
+    const double t100 = t61 * (arm_phi_3_cos * t98 - arm_phi_3_sin * row_2_u_arm_theta_3);
+    const double t101 = arm_phi_3_moment_beyond_x * t100;
+    const double t102 = arm_phi_3_moment_beyond_x * t99;
+    const double t103 = arm_theta_3_sin * t98 + arm_theta_3_cos * row_2_u_arm_phi_3;
+    const double t104 = arm_theta_3_ground_z_x * arm_phi_3_turn_y_x + arm_phi_3_turn_y_y * t101 - arm_phi_3_turn_y_z *
+        t102;
+    const double t105 = arm_phi_3_turn_z_y * t101 - arm_theta_3_sin * arm_theta_3_ground_z_x - arm_phi_3_turn_z_z *
+        t102;
+    double row_2_u_arm_psi_e[2];
+    double row_2_u_arm_theta_e[2];
+    double row_2_u_arm_phi_e[2];
+    double row_1_u_arm_psi_e[2];
+    double row_1_u_arm_theta_e[2];
+    double row_1_u_arm_phi_e[2];
+    double arm_theta_e_cos_inverse[2];
+    double t125[2];
+    double t126[2];
+    double t129[2];
+    double t130[2];
+    double t133[2];
+    double t134[2];
+    double t166[2];
+    double t167[2];
+    double t168[2];
+    double t181[2];
+    double t182[2];
+    double t183[2];
+    double t196[2];
+    double t197[2];
+    double t198[2];
+    double carried_61 = p->derived.constant_2 * t68;
+    double carried_62 = p->derived.constant_2 * t75;
+    double carried_63 = -p->derived.constant_2 * t74;
+    double carried_64 = -p->derived.arm_element_length * t73;
+    double carried_65 = -t77;
+    double carried_66 = -p->derived.arm_element_length * t68;
+    double carried_67 = p->derived.arm_element_length * t76;
+    double carried_68 = p->derived.arm_element_length * t75;
+    double carried_69 = t77;
+    double carried_70 = t69 - t72;
+    double carried_71 = t75;
+    double carried_72 = t68;
+    double carried_73 = t76;
+    double carried_74 = t73;
+    double carried_75 = t74;
+    double carried_76 = arm_psi_3_sin * t47 - arm_psi_3_cos * t85;
+    double carried_77 = -(arm_psi_3_sin * t85 + arm_psi_3_cos * t47 + p->derived.arm_element_length * t87);
+    double carried_78 = t79 - arm_theta_3_cos * t80 + p->derived.arm_element_length * t86;
+    double carried_79 = arm_phi_3_load_force_x * arm_phi_3_turn_x_x + arm_phi_3_turn_x_y * t83 + arm_phi_3_turn_x_z *
+        t84;
+    double carried_80 = t86;
+    double carried_81 = t87;
+    double carried_88 = arm_psi_3_cos * t94 - arm_psi_3_sin * row_1_u_arm_theta_3;
+    double carried_89 = arm_psi_3_sin * t94 + arm_psi_3_cos * row_1_u_arm_theta_3 - p->derived.arm_element_length *
+        t96;
+    double carried_90 = arm_theta_3_cos * t89 - t88 + p->derived.arm_element_length * t95;
+    double carried_91 = row_1_u_effector_z * arm_phi_3_turn_x_x + arm_phi_3_turn_x_y * t92 - arm_phi_3_turn_x_z *
+        t93;
+    double carried_92 = t95;
+    double carried_93 = t96;
+    double carried_100 = arm_psi_3_cos * t103 - arm_psi_3_sin * row_2_u_arm_theta_3;
+    double carried_101 = arm_psi_3_sin * t103 + arm_psi_3_cos * row_2_u_arm_theta_3 - p->derived.arm_element_length *
+        t105;
+    double carried_102 = arm_theta_3_cos * t98 - t97 + p->derived.arm_element_length * t104;
+    double carried_103 = arm_theta_3_ground_z_x * arm_phi_3_turn_x_x + arm_phi_3_turn_x_y * t101 - arm_phi_3_turn_x_z *
+        t102;
+    double carried_104 = t104;
+    double carried_105 = t105;
+    for (int e = 1; e >= 0; e--) { /* arm_psi_e, inward */
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
+        const double t106 = effector_z_position_x - arm_psi_e_position_x_2[e];
+        const double t107 = effector_z_position_y - arm_psi_e_position_y_2[e];
+        const double t108 = effector_z_position_z - arm_psi_e_position_z_2[e];
+        row_2_u_arm_psi_e[e] = last_arm_phi_e_ground_x_z_at[e] * t107 - last_arm_phi_e_ground_y_z_at[e] *
+        t106;
+        row_2_u_arm_theta_e[e] = arm_psi_e_ground_x_y[e] * t107 - arm_psi_e_ground_y_y[e] * t106;
+        row_2_u_arm_phi_e[e] = arm_theta_e_ground_x_x[e] * t107 - arm_theta_e_ground_y_x[e] * t106;
+        /* arm_phi_e: bias forces c, inward */
+        const double arm_phi_e_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_e_bias_wd_x[e];
+        /* springs -s (q - rest), dampers -d qd, and forces that the model names */
+        const double t109 = p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi * qd[4 + 3 * e];
+        const double t110 = p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e];
+        /* row 1 (position level): u qdd + v = 0 */
+        row_1_u_arm_psi_e[e] = (last_arm_phi_e_ground_y_z_at[e] * t108 - last_arm_phi_e_ground_z_z_at[e] *
+        t107) * t58 + (last_arm_phi_e_ground_z_z_at[e] * t106 - last_arm_phi_e_ground_x_z_at[e] * t108) *
+        t57;
+        row_1_u_arm_theta_e[e] = (arm_psi_e_ground_y_y[e] * t108 - arm_psi_e_ground_z_y[e] * t107) * t58 +
+        (arm_psi_e_ground_z_y[e] * t106 - arm_psi_e_ground_x_y[e] * t108) * t57;
+        row_1_u_arm_phi_e[e] = (arm_theta_e_ground_y_x[e] * t108 - arm_theta_e_ground_z_x[e] * t107) * t58 +
+        (arm_theta_e_ground_z_x[e] * t106 - arm_theta_e_ground_x_x[e] * t108) * t57;
+        /* arm_phi_e: inertia and gravity of the body at qdd = 0 */
+        const double arm_phi_e_load_moment_y = t19[e] * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_e_bias_wd_y[e] - p->derived.arm_phi_1_moment_x * arm_phi_e_bias_a_falling_z[e];
+        const double arm_phi_e_load_moment_z = t16[e] * p->derived.constant_10 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_e_bias_wd_z[e] + p->derived.arm_phi_1_moment_x * arm_phi_e_bias_a_falling_y[e];
+        const double arm_phi_e_load_force_x = p->derived.arm_phi_1_mass * arm_theta_e_bias_a_falling_x[e] -
+        p->derived.arm_phi_1_moment_x * t17[e];
+        const double arm_phi_e_load_force_y = p->derived.arm_phi_1_moment_x * t18[e] + p->derived.arm_phi_1_mass *
+        arm_phi_e_bias_a_falling_y[e];
+        const double arm_phi_e_load_force_z = p->derived.arm_phi_1_moment_x * t20[e] + p->derived.arm_phi_1_mass *
+        arm_phi_e_bias_a_falling_z[e];
+        /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+        arm_theta_e_cos_inverse[e] = 1.0 / arm_theta_e_cos;
+        const double t111 = arm_phi_e_sin * arm_phi_e_sin;
+        const double t112 = arm_phi_e_sin * arm_phi_e_cos;
+        const double t113 = arm_theta_e_sin * arm_theta_e_sin;
+        const double t114 = arm_theta_e_sin * arm_theta_e_cos;
+        const double t115 = arm_psi_e_sin * arm_psi_e_sin;
+        const double t116 = arm_psi_e_sin * arm_psi_e_cos;
+        /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+        const double t117 = p->derived.arm_phi_1_inertia_yy + carried_61;
+        const double t118 = carried_66 - p->derived.arm_phi_1_moment_x;
+        const double t119 = p->derived.arm_phi_1_moment_x + carried_68;
+        const double t120 = 1.0 / t117;
+        const double t121 = carried_63 * t120;
+        const double t122 = t117 * (1.0 / (t117 * (p->derived.arm_phi_1_inertia_yy + carried_62) - carried_63 *
+        carried_63));
+        const double t123 = carried_67 - carried_64 * t121;
+        const double t124 = carried_64 * t120;
+        t125[e] = t122 * t123;
+        t126[e] = t124 - t121 * t125[e];
+        const double t127 = t119 - carried_65 * t121;
+        const double t128 = carried_65 * t120;
+        t129[e] = t122 * t127;
+        t130[e] = t128 - t121 * t129[e];
+        const double t131 = carried_69 - t118 * t121;
+        const double t132 = t118 * t120;
+        t133[e] = t122 * t131;
+        t134[e] = t132 - t121 * t133[e];
+        const double t135 = p->derived.arm_phi_1_mass + carried_70 - carried_64 * t124 - t123 * t125[e];
+        const double t136 = carried_73 - carried_64 * t128 - t123 * t129[e];
+        const double t137 = carried_74 - carried_64 * t132 - t123 * t133[e];
+        const double t138 = p->derived.arm_phi_1_mass + carried_71 - carried_65 * t128 - t127 * t129[e];
+        const double t139 = carried_75 - carried_65 * t132 - t127 * t133[e];
+        const double t140 = p->derived.arm_phi_1_mass + carried_72 - t118 * t132 - t131 * t133[e];
+        const double t141 = t138 - t140;
+        const double t142 = (t112 + t112) * t139 + t111 * t141;
+        const double t143 = arm_phi_e_cos * t136 - arm_phi_e_sin * t137;
+        const double t144 = arm_phi_e_cos * t137 + arm_phi_e_sin * t136;
+        const double t145 = t138 - t142;
+        const double t146 = t140 + t142;
+        const double t147 = t112 * t141 + (1.0 - (t111 + t111)) * t139;
+        const double t148 = t146 - t135;
+        const double t149 = (t114 + t114) * t144 + t113 * t148;
+        const double t150 = arm_theta_e_cos * t147 - arm_theta_e_sin * t143;
+        const double t151 = arm_theta_e_cos * t143 + arm_theta_e_sin * t147;
+        const double t152 = t146 - t149;
+        const double t153 = t135 + t149;
+        const double t154 = t114 * t148 + (1.0 - (t113 + t113)) * t144;
+        const double t155 = t153 - t145;
+        const double t156 = (t116 + t116) * t151 + t115 * t155;
+        const double t157 = arm_psi_e_cos * t154 - arm_psi_e_sin * t150;
+        const double t158 = arm_psi_e_cos * t150 + arm_psi_e_sin * t154;
+        const double t159 = t145 + t156;
+        const double t160 = t116 * t155 + (1.0 - (t115 + t115)) * t151;
+        const double t161 = p->derived.arm_element_length * t158;
+        /* arm_phi_e: force left for the joint, inward */
+        const double t162 = arm_theta_e_sin * t110;
+        const double t163 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi *
+        qd[3 + 3 * e] + t162);
+        const double t164 = arm_theta_e_sin * t163 + arm_theta_e_cos * t110;
+        /* arm_phi_e: force left for the joint, inward */
+        const double t165 = arm_phi_e_sin * t163 + arm_phi_e_cos * t109 + (arm_phi_e_load_moment_y + carried_77);
+        t166[e] = p->derived.constant_20 * (t110 + (arm_phi_e_load_moment_x + carried_76));
+        t167[e] = t122 * (arm_phi_e_sin * t109 - arm_phi_e_cos * t163 - (arm_phi_e_load_moment_z + carried_78) +
+        t121 * t165);
+        t168[e] = t120 * t165 + t121 * t167[e];
+        const double t169 = arm_phi_e_load_force_x + carried_79 + (carried_67 * t167[e] - carried_64 * t168[e]);
+        const double t170 = arm_phi_e_load_force_y + carried_80 + (t119 * t167[e] - carried_65 * t168[e]);
+        const double t171 = arm_phi_e_load_force_z + carried_81 + (carried_69 * t167[e] - t118 * t168[e]);
+        const double t172 = arm_phi_e_cos * t170 - arm_phi_e_sin * t171;
+        const double t173 = arm_phi_e_sin * t170 + arm_phi_e_cos * t171;
+        const double t174 = arm_theta_e_cos * t173 - arm_theta_e_sin * t169;
+        const double t175 = arm_theta_e_sin * t173 + arm_theta_e_cos * t169;
+        const double t176 = arm_psi_e_sin * t175 + arm_psi_e_cos * t172;
+        /* arm_phi_e: force left for the joint, inward */
+        const double t177 = arm_theta_e_sin * row_1_u_arm_phi_e[e];
+        const double t178 = arm_theta_e_cos_inverse[e] * (row_1_u_arm_psi_e[e] + t177);
+        const double t179 = arm_theta_e_sin * t178 + arm_theta_e_cos * row_1_u_arm_phi_e[e];
+        /* arm_phi_e: force left for the joint, inward */
+        const double t180 = arm_phi_e_sin * t178 + arm_phi_e_cos * row_1_u_arm_theta_e[e] - carried_89;
+        t181[e] = p->derived.constant_20 * (row_1_u_arm_phi_e[e] - carried_88);
+        t182[e] = t122 * (arm_phi_e_cos * t178 - arm_phi_e_sin * row_1_u_arm_theta_e[e] - carried_90 - t121 *
+        t180);
+        t183[e] = t120 * t180 - t121 * t182[e];
+        const double t184 = carried_91 + (carried_64 * t183[e] + carried_67 * t182[e]);
+        const double t185 = carried_92 + (carried_65 * t183[e] + t119 * t182[e]);
+        const double t186 = carried_93 + (t118 * t183[e] + carried_69 * t182[e]);
+        const double t187 = arm_phi_e_cos * t185 - arm_phi_e_sin * t186;
+        const double t188 = arm_phi_e_sin * t185 + arm_phi_e_cos * t186;
+        const double t189 = arm_theta_e_cos * t188 - arm_theta_e_sin * t184;
+        const double t190 = arm_theta_e_sin * t188 + arm_theta_e_cos * t184;
+        const double t191 = arm_psi_e_sin * t190 + arm_psi_e_cos * t187;
+        /* arm_phi_e: force left for the joint, inward */
+        const double t192 = arm_theta_e_sin * row_2_u_arm_phi_e[e];
+        const double t193 = arm_theta_e_cos_inverse[e] * (row_2_u_arm_psi_e[e] + t192);
+        const double t194 = arm_theta_e_sin * t193 + arm_theta_e_cos * row_2_u_arm_phi_e[e];
+        /* arm_phi_e: force left for the joint, inward */
+        const double t195 = arm_phi_e_sin * t193 + arm_phi_e_cos * row_2_u_arm_theta_e[e] - carried_101;
+        t196[e] = p->derived.constant_20 * (row_2_u_arm_phi_e[e] - carried_100);
+        t197[e] = t122 * (arm_phi_e_cos * t193 - arm_phi_e_sin * row_2_u_arm_theta_e[e] - carried_102 - t121 *
+        t195);
+        t198[e] = t120 * t195 - t121 * t197[e];
+        const double t199 = carried_103 + (carried_64 * t198[e] + carried_67 * t197[e]);
+        const double t200 = carried_104 + (carried_65 * t198[e] + t119 * t197[e]);
+        const double t201 = carried_105 + (t118 * t198[e] + carried_69 * t197[e]);
+        const double t202 = arm_phi_e_cos * t200 - arm_phi_e_sin * t201;
+        const double t203 = arm_phi_e_sin * t200 + arm_phi_e_cos * t201;
+        const double t204 = arm_theta_e_cos * t203 - arm_theta_e_sin * t199;
+        const double t205 = arm_theta_e_sin * t203 + arm_theta_e_cos * t199;
+        const double t206 = arm_psi_e_sin * t205 + arm_psi_e_cos * t202;
+        const double next_carried_61 = p->derived.constant_2 * t152;
+        const double next_carried_62 = p->derived.constant_2 * t159;
+        const double next_carried_63 = -p->derived.constant_2 * t158;
+        const double next_carried_64 = -p->derived.arm_element_length * t157;
+        const double next_carried_65 = -t161;
+        const double next_carried_66 = -p->derived.arm_element_length * t152;
+        const double next_carried_67 = p->derived.arm_element_length * t160;
+        const double next_carried_68 = p->derived.arm_element_length * t159;
+        const double next_carried_70 = t153 - t156;
+        const double next_carried_76 = arm_psi_e_sin * t109 - arm_psi_e_cos * t164;
+        const double next_carried_77 = -(arm_psi_e_sin * t164 + arm_psi_e_cos * t109 + p->derived.arm_element_length *
+        t174);
+        const double next_carried_78 = t162 - arm_theta_e_cos * t163 + p->derived.arm_element_length * t176;
+        const double next_carried_79 = arm_psi_e_cos * t175 - arm_psi_e_sin * t172;
+        const double next_carried_88 = arm_psi_e_cos * t179 - arm_psi_e_sin * row_1_u_arm_theta_e[e];
+        const double next_carried_89 = arm_psi_e_sin * t179 + arm_psi_e_cos * row_1_u_arm_theta_e[e] - p->derived.arm_element_length *
+        t189;
+        const double next_carried_90 = arm_theta_e_cos * t178 - t177 + p->derived.arm_element_length * t191;
+        const double next_carried_91 = arm_psi_e_cos * t190 - arm_psi_e_sin * t187;
+        const double next_carried_100 = arm_psi_e_cos * t194 - arm_psi_e_sin * row_2_u_arm_theta_e[e];
+        const double next_carried_101 = arm_psi_e_sin * t194 + arm_psi_e_cos * row_2_u_arm_theta_e[e] - p->derived.arm_element_length *
+        t204;
+        const double next_carried_102 = arm_theta_e_cos * t193 - t192 + p->derived.arm_element_length * t206;
+        const double next_carried_103 = arm_psi_e_cos * t205 - arm_psi_e_sin * t202;
+        carried_61 = next_carried_61;
+        carried_62 = next_carried_62;
+        carried_63 = next_carried_63;
+        carried_64 = next_carried_64;
+        carried_65 = next_carried_65;
+        carried_66 = next_carried_66;
+        carried_67 = next_carried_67;
+        carried_68 = next_carried_68;
+        carried_69 = t161;
+        carried_70 = next_carried_70;
+        carried_71 = t159;
+        carried_72 = t152;
+        carried_73 = t160;
+        carried_74 = t157;
+        carried_75 = t158;
+        carried_76 = next_carried_76;
+        carried_77 = next_carried_77;
+        carried_78 = next_carried_78;
+        carried_79 = next_carried_79;
+        carried_80 = t176;
+        carried_81 = t174;
+        carried_88 = next_carried_88;
+        carried_89 = next_carried_89;
+        carried_90 = next_carried_90;
+        carried_91 = next_carried_91;
+        carried_92 = t191;
+        carried_93 = t189;
+        carried_100 = next_carried_100;
+        carried_101 = next_carried_101;
+        carried_102 = next_carried_102;
+        carried_103 = next_carried_103;
+        carried_104 = t206;
+        carried_105 = t204;
+    }
+    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+    const double arm_psi_U_force_x = carried_67 + p->derived.constant_3 * carried_73;
+    const double t207 = p->derived.constant_3 * carried_66;
+    const double t208 = p->derived.constant_3 * carried_68;
+    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.constant_21 + p->derived.constant_3 *
+        carried_65 - p->derived.constant_3 * carried_69;
+    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + (t208 + (carried_62 + carried_71 * p->derived.constant_21 +
+        t208));
+    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + (carried_68 + p->derived.constant_3 * carried_71);
+    const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
+    const double t209 = arm_psi_U_moment_y * arm_psi_D_inverse;
+    const double t210 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t211 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t212 = p->derived.arm_psi_inertia_yy + (carried_61 + carried_72 * p->derived.constant_21 -
+        t207 - t207) - arm_psi_U_moment_y * t209;
+    const double t213 = p->derived.arm_psi_mass + carried_71 - arm_psi_U_force_y * t211;
+    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (carried_64 - p->derived.constant_3 *
+        carried_74 - arm_psi_U_moment_y * t210)) + arm_psi_cos * (arm_psi_cos * (carried_65 - p->derived.constant_3 *
+        carried_75 - arm_psi_U_moment_y * t211));
+    const double t214 = t213 + ((carried_73 - arm_psi_U_force_x * t211) * (t78 + t78) + arm_psi_sin * arm_psi_sin *
+        (p->derived.arm_psi_mass + carried_70 - arm_psi_U_force_x * t210 - t213));
+    /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    const double column_psi_U_moment_z = p->Izz_col + (t212 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        t212)));
+    const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
+    const double t215 = column_psi_U_force_z * column_psi_D_inverse;
+    /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    const double base_z_U_force_z = p->m_base + (p->m_col + t214 - column_psi_U_force_z * t215);
+    const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* arm_psi: force left for the joint, inward */
-    const double t328 = t86 + (arm_theta_1_cos * t315 - t314 + p->derived.constant_1 * t327);
-    const double t329 = arm_psi_sin * (arm_psi_1_cos * t326 - arm_psi_1_sin * row_1_u_arm_theta_1) + arm_psi_cos *
-        (arm_psi_1_sin * t326 + arm_psi_1_cos * row_1_u_arm_theta_1 - p->derived.constant_1 * (arm_theta_1_cos *
-        t324 - arm_theta_1_sin * t320) + t187 * t328);
+    const double t216 = arm_psi_load_moment_z + (carried_78 + p->derived.constant_3 * carried_80);
     /* column_psi: force left for the joint, inward */
-    const double t330 = row_1_u_column_psi - t329;
-    const double t331 = arm_psi_sin * (arm_psi_1_cos * t325 - arm_psi_1_sin * t323 - t188 * t328) + arm_psi_cos *
-        (t327 - t189 * t328) + t194 * t330;
+    const double t217 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + carried_76) + arm_psi_cos * (arm_psi_load_moment_y +
+        (carried_77 - p->derived.constant_3 * carried_81) - t209 * t216));
+    const double t218 = p->derived.column_psi_load_force_z + (arm_psi_sin * (arm_psi_load_force_x + carried_79 -
+        t210 * t216) + arm_psi_cos * (arm_psi_load_force_y + carried_80 - t211 * t216)) + t215 * t217;
     /* base_z: acceleration, outward */
-    const double t332 = base_z_D_inverse * t331;
+    const double t219 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        t218));
     /* column_psi: acceleration, outward */
-    const double t333 = t194 * t332 + column_psi_D_inverse * t330;
-    const double t334 = arm_psi_sin * t333;
-    const double t335 = arm_psi_cos * t333;
-    const double t336 = arm_psi_sin * t332;
-    const double t337 = arm_psi_cos * t332;
+    const double t220 = t215 * t219 + column_psi_D_inverse * t217;
+    const double t221 = arm_psi_cos * t220;
+    const double t222 = arm_psi_sin * t219;
+    const double t223 = arm_psi_cos * t219;
     /* arm_psi: acceleration, outward */
-    const double t338 = t188 * t336 + t189 * t337 + t187 * t335 - arm_psi_D_inverse * t328;
-    const double t339 = p->derived.constant_1 * t335;
-    const double t340 = arm_psi_1_sin * t335 + arm_psi_1_cos * t334;
-    const double t341 = p->derived.constant_1 * t338 - t337;
-    const double t342 = arm_psi_1_sin * t341 - arm_psi_1_cos * t336;
-    const double t343 = arm_psi_1_sin * t336 + arm_psi_1_cos * t341;
-    const double t344 = arm_theta_1_sin * t342 - arm_theta_1_cos * t339;
-    const double t345 = arm_theta_1_sin * t339 + arm_theta_1_cos * t342;
-    /* arm_phi_1: acceleration, outward */
-    const double t346 = arm_phi_1_sin * t344 + arm_phi_1_cos * t343;
-    const double t347 = arm_phi_1_cos * t344 - arm_phi_1_sin * t343;
-    const double t348 = t319 - (t157 * t345 + t159 * t346 + t161 * t347);
-    const double t349 = t318 - (t156 * t345 + t158 * t346 + t160 * t347);
-    const double t350 = arm_phi_1_cos * t348 - arm_phi_1_sin * t349 - (arm_psi_1_cos * t335 - arm_psi_1_sin *
-        t334);
-    const double t351 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t348 + arm_phi_1_cos * t349 - (arm_theta_1_sin *
-        t340 + arm_theta_1_cos * t338));
-    const double t352 = t317 - (arm_theta_1_cos * t340 - arm_theta_1_sin * t338) + arm_theta_1_sin * t351;
-    const double t353 = arm_psi_2_sin * t348 + arm_psi_2_cos * t317;
-    const double t354 = t346 + p->derived.arm_element_length * t349;
-    const double t355 = t347 - p->derived.arm_element_length * t348;
-    const double t356 = arm_psi_2_sin * t354 + arm_psi_2_cos * t345;
-    const double t357 = arm_psi_2_cos * t354 - arm_psi_2_sin * t345;
-    const double t358 = arm_theta_2_sin * t356 + arm_theta_2_cos * t355;
-    const double t359 = arm_theta_2_cos * t356 - arm_theta_2_sin * t355;
-    /* arm_phi_2: acceleration, outward */
-    const double t360 = arm_phi_2_sin * t358 + arm_phi_2_cos * t357;
-    const double t361 = arm_phi_2_cos * t358 - arm_phi_2_sin * t357;
-    const double t362 = t304 - (t114 * t359 + t116 * t360 + t118 * t361);
-    const double t363 = t303 - (t113 * t359 + t115 * t360 + t117 * t361);
-    const double t364 = arm_phi_2_cos * t362 - arm_phi_2_sin * t363 - (arm_psi_2_cos * t348 - arm_psi_2_sin *
-        t317);
-    const double t365 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t362 + arm_phi_2_cos * t363 - (arm_theta_2_sin *
-        t353 + arm_theta_2_cos * t349));
-    const double t366 = t302 - (arm_theta_2_cos * t353 - arm_theta_2_sin * t349) + arm_theta_2_sin * t365;
-    const double t367 = arm_psi_3_sin * t362 + arm_psi_3_cos * t302;
-    const double t368 = t360 + p->derived.arm_element_length * t363;
-    const double t369 = t361 - p->derived.arm_element_length * t362;
-    const double t370 = arm_psi_3_sin * t368 + arm_psi_3_cos * t359;
-    const double t371 = arm_psi_3_cos * t368 - arm_psi_3_sin * t359;
-    const double t372 = arm_theta_3_sin * t370 + arm_theta_3_cos * t369;
+    const double t224 = t209 * t221 - (t210 * t222 + t211 * t223) + arm_psi_D_inverse * t216;
+    /* arm_psi: force left for the joint, inward */
+    const double t225 = t59 + (carried_90 + p->derived.constant_3 * carried_92);
+    /* column_psi: force left for the joint, inward */
+    const double t226 = row_1_u_column_psi - (arm_psi_sin * carried_88 + arm_psi_cos * (carried_89 - p->derived.constant_3 *
+        carried_93 - t209 * t225));
+    /* base_z: acceleration, outward */
+    const double t227 = base_z_D_inverse * (arm_psi_sin * (carried_91 - t210 * t225) + arm_psi_cos * (carried_92 -
+        t211 * t225) + t215 * t226);
+    /* column_psi: acceleration, outward */
+    const double t228 = t215 * t227 + column_psi_D_inverse * t226;
+    const double t229 = arm_psi_cos * t228;
+    const double t230 = arm_psi_sin * t227;
+    const double t231 = arm_psi_cos * t227;
+    /* arm_psi: acceleration, outward */
+    const double t232 = t209 * t229 - (t210 * t230 + t211 * t231) + arm_psi_D_inverse * t225;
+    /* arm_psi: force left for the joint, inward */
+    const double t233 = row_2_u_arm_psi - (carried_102 + p->derived.constant_3 * carried_104);
+    const double t234 = arm_psi_sin * carried_100 + arm_psi_cos * (carried_101 - p->derived.constant_3 * carried_105 +
+        t209 * t233);
+    /* base_z: acceleration, outward */
+    const double t235 = base_z_D_inverse * (1.0 - (arm_psi_sin * (carried_103 + t210 * t233) + arm_psi_cos *
+        (carried_104 + t211 * t233) - t215 * t234));
+    /* column_psi: acceleration, outward */
+    const double t236 = t215 * t235 + column_psi_D_inverse * t234;
+    const double t237 = arm_psi_cos * t236;
+    const double t238 = arm_psi_sin * t235;
+    const double t239 = arm_psi_cos * t235;
+    /* arm_psi: acceleration, outward */
+    const double t240 = arm_psi_D_inverse * t233 - (t210 * t238 + t211 * t239 - t209 * t237);
+    double carried_82 = arm_psi_sin * t220;
+    double carried_83 = t221;
+    double carried_84 = -t224;
+    double carried_85 = -t222;
+    double carried_86 = -(t223 + p->derived.constant_3 * t224);
+    double carried_87 = -p->derived.constant_3 * t221;
+    double carried_94 = arm_psi_sin * t228;
+    double carried_95 = t229;
+    double carried_96 = -t232;
+    double carried_97 = -t230;
+    double carried_98 = -(t231 + p->derived.constant_3 * t232);
+    double carried_99 = -p->derived.constant_3 * t229;
+    double carried_106 = -arm_psi_sin * t236;
+    double carried_107 = -t237;
+    double carried_108 = t240;
+    double carried_109 = t238;
+    double carried_110 = t239 + p->derived.constant_3 * t240;
+    double carried_111 = p->derived.constant_3 * t237;
+    double carried_112 = row_1_u_column_psi * t220 + t59 * t224;
+    double carried_113 = row_1_u_column_psi * t228 + t59 * t232;
+    double carried_114 = -(t219 + row_2_u_arm_psi * t224);
+    double carried_115 = -(t227 + row_2_u_arm_psi * t232);
+    double carried_116 = t235 + row_2_u_arm_psi * t240;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        /* arm_phi_e: acceleration, outward */
+        const double t241 = arm_psi_e_sin * carried_83 + arm_psi_e_cos * carried_82;
+        const double t242 = carried_86 + p->derived.arm_element_length * carried_84;
+        const double t243 = carried_87 - p->derived.arm_element_length * carried_83;
+        const double t244 = arm_psi_e_sin * t242 + arm_psi_e_cos * carried_85;
+        const double t245 = arm_psi_e_cos * t242 - arm_psi_e_sin * carried_85;
+        const double t246 = arm_theta_e_sin * t244 + arm_theta_e_cos * t243;
+        const double t247 = arm_theta_e_cos * t244 - arm_theta_e_sin * t243;
+        /* arm_phi_e: acceleration, outward */
+        const double t248 = arm_phi_e_sin * t246 + arm_phi_e_cos * t245;
+        const double t249 = arm_phi_e_cos * t246 - arm_phi_e_sin * t245;
+        const double t250 = t168[e] + (t126[e] * t247 + t130[e] * t248 + t134[e] * t249);
+        const double t251 = t167[e] - (t125[e] * t247 + t129[e] * t248 + t133[e] * t249);
+        const double t252 = arm_psi_e_cos * carried_83 - arm_psi_e_sin * carried_82 + (arm_phi_e_sin * t251 +
+        arm_phi_e_cos * t250);
+        const double t253 = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t251 - arm_phi_e_sin * t250 - (arm_theta_e_sin *
+        t241 + arm_theta_e_cos * carried_84));
+        const double t254 = arm_theta_e_sin * t253 - (t166[e] + (arm_theta_e_cos * t241 - arm_theta_e_sin *
+        carried_84));
+        /* arm_phi_e: acceleration, outward */
+        const double t255 = arm_psi_e_sin * carried_95 + arm_psi_e_cos * carried_94;
+        const double t256 = carried_98 + p->derived.arm_element_length * carried_96;
+        const double t257 = carried_99 - p->derived.arm_element_length * carried_95;
+        const double t258 = arm_psi_e_sin * t256 + arm_psi_e_cos * carried_97;
+        const double t259 = arm_psi_e_cos * t256 - arm_psi_e_sin * carried_97;
+        const double t260 = arm_theta_e_sin * t258 + arm_theta_e_cos * t257;
+        const double t261 = arm_theta_e_cos * t258 - arm_theta_e_sin * t257;
+        /* arm_phi_e: acceleration, outward */
+        const double t262 = arm_phi_e_sin * t260 + arm_phi_e_cos * t259;
+        const double t263 = arm_phi_e_cos * t260 - arm_phi_e_sin * t259;
+        const double t264 = t183[e] - (t126[e] * t261 + t130[e] * t262 + t134[e] * t263);
+        const double t265 = t182[e] - (t125[e] * t261 + t129[e] * t262 + t133[e] * t263);
+        const double t266 = arm_phi_e_cos * t264 - arm_phi_e_sin * t265 - (arm_psi_e_cos * carried_95 - arm_psi_e_sin *
+        carried_94);
+        const double t267 = arm_theta_e_cos_inverse[e] * (arm_phi_e_sin * t264 + arm_phi_e_cos * t265 - (arm_theta_e_sin *
+        t255 + arm_theta_e_cos * carried_96));
+        const double t268 = t181[e] - (arm_theta_e_cos * t255 - arm_theta_e_sin * carried_96) + arm_theta_e_sin *
+        t267;
+        /* arm_phi_e: acceleration, outward */
+        const double t269 = arm_psi_e_sin * carried_107 + arm_psi_e_cos * carried_106;
+        const double t270 = carried_110 + p->derived.arm_element_length * carried_108;
+        const double t271 = carried_111 - p->derived.arm_element_length * carried_107;
+        const double t272 = arm_psi_e_sin * t270 + arm_psi_e_cos * carried_109;
+        const double t273 = arm_psi_e_cos * t270 - arm_psi_e_sin * carried_109;
+        const double t274 = arm_theta_e_sin * t272 + arm_theta_e_cos * t271;
+        const double t275 = arm_theta_e_cos * t272 - arm_theta_e_sin * t271;
+        /* arm_phi_e: acceleration, outward */
+        const double t276 = arm_phi_e_sin * t274 + arm_phi_e_cos * t273;
+        const double t277 = arm_phi_e_cos * t274 - arm_phi_e_sin * t273;
+        const double t278 = t198[e] - (t126[e] * t275 + t130[e] * t276 + t134[e] * t277);
+        const double t279 = t197[e] - (t125[e] * t275 + t129[e] * t276 + t133[e] * t277);
+        const double t280 = arm_theta_e_cos_inverse[e] * (arm_phi_e_sin * t278 + arm_phi_e_cos * t279 - (arm_theta_e_sin *
+        t269 + arm_theta_e_cos * carried_108));
+        /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
+        const double t281 = row_2_u_arm_phi_e[e] * (t196[e] - (arm_theta_e_cos * t269 - arm_theta_e_sin *
+        carried_108) + arm_theta_e_sin * t280) + (row_2_u_arm_theta_e[e] * (arm_phi_e_cos * t278 - arm_phi_e_sin *
+        t279 - (arm_psi_e_cos * carried_107 - arm_psi_e_sin * carried_106)) + (row_2_u_arm_psi_e[e] * t280 +
+        carried_116));
+        const double next_carried_82 = -t166[e];
+        const double next_carried_83 = -t250;
+        const double next_carried_112 = row_1_u_arm_phi_e[e] * t254 + (row_1_u_arm_psi_e[e] * t253 + carried_112 -
+        row_1_u_arm_theta_e[e] * t252);
+        const double next_carried_113 = row_1_u_arm_phi_e[e] * t268 + (row_1_u_arm_theta_e[e] * t266 + (row_1_u_arm_psi_e[e] *
+        t267 + carried_113));
+        const double next_carried_114 = row_2_u_arm_phi_e[e] * t254 + (row_2_u_arm_psi_e[e] * t253 + carried_114 -
+        row_2_u_arm_theta_e[e] * t252);
+        const double next_carried_115 = row_2_u_arm_phi_e[e] * t268 + (row_2_u_arm_theta_e[e] * t266 + (row_2_u_arm_psi_e[e] *
+        t267 + carried_115));
+        carried_82 = next_carried_82;
+        carried_83 = next_carried_83;
+        carried_84 = t251;
+        carried_85 = t247;
+        carried_86 = t248;
+        carried_87 = t249;
+        carried_94 = t181[e];
+        carried_95 = t264;
+        carried_96 = t265;
+        carried_97 = t261;
+        carried_98 = t262;
+        carried_99 = t263;
+        carried_106 = t196[e];
+        carried_107 = t278;
+        carried_108 = t279;
+        carried_109 = t275;
+        carried_110 = t276;
+        carried_111 = t277;
+        carried_112 = next_carried_112;
+        carried_113 = next_carried_113;
+        carried_114 = next_carried_114;
+        carried_115 = next_carried_115;
+        carried_116 = t281;
+    }
+    /* arm_phi_e: acceleration, outward */
+    const double t282 = arm_psi_3_sin * carried_83 + arm_psi_3_cos * carried_82;
+    const double t283 = carried_86 + p->derived.arm_element_length * carried_84;
+    const double t284 = carried_87 - p->derived.arm_element_length * carried_83;
     /* arm_phi_3: acceleration, outward */
-    const double t373 = t289 + t89 * (arm_phi_3_cos * t372 - arm_phi_3_sin * t371);
-    const double t374 = t290 - t89 * (arm_phi_3_sin * t372 + arm_phi_3_cos * t371);
-    const double t375 = arm_phi_3_cos * t373 - arm_phi_3_sin * t374 - (arm_psi_3_cos * t362 - arm_psi_3_sin *
+    const double t285 = t64 * (arm_phi_3_turn_x_z * carried_85 + arm_phi_3_turn_y_z * t283 + arm_phi_3_turn_z_z *
+        t284) - t81;
+    const double t286 = t82 - t64 * (arm_phi_3_turn_x_y * carried_85 + arm_phi_3_turn_y_y * t283 + arm_phi_3_turn_z_y *
+        t284);
+    const double t287 = arm_phi_3_cos * t285 - arm_phi_3_sin * t286 - (arm_psi_3_cos * carried_83 - arm_psi_3_sin *
+        carried_82);
+    const double t288 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t285 + arm_phi_3_cos * t286 - (arm_theta_3_sin *
+        t282 + arm_theta_3_cos * carried_84));
+    const double t289 = arm_theta_3_sin * t288 - (p->derived.constant_19 * (arm_phi_3_bias_moment_x + t48) +
+        (arm_theta_3_cos * t282 - arm_theta_3_sin * carried_84));
+    /* effector_z: acceleration, outward */
+    const double t290 = arm_phi_3_turn_x_x * carried_85 + arm_phi_3_turn_y_x * t283 - arm_theta_3_sin * t284 +
+        effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    /* arm_phi_e: acceleration, outward */
+    const double t291 = arm_psi_3_sin * carried_95 + arm_psi_3_cos * carried_94;
+    const double t292 = carried_98 + p->derived.arm_element_length * carried_96;
+    const double t293 = carried_99 - p->derived.arm_element_length * carried_95;
+    /* arm_phi_3: acceleration, outward */
+    const double t294 = t90 + t64 * (arm_phi_3_turn_x_z * carried_97 + arm_phi_3_turn_y_z * t292 + arm_phi_3_turn_z_z *
+        t293);
+    const double t295 = t91 - t64 * (arm_phi_3_turn_x_y * carried_97 + arm_phi_3_turn_y_y * t292 + arm_phi_3_turn_z_y *
+        t293);
+    const double t296 = arm_phi_3_cos * t294 - arm_phi_3_sin * t295 - (arm_psi_3_cos * carried_95 - arm_psi_3_sin *
+        carried_94);
+    const double t297 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t294 + arm_phi_3_cos * t295 - (arm_theta_3_sin *
+        t291 + arm_theta_3_cos * carried_96));
+    const double t298 = row_1_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos * t291 - arm_theta_3_sin *
+        carried_96) + arm_theta_3_sin * t297;
+    /* effector_z: acceleration, outward */
+    const double t299 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_phi_3_turn_x_x * carried_97 +
+        arm_phi_3_turn_y_x * t292 - arm_theta_3_sin * t293);
+    /* arm_phi_e: acceleration, outward */
+    const double t300 = arm_psi_3_sin * carried_107 + arm_psi_3_cos * carried_106;
+    const double t301 = carried_110 + p->derived.arm_element_length * carried_108;
+    const double t302 = carried_111 - p->derived.arm_element_length * carried_107;
+    /* arm_phi_3: acceleration, outward */
+    const double t303 = t99 + t64 * (arm_phi_3_turn_x_z * carried_109 + arm_phi_3_turn_y_z * t301 + arm_phi_3_turn_z_z *
         t302);
-    const double t376 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t373 + arm_phi_3_cos * t374 - (arm_theta_3_sin *
-        t367 + arm_theta_3_cos * t363));
-    const double t377 = row_1_u_arm_phi_3 * p->derived.arm_phi_3_pivot_inverse - (arm_theta_3_cos * t367 -
-        arm_theta_3_sin * t363) + arm_theta_3_sin * t376;
-    /* effector_z: acceleration, outward */
-    const double t378 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t370 - arm_theta_3_sin *
-        t369);
-    /* arm_phi_3: force left for the joint, inward */
-    const double t379 = arm_theta_3_sin * row_2_u_arm_phi_3;
-    const double t380 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t379);
-    const double t381 = arm_theta_3_pivot_inverse * (arm_phi_3_sin * t380 + arm_phi_3_cos * row_2_u_arm_theta_3);
-    const double t382 = arm_theta_3_pivot_inverse * (arm_phi_3_cos * t380 - arm_phi_3_sin * row_2_u_arm_theta_3);
-    const double t383 = arm_phi_3_moment_beyond_x * t382;
-    const double t384 = arm_phi_3_moment_beyond_x * t381;
-    const double t385 = arm_phi_3_sin * t384 + arm_phi_3_cos * t383;
-    const double t386 = arm_phi_3_sin * t383 - arm_phi_3_cos * t384;
-    const double t387 = arm_theta_3_cos * t386 - arm_theta_3_sin * arm_theta_3_ground_z_x;
-    const double t388 = arm_theta_3_sin * t386 + arm_theta_3_cos * arm_theta_3_ground_z_x;
-    const double t389 = arm_theta_3_sin * t380 + arm_theta_3_cos * row_2_u_arm_phi_3;
-    const double t390 = arm_psi_3_sin * t388 + arm_psi_3_cos * t385;
-    /* arm_phi_2: force left for the joint, inward */
-    const double t391 = arm_theta_2_sin * row_2_u_arm_phi_2;
-    const double t392 = arm_theta_2_cos_inverse * (row_2_u_arm_psi_2 + t391);
-    const double t393 = arm_phi_2_sin * t392 + arm_phi_2_cos * row_2_u_arm_theta_2 - (arm_psi_3_sin * t389 +
-        arm_psi_3_cos * row_2_u_arm_theta_3 - p->derived.arm_element_length * t387);
-    const double t394 = p->derived.constant_19 * (row_2_u_arm_phi_2 - (arm_psi_3_cos * t389 - arm_psi_3_sin *
-        row_2_u_arm_theta_3));
-    const double t395 = t112 * (arm_phi_2_cos * t392 - arm_phi_2_sin * row_2_u_arm_theta_2 - (arm_theta_3_cos *
-        t380 - t379 + p->derived.arm_element_length * t390) + t111 * t393);
-    const double t396 = t110 * t393 + t111 * t395;
-    const double t397 = arm_psi_3_cos * t388 - arm_psi_3_sin * t385 + (t103 * t395 - t102 * t396);
-    const double t398 = t390 + (t109 * t395 - t104 * t396);
-    const double t399 = t387 + (t104 * t395 - t108 * t396);
-    const double t400 = arm_phi_2_cos * t398 - arm_phi_2_sin * t399;
-    const double t401 = arm_phi_2_sin * t398 + arm_phi_2_cos * t399;
-    const double t402 = arm_theta_2_cos * t401 - arm_theta_2_sin * t397;
-    const double t403 = arm_theta_2_sin * t401 + arm_theta_2_cos * t397;
-    const double t404 = arm_theta_2_sin * t392 + arm_theta_2_cos * row_2_u_arm_phi_2;
-    const double t405 = arm_psi_2_sin * t403 + arm_psi_2_cos * t400;
-    /* arm_phi_1: force left for the joint, inward */
-    const double t406 = arm_theta_1_sin * row_2_u_arm_phi_1;
-    const double t407 = arm_theta_1_cos_inverse * (row_2_u_arm_psi_1 + t406);
-    const double t408 = arm_phi_1_sin * t407 + arm_phi_1_cos * row_2_u_arm_theta_1 - (arm_psi_2_sin * t404 +
-        arm_psi_2_cos * row_2_u_arm_theta_2 - p->derived.arm_element_length * t402);
-    const double t409 = p->derived.constant_19 * (row_2_u_arm_phi_1 - (arm_psi_2_cos * t404 - arm_psi_2_sin *
-        row_2_u_arm_theta_2));
-    const double t410 = t155 * (arm_phi_1_cos * t407 - arm_phi_1_sin * row_2_u_arm_theta_1 - (arm_theta_2_cos *
-        t392 - t391 + p->derived.arm_element_length * t405) + t154 * t408);
-    const double t411 = t153 * t408 + t154 * t410;
-    const double t412 = arm_psi_2_cos * t403 - arm_psi_2_sin * t400 + (t146 * t410 - t145 * t411);
-    const double t413 = t405 + (t152 * t410 - t147 * t411);
-    const double t414 = t402 + (t147 * t410 - t151 * t411);
-    const double t415 = arm_phi_1_cos * t413 - arm_phi_1_sin * t414;
-    const double t416 = arm_phi_1_sin * t413 + arm_phi_1_cos * t414;
-    const double t417 = arm_theta_1_sin * t416 + arm_theta_1_cos * t412;
-    const double t418 = arm_theta_1_sin * t407 + arm_theta_1_cos * row_2_u_arm_phi_1;
-    const double t419 = arm_psi_1_sin * t417 + arm_psi_1_cos * t415;
-    /* arm_psi: force left for the joint, inward */
-    const double t420 = row_2_u_arm_psi - (arm_theta_1_cos * t407 - t406 + p->derived.constant_1 * t419);
-    const double t421 = arm_psi_sin * (arm_psi_1_cos * t418 - arm_psi_1_sin * row_2_u_arm_theta_1) + arm_psi_cos *
-        (arm_psi_1_sin * t418 + arm_psi_1_cos * row_2_u_arm_theta_1 - p->derived.constant_1 * (arm_theta_1_cos *
-        t416 - arm_theta_1_sin * t412) - t187 * t420);
-    /* column_psi: force left for the joint, inward */
-    const double t422 = arm_psi_sin * (arm_psi_1_cos * t417 - arm_psi_1_sin * t415 + t188 * t420) + arm_psi_cos *
-        (t419 + t189 * t420) - t194 * t421;
-    /* base_z: acceleration, outward */
-    const double t423 = base_z_D_inverse * (1.0 - t422);
-    /* column_psi: acceleration, outward */
-    const double t424 = t194 * t423 + column_psi_D_inverse * t421;
-    const double t425 = arm_psi_sin * t424;
-    const double t426 = arm_psi_cos * t424;
-    const double t427 = arm_psi_sin * t423;
-    const double t428 = arm_psi_cos * t423;
-    /* arm_psi: acceleration, outward */
-    const double t429 = arm_psi_D_inverse * t420 - (t188 * t427 + t189 * t428 + t187 * t426);
-    const double t430 = p->derived.constant_1 * t426;
-    const double t431 = arm_psi_1_sin * t426 + arm_psi_1_cos * t425;
-    const double t432 = t428 + p->derived.constant_1 * t429;
-    const double t433 = arm_psi_1_sin * t432 + arm_psi_1_cos * t427;
-    const double t434 = arm_psi_1_cos * t432 - arm_psi_1_sin * t427;
-    const double t435 = arm_theta_1_sin * t433 + arm_theta_1_cos * t430;
-    const double t436 = arm_theta_1_cos * t433 - arm_theta_1_sin * t430;
-    /* arm_phi_1: acceleration, outward */
-    const double t437 = arm_phi_1_sin * t435 + arm_phi_1_cos * t434;
-    const double t438 = arm_phi_1_cos * t435 - arm_phi_1_sin * t434;
-    const double t439 = t411 - (t157 * t436 + t159 * t437 + t161 * t438);
-    const double t440 = t410 - (t156 * t436 + t158 * t437 + t160 * t438);
-    const double t441 = arm_theta_1_cos_inverse * (arm_phi_1_sin * t439 + arm_phi_1_cos * t440 - (arm_theta_1_cos *
-        t429 - arm_theta_1_sin * t431));
-    const double t442 = arm_psi_2_sin * t439 + arm_psi_2_cos * t409;
-    const double t443 = t437 + p->derived.arm_element_length * t440;
-    const double t444 = t438 - p->derived.arm_element_length * t439;
-    const double t445 = arm_psi_2_sin * t443 + arm_psi_2_cos * t436;
-    const double t446 = arm_psi_2_cos * t443 - arm_psi_2_sin * t436;
-    const double t447 = arm_theta_2_sin * t445 + arm_theta_2_cos * t444;
-    const double t448 = arm_theta_2_cos * t445 - arm_theta_2_sin * t444;
-    /* arm_phi_2: acceleration, outward */
-    const double t449 = arm_phi_2_sin * t447 + arm_phi_2_cos * t446;
-    const double t450 = arm_phi_2_cos * t447 - arm_phi_2_sin * t446;
-    const double t451 = t396 - (t114 * t448 + t116 * t449 + t118 * t450);
-    const double t452 = t395 - (t113 * t448 + t115 * t449 + t117 * t450);
-    const double t453 = arm_theta_2_cos_inverse * (arm_phi_2_sin * t451 + arm_phi_2_cos * t452 - (arm_theta_2_sin *
-        t442 + arm_theta_2_cos * t440));
-    const double t454 = arm_psi_3_sin * t451 + arm_psi_3_cos * t394;
-    const double t455 = t449 + p->derived.arm_element_length * t452;
-    const double t456 = t450 - p->derived.arm_element_length * t451;
-    const double t457 = arm_psi_3_sin * t455 + arm_psi_3_cos * t448;
-    const double t458 = arm_psi_3_cos * t455 - arm_psi_3_sin * t448;
-    const double t459 = arm_theta_3_sin * t457 + arm_theta_3_cos * t456;
-    /* arm_phi_3: acceleration, outward */
-    const double t460 = t381 + t89 * (arm_phi_3_cos * t459 - arm_phi_3_sin * t458);
-    const double t461 = t382 - t89 * (arm_phi_3_sin * t459 + arm_phi_3_cos * t458);
-    const double t462 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t460 + arm_phi_3_cos * t461 - (arm_theta_3_sin *
-        t454 + arm_theta_3_cos * t452));
+    const double t304 = t100 - t64 * (arm_phi_3_turn_x_y * carried_109 + arm_phi_3_turn_y_y * t301 + arm_phi_3_turn_z_y *
+        t302);
+    const double t305 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t303 + arm_phi_3_cos * t304 - (arm_theta_3_sin *
+        t300 + arm_theta_3_cos * carried_108));
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t463 = row_1_u_column_psi * t241 - t86 * t246 - t87 * t259 + row_1_u_arm_theta_1 * t258 +
-        row_1_u_arm_phi_1 * t260 + row_1_u_arm_psi_2 * t273 + row_1_u_arm_theta_2 * t272;
-    const double t464 = row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13) +
-        (t463 + row_1_u_arm_phi_2 * t274 + row_1_u_arm_psi_3 * t284 + row_1_u_arm_theta_3 * t283 + row_1_u_arm_phi_3 *
-        t285 - row_1_u_effector_z * t286);
-    const double t465 = row_1_u_column_psi * t333 - t86 * t338 - t87 * t351 + row_1_u_arm_theta_1 * t350 +
-        row_1_u_arm_phi_1 * t352 + row_1_u_arm_psi_2 * t365 + row_1_u_arm_theta_2 * t364;
-    const double t466 = t465 + row_1_u_arm_phi_2 * t366 + row_1_u_arm_psi_3 * t376 + row_1_u_arm_theta_3 *
-        t375 + row_1_u_arm_phi_3 * t377 + row_1_u_effector_z * t378;
-    const double t467 = row_2_u_arm_psi * t246 - t240 + row_2_u_arm_psi_1 * t259 + row_2_u_arm_theta_1 * t258 +
-        row_2_u_arm_phi_1 * t260 + row_2_u_arm_psi_2 * t273 + row_2_u_arm_theta_2 * t272;
-    const double t468 = row_2_v + p->derived.constant_13 * row_2_psi + (t467 + row_2_u_arm_phi_2 * t274 +
-        row_2_u_arm_psi_3 * t284 + row_2_u_arm_theta_3 * t283 + row_2_u_arm_phi_3 * t285 - arm_theta_3_ground_z_x *
-        t286);
-    const double t469 = row_2_u_arm_psi * t338 - t332 + row_2_u_arm_psi_1 * t351 + row_2_u_arm_theta_1 * t350 +
-        row_2_u_arm_phi_1 * t352 + row_2_u_arm_psi_2 * t365 + row_2_u_arm_theta_2 * t364;
-    const double t470 = t469 + row_2_u_arm_phi_2 * t366 + row_2_u_arm_psi_3 * t376 + row_2_u_arm_theta_3 *
-        t375 + row_2_u_arm_phi_3 * t377 + arm_theta_3_ground_z_x * t378;
-    const double t471 = t423 + row_2_u_arm_psi * t429 + row_2_u_arm_psi_1 * t441 + row_2_u_arm_theta_1 * (arm_phi_1_cos *
-        t439 - arm_phi_1_sin * t440 - (arm_psi_1_sin * t425 - arm_psi_1_cos * t426));
-    const double t472 = t471 + row_2_u_arm_phi_1 * (t409 + (arm_theta_1_sin * t429 + arm_theta_1_cos * t431) +
-        arm_theta_1_sin * t441) + row_2_u_arm_psi_2 * t453 + row_2_u_arm_theta_2 * (arm_phi_2_cos * t451 -
-        arm_phi_2_sin * t452 - (arm_psi_2_cos * t439 - arm_psi_2_sin * t409));
-    const double t473 = t472 + row_2_u_arm_phi_2 * (t394 - (arm_theta_2_cos * t442 - arm_theta_2_sin * t440) +
-        arm_theta_2_sin * t453) + row_2_u_arm_psi_3 * t462 + row_2_u_arm_theta_3 * (arm_phi_3_cos * t460 -
-        arm_phi_3_sin * t461 - (arm_psi_3_cos * t451 - arm_psi_3_sin * t394));
-    const double t474 = t473 + row_2_u_arm_phi_3 * (row_2_u_arm_phi_3 * p->derived.arm_phi_3_pivot_inverse -
-        (arm_theta_3_cos * t454 - arm_theta_3_sin * t452) + arm_theta_3_sin * t462) + arm_theta_3_ground_z_x *
-        (arm_theta_3_ground_z_x * p->derived.effector_z_D_inverse - (arm_theta_3_cos * t457 - arm_theta_3_sin *
-        t456));
-    const double row_1_pivot_inverse = (t466 * 1e-12 < t466 ? 1.0 / t466 : 0.0);
-    const double t475 = t470 * row_1_pivot_inverse;
-    const double t476 = t474 - t470 * t475;
-    const double row_2_pivot_inverse = (t474 * 1e-12 < t476 ? 1.0 / t476 : 0.0);
-    const double row_2_lambda = (t464 * t475 - t468) * row_2_pivot_inverse;
-    const double t477 = row_1_pivot_inverse * (t464 + t470 * row_2_lambda);
+    const double t306 = row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13) +
+        (carried_112 + row_1_u_arm_psi_3 * t288 + row_1_u_arm_theta_3 * t287 + row_1_u_arm_phi_3 * t289 -
+        row_1_u_effector_z * t290);
+    const double t307 = carried_113 + row_1_u_arm_psi_3 * t297 + row_1_u_arm_theta_3 * t296 + row_1_u_arm_phi_3 *
+        t298 + row_1_u_effector_z * t299;
+    const double t308 = carried_115 + row_2_u_arm_psi_3 * t297 + row_2_u_arm_theta_3 * t296 + row_2_u_arm_phi_3 *
+        t298 + arm_theta_3_ground_z_x * t299;
+    const double t309 = carried_116 + row_2_u_arm_psi_3 * t305 + row_2_u_arm_theta_3 * (arm_phi_3_cos * t303 -
+        arm_phi_3_sin * t304 - (arm_psi_3_cos * carried_107 - arm_psi_3_sin * carried_106)) + row_2_u_arm_phi_3 *
+        (row_2_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos * t300 - arm_theta_3_sin * carried_108) +
+        arm_theta_3_sin * t305);
+    const double t310 = t309 + arm_theta_3_ground_z_x * (arm_theta_3_ground_z_x * p->derived.effector_z_D_inverse -
+        (arm_phi_3_turn_x_x * carried_109 + arm_phi_3_turn_y_x * t301 - arm_theta_3_sin * t302));
+    const double row_1_pivot_inverse = (t307 * 1e-12 < t307 ? 1.0 / t307 : 0.0);
+    const double t311 = t308 * row_1_pivot_inverse;
+    const double t312 = t310 - t308 * t311;
+    const double t313 = t306 * t311 - (row_2_v + p->derived.constant_13 * row_2_psi + (carried_114 + row_2_u_arm_psi_3 *
+        t288 + row_2_u_arm_theta_3 * t287 + row_2_u_arm_phi_3 * t289 - arm_theta_3_ground_z_x * t290));
+    const double row_2_pivot_inverse = (t310 * 1e-12 < t312 ? 1.0 / t312 : 0.0);
+    const double row_2_lambda = t313 * row_2_pivot_inverse;
+    const double t314 = row_1_pivot_inverse * (t306 + t308 * row_2_lambda);
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        force[3 + 3 * e] = row_2_u_arm_psi_e[e] * row_2_lambda - row_1_u_arm_psi_e[e] * t314;
+        force[4 + 3 * e] = row_2_u_arm_theta_e[e] * row_2_lambda - row_1_u_arm_theta_e[e] * t314;
+        force[5 + 3 * e] = row_2_u_arm_phi_e[e] * row_2_lambda - row_1_u_arm_phi_e[e] * t314;
+    }
     force[0] = row_2_lambda;
-    force[1] = -row_1_u_column_psi * t477;
-    force[2] = t86 * t477 + row_2_u_arm_psi * row_2_lambda;
-    force[3] = t87 * t477 + row_2_u_arm_psi_1 * row_2_lambda;
-    force[4] = row_2_u_arm_theta_1 * row_2_lambda - row_1_u_arm_theta_1 * t477;
-    force[5] = row_2_u_arm_phi_1 * row_2_lambda - row_1_u_arm_phi_1 * t477;
-    force[6] = row_2_u_arm_psi_2 * row_2_lambda - row_1_u_arm_psi_2 * t477;
-    force[7] = row_2_u_arm_theta_2 * row_2_lambda - row_1_u_arm_theta_2 * t477;
-    force[8] = row_2_u_arm_phi_2 * row_2_lambda - row_1_u_arm_phi_2 * t477;
-    force[9] = row_2_u_arm_psi_3 * row_2_lambda - row_1_u_arm_psi_3 * t477;
-    force[10] = row_2_u_arm_theta_3 * row_2_lambda - row_1_u_arm_theta_3 * t477;
-    force[11] = row_2_u_arm_phi_3 * row_2_lambda - row_1_u_arm_phi_3 * t477;
-    force[12] = arm_theta_3_ground_z_x * row_2_lambda - row_1_u_effector_z * t477;
+    force[1] = -row_1_u_column_psi * t314;
+    force[2] = t59 * t314 + row_2_u_arm_psi * row_2_lambda;
+    force[9] = row_2_u_arm_psi_3 * row_2_lambda - row_1_u_arm_psi_3 * t314;
+    force[10] = row_2_u_arm_theta_3 * row_2_lambda - row_1_u_arm_theta_3 * t314;
+    force[11] = row_2_u_arm_phi_3 * row_2_lambda - row_1_u_arm_phi_3 * t314;
+    force[12] = arm_theta_3_ground_z_x * row_2_lambda - row_1_u_effector_z * t314;
 }
 
 void manipulator_flexible_equations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -5647,9 +5746,7 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double t3 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double t4 = column_psi_sin * arm_psi_sin;
     const double arm_psi_position_z = p->h + q[0];
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
@@ -5658,236 +5755,253 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
     const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
-    const double t5 = arm_psi_w_x * qd[2];
-    const double t6 = arm_psi_w_x * arm_psi_w_y;
-    const double t7 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
-    /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sine[2];
-    const double arm_psi_1_cos = cosine[2];
-    const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t3 * arm_psi_1_sin;
-    const double t8 = arm_psi_ground_x_x * arm_psi_1_sin + t3 * arm_psi_1_cos;
-    const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t4 * arm_psi_1_sin;
-    const double t9 = arm_psi_ground_y_x * arm_psi_1_sin + t4 * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_x = arm_psi_cos * arm_psi_1_sin + arm_psi_sin * arm_psi_1_cos;
-    const double arm_psi_1_ground_z_y = arm_psi_cos * arm_psi_1_cos - arm_psi_sin * arm_psi_1_sin;
-    const double arm_psi_1_position_x = p->derived.constant_1 * arm_psi_ground_x_x;
-    const double arm_psi_1_position_y = p->derived.constant_1 * arm_psi_ground_y_x;
-    const double arm_psi_1_position_z = arm_psi_position_z + p->derived.constant_1 * arm_psi_sin;
-    const double arm_psi_1_w_x = arm_psi_w_y * arm_psi_1_sin + arm_psi_w_x * arm_psi_1_cos;
-    const double arm_psi_1_w_y = arm_psi_w_y * arm_psi_1_cos - arm_psi_w_x * arm_psi_1_sin;
-    const double t10 = p->derived.constant_1 * arm_psi_w_y;
-    const double t11 = arm_psi_v_y + p->derived.constant_1 * qd[2];
-    const double arm_psi_1_v_x = arm_psi_1_sin * t11 + arm_psi_v_x * arm_psi_1_cos;
-    const double arm_psi_1_v_y = arm_psi_1_cos * t11 - arm_psi_v_x * arm_psi_1_sin;
-    const double t12 = p->derived.constant_1 * t7;
-    const double t13 = p->derived.constant_1 * t6;
-    const double arm_psi_1_bias_a_z = p->derived.constant_1 * (t5 + t5);
-    const double arm_psi_1_bias_a_x = arm_psi_1_sin * t13 - arm_psi_1_cos * t12;
-    const double arm_psi_1_bias_a_y = arm_psi_1_sin * t12 + arm_psi_1_cos * t13;
-    const double t14 = arm_psi_bias_a_falling_x - t12;
-    const double t15 = arm_psi_bias_a_falling_y + t13;
-    const double arm_psi_1_bias_a_falling_x = arm_psi_1_sin * t15 + arm_psi_1_cos * t14;
-    const double arm_psi_1_bias_a_falling_y = arm_psi_1_cos * t15 - arm_psi_1_sin * t14;
-    const double arm_psi_1_bias_wd_x = arm_psi_bias_wd_x * arm_psi_1_cos - t5 * arm_psi_1_sin + arm_psi_1_w_y *
-        qd[3];
-    const double t16 = arm_psi_bias_wd_x * arm_psi_1_sin + t5 * arm_psi_1_cos + arm_psi_1_w_x * qd[3];
-    const double arm_psi_1_w_z = qd[2] + qd[3];
-    /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sine[3];
-    const double arm_theta_1_cos = cosine[3];
-    const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
-    const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
-    const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
-    const double arm_theta_1_ground_y_x = column_psi_cos * arm_theta_1_sin + arm_psi_1_ground_y_x * arm_theta_1_cos;
-    const double arm_theta_1_ground_z_z = arm_psi_1_ground_z_x * arm_theta_1_sin;
-    const double arm_theta_1_ground_z_x = arm_psi_1_ground_z_x * arm_theta_1_cos;
-    const double arm_theta_1_w_z = arm_psi_1_w_x * arm_theta_1_sin + arm_psi_1_w_z * arm_theta_1_cos;
-    const double arm_theta_1_w_x = arm_psi_1_w_x * arm_theta_1_cos - arm_psi_1_w_z * arm_theta_1_sin;
-    const double arm_theta_1_v_z = arm_psi_1_v_x * arm_theta_1_sin - t10 * arm_theta_1_cos;
-    const double arm_theta_1_v_x = t10 * arm_theta_1_sin + arm_psi_1_v_x * arm_theta_1_cos;
-    const double t17 = arm_psi_1_bias_a_z * arm_theta_1_cos;
-    const double arm_theta_1_bias_a_z = arm_psi_1_bias_a_x * arm_theta_1_sin + t17;
-    const double t18 = arm_psi_1_bias_a_z * arm_theta_1_sin;
-    const double arm_theta_1_bias_a_x = arm_psi_1_bias_a_x * arm_theta_1_cos - t18;
-    const double arm_theta_1_bias_a_falling_z = t17 + arm_psi_1_bias_a_falling_x * arm_theta_1_sin;
-    const double arm_theta_1_bias_a_falling_x = arm_psi_1_bias_a_falling_x * arm_theta_1_cos - t18;
-    const double arm_theta_1_bias_wd_x = arm_psi_1_bias_wd_x * arm_theta_1_cos - arm_theta_1_w_z * qd[4];
-    const double arm_theta_1_bias_wd_z = arm_psi_1_bias_wd_x * arm_theta_1_sin + arm_theta_1_w_x * qd[4];
-    const double arm_theta_1_w_y = arm_psi_1_w_y + qd[4];
-    /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sine[4];
-    const double arm_phi_1_cos = cosine[4];
-    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t8 * arm_phi_1_cos;
-    const double arm_phi_1_ground_x_z = t8 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t9 * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_z = t9 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_y = arm_theta_1_ground_z_z * arm_phi_1_sin + arm_psi_1_ground_z_y * arm_phi_1_cos;
-    const double arm_phi_1_ground_z_z = arm_theta_1_ground_z_z * arm_phi_1_cos - arm_psi_1_ground_z_y * arm_phi_1_sin;
-    const double arm_phi_1_w_y = arm_theta_1_w_z * arm_phi_1_sin + arm_theta_1_w_y * arm_phi_1_cos;
-    const double arm_phi_1_w_z = arm_theta_1_w_z * arm_phi_1_cos - arm_theta_1_w_y * arm_phi_1_sin;
-    const double arm_phi_1_v_y = arm_theta_1_v_z * arm_phi_1_sin + arm_psi_1_v_y * arm_phi_1_cos;
-    const double arm_phi_1_v_z = arm_theta_1_v_z * arm_phi_1_cos - arm_psi_1_v_y * arm_phi_1_sin;
-    const double arm_phi_1_bias_a_y = arm_theta_1_bias_a_z * arm_phi_1_sin + arm_psi_1_bias_a_y * arm_phi_1_cos;
-    const double arm_phi_1_bias_a_z = arm_theta_1_bias_a_z * arm_phi_1_cos - arm_psi_1_bias_a_y * arm_phi_1_sin;
-    const double arm_phi_1_bias_a_falling_y = arm_theta_1_bias_a_falling_z * arm_phi_1_sin + arm_psi_1_bias_a_falling_y *
-        arm_phi_1_cos;
-    const double arm_phi_1_bias_a_falling_z = arm_theta_1_bias_a_falling_z * arm_phi_1_cos - arm_psi_1_bias_a_falling_y *
-        arm_phi_1_sin;
-    const double arm_phi_1_bias_wd_y = arm_theta_1_bias_wd_z * arm_phi_1_sin - t16 * arm_phi_1_cos + arm_phi_1_w_z *
-        qd[5];
-    const double arm_phi_1_bias_wd_z = t16 * arm_phi_1_sin + arm_theta_1_bias_wd_z * arm_phi_1_cos - arm_phi_1_w_y *
-        qd[5];
-    const double arm_phi_1_w_x = arm_theta_1_w_x + qd[5];
-    const double t19 = arm_phi_1_w_y * arm_phi_1_w_x;
-    const double t20 = arm_phi_1_w_z * arm_phi_1_w_z + arm_phi_1_w_y * arm_phi_1_w_y;
-    const double t21 = arm_phi_1_bias_wd_z + t19;
-    const double t22 = arm_phi_1_w_z * arm_phi_1_w_x;
-    const double t23 = t22 - arm_phi_1_bias_wd_y;
-    /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sine[5];
-    const double arm_psi_2_cos = cosine[5];
-    const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_y_y = arm_phi_1_ground_y_y * arm_psi_2_cos - arm_theta_1_ground_y_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_z_x = arm_phi_1_ground_z_y * arm_psi_2_sin + arm_theta_1_ground_z_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_z_y = arm_phi_1_ground_z_y * arm_psi_2_cos - arm_theta_1_ground_z_x * arm_psi_2_sin;
-    const double arm_psi_2_position_x = arm_psi_1_position_x + p->derived.arm_element_length * arm_theta_1_ground_x_x;
-    const double arm_psi_2_position_y = arm_psi_1_position_y + p->derived.arm_element_length * arm_theta_1_ground_y_x;
-    const double arm_psi_2_position_z = arm_psi_1_position_z + p->derived.arm_element_length * arm_theta_1_ground_z_x;
-    const double arm_psi_2_w_x = arm_phi_1_w_y * arm_psi_2_sin + arm_phi_1_w_x * arm_psi_2_cos;
-    const double arm_psi_2_w_y = arm_phi_1_w_y * arm_psi_2_cos - arm_phi_1_w_x * arm_psi_2_sin;
-    const double t24 = arm_phi_1_v_y + p->derived.arm_element_length * arm_phi_1_w_z;
-    const double arm_psi_2_v_z = arm_phi_1_v_z - p->derived.arm_element_length * arm_phi_1_w_y;
-    const double arm_psi_2_v_x = arm_psi_2_sin * t24 + arm_theta_1_v_x * arm_psi_2_cos;
-    const double arm_psi_2_v_y = arm_psi_2_cos * t24 - arm_theta_1_v_x * arm_psi_2_sin;
-    const double t25 = p->derived.arm_element_length * t20;
-    const double t26 = p->derived.arm_element_length * t21;
-    const double t27 = p->derived.arm_element_length * t23;
-    const double t28 = arm_theta_1_bias_a_x - t25;
-    const double t29 = arm_phi_1_bias_a_y + t26;
-    const double arm_psi_2_bias_a_z = arm_phi_1_bias_a_z + t27;
-    const double arm_psi_2_bias_a_x = arm_psi_2_sin * t29 + arm_psi_2_cos * t28;
-    const double arm_psi_2_bias_a_y = arm_psi_2_cos * t29 - arm_psi_2_sin * t28;
-    const double t30 = arm_theta_1_bias_a_falling_x - t25;
-    const double t31 = arm_phi_1_bias_a_falling_y + t26;
-    const double arm_psi_2_bias_a_falling_z = arm_phi_1_bias_a_falling_z + t27;
-    const double arm_psi_2_bias_a_falling_x = arm_psi_2_sin * t31 + arm_psi_2_cos * t30;
-    const double arm_psi_2_bias_a_falling_y = arm_psi_2_cos * t31 - arm_psi_2_sin * t30;
-    const double arm_psi_2_bias_wd_x = arm_phi_1_bias_wd_y * arm_psi_2_sin + arm_theta_1_bias_wd_x * arm_psi_2_cos +
-        arm_psi_2_w_y * qd[6];
-    const double arm_psi_2_bias_wd_y = arm_phi_1_bias_wd_y * arm_psi_2_cos - arm_theta_1_bias_wd_x * arm_psi_2_sin -
-        arm_psi_2_w_x * qd[6];
-    const double arm_psi_2_w_z = arm_phi_1_w_z + qd[6];
-    /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sine[6];
-    const double arm_theta_2_cos = cosine[6];
-    const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_y_z = arm_psi_2_ground_y_x * arm_theta_2_sin + arm_phi_1_ground_y_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_y_x = arm_psi_2_ground_y_x * arm_theta_2_cos - arm_phi_1_ground_y_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_z_z = arm_psi_2_ground_z_x * arm_theta_2_sin + arm_phi_1_ground_z_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_z_x = arm_psi_2_ground_z_x * arm_theta_2_cos - arm_phi_1_ground_z_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_w_z = arm_psi_2_w_x * arm_theta_2_sin + arm_psi_2_w_z * arm_theta_2_cos;
-    const double arm_theta_2_w_x = arm_psi_2_w_x * arm_theta_2_cos - arm_psi_2_w_z * arm_theta_2_sin;
-    const double arm_theta_2_v_z = arm_psi_2_v_x * arm_theta_2_sin + arm_psi_2_v_z * arm_theta_2_cos;
-    const double arm_theta_2_v_x = arm_psi_2_v_x * arm_theta_2_cos - arm_psi_2_v_z * arm_theta_2_sin;
-    const double arm_theta_2_bias_a_z = arm_psi_2_bias_a_x * arm_theta_2_sin + arm_psi_2_bias_a_z * arm_theta_2_cos;
-    const double arm_theta_2_bias_a_x = arm_psi_2_bias_a_x * arm_theta_2_cos - arm_psi_2_bias_a_z * arm_theta_2_sin;
-    const double arm_theta_2_bias_a_falling_z = arm_psi_2_bias_a_falling_x * arm_theta_2_sin + arm_psi_2_bias_a_falling_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_bias_a_falling_x = arm_psi_2_bias_a_falling_x * arm_theta_2_cos - arm_psi_2_bias_a_falling_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_bias_wd_x = arm_psi_2_bias_wd_x * arm_theta_2_cos - arm_phi_1_bias_wd_z * arm_theta_2_sin -
-        arm_theta_2_w_z * qd[7];
-    const double arm_theta_2_bias_wd_z = arm_psi_2_bias_wd_x * arm_theta_2_sin + arm_phi_1_bias_wd_z * arm_theta_2_cos +
-        arm_theta_2_w_x * qd[7];
-    const double arm_theta_2_w_y = arm_psi_2_w_y + qd[7];
-    /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sine[7];
-    const double arm_phi_2_cos = cosine[7];
-    const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_y_z = arm_theta_2_ground_y_z * arm_phi_2_cos - arm_psi_2_ground_y_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_z_y = arm_theta_2_ground_z_z * arm_phi_2_sin + arm_psi_2_ground_z_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_z_z = arm_theta_2_ground_z_z * arm_phi_2_cos - arm_psi_2_ground_z_y * arm_phi_2_sin;
-    const double arm_phi_2_w_y = arm_theta_2_w_z * arm_phi_2_sin + arm_theta_2_w_y * arm_phi_2_cos;
-    const double arm_phi_2_w_z = arm_theta_2_w_z * arm_phi_2_cos - arm_theta_2_w_y * arm_phi_2_sin;
-    const double arm_phi_2_v_y = arm_theta_2_v_z * arm_phi_2_sin + arm_psi_2_v_y * arm_phi_2_cos;
-    const double arm_phi_2_v_z = arm_theta_2_v_z * arm_phi_2_cos - arm_psi_2_v_y * arm_phi_2_sin;
-    const double arm_phi_2_bias_a_y = arm_theta_2_bias_a_z * arm_phi_2_sin + arm_psi_2_bias_a_y * arm_phi_2_cos;
-    const double arm_phi_2_bias_a_z = arm_theta_2_bias_a_z * arm_phi_2_cos - arm_psi_2_bias_a_y * arm_phi_2_sin;
-    const double arm_phi_2_bias_a_falling_y = arm_theta_2_bias_a_falling_z * arm_phi_2_sin + arm_psi_2_bias_a_falling_y *
-        arm_phi_2_cos;
-    const double arm_phi_2_bias_a_falling_z = arm_theta_2_bias_a_falling_z * arm_phi_2_cos - arm_psi_2_bias_a_falling_y *
-        arm_phi_2_sin;
-    const double arm_phi_2_bias_wd_y = arm_theta_2_bias_wd_z * arm_phi_2_sin + arm_psi_2_bias_wd_y * arm_phi_2_cos +
-        arm_phi_2_w_z * qd[8];
-    const double arm_phi_2_bias_wd_z = arm_theta_2_bias_wd_z * arm_phi_2_cos - arm_psi_2_bias_wd_y * arm_phi_2_sin -
-        arm_phi_2_w_y * qd[8];
-    const double arm_phi_2_w_x = arm_theta_2_w_x + qd[8];
-    const double t32 = arm_phi_2_w_y * arm_phi_2_w_x;
-    const double t33 = arm_phi_2_w_z * arm_phi_2_w_z + arm_phi_2_w_y * arm_phi_2_w_y;
-    const double t34 = arm_phi_2_bias_wd_z + t32;
-    const double t35 = arm_phi_2_w_z * arm_phi_2_w_x;
-    const double t36 = t35 - arm_phi_2_bias_wd_y;
-    /* arm_psi_3: motion from arm_phi_2 outward */
+    const double t3 = arm_psi_w_x * qd[2];
+    const double t4 = arm_psi_w_x * arm_psi_w_y;
+    const double t5 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
+    const double t6 = t3 + t3;
+    /* arm_psi_e: motion from arm_psi outward */
+    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
+    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
+    const double arm_psi_e_shift_ground_z = p->derived.constant_3 * arm_psi_sin;
+    const double arm_psi_e_position_z = arm_psi_position_z + arm_psi_e_shift_ground_z;
+    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
+    const double t7 = p->derived.constant_3 * t5;
+    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t4;
+    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t6;
+    const double arm_psi_e_bias_a_falling_x = arm_psi_bias_a_falling_x - t7;
+    const double arm_psi_e_bias_a_falling_y = arm_psi_bias_a_falling_y + arm_psi_e_bias_a_y;
+    double arm_psi_e_ground_x_y[2];
+    double arm_psi_e_ground_y_y[2];
+    double arm_psi_e_ground_z_y[2];
+    double arm_psi_e_position_x_2[2];
+    double arm_psi_e_position_y_2[2];
+    double arm_psi_e_position_z_2[2];
+    double arm_theta_e_ground_x_x[2];
+    double arm_theta_e_ground_y_x[2];
+    double arm_theta_e_ground_z_x[2];
+    double arm_theta_e_bias_a_falling_x[2];
+    double arm_theta_e_bias_wd_x[2];
+    double arm_phi_e_bias_a_falling_y[2];
+    double arm_phi_e_bias_a_falling_z[2];
+    double arm_phi_e_bias_wd_y[2];
+    double arm_phi_e_bias_wd_z[2];
+    double t16[2];
+    double t17[2];
+    double t18[2];
+    double t19[2];
+    double t20[2];
+    double last_arm_phi_e_ground_x_z_at[2];
+    double last_arm_phi_e_ground_y_z_at[2];
+    double last_arm_phi_e_ground_z_z_at[2];
+    double last_arm_phi_e_w_x = arm_psi_w_x;
+    double last_arm_phi_e_w_y = arm_psi_w_y;
+    double last_arm_phi_e_w_z = qd[2];
+    double last_arm_theta_e_v_x = arm_psi_v_x;
+    double last_arm_phi_e_v_y = arm_psi_e_v_y;
+    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
+    double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
+    double last_arm_phi_e_bias_wd_y = -t3;
+    double last_arm_phi_e_bias_wd_z = 0.0;
+    double last_arm_theta_e_bias_a_x = -t7;
+    double last_arm_phi_e_bias_a_y = arm_psi_e_bias_a_y;
+    double last_arm_phi_e_bias_a_z = arm_psi_e_bias_a_z;
+    double last_arm_theta_e_bias_a_falling_x = arm_psi_e_bias_a_falling_x;
+    double last_arm_phi_e_bias_a_falling_y = arm_psi_e_bias_a_falling_y;
+    double last_arm_phi_e_bias_a_falling_z = arm_psi_e_bias_a_z;
+    double carried_15 = -t5;
+    double carried_18 = t4;
+    double carried_21 = t6;
+    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
+    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
+    double last_arm_phi_e_ground_x_z = column_psi_sin;
+    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
+    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
+    double last_arm_phi_e_ground_y_z = -column_psi_cos;
+    double last_arm_theta_e_ground_z_x = arm_psi_sin;
+    double last_arm_phi_e_ground_z_y = arm_psi_cos;
+    double last_arm_phi_e_ground_z_z = 0.0;
+    double last_arm_psi_e_position_x = arm_psi_e_position_x;
+    double last_arm_psi_e_position_y = arm_psi_e_position_y;
+    double last_arm_psi_e_position_z = arm_psi_e_position_z;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        last_arm_phi_e_ground_x_z_at[e] = last_arm_phi_e_ground_x_z;
+        last_arm_phi_e_ground_y_z_at[e] = last_arm_phi_e_ground_y_z;
+        last_arm_phi_e_ground_z_z_at[e] = last_arm_phi_e_ground_z_z;
+        /* arm_psi_e: motion from arm_psi_e outward */
+        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
+        arm_psi_e_ground_x_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
+        arm_psi_e_ground_y_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
+        arm_psi_e_ground_z_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
+        arm_psi_e_position_x_2[e] = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
+        arm_psi_e_position_y_2[e] = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
+        arm_psi_e_position_z_2[e] = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
+        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
+        const double t8 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_x = arm_psi_e_sin * t8 + arm_psi_e_cos * last_arm_theta_e_v_x;
+        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t8 - arm_psi_e_sin * last_arm_theta_e_v_x;
+        const double t9 = p->derived.arm_element_length * carried_15;
+        const double t10 = p->derived.arm_element_length * carried_18;
+        const double t11 = p->derived.arm_element_length * carried_21;
+        const double t12 = last_arm_theta_e_bias_a_x + t9;
+        const double t13 = last_arm_phi_e_bias_a_y + t10;
+        const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + t11;
+        const double arm_psi_e_bias_a_x_2 = arm_psi_e_sin * t13 + arm_psi_e_cos * t12;
+        const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t13 - arm_psi_e_sin * t12;
+        const double t14 = last_arm_theta_e_bias_a_falling_x + t9;
+        const double t15 = last_arm_phi_e_bias_a_falling_y + t10;
+        const double arm_psi_e_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + t11;
+        const double arm_psi_e_bias_a_falling_x_2 = arm_psi_e_sin * t15 + arm_psi_e_cos * t14;
+        const double arm_psi_e_bias_a_falling_y_2 = arm_psi_e_cos * t15 - arm_psi_e_sin * t14;
+        const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
+        qd[3 + 3 * e] * arm_psi_e_w_y;
+        const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
+        qd[3 + 3 * e] * arm_psi_e_w_x;
+        const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
+        /* arm_theta_e: motion from arm_psi_e outward */
+        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
+        arm_theta_e_ground_x_x[e] = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
+        arm_theta_e_ground_y_x[e] = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
+        arm_theta_e_ground_z_x[e] = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
+        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
+        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
+        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
+        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
+        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_a_falling_z = arm_theta_e_sin * arm_psi_e_bias_a_falling_x_2 + arm_theta_e_cos *
+        arm_psi_e_bias_a_falling_z;
+        arm_theta_e_bias_a_falling_x[e] = arm_theta_e_cos * arm_psi_e_bias_a_falling_x_2 - arm_theta_e_sin *
+        arm_psi_e_bias_a_falling_z;
+        arm_theta_e_bias_wd_x[e] = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
+        qd[4 + 3 * e] * arm_theta_e_w_z;
+        const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
+        qd[4 + 3 * e] * arm_theta_e_w_x;
+        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
+        /* arm_phi_e: motion from arm_theta_e outward */
+        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
+        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
+        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y[e];
+        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y[e];
+        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y[e];
+        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y[e];
+        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
+        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
+        const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
+        const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
+        const double arm_phi_e_bias_a_y = arm_phi_e_sin * arm_theta_e_bias_a_z + arm_phi_e_cos * arm_psi_e_bias_a_y_2;
+        const double arm_phi_e_bias_a_z = arm_phi_e_cos * arm_theta_e_bias_a_z - arm_phi_e_sin * arm_psi_e_bias_a_y_2;
+        arm_phi_e_bias_a_falling_y[e] = arm_phi_e_sin * arm_theta_e_bias_a_falling_z + arm_phi_e_cos * arm_psi_e_bias_a_falling_y_2;
+        arm_phi_e_bias_a_falling_z[e] = arm_phi_e_cos * arm_theta_e_bias_a_falling_z - arm_phi_e_sin * arm_psi_e_bias_a_falling_y_2;
+        arm_phi_e_bias_wd_y[e] = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
+        qd[5 + 3 * e] * arm_phi_e_w_z;
+        arm_phi_e_bias_wd_z[e] = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
+        qd[5 + 3 * e] * arm_phi_e_w_y;
+        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
+        t16[e] = arm_phi_e_w_y * arm_phi_e_w_x;
+        t17[e] = arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y;
+        t18[e] = arm_phi_e_bias_wd_z[e] + t16[e];
+        t19[e] = arm_phi_e_w_z * arm_phi_e_w_x;
+        t20[e] = t19[e] - arm_phi_e_bias_wd_y[e];
+        const double next_carried_15 = -t17[e];
+        last_arm_phi_e_w_x = arm_phi_e_w_x;
+        last_arm_phi_e_w_y = arm_phi_e_w_y;
+        last_arm_phi_e_w_z = arm_phi_e_w_z;
+        last_arm_theta_e_v_x = arm_theta_e_v_x;
+        last_arm_phi_e_v_y = arm_phi_e_v_y;
+        last_arm_phi_e_v_z = arm_phi_e_v_z;
+        last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x[e];
+        last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y[e];
+        last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z[e];
+        last_arm_theta_e_bias_a_x = arm_theta_e_bias_a_x;
+        last_arm_phi_e_bias_a_y = arm_phi_e_bias_a_y;
+        last_arm_phi_e_bias_a_z = arm_phi_e_bias_a_z;
+        last_arm_theta_e_bias_a_falling_x = arm_theta_e_bias_a_falling_x[e];
+        last_arm_phi_e_bias_a_falling_y = arm_phi_e_bias_a_falling_y[e];
+        last_arm_phi_e_bias_a_falling_z = arm_phi_e_bias_a_falling_z[e];
+        carried_15 = next_carried_15;
+        carried_18 = t18[e];
+        carried_21 = t20[e];
+        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x[e];
+        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
+        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
+        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x[e];
+        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
+        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
+        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x[e];
+        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
+        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
+        last_arm_psi_e_position_x = arm_psi_e_position_x_2[e];
+        last_arm_psi_e_position_y = arm_psi_e_position_y_2[e];
+        last_arm_psi_e_position_z = arm_psi_e_position_z_2[e];
+    }
+    /* arm_psi_3: motion from arm_psi_e outward */
     const double arm_psi_3_sin = sine[8];
     const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = arm_phi_2_ground_y_y * arm_psi_3_cos - arm_theta_2_ground_y_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_z_x = arm_phi_2_ground_z_y * arm_psi_3_sin + arm_theta_2_ground_z_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_z_y = arm_phi_2_ground_z_y * arm_psi_3_cos - arm_theta_2_ground_z_x * arm_psi_3_sin;
-    const double arm_psi_3_position_x = arm_psi_2_position_x + p->derived.arm_element_length * arm_theta_2_ground_x_x;
-    const double arm_psi_3_position_y = arm_psi_2_position_y + p->derived.arm_element_length * arm_theta_2_ground_y_x;
-    const double arm_psi_3_position_z = arm_psi_2_position_z + p->derived.arm_element_length * arm_theta_2_ground_z_x;
-    const double arm_psi_3_w_x = arm_phi_2_w_y * arm_psi_3_sin + arm_phi_2_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = arm_phi_2_w_y * arm_psi_3_cos - arm_phi_2_w_x * arm_psi_3_sin;
-    const double t37 = arm_phi_2_v_y + p->derived.arm_element_length * arm_phi_2_w_z;
-    const double arm_psi_3_v_z = arm_phi_2_v_z - p->derived.arm_element_length * arm_phi_2_w_y;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t37 + arm_theta_2_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t37 - arm_theta_2_v_x * arm_psi_3_sin;
-    const double t38 = p->derived.arm_element_length * t33;
-    const double t39 = p->derived.arm_element_length * t34;
-    const double t40 = p->derived.arm_element_length * t36;
-    const double t41 = arm_theta_2_bias_a_x - t38;
-    const double t42 = arm_phi_2_bias_a_y + t39;
-    const double arm_psi_3_bias_a_z = arm_phi_2_bias_a_z + t40;
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t42 + arm_psi_3_cos * t41;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t42 - arm_psi_3_sin * t41;
-    const double t43 = arm_theta_2_bias_a_falling_x - t38;
-    const double t44 = arm_phi_2_bias_a_falling_y + t39;
-    const double arm_psi_3_bias_a_falling_z = arm_phi_2_bias_a_falling_z + t40;
-    const double arm_psi_3_bias_a_falling_x = arm_psi_3_sin * t44 + arm_psi_3_cos * t43;
-    const double arm_psi_3_bias_a_falling_y = arm_psi_3_cos * t44 - arm_psi_3_sin * t43;
-    const double arm_psi_3_bias_wd_x = arm_phi_2_bias_wd_y * arm_psi_3_sin + arm_theta_2_bias_wd_x * arm_psi_3_cos +
-        arm_psi_3_w_y * qd[9];
-    const double arm_psi_3_bias_wd_y = arm_phi_2_bias_wd_y * arm_psi_3_cos - arm_theta_2_bias_wd_x * arm_psi_3_sin -
-        arm_psi_3_w_x * qd[9];
-    const double arm_psi_3_w_z = arm_phi_2_w_z + qd[9];
+    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_x_y = last_arm_phi_e_ground_x_y * arm_psi_3_cos - last_arm_theta_e_ground_x_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_y_y = last_arm_phi_e_ground_y_y * arm_psi_3_cos - last_arm_theta_e_ground_y_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_ground_z_y = last_arm_phi_e_ground_z_y * arm_psi_3_cos - last_arm_theta_e_ground_z_x *
+        arm_psi_3_sin;
+    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
+    const double arm_psi_3_position_y = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
+    const double arm_psi_3_position_z = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
+    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
+    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
+    const double t21 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+    const double arm_psi_3_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+    const double arm_psi_3_v_x = arm_psi_3_sin * t21 + last_arm_theta_e_v_x * arm_psi_3_cos;
+    const double arm_psi_3_v_y = arm_psi_3_cos * t21 - last_arm_theta_e_v_x * arm_psi_3_sin;
+    const double t22 = p->derived.arm_element_length * carried_15;
+    const double t23 = p->derived.arm_element_length * carried_18;
+    const double t24 = p->derived.arm_element_length * carried_21;
+    const double t25 = last_arm_theta_e_bias_a_x + t22;
+    const double t26 = last_arm_phi_e_bias_a_y + t23;
+    const double arm_psi_3_bias_a_z = last_arm_phi_e_bias_a_z + t24;
+    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t26 + arm_psi_3_cos * t25;
+    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t26 - arm_psi_3_sin * t25;
+    const double t27 = last_arm_theta_e_bias_a_falling_x + t22;
+    const double t28 = last_arm_phi_e_bias_a_falling_y + t23;
+    const double arm_psi_3_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + t24;
+    const double arm_psi_3_bias_a_falling_x = arm_psi_3_sin * t28 + arm_psi_3_cos * t27;
+    const double arm_psi_3_bias_a_falling_y = arm_psi_3_cos * t28 - arm_psi_3_sin * t27;
+    const double arm_psi_3_bias_wd_x = last_arm_phi_e_bias_wd_y * arm_psi_3_sin + last_arm_theta_e_bias_wd_x *
+        arm_psi_3_cos + arm_psi_3_w_y * qd[9];
+    const double arm_psi_3_bias_wd_y = last_arm_phi_e_bias_wd_y * arm_psi_3_cos - last_arm_theta_e_bias_wd_x *
+        arm_psi_3_sin - arm_psi_3_w_x * qd[9];
+    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sine[9];
     const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + last_arm_phi_e_ground_x_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + arm_phi_2_ground_y_z *
+    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + last_arm_phi_e_ground_y_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
+    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
         arm_theta_3_sin;
-    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + arm_phi_2_ground_z_z *
+    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + last_arm_phi_e_ground_z_z *
         arm_theta_3_cos;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - arm_phi_2_ground_z_z *
+    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
         arm_theta_3_sin;
     const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
     const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
@@ -5899,10 +6013,10 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         arm_theta_3_cos;
     const double arm_theta_3_bias_a_falling_x = arm_psi_3_bias_a_falling_x * arm_theta_3_cos - arm_psi_3_bias_a_falling_z *
         arm_theta_3_sin;
-    const double arm_theta_3_bias_wd_x = arm_psi_3_bias_wd_x * arm_theta_3_cos - arm_phi_2_bias_wd_z * arm_theta_3_sin -
-        arm_theta_3_w_z * qd[10];
-    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + arm_phi_2_bias_wd_z * arm_theta_3_cos +
-        arm_theta_3_w_x * qd[10];
+    const double arm_theta_3_bias_wd_x = arm_psi_3_bias_wd_x * arm_theta_3_cos - last_arm_phi_e_bias_wd_z *
+        arm_theta_3_sin - arm_theta_3_w_z * qd[10];
+    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + last_arm_phi_e_bias_wd_z *
+        arm_theta_3_cos + arm_theta_3_w_x * qd[10];
     const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
     /* arm_phi_3: motion from arm_theta_3 outward */
     const double arm_phi_3_sin = sine[10];
@@ -5911,9 +6025,9 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
     const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
     const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t45 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t46 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t46 - t45;
+    const double t29 = arm_theta_3_w_y * arm_phi_3_sin;
+    const double t30 = arm_theta_3_w_z * arm_phi_3_cos;
+    const double arm_phi_3_w_z = t30 - t29;
     const double arm_phi_3_v_y = arm_theta_3_v_z * arm_phi_3_sin + arm_psi_3_v_y * arm_phi_3_cos;
     const double arm_phi_3_v_z = arm_theta_3_v_z * arm_phi_3_cos - arm_psi_3_v_y * arm_phi_3_sin;
     const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
@@ -5927,36 +6041,39 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double arm_phi_3_bias_wd_z = arm_theta_3_bias_wd_z * arm_phi_3_cos - arm_psi_3_bias_wd_y * arm_phi_3_sin -
         arm_phi_3_w_y * qd[11];
     const double arm_phi_3_w_x = arm_theta_3_w_x + qd[11];
-    const double t47 = arm_phi_3_w_y * arm_phi_3_w_x;
-    const double t48 = arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y * arm_phi_3_w_y;
-    const double t49 = arm_phi_3_bias_wd_z + t47;
-    const double t50 = arm_phi_3_w_z * arm_phi_3_w_x;
-    const double t51 = t50 - arm_phi_3_bias_wd_y;
+    const double t31 = arm_phi_3_w_y * arm_phi_3_w_x;
+    const double t32 = arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y * arm_phi_3_w_y;
+    const double t33 = arm_phi_3_bias_wd_z + t31;
+    const double t34 = arm_phi_3_w_z * arm_phi_3_w_x;
+    const double t35 = t34 - arm_phi_3_bias_wd_y;
     /* effector_z: motion from arm_phi_3 outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
     const double effector_z_ground_x_x = arm_psi_3_ground_x_y * arm_phi_3_sin - arm_theta_3_ground_x_z * arm_phi_3_cos;
     const double effector_z_ground_y_x = arm_psi_3_ground_y_y * arm_phi_3_sin - arm_theta_3_ground_y_z * arm_phi_3_cos;
     const double effector_z_ground_z_x = arm_psi_3_ground_z_y * arm_phi_3_sin - arm_theta_3_ground_z_z * arm_phi_3_cos;
-    const double effector_z_position_x = arm_psi_3_position_x + arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = arm_psi_3_position_y + arm_theta_3_ground_y_x * effector_z_shift_x;
-    const double effector_z_position_z = arm_psi_3_position_z + arm_theta_3_ground_z_x * effector_z_shift_x;
-    const double effector_z_w_x = t45 - t46;
+    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
+    const double effector_z_shift_ground_y = arm_theta_3_ground_y_x * effector_z_shift_x;
+    const double effector_z_shift_ground_z = arm_theta_3_ground_z_x * effector_z_shift_x;
+    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
+    const double effector_z_position_y = arm_psi_3_position_y + effector_z_shift_ground_y;
+    const double effector_z_position_z = arm_psi_3_position_z + effector_z_shift_ground_z;
+    const double effector_z_w_x = t29 - t30;
     const double effector_z_v_y = arm_phi_3_v_y + arm_phi_3_w_z * effector_z_shift_x;
     const double effector_z_v_x = arm_phi_3_w_y * effector_z_shift_x - arm_phi_3_v_z;
-    const double t52 = t48 * effector_z_shift_x;
-    const double t53 = t49 * effector_z_shift_x;
-    const double t54 = t51 * effector_z_shift_x;
-    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - t52;
-    const double effector_z_bias_a_falling_z = arm_theta_3_bias_a_falling_x - t52;
-    const double t55 = arm_phi_3_w_y * qd[12];
-    const double t56 = effector_z_w_x * qd[12];
-    const double t57 = t55 + t55;
-    const double t58 = t56 + t56;
+    const double t36 = t32 * effector_z_shift_x;
+    const double t37 = t33 * effector_z_shift_x;
+    const double t38 = t35 * effector_z_shift_x;
+    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - t36;
+    const double effector_z_bias_a_falling_z = arm_theta_3_bias_a_falling_x - t36;
+    const double t39 = arm_phi_3_w_y * qd[12];
+    const double t40 = effector_z_w_x * qd[12];
+    const double t41 = t39 + t39;
+    const double t42 = t40 + t40;
     const double effector_z_v_z = arm_theta_3_v_x + qd[12];
-    const double effector_z_bias_a_x = t57 - (arm_phi_3_bias_a_z + t54);
-    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + t53 - t58;
-    const double effector_z_bias_a_falling_x = t57 - (arm_phi_3_bias_a_falling_z + t54);
-    const double effector_z_bias_a_falling_y = arm_phi_3_bias_a_falling_y + t53 - t58;
+    const double effector_z_bias_a_x = t41 - (arm_phi_3_bias_a_z + t38);
+    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + t37 - t42;
+    const double effector_z_bias_a_falling_x = t41 - (arm_phi_3_bias_a_falling_z + t38);
+    const double effector_z_bias_a_falling_y = arm_phi_3_bias_a_falling_y + t37 - t42;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = effector_z_ground_x_x * effector_z_v_x + arm_phi_3_ground_x_y * effector_z_v_y +
         arm_theta_3_ground_x_x * effector_z_v_z;
@@ -5970,121 +6087,128 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         arm_theta_3_ground_y_x * effector_z_bias_a_z;
     const double point_E_bias_z = effector_z_ground_z_x * effector_z_bias_a_x + arm_phi_3_ground_z_y * effector_z_bias_a_y +
         arm_theta_3_ground_z_x * effector_z_bias_a_z;
-    const double t59 = effector_z_position_z - arm_psi_position_z;
+    const double t43 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    const double t60 = effector_z_position_x - arm_psi_1_position_x;
-    const double t61 = effector_z_position_y - arm_psi_1_position_y;
-    const double t62 = effector_z_position_z - arm_psi_1_position_z;
-    const double row_2_u_arm_psi_1 = column_psi_cos * t60 + column_psi_sin * t61;
-    const double row_2_u_arm_theta_1 = t9 * t60 - t8 * t61;
-    const double row_2_u_arm_phi_1 = arm_theta_1_ground_x_x * t61 - arm_theta_1_ground_y_x * t60;
-    const double t63 = effector_z_position_x - arm_psi_2_position_x;
-    const double t64 = effector_z_position_y - arm_psi_2_position_y;
-    const double t65 = effector_z_position_z - arm_psi_2_position_z;
-    const double row_2_u_arm_psi_2 = arm_phi_1_ground_x_z * t64 - arm_phi_1_ground_y_z * t63;
-    const double row_2_u_arm_theta_2 = arm_psi_2_ground_x_y * t64 - arm_psi_2_ground_y_y * t63;
-    const double row_2_u_arm_phi_2 = arm_theta_2_ground_x_x * t64 - arm_theta_2_ground_y_x * t63;
-    const double t66 = effector_z_position_x - arm_psi_3_position_x;
-    const double t67 = effector_z_position_y - arm_psi_3_position_y;
-    const double t68 = effector_z_position_z - arm_psi_3_position_z;
-    const double row_2_u_arm_psi_3 = arm_phi_2_ground_x_z * t67 - arm_phi_2_ground_y_z * t66;
-    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t67 - arm_psi_3_ground_y_y * t66;
-    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t67 - arm_theta_3_ground_y_x * t66;
+    const double t44 = effector_z_position_x - arm_psi_3_position_x;
+    const double t45 = effector_z_position_y - arm_psi_3_position_y;
+    const double t46 = effector_z_position_z - arm_psi_3_position_z;
+    const double row_2_u_arm_psi_3 = last_arm_phi_e_ground_x_z * t45 - last_arm_phi_e_ground_y_z * t44;
+    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t45 - arm_psi_3_ground_y_y * t44;
+    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t45 - arm_theta_3_ground_y_x * t44;
     /* effector_z: composite pseudo-inertia of all beyond, inward */
-    const double t69 = p->m_E * effector_z_shift_x;
+    const double t47 = p->m_E * effector_z_shift_x;
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t69;
-    const double arm_phi_3_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t69;
+    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t47;
+    const double arm_phi_3_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t47;
     /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
-    const double t70 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
+    const double t48 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
     const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
-    const double t71 = arm_theta_3_sin * (arm_phi_3_inertia_beyond_yy - p->derived.arm_psi_inertia_xx);
-    const double t72 = arm_theta_3_sin * t71;
-    const double arm_psi_3_inertia_beyond_zz = arm_phi_3_inertia_beyond_yy - t72;
-    const double arm_psi_3_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + t72;
-    const double arm_psi_3_inertia_beyond_xz = arm_theta_3_cos * t71;
+    const double t49 = arm_theta_3_sin * (arm_phi_3_inertia_beyond_yy - p->derived.arm_psi_inertia_xx);
+    const double t50 = arm_theta_3_sin * t49;
+    const double arm_psi_3_inertia_beyond_zz = arm_phi_3_inertia_beyond_yy - t50;
+    const double arm_psi_3_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + t50;
+    const double arm_psi_3_inertia_beyond_xz = arm_theta_3_cos * t49;
     /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
-    const double t73 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
-    const double arm_phi_2_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
-    const double t74 = arm_psi_3_sin * (arm_psi_3_inertia_beyond_xx - arm_phi_3_inertia_beyond_yy);
-    const double t75 = arm_psi_3_sin * t74;
-    const double t76 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xz;
-    const double arm_phi_2_inertia_beyond_yz = arm_psi_3_sin * arm_psi_3_inertia_beyond_xz;
-    const double t77 = t73 + p->derived.constant_2;
-    const double t78 = p->derived.arm_element_length * (t73 + t77);
-    const double arm_phi_2_inertia_beyond_xy = arm_psi_3_cos * t74 - p->derived.arm_element_length * arm_phi_2_moment_beyond_y;
-    const double arm_phi_2_inertia_beyond_xz = t76 + p->derived.arm_element_length * t70;
+    const double t51 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
+    const double arm_phi_e_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
+    const double t52 = arm_psi_3_sin * (arm_psi_3_inertia_beyond_xx - arm_phi_3_inertia_beyond_yy);
+    const double t53 = arm_psi_3_sin * t52;
+    const double t54 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xz;
+    const double arm_phi_e_inertia_beyond_yz = arm_psi_3_sin * arm_psi_3_inertia_beyond_xz;
+    const double t55 = t51 + p->derived.constant_4;
+    const double t56 = p->derived.arm_element_length * (t51 + t55);
+    const double arm_phi_e_inertia_beyond_xy = arm_psi_3_cos * t52 - p->derived.arm_element_length * arm_phi_e_moment_beyond_y;
+    const double arm_phi_e_inertia_beyond_xz = t54 + p->derived.arm_element_length * t48;
+    /* arm_phi_e: composite pseudo-inertia of all beyond, inward */
+    const double arm_phi_e_moment_beyond_x = p->derived.arm_phi_1_moment_x + t55;
+    const double arm_phi_e_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_3_inertia_beyond_xx -
+        t53);
+    const double arm_phi_e_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_phi_3_inertia_beyond_yy +
+        t53 + t56);
+    const double arm_phi_e_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_inertia_beyond_zz +
+        t56);
+    /* arm_psi_1: motion from arm_psi outward */
+    const double arm_psi_1_sin = sine[2];
+    const double arm_psi_1_cos = cosine[2];
+    /* arm_theta_1: motion from arm_psi_1 outward */
+    const double arm_theta_1_sin = sine[3];
+    const double arm_theta_1_cos = cosine[3];
+    /* arm_phi_1: motion from arm_theta_1 outward */
+    const double arm_phi_1_sin = sine[4];
+    const double arm_phi_1_cos = cosine[4];
+    /* arm_psi_2: motion from arm_phi_1 outward */
+    const double arm_psi_2_sin = sine[5];
+    const double arm_psi_2_cos = cosine[5];
+    /* arm_theta_2: motion from arm_psi_2 outward */
+    const double arm_theta_2_sin = sine[6];
+    const double arm_theta_2_cos = cosine[6];
+    /* arm_phi_2: motion from arm_theta_2 outward */
+    const double arm_phi_2_sin = sine[7];
+    const double arm_phi_2_cos = cosine[7];
     /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + t77;
-    const double arm_phi_2_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_3_inertia_beyond_xx -
-        t75);
-    const double arm_phi_2_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_phi_3_inertia_beyond_yy +
-        t75 + t78);
-    const double arm_phi_2_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_inertia_beyond_zz +
-        t78);
-    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t70 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
-    const double t79 = arm_phi_2_sin * arm_phi_2_moment_beyond_y;
-    const double t80 = arm_phi_2_cos * t70;
-    const double arm_theta_2_moment_beyond_z = t79 - t80;
-    const double t81 = arm_phi_2_cos * (arm_phi_2_inertia_beyond_yz + arm_phi_2_inertia_beyond_yz) + arm_phi_2_sin *
-        (arm_phi_2_inertia_beyond_yy - arm_phi_2_inertia_beyond_zz);
-    const double t82 = arm_phi_2_sin * t81;
-    const double arm_theta_2_inertia_beyond_yy = arm_phi_2_inertia_beyond_yy - t82;
-    const double arm_theta_2_inertia_beyond_zz = arm_phi_2_inertia_beyond_zz + t82;
-    const double arm_theta_2_inertia_beyond_yz = arm_phi_2_cos * t81 - arm_phi_2_inertia_beyond_yz;
-    const double arm_theta_2_inertia_beyond_xy = arm_phi_2_cos * arm_phi_2_inertia_beyond_xy - arm_phi_2_sin *
-        arm_phi_2_inertia_beyond_xz;
-    const double arm_theta_2_inertia_beyond_xz = arm_phi_2_cos * arm_phi_2_inertia_beyond_xz + arm_phi_2_sin *
-        arm_phi_2_inertia_beyond_xy;
+    const double arm_theta_2_moment_beyond_y = t48 * arm_phi_2_sin + arm_phi_e_moment_beyond_y * arm_phi_2_cos;
+    const double t57 = arm_phi_e_moment_beyond_y * arm_phi_2_sin;
+    const double t58 = t48 * arm_phi_2_cos;
+    const double arm_theta_2_moment_beyond_z = t57 - t58;
+    const double t59 = (arm_phi_e_inertia_beyond_yz + arm_phi_e_inertia_beyond_yz) * arm_phi_2_cos + (arm_phi_e_inertia_beyond_yy -
+        arm_phi_e_inertia_beyond_zz) * arm_phi_2_sin;
+    const double t60 = arm_phi_2_sin * t59;
+    const double arm_theta_2_inertia_beyond_yy = arm_phi_e_inertia_beyond_yy - t60;
+    const double arm_theta_2_inertia_beyond_zz = arm_phi_e_inertia_beyond_zz + t60;
+    const double arm_theta_2_inertia_beyond_yz = arm_phi_2_cos * t59 - arm_phi_e_inertia_beyond_yz;
+    const double arm_theta_2_inertia_beyond_xy = arm_phi_e_inertia_beyond_xy * arm_phi_2_cos - arm_phi_e_inertia_beyond_xz *
+        arm_phi_2_sin;
+    const double arm_theta_2_inertia_beyond_xz = arm_phi_e_inertia_beyond_xz * arm_phi_2_cos + arm_phi_e_inertia_beyond_xy *
+        arm_phi_2_sin;
     /* arm_theta_2: composite pseudo-inertia of all beyond, inward */
-    const double t83 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
-    const double t84 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
-    const double arm_psi_2_moment_beyond_z = t84 - t83;
-    const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_theta_2_cos *
-        arm_phi_2_moment_beyond_x;
-    const double t85 = arm_theta_2_cos * (arm_theta_2_inertia_beyond_xz + arm_theta_2_inertia_beyond_xz) +
-        arm_theta_2_sin * (arm_theta_2_inertia_beyond_zz - arm_phi_2_inertia_beyond_xx);
-    const double t86 = arm_theta_2_sin * t85;
-    const double arm_psi_2_inertia_beyond_zz = arm_theta_2_inertia_beyond_zz - t86;
-    const double arm_psi_2_inertia_beyond_xx = arm_phi_2_inertia_beyond_xx + t86;
-    const double arm_psi_2_inertia_beyond_xz = arm_theta_2_cos * t85 - arm_theta_2_inertia_beyond_xz;
+    const double t61 = arm_phi_e_moment_beyond_x * arm_theta_2_sin;
+    const double t62 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
+    const double arm_psi_2_moment_beyond_z = t62 - t61;
+    const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_phi_e_moment_beyond_x *
+        arm_theta_2_cos;
+    const double t63 = arm_theta_2_cos * (arm_theta_2_inertia_beyond_xz + arm_theta_2_inertia_beyond_xz) +
+        arm_theta_2_sin * (arm_theta_2_inertia_beyond_zz - arm_phi_e_inertia_beyond_xx);
+    const double t64 = arm_theta_2_sin * t63;
+    const double arm_psi_2_inertia_beyond_zz = arm_theta_2_inertia_beyond_zz - t64;
+    const double arm_psi_2_inertia_beyond_xx = arm_phi_e_inertia_beyond_xx + t64;
+    const double arm_psi_2_inertia_beyond_xz = arm_theta_2_cos * t63 - arm_theta_2_inertia_beyond_xz;
     const double arm_psi_2_inertia_beyond_yz = arm_theta_2_cos * arm_theta_2_inertia_beyond_yz - arm_theta_2_sin *
         arm_theta_2_inertia_beyond_xy;
     const double arm_psi_2_inertia_beyond_xy = arm_theta_2_cos * arm_theta_2_inertia_beyond_xy + arm_theta_2_sin *
         arm_theta_2_inertia_beyond_yz;
     /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
-    const double t87 = arm_psi_2_cos * arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y;
+    const double t65 = arm_psi_2_cos * arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y;
     const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
-    const double t88 = arm_psi_2_cos * (arm_psi_2_inertia_beyond_xy + arm_psi_2_inertia_beyond_xy) + arm_psi_2_sin *
+    const double t66 = arm_psi_2_cos * (arm_psi_2_inertia_beyond_xy + arm_psi_2_inertia_beyond_xy) + arm_psi_2_sin *
         (arm_psi_2_inertia_beyond_xx - arm_theta_2_inertia_beyond_yy);
-    const double t89 = arm_psi_2_sin * t88;
-    const double t90 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xz - arm_psi_2_sin * arm_psi_2_inertia_beyond_yz;
+    const double t67 = arm_psi_2_sin * t66;
+    const double t68 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xz - arm_psi_2_sin * arm_psi_2_inertia_beyond_yz;
     const double arm_phi_1_inertia_beyond_yz = arm_psi_2_cos * arm_psi_2_inertia_beyond_yz + arm_psi_2_sin *
         arm_psi_2_inertia_beyond_xz;
-    const double t91 = t87 + p->derived.constant_3;
-    const double t92 = p->derived.arm_element_length * (t87 + t91);
-    const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t88 - arm_psi_2_inertia_beyond_xy - p->derived.arm_element_length *
+    const double t69 = p->derived.constant_5 + t65;
+    const double t70 = p->derived.arm_element_length * (t65 + t69);
+    const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t66 - arm_psi_2_inertia_beyond_xy - p->derived.arm_element_length *
         arm_phi_1_moment_beyond_y;
-    const double arm_phi_1_inertia_beyond_xz = t90 - p->derived.arm_element_length * arm_psi_2_moment_beyond_z;
+    const double arm_phi_1_inertia_beyond_xz = t68 - p->derived.arm_element_length * arm_psi_2_moment_beyond_z;
     /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + t91;
+    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + t69;
     const double arm_phi_1_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_2_inertia_beyond_xx -
-        t89);
+        t67);
     const double arm_phi_1_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_theta_2_inertia_beyond_yy +
-        t89 + t92);
+        t67 + t70);
     const double arm_phi_1_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_2_inertia_beyond_zz +
-        t92);
-    const double t93 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
-    const double t94 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
-    const double arm_theta_1_moment_beyond_y = t94 - t93;
-    const double t95 = arm_phi_1_sin * arm_phi_1_moment_beyond_y;
-    const double arm_theta_1_moment_beyond_z = t95 + arm_phi_1_cos * arm_psi_2_moment_beyond_z;
-    const double t96 = arm_phi_1_cos * (arm_phi_1_inertia_beyond_yz + arm_phi_1_inertia_beyond_yz) + arm_phi_1_sin *
+        t70);
+    const double t71 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
+    const double t72 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
+    const double arm_theta_1_moment_beyond_y = t72 - t71;
+    const double t73 = arm_phi_1_sin * arm_phi_1_moment_beyond_y;
+    const double arm_theta_1_moment_beyond_z = t73 + arm_phi_1_cos * arm_psi_2_moment_beyond_z;
+    const double t74 = arm_phi_1_cos * (arm_phi_1_inertia_beyond_yz + arm_phi_1_inertia_beyond_yz) + arm_phi_1_sin *
         (arm_phi_1_inertia_beyond_yy - arm_phi_1_inertia_beyond_zz);
-    const double t97 = arm_phi_1_sin * t96;
-    const double arm_theta_1_inertia_beyond_yy = arm_phi_1_inertia_beyond_yy - t97;
-    const double arm_theta_1_inertia_beyond_zz = arm_phi_1_inertia_beyond_zz + t97;
-    const double arm_theta_1_inertia_beyond_yz = arm_phi_1_cos * t96 - arm_phi_1_inertia_beyond_yz;
+    const double t75 = arm_phi_1_sin * t74;
+    const double arm_theta_1_inertia_beyond_yy = arm_phi_1_inertia_beyond_yy - t75;
+    const double arm_theta_1_inertia_beyond_zz = arm_phi_1_inertia_beyond_zz + t75;
+    const double arm_theta_1_inertia_beyond_yz = arm_phi_1_cos * t74 - arm_phi_1_inertia_beyond_yz;
     const double arm_theta_1_inertia_beyond_xy = arm_phi_1_cos * arm_phi_1_inertia_beyond_xy - arm_phi_1_sin *
         arm_phi_1_inertia_beyond_xz;
     const double arm_theta_1_inertia_beyond_xz = arm_phi_1_cos * arm_phi_1_inertia_beyond_xz + arm_phi_1_sin *
@@ -6094,301 +6218,265 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         arm_phi_1_moment_beyond_x;
     const double arm_psi_1_moment_beyond_x = arm_theta_1_sin * arm_theta_1_moment_beyond_z + arm_theta_1_cos *
         arm_phi_1_moment_beyond_x;
-    const double t98 = arm_theta_1_cos * (arm_theta_1_inertia_beyond_xz + arm_theta_1_inertia_beyond_xz) +
+    const double t76 = arm_theta_1_cos * (arm_theta_1_inertia_beyond_xz + arm_theta_1_inertia_beyond_xz) +
         arm_theta_1_sin * (arm_theta_1_inertia_beyond_zz - arm_phi_1_inertia_beyond_xx);
-    const double t99 = arm_theta_1_sin * t98;
-    const double arm_psi_1_inertia_beyond_zz = arm_theta_1_inertia_beyond_zz - t99;
-    const double arm_psi_1_inertia_beyond_xx = arm_phi_1_inertia_beyond_xx + t99;
-    const double arm_psi_1_inertia_beyond_xz = arm_theta_1_cos * t98 - arm_theta_1_inertia_beyond_xz;
+    const double t77 = arm_theta_1_sin * t76;
+    const double arm_psi_1_inertia_beyond_zz = arm_theta_1_inertia_beyond_zz - t77;
+    const double arm_psi_1_inertia_beyond_xx = arm_phi_1_inertia_beyond_xx + t77;
+    const double arm_psi_1_inertia_beyond_xz = arm_theta_1_cos * t76 - arm_theta_1_inertia_beyond_xz;
     const double arm_psi_1_inertia_beyond_yz = arm_theta_1_cos * arm_theta_1_inertia_beyond_yz - arm_theta_1_sin *
         arm_theta_1_inertia_beyond_xy;
     const double arm_psi_1_inertia_beyond_xy = arm_theta_1_cos * arm_theta_1_inertia_beyond_xy + arm_theta_1_sin *
         arm_theta_1_inertia_beyond_yz;
     /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
-    const double t100 = arm_psi_1_cos * arm_psi_1_moment_beyond_x;
-    const double t101 = t100 - arm_psi_1_sin * arm_theta_1_moment_beyond_y;
-    const double t102 = arm_psi_1_sin * arm_psi_1_moment_beyond_x;
-    const double arm_psi_moment_beyond_y = t102 + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
-    const double t103 = arm_psi_1_cos * (arm_psi_1_inertia_beyond_xy + arm_psi_1_inertia_beyond_xy) + arm_psi_1_sin *
+    const double t78 = arm_psi_1_cos * arm_psi_1_moment_beyond_x;
+    const double t79 = t78 - arm_psi_1_sin * arm_theta_1_moment_beyond_y;
+    const double t80 = arm_psi_1_sin * arm_psi_1_moment_beyond_x;
+    const double arm_psi_moment_beyond_y = t80 + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
+    const double t81 = arm_psi_1_cos * (arm_psi_1_inertia_beyond_xy + arm_psi_1_inertia_beyond_xy) + arm_psi_1_sin *
         (arm_psi_1_inertia_beyond_xx - arm_theta_1_inertia_beyond_yy);
-    const double t104 = arm_psi_1_sin * t103;
-    const double t105 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xz - arm_psi_1_sin * arm_psi_1_inertia_beyond_yz;
+    const double t82 = arm_psi_1_sin * t81;
+    const double t83 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xz - arm_psi_1_sin * arm_psi_1_inertia_beyond_yz;
     const double arm_psi_inertia_beyond_yz = arm_psi_1_cos * arm_psi_1_inertia_beyond_yz + arm_psi_1_sin *
         arm_psi_1_inertia_beyond_xz;
-    const double t106 = t101 + p->derived.constant_4;
-    const double t107 = p->derived.constant_1 * (t101 + t106);
-    const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t103 - arm_psi_1_inertia_beyond_xy - p->derived.constant_1 *
+    const double t84 = t79 + p->derived.constant_6;
+    const double t85 = p->derived.constant_1 * (t79 + t84);
+    const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t81 - arm_psi_1_inertia_beyond_xy - p->derived.constant_1 *
         arm_psi_moment_beyond_y;
-    const double arm_psi_inertia_beyond_xz = t105 - p->derived.constant_1 * arm_psi_1_moment_beyond_z;
+    const double arm_psi_inertia_beyond_xz = t83 - p->derived.constant_1 * arm_psi_1_moment_beyond_z;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + t106;
+    const double arm_psi_moment_beyond_x_2 = p->derived.arm_psi_moment_x + t84;
     const double arm_psi_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + (arm_psi_1_inertia_beyond_xx -
-        t104);
+        t82);
     const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (arm_theta_1_inertia_beyond_yy +
-        t104 + t107);
+        t82 + t85);
     const double arm_psi_inertia_beyond_zz = p->derived.arm_psi_inertia_yy + (arm_psi_1_inertia_beyond_zz +
-        t107);
-    const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x - arm_psi_sin * arm_psi_moment_beyond_y;
-    const double t108 = arm_psi_cos * arm_psi_inertia_beyond_yz;
+        t85);
+    const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x_2 - arm_psi_sin * arm_psi_moment_beyond_y;
+    const double t86 = arm_psi_cos * arm_psi_inertia_beyond_yz;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_cos *
         (arm_psi_inertia_beyond_xy + arm_psi_inertia_beyond_xy) + arm_psi_sin * (arm_psi_inertia_beyond_xx -
         arm_psi_inertia_beyond_yy)));
     /* arm_psi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t109 = t93 - t94;
-    const double t110 = t100 + arm_psi_1_sin * t109;
+    const double t87 = t71 - t72;
+    const double t88 = t78 + arm_psi_1_sin * t87;
     /* arm_theta_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t111 = arm_psi_1_sin * arm_psi_1_moment_beyond_z;
+    const double t89 = arm_psi_1_sin * arm_psi_1_moment_beyond_z;
     /* arm_phi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t112 = t83 - t84;
-    const double t113 = arm_phi_1_cos * t112 - t95;
-    const double t114 = t94 + arm_phi_1_sin * t112;
-    const double t115 = arm_theta_1_sin * t114;
-    const double t116 = arm_theta_1_cos * arm_theta_1_inertia_beyond_xz - arm_theta_1_sin * arm_phi_1_inertia_beyond_xx;
-    const double t117 = arm_theta_1_sin * arm_theta_1_inertia_beyond_xz + arm_theta_1_cos * arm_phi_1_inertia_beyond_xx;
-    const double t118 = arm_psi_1_sin * t115 + arm_psi_1_cos * t113;
-    const double t119 = arm_psi_sin * (arm_psi_1_cos * t117 - arm_psi_1_sin * arm_theta_1_inertia_beyond_xy) +
-        arm_psi_cos * (arm_psi_1_sin * t117 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy - p->derived.constant_1 *
-        (arm_theta_1_cos * t114));
+    const double t90 = t61 - t62;
+    const double t91 = arm_phi_1_cos * t90 - t73;
+    const double t92 = t72 + arm_phi_1_sin * t90;
+    const double t93 = arm_theta_1_cos * arm_theta_1_inertia_beyond_xz - arm_theta_1_sin * arm_phi_1_inertia_beyond_xx;
+    const double t94 = arm_theta_1_sin * arm_theta_1_inertia_beyond_xz + arm_theta_1_cos * arm_phi_1_inertia_beyond_xx;
+    const double t95 = arm_theta_1_sin * t92;
+    const double t96 = arm_psi_1_sin * t95 + arm_psi_1_cos * t91;
+    const double t97 = arm_psi_sin * (arm_psi_1_cos * t94 - arm_psi_1_sin * arm_theta_1_inertia_beyond_xy) +
+        arm_psi_cos * (arm_psi_1_sin * t94 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy - p->derived.constant_1 *
+        (arm_theta_1_cos * t92));
     /* arm_psi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t120 = arm_psi_2_inertia_beyond_zz + p->derived.arm_element_length * t87;
-    const double t121 = arm_phi_1_cos * t87;
-    const double t122 = arm_phi_1_sin * t87;
-    const double t123 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yz - arm_phi_1_sin * t120;
-    const double t124 = arm_phi_1_sin * arm_phi_1_inertia_beyond_yz + arm_phi_1_cos * t120;
-    const double t125 = arm_theta_1_sin * t122 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
-    const double t126 = arm_theta_1_cos * t124 - arm_theta_1_sin * t90;
-    const double t127 = arm_theta_1_sin * t124 + arm_theta_1_cos * t90;
-    const double t128 = arm_psi_1_sin * t125 + arm_psi_1_cos * t121;
-    const double t129 = arm_psi_sin * (arm_psi_1_cos * t127 - arm_psi_1_sin * t123) + arm_psi_cos * (arm_psi_1_sin *
-        t127 + arm_psi_1_cos * t123 - p->derived.constant_1 * (arm_theta_1_sin * arm_phi_1_moment_beyond_y +
-        arm_theta_1_cos * t122));
+    const double t98 = arm_psi_2_inertia_beyond_zz + p->derived.arm_element_length * t65;
+    const double t99 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yz - arm_phi_1_sin * t98;
+    const double t100 = arm_phi_1_sin * arm_phi_1_inertia_beyond_yz + arm_phi_1_cos * t98;
+    const double t101 = arm_phi_1_cos * t65;
+    const double t102 = arm_phi_1_sin * t65;
+    const double t103 = arm_theta_1_cos * t100 - arm_theta_1_sin * t68;
+    const double t104 = arm_theta_1_sin * t100 + arm_theta_1_cos * t68;
+    const double t105 = arm_theta_1_sin * t102 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
+    const double t106 = arm_psi_1_sin * t105 + arm_psi_1_cos * t101;
+    const double t107 = arm_psi_sin * (arm_psi_1_cos * t104 - arm_psi_1_sin * t99) + arm_psi_cos * (arm_psi_1_sin *
+        t104 + arm_psi_1_cos * t99 - p->derived.constant_1 * (arm_theta_1_sin * arm_phi_1_moment_beyond_y +
+        arm_theta_1_cos * t102));
     /* arm_theta_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t130 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
-    const double t131 = arm_psi_2_sin * arm_psi_2_moment_beyond_z;
-    const double t132 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xy - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
-    const double t133 = arm_psi_2_sin * arm_psi_2_inertia_beyond_xy + arm_psi_2_cos * arm_theta_2_inertia_beyond_yy +
+    const double t108 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xy - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
+    const double t109 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
+    const double t110 = arm_psi_2_sin * arm_psi_2_moment_beyond_z;
+    const double t111 = arm_psi_2_sin * arm_psi_2_inertia_beyond_xy + arm_psi_2_cos * arm_theta_2_inertia_beyond_yy +
         p->derived.arm_element_length * arm_psi_2_moment_beyond_x;
-    const double t134 = arm_psi_2_inertia_beyond_yz + p->derived.arm_element_length * t131;
-    const double t135 = arm_phi_1_sin * arm_psi_2_moment_beyond_x + arm_phi_1_cos * t131;
-    const double t136 = arm_phi_1_sin * t131 - arm_phi_1_cos * arm_psi_2_moment_beyond_x;
-    const double t137 = arm_phi_1_cos * t133 - arm_phi_1_sin * t134;
-    const double t138 = arm_phi_1_sin * t133 + arm_phi_1_cos * t134;
-    const double t139 = arm_theta_1_sin * t136 + arm_theta_1_cos * t130;
-    const double t140 = arm_theta_1_cos * t138 - arm_theta_1_sin * t132;
-    const double t141 = arm_theta_1_sin * t138 + arm_theta_1_cos * t132;
-    const double t142 = arm_psi_1_sin * t139 + arm_psi_1_cos * t135;
-    const double t143 = arm_psi_sin * (arm_psi_1_cos * t141 - arm_psi_1_sin * t137) + arm_psi_cos * (arm_psi_1_sin *
-        t141 + arm_psi_1_cos * t137 - p->derived.constant_1 * (arm_theta_1_cos * t136 - arm_theta_1_sin *
-        t130));
+    const double t112 = arm_psi_2_inertia_beyond_yz + p->derived.arm_element_length * t110;
+    const double t113 = arm_phi_1_cos * t111 - arm_phi_1_sin * t112;
+    const double t114 = arm_phi_1_sin * t111 + arm_phi_1_cos * t112;
+    const double t115 = arm_phi_1_sin * arm_psi_2_moment_beyond_x + arm_phi_1_cos * t110;
+    const double t116 = arm_phi_1_sin * t110 - arm_phi_1_cos * arm_psi_2_moment_beyond_x;
+    const double t117 = arm_theta_1_cos * t114 - arm_theta_1_sin * t108;
+    const double t118 = arm_theta_1_sin * t114 + arm_theta_1_cos * t108;
+    const double t119 = arm_theta_1_sin * t116 + arm_theta_1_cos * t109;
+    const double t120 = arm_psi_1_sin * t119 + arm_psi_1_cos * t115;
+    const double t121 = arm_psi_sin * (arm_psi_1_cos * t118 - arm_psi_1_sin * t113) + arm_psi_cos * (arm_psi_1_sin *
+        t118 + arm_psi_1_cos * t113 - p->derived.constant_1 * (arm_theta_1_cos * t116 - arm_theta_1_sin *
+        t109));
     /* arm_phi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t144 = t80 - t79;
-    const double t145 = arm_theta_2_cos * arm_theta_2_moment_beyond_y;
-    const double t146 = arm_theta_2_sin * arm_theta_2_moment_beyond_y;
-    const double t147 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz - arm_theta_2_sin * arm_phi_2_inertia_beyond_xx;
-    const double t148 = arm_theta_2_sin * arm_theta_2_inertia_beyond_xz + arm_theta_2_cos * arm_phi_2_inertia_beyond_xx;
-    const double t149 = arm_psi_2_cos * t146 - arm_psi_2_sin * t144;
-    const double t150 = arm_psi_2_sin * t146 + arm_psi_2_cos * t144;
-    const double t151 = arm_psi_2_cos * t148 - arm_psi_2_sin * arm_theta_2_inertia_beyond_xy;
-    const double t152 = arm_psi_2_sin * t148 + arm_psi_2_cos * arm_theta_2_inertia_beyond_xy - p->derived.arm_element_length *
-        t145;
-    const double t153 = t147 + p->derived.arm_element_length * t150;
-    const double t154 = arm_phi_1_cos * t150 - arm_phi_1_sin * t145;
-    const double t155 = arm_phi_1_sin * t150 + arm_phi_1_cos * t145;
-    const double t156 = arm_phi_1_cos * t152 - arm_phi_1_sin * t153;
-    const double t157 = arm_phi_1_sin * t152 + arm_phi_1_cos * t153;
-    const double t158 = arm_theta_1_sin * t155 + arm_theta_1_cos * t149;
-    const double t159 = arm_theta_1_cos * t157 - arm_theta_1_sin * t151;
-    const double t160 = arm_theta_1_sin * t157 + arm_theta_1_cos * t151;
-    const double t161 = arm_psi_1_sin * t158 + arm_psi_1_cos * t154;
-    const double t162 = arm_psi_sin * (arm_psi_1_cos * t160 - arm_psi_1_sin * t156) + arm_psi_cos * (arm_psi_1_sin *
-        t160 + arm_psi_1_cos * t156 - p->derived.constant_1 * (arm_theta_1_cos * t155 - arm_theta_1_sin *
-        t149));
+    const double t122 = t58 - t57;
+    const double t123 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz - arm_phi_e_inertia_beyond_xx * arm_theta_2_sin;
+    const double t124 = arm_theta_2_sin * arm_theta_2_inertia_beyond_xz + arm_phi_e_inertia_beyond_xx * arm_theta_2_cos;
+    const double t125 = arm_theta_2_cos * arm_theta_2_moment_beyond_y;
+    const double t126 = arm_theta_2_sin * arm_theta_2_moment_beyond_y;
+    const double t127 = arm_psi_2_cos * t124 - arm_psi_2_sin * arm_theta_2_inertia_beyond_xy;
+    const double t128 = arm_psi_2_cos * t126 - arm_psi_2_sin * t122;
+    const double t129 = arm_psi_2_sin * t126 + arm_psi_2_cos * t122;
+    const double t130 = arm_psi_2_sin * t124 + arm_psi_2_cos * arm_theta_2_inertia_beyond_xy - p->derived.arm_element_length *
+        t125;
+    const double t131 = t123 + p->derived.arm_element_length * t129;
+    const double t132 = arm_phi_1_cos * t130 - arm_phi_1_sin * t131;
+    const double t133 = arm_phi_1_sin * t130 + arm_phi_1_cos * t131;
+    const double t134 = arm_phi_1_cos * t129 - arm_phi_1_sin * t125;
+    const double t135 = arm_phi_1_sin * t129 + arm_phi_1_cos * t125;
+    const double t136 = arm_theta_1_cos * t133 - arm_theta_1_sin * t127;
+    const double t137 = arm_theta_1_sin * t133 + arm_theta_1_cos * t127;
+    const double t138 = arm_theta_1_sin * t135 + arm_theta_1_cos * t128;
+    const double t139 = arm_psi_1_sin * t138 + arm_psi_1_cos * t134;
+    const double t140 = arm_psi_sin * (arm_psi_1_cos * t137 - arm_psi_1_sin * t132) + arm_psi_cos * (arm_psi_1_sin *
+        t137 + arm_psi_1_cos * t132 - p->derived.constant_1 * (arm_theta_1_cos * t135 - arm_theta_1_sin *
+        t128));
     /* arm_psi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t163 = arm_psi_3_inertia_beyond_zz + p->derived.arm_element_length * t73;
-    const double t164 = arm_phi_2_cos * t73;
-    const double t165 = arm_phi_2_sin * t73;
-    const double t166 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yz - arm_phi_2_sin * t163;
-    const double t167 = arm_phi_2_sin * arm_phi_2_inertia_beyond_yz + arm_phi_2_cos * t163;
-    const double t168 = arm_theta_2_sin * arm_phi_2_moment_beyond_y + arm_theta_2_cos * t165;
-    const double t169 = arm_theta_2_sin * t165 - arm_theta_2_cos * arm_phi_2_moment_beyond_y;
-    const double t170 = arm_theta_2_cos * t167 - arm_theta_2_sin * t76;
-    const double t171 = arm_theta_2_sin * t167 + arm_theta_2_cos * t76;
-    const double t172 = arm_psi_2_cos * t169 - arm_psi_2_sin * t164;
-    const double t173 = arm_psi_2_sin * t169 + arm_psi_2_cos * t164;
-    const double t174 = arm_psi_2_cos * t171 - arm_psi_2_sin * t166;
-    const double t175 = arm_psi_2_sin * t171 + arm_psi_2_cos * t166 - p->derived.arm_element_length * t168;
-    const double t176 = t170 + p->derived.arm_element_length * t173;
-    const double t177 = arm_phi_1_cos * t173 - arm_phi_1_sin * t168;
-    const double t178 = arm_phi_1_sin * t173 + arm_phi_1_cos * t168;
-    const double t179 = arm_phi_1_cos * t175 - arm_phi_1_sin * t176;
-    const double t180 = arm_phi_1_sin * t175 + arm_phi_1_cos * t176;
-    const double t181 = arm_theta_1_sin * t178 + arm_theta_1_cos * t172;
-    const double t182 = arm_theta_1_cos * t180 - arm_theta_1_sin * t174;
-    const double t183 = arm_theta_1_sin * t180 + arm_theta_1_cos * t174;
-    const double t184 = arm_psi_1_sin * t181 + arm_psi_1_cos * t177;
-    const double t185 = arm_psi_sin * (arm_psi_1_cos * t183 - arm_psi_1_sin * t179) + arm_psi_cos * (arm_psi_1_sin *
-        t183 + arm_psi_1_cos * t179 - p->derived.constant_1 * (arm_theta_1_cos * t178 - arm_theta_1_sin *
-        t172));
+    const double t141 = arm_psi_3_inertia_beyond_zz + p->derived.arm_element_length * t51;
+    const double t142 = arm_phi_e_inertia_beyond_yz * arm_phi_2_cos - arm_phi_2_sin * t141;
+    const double t143 = arm_phi_e_inertia_beyond_yz * arm_phi_2_sin + arm_phi_2_cos * t141;
+    const double t144 = t51 * arm_phi_2_cos;
+    const double t145 = t51 * arm_phi_2_sin;
+    const double t146 = arm_theta_2_cos * t143 - t54 * arm_theta_2_sin;
+    const double t147 = arm_theta_2_sin * t143 + t54 * arm_theta_2_cos;
+    const double t148 = arm_phi_e_moment_beyond_y * arm_theta_2_sin + arm_theta_2_cos * t145;
+    const double t149 = arm_theta_2_sin * t145 - arm_phi_e_moment_beyond_y * arm_theta_2_cos;
+    const double t150 = arm_psi_2_cos * t147 - arm_psi_2_sin * t142;
+    const double t151 = arm_psi_2_cos * t149 - arm_psi_2_sin * t144;
+    const double t152 = arm_psi_2_sin * t149 + arm_psi_2_cos * t144;
+    const double t153 = arm_psi_2_sin * t147 + arm_psi_2_cos * t142 - p->derived.arm_element_length * t148;
+    const double t154 = t146 + p->derived.arm_element_length * t152;
+    const double t155 = arm_phi_1_cos * t153 - arm_phi_1_sin * t154;
+    const double t156 = arm_phi_1_sin * t153 + arm_phi_1_cos * t154;
+    const double t157 = arm_phi_1_cos * t152 - arm_phi_1_sin * t148;
+    const double t158 = arm_phi_1_sin * t152 + arm_phi_1_cos * t148;
+    const double t159 = arm_theta_1_cos * t156 - arm_theta_1_sin * t150;
+    const double t160 = arm_theta_1_sin * t156 + arm_theta_1_cos * t150;
+    const double t161 = arm_theta_1_sin * t158 + arm_theta_1_cos * t151;
+    const double t162 = arm_psi_1_sin * t161 + arm_psi_1_cos * t157;
+    const double t163 = arm_psi_sin * (arm_psi_1_cos * t160 - arm_psi_1_sin * t155) + arm_psi_cos * (arm_psi_1_sin *
+        t160 + arm_psi_1_cos * t155 - p->derived.constant_1 * (arm_theta_1_cos * t158 - arm_theta_1_sin *
+        t151));
     /* arm_theta_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t186 = arm_psi_3_cos * t70;
-    const double t187 = arm_psi_3_sin * t70;
-    const double t188 = arm_psi_3_sin * arm_phi_3_inertia_beyond_yy;
-    const double t189 = p->derived.arm_element_length * t187;
-    const double t190 = arm_psi_3_cos * arm_phi_3_inertia_beyond_yy + p->derived.arm_element_length * arm_psi_3_moment_beyond_x;
-    const double t191 = arm_phi_2_sin * arm_psi_3_moment_beyond_x - arm_phi_2_cos * t187;
-    const double t192 = arm_phi_2_sin * t187 + arm_phi_2_cos * arm_psi_3_moment_beyond_x;
-    const double t193 = arm_phi_2_sin * t189 + arm_phi_2_cos * t190;
-    const double t194 = arm_phi_2_sin * t190 - arm_phi_2_cos * t189;
-    const double t195 = arm_theta_2_sin * t186 - arm_theta_2_cos * t192;
-    const double t196 = arm_theta_2_sin * t192 + arm_theta_2_cos * t186;
-    const double t197 = arm_theta_2_sin * t188 + arm_theta_2_cos * t194;
-    const double t198 = arm_theta_2_sin * t194 - arm_theta_2_cos * t188;
-    const double t199 = arm_psi_2_sin * t191 + arm_psi_2_cos * t196;
-    const double t200 = arm_psi_2_cos * t191 - arm_psi_2_sin * t196;
-    const double t201 = arm_psi_2_cos * t198 - arm_psi_2_sin * t193;
-    const double t202 = arm_psi_2_sin * t198 + arm_psi_2_cos * t193 - p->derived.arm_element_length * t195;
-    const double t203 = t197 + p->derived.arm_element_length * t200;
-    const double t204 = arm_phi_1_cos * t200 - arm_phi_1_sin * t195;
-    const double t205 = arm_phi_1_sin * t200 + arm_phi_1_cos * t195;
-    const double t206 = arm_phi_1_cos * t202 - arm_phi_1_sin * t203;
-    const double t207 = arm_phi_1_sin * t202 + arm_phi_1_cos * t203;
-    const double t208 = arm_theta_1_sin * t205 - arm_theta_1_cos * t199;
-    const double t209 = arm_theta_1_cos * t207 - arm_theta_1_sin * t201;
-    const double t210 = arm_theta_1_sin * t207 + arm_theta_1_cos * t201;
-    const double t211 = arm_psi_1_sin * t208 + arm_psi_1_cos * t204;
-    const double t212 = arm_psi_sin * (arm_psi_1_cos * t210 - arm_psi_1_sin * t206) + arm_psi_cos * (arm_psi_1_sin *
-        t210 + arm_psi_1_cos * t206 - p->derived.constant_1 * (arm_theta_1_sin * t199 + arm_theta_1_cos *
-        t205));
+    const double t164 = arm_psi_3_sin * arm_phi_3_inertia_beyond_yy;
+    const double t165 = arm_psi_3_cos * t48;
+    const double t166 = arm_psi_3_sin * t48;
+    const double t167 = p->derived.arm_element_length * t166;
+    const double t168 = arm_psi_3_cos * arm_phi_3_inertia_beyond_yy + p->derived.arm_element_length * arm_psi_3_moment_beyond_x;
+    const double t169 = arm_phi_2_sin * t167 + arm_phi_2_cos * t168;
+    const double t170 = arm_phi_2_sin * t168 - arm_phi_2_cos * t167;
+    const double t171 = arm_psi_3_moment_beyond_x * arm_phi_2_sin - arm_phi_2_cos * t166;
+    const double t172 = arm_phi_2_sin * t166 + arm_psi_3_moment_beyond_x * arm_phi_2_cos;
+    const double t173 = arm_theta_2_sin * t164 + arm_theta_2_cos * t170;
+    const double t174 = arm_theta_2_sin * t170 - arm_theta_2_cos * t164;
+    const double t175 = arm_theta_2_sin * t165 - arm_theta_2_cos * t172;
+    const double t176 = arm_theta_2_sin * t172 + arm_theta_2_cos * t165;
+    const double t177 = arm_psi_2_cos * t174 - arm_psi_2_sin * t169;
+    const double t178 = arm_psi_2_sin * t171 + arm_psi_2_cos * t176;
+    const double t179 = arm_psi_2_cos * t171 - arm_psi_2_sin * t176;
+    const double t180 = arm_psi_2_sin * t174 + arm_psi_2_cos * t169 - p->derived.arm_element_length * t175;
+    const double t181 = t173 + p->derived.arm_element_length * t179;
+    const double t182 = arm_phi_1_cos * t180 - arm_phi_1_sin * t181;
+    const double t183 = arm_phi_1_sin * t180 + arm_phi_1_cos * t181;
+    const double t184 = arm_phi_1_cos * t179 - arm_phi_1_sin * t175;
+    const double t185 = arm_phi_1_sin * t179 + arm_phi_1_cos * t175;
+    const double t186 = arm_theta_1_cos * t183 - arm_theta_1_sin * t177;
+    const double t187 = arm_theta_1_sin * t183 + arm_theta_1_cos * t177;
+    const double t188 = arm_theta_1_sin * t185 - arm_theta_1_cos * t178;
+    const double t189 = arm_psi_1_sin * t188 + arm_psi_1_cos * t184;
+    const double t190 = arm_psi_sin * (arm_psi_1_cos * t187 - arm_psi_1_sin * t182) + arm_psi_cos * (arm_psi_1_sin *
+        t187 + arm_psi_1_cos * t182 - p->derived.constant_1 * (arm_theta_1_sin * t178 + arm_theta_1_cos *
+        t185));
     /* arm_phi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t213 = p->derived.arm_psi_inertia_xx * arm_theta_3_sin;
-    const double t214 = p->derived.arm_psi_inertia_xx * arm_theta_3_cos;
-    const double t215 = arm_psi_3_cos * t214;
-    const double t216 = arm_psi_3_sin * t214;
-    const double t217 = arm_phi_2_sin * t213 + arm_phi_2_cos * t216;
-    const double t218 = arm_phi_2_sin * t216 - arm_phi_2_cos * t213;
-    const double t219 = arm_theta_2_cos * t218 - arm_theta_2_sin * t215;
-    const double t220 = arm_theta_2_sin * t218 + arm_theta_2_cos * t215;
-    const double t221 = arm_psi_2_cos * t220 - arm_psi_2_sin * t217;
-    const double t222 = arm_psi_2_sin * t220 + arm_psi_2_cos * t217;
-    const double t223 = arm_phi_1_cos * t222 - arm_phi_1_sin * t219;
-    const double t224 = arm_phi_1_sin * t222 + arm_phi_1_cos * t219;
-    const double t225 = arm_theta_1_cos * t224 - arm_theta_1_sin * t221;
-    const double t226 = arm_theta_1_sin * t224 + arm_theta_1_cos * t221;
+    const double t191 = p->derived.arm_psi_inertia_xx * arm_theta_3_sin;
+    const double t192 = p->derived.arm_psi_inertia_xx * arm_theta_3_cos;
+    const double t193 = arm_psi_3_cos * t192;
+    const double t194 = arm_psi_3_sin * t192;
+    const double t195 = arm_phi_2_sin * t191 + arm_phi_2_cos * t194;
+    const double t196 = arm_phi_2_sin * t194 - arm_phi_2_cos * t191;
+    const double t197 = arm_theta_2_cos * t196 - arm_theta_2_sin * t193;
+    const double t198 = arm_theta_2_sin * t196 + arm_theta_2_cos * t193;
+    const double t199 = arm_psi_2_cos * t198 - arm_psi_2_sin * t195;
+    const double t200 = arm_psi_2_sin * t198 + arm_psi_2_cos * t195;
+    const double t201 = arm_phi_1_cos * t200 - arm_phi_1_sin * t197;
+    const double t202 = arm_phi_1_sin * t200 + arm_phi_1_cos * t197;
+    const double t203 = arm_theta_1_cos * t202 - arm_theta_1_sin * t199;
+    const double t204 = arm_theta_1_sin * t202 + arm_theta_1_cos * t199;
     /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t227 = p->m_E * arm_theta_3_sin;
-    const double t228 = p->m_E * arm_theta_3_cos;
-    const double t229 = arm_psi_3_cos * t228;
-    const double t230 = arm_psi_3_sin * t228;
-    const double t231 = p->derived.arm_element_length * t227;
-    const double t232 = p->derived.arm_element_length * t230;
-    const double t233 = arm_phi_2_sin * t227 + arm_phi_2_cos * t230;
-    const double t234 = arm_phi_2_sin * t230 - arm_phi_2_cos * t227;
-    const double t235 = arm_phi_2_cos * t231 - arm_phi_2_sin * t232;
-    const double t236 = arm_phi_2_sin * t231 + arm_phi_2_cos * t232;
-    const double t237 = arm_theta_2_cos * t234 - arm_theta_2_sin * t229;
-    const double t238 = arm_theta_2_sin * t234 + arm_theta_2_cos * t229;
-    const double t239 = arm_theta_2_cos * t236;
-    const double t240 = arm_theta_2_sin * t236;
-    const double t241 = arm_psi_2_cos * t238 - arm_psi_2_sin * t233;
-    const double t242 = arm_psi_2_sin * t238 + arm_psi_2_cos * t233;
-    const double t243 = arm_psi_2_cos * t240 - arm_psi_2_sin * t235;
-    const double t244 = arm_psi_2_sin * t240 + arm_psi_2_cos * t235 - p->derived.arm_element_length * t237;
-    const double t245 = t239 + p->derived.arm_element_length * t242;
-    const double t246 = arm_phi_1_cos * t242 - arm_phi_1_sin * t237;
-    const double t247 = arm_phi_1_sin * t242 + arm_phi_1_cos * t237;
-    const double t248 = arm_phi_1_cos * t244 - arm_phi_1_sin * t245;
-    const double t249 = arm_phi_1_sin * t244 + arm_phi_1_cos * t245;
-    const double t250 = arm_theta_1_sin * t247 + arm_theta_1_cos * t241;
-    const double t251 = arm_theta_1_cos * t249 - arm_theta_1_sin * t243;
-    const double t252 = arm_theta_1_sin * t249 + arm_theta_1_cos * t243;
-    const double t253 = arm_psi_1_sin * t250 + arm_psi_1_cos * t246;
-    const double t254 = arm_psi_sin * (arm_psi_1_cos * t252 - arm_psi_1_sin * t248) + arm_psi_cos * (arm_psi_1_sin *
-        t252 + arm_psi_1_cos * t248 - p->derived.constant_1 * (arm_theta_1_cos * t247 - arm_theta_1_sin *
-        t241));
+    const double t205 = p->m_E * arm_theta_3_sin;
+    const double t206 = p->m_E * arm_theta_3_cos;
+    const double t207 = arm_psi_3_cos * t206;
+    const double t208 = arm_psi_3_sin * t206;
+    const double t209 = p->derived.arm_element_length * t205;
+    const double t210 = p->derived.arm_element_length * t208;
+    const double t211 = arm_phi_2_cos * t209 - arm_phi_2_sin * t210;
+    const double t212 = arm_phi_2_sin * t209 + arm_phi_2_cos * t210;
+    const double t213 = arm_phi_2_sin * t205 + arm_phi_2_cos * t208;
+    const double t214 = arm_phi_2_sin * t208 - arm_phi_2_cos * t205;
+    const double t215 = arm_theta_2_cos * t212;
+    const double t216 = arm_theta_2_sin * t212;
+    const double t217 = arm_theta_2_cos * t214 - arm_theta_2_sin * t207;
+    const double t218 = arm_theta_2_sin * t214 + arm_theta_2_cos * t207;
+    const double t219 = arm_psi_2_cos * t216 - arm_psi_2_sin * t211;
+    const double t220 = arm_psi_2_cos * t218 - arm_psi_2_sin * t213;
+    const double t221 = arm_psi_2_sin * t218 + arm_psi_2_cos * t213;
+    const double t222 = arm_psi_2_sin * t216 + arm_psi_2_cos * t211 - p->derived.arm_element_length * t217;
+    const double t223 = t215 + p->derived.arm_element_length * t221;
+    const double t224 = arm_phi_1_cos * t222 - arm_phi_1_sin * t223;
+    const double t225 = arm_phi_1_sin * t222 + arm_phi_1_cos * t223;
+    const double t226 = arm_phi_1_cos * t221 - arm_phi_1_sin * t217;
+    const double t227 = arm_phi_1_sin * t221 + arm_phi_1_cos * t217;
+    const double t228 = arm_theta_1_cos * t225 - arm_theta_1_sin * t219;
+    const double t229 = arm_theta_1_sin * t225 + arm_theta_1_cos * t219;
+    const double t230 = arm_theta_1_sin * t227 + arm_theta_1_cos * t220;
+    const double t231 = arm_psi_1_sin * t230 + arm_psi_1_cos * t226;
+    const double t232 = arm_psi_sin * (arm_psi_1_cos * t229 - arm_psi_1_sin * t224) + arm_psi_cos * (arm_psi_1_sin *
+        t229 + arm_psi_1_cos * t224 - p->derived.constant_1 * (arm_theta_1_cos * t227 - arm_theta_1_sin *
+        t220));
     /* arm_phi_3: bias forces c, inward */
     const double arm_phi_3_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_theta_3_bias_wd_x;
     /* arm_theta_3: bias forces c, inward */
-    const double t255 = arm_theta_3_sin * arm_phi_3_bias_moment_x;
-    /* arm_phi_2: bias forces c, inward */
-    const double arm_phi_2_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_2_bias_wd_x;
-    /* arm_phi_1: bias forces c, inward */
-    const double arm_phi_1_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_1_bias_wd_x;
+    const double t233 = arm_theta_3_sin * arm_phi_3_bias_moment_x;
     /* arm_psi: bias forces c, inward */
     const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t5 * p->derived.constant_6 - p->derived.arm_psi_inertia_yy * t5;
+    const double arm_psi_load_moment_y = t3 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t3;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t256 = (effector_z_position_x - p->xc) / p->a;
-    const double t257 = effector_z_position_y / p->b;
-    const double row_1_phi = t256 * t256 + t257 * t257 - 1.0;
-    const double t258 = point_E_xd * p->derived.constant_11;
-    const double t259 = t256 * t258;
-    const double t260 = point_E_yd * p->derived.constant_12;
-    const double t261 = t257 * t260;
-    const double row_1_psi = t259 + t259 + (t261 + t261);
-    const double t262 = t258 * t258 + t256 * (point_E_bias_x * p->derived.constant_11);
-    const double t263 = t260 * t260 + t257 * (point_E_bias_y * p->derived.constant_12);
-    const double row_1_v = t262 + t262 + (t263 + t263);
-    const double t264 = p->derived.constant_12 * (t257 + t257);
-    const double t265 = p->derived.constant_11 * (t256 + t256);
-    const double row_1_u_column_psi = effector_z_position_x * t264 - effector_z_position_y * t265;
-    const double row_1_u_arm_theta_1 = (t8 * t62 + arm_psi_1_ground_z_y * t60) * t264 - (arm_psi_1_ground_z_y *
-        t61 + t9 * t62) * t265;
-    const double row_1_u_arm_phi_1 = (arm_theta_1_ground_y_x * t62 - arm_theta_1_ground_z_x * t61) * t265 +
-        (arm_theta_1_ground_z_x * t60 - arm_theta_1_ground_x_x * t62) * t264;
-    const double row_1_u_arm_psi_2 = (arm_phi_1_ground_y_z * t65 - arm_phi_1_ground_z_z * t64) * t265 + (arm_phi_1_ground_z_z *
-        t63 - arm_phi_1_ground_x_z * t65) * t264;
-    const double row_1_u_arm_theta_2 = (arm_psi_2_ground_y_y * t65 - arm_psi_2_ground_z_y * t64) * t265 +
-        (arm_psi_2_ground_z_y * t63 - arm_psi_2_ground_x_y * t65) * t264;
-    const double row_1_u_arm_phi_2 = (arm_theta_2_ground_y_x * t65 - arm_theta_2_ground_z_x * t64) * t265 +
-        (arm_theta_2_ground_z_x * t63 - arm_theta_2_ground_x_x * t65) * t264;
-    const double row_1_u_arm_psi_3 = (arm_phi_2_ground_y_z * t68 - arm_phi_2_ground_z_z * t67) * t265 + (arm_phi_2_ground_z_z *
-        t66 - arm_phi_2_ground_x_z * t68) * t264;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t68 - arm_psi_3_ground_z_y * t67) * t265 +
-        (arm_psi_3_ground_z_y * t66 - arm_psi_3_ground_x_y * t68) * t264;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t68 - arm_theta_3_ground_z_x * t67) * t265 +
-        (arm_theta_3_ground_z_x * t66 - arm_theta_3_ground_x_x * t68) * t264;
-    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t265 + arm_theta_3_ground_y_x * t264;
+    const double t234 = (effector_z_position_x - p->xc) / p->a;
+    const double t235 = effector_z_position_y / p->b;
+    const double row_1_phi = t234 * t234 + t235 * t235 - 1.0;
+    const double t236 = point_E_xd * p->derived.constant_11;
+    const double t237 = t234 * t236;
+    const double t238 = point_E_yd * p->derived.constant_12;
+    const double t239 = t235 * t238;
+    const double row_1_psi = t237 + t237 + (t239 + t239);
+    const double t240 = t236 * t236 + t234 * (point_E_bias_x * p->derived.constant_11);
+    const double t241 = t238 * t238 + t235 * (point_E_bias_y * p->derived.constant_12);
+    const double row_1_v = t240 + t240 + (t241 + t241);
+    const double t242 = p->derived.constant_12 * (t235 + t235);
+    const double t243 = p->derived.constant_11 * (t234 + t234);
+    const double row_1_u_column_psi = effector_z_position_x * t242 - effector_z_position_y * t243;
+    const double row_1_u_arm_psi_3 = (last_arm_phi_e_ground_y_z * t46 - last_arm_phi_e_ground_z_z * t45) *
+        t243 + (last_arm_phi_e_ground_z_z * t44 - last_arm_phi_e_ground_x_z * t46) * t242;
+    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t46 - arm_psi_3_ground_z_y * t45) * t243 +
+        (arm_psi_3_ground_z_y * t44 - arm_psi_3_ground_x_y * t46) * t242;
+    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t46 - arm_theta_3_ground_z_x * t45) * t243 +
+        (arm_theta_3_ground_z_x * t44 - arm_theta_3_ground_x_x * t46) * t242;
+    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t243 + arm_theta_3_ground_y_x * t242;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t266 = t2 * (p->derived.constant_15 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t266 + t266);
+    const double t244 = t2 * (p->derived.constant_15 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t244 + t244);
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = t6 * p->derived.constant_7 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_moment_z = t4 * p->derived.constant_8 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
     const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t7;
-    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t6 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
-    /* arm_phi_1: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_1_load_moment_y = t22 * p->derived.constant_8 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_1_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_z;
-    const double arm_phi_1_load_moment_z = t19 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_1_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_1_bias_a_falling_y;
-    const double arm_phi_1_load_force_x = p->derived.arm_phi_1_mass * arm_theta_1_bias_a_falling_x - p->derived.arm_phi_1_moment_x *
-        t20;
-    const double arm_phi_1_load_force_y = p->derived.arm_phi_1_moment_x * t21 + p->derived.arm_phi_1_mass *
-        arm_phi_1_bias_a_falling_y;
-    const double arm_phi_1_load_force_z = p->derived.arm_phi_1_moment_x * t23 + p->derived.arm_phi_1_mass *
-        arm_phi_1_bias_a_falling_z;
-    /* arm_phi_2: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_2_load_moment_y = t35 * p->derived.constant_8 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_2_bias_wd_y - p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_z;
-    const double arm_phi_2_load_moment_z = t32 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_2_bias_wd_z + p->derived.arm_phi_1_moment_x * arm_phi_2_bias_a_falling_y;
-    const double arm_phi_2_load_force_x = p->derived.arm_phi_1_mass * arm_theta_2_bias_a_falling_x - p->derived.arm_phi_1_moment_x *
-        t33;
-    const double arm_phi_2_load_force_y = p->derived.arm_phi_1_moment_x * t34 + p->derived.arm_phi_1_mass *
-        arm_phi_2_bias_a_falling_y;
-    const double arm_phi_2_load_force_z = p->derived.arm_phi_1_moment_x * t36 + p->derived.arm_phi_1_mass *
-        arm_phi_2_bias_a_falling_z;
+        t5;
+    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t4 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
     /* arm_phi_3: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_3_load_moment_y = t50 * p->derived.constant_6 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y -
+    const double arm_phi_3_load_moment_y = t34 * p->derived.constant_7 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y -
         p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
-    const double arm_phi_3_load_moment_z = t47 * p->derived.constant_7 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z +
+    const double arm_phi_3_load_moment_z = t31 * p->derived.constant_8 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z +
         p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
     const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t48;
-    const double arm_phi_3_load_force_y = p->derived.arm_psi_moment_x * t49 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_z = p->derived.arm_psi_moment_x * t51 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
+        t32;
+    const double arm_phi_3_load_force_y = p->derived.arm_psi_moment_x * t33 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
+    const double arm_phi_3_load_force_z = p->derived.arm_psi_moment_x * t35 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
     /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
@@ -6400,216 +6488,233 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
     /* arm_phi_3: bias and gravity forces c + g, inward */
     const double arm_phi_3_carried_force_x = arm_phi_3_load_force_x + effector_z_load_force_z;
+    const double t245 = arm_phi_3_sin * arm_phi_3_carried_moment_z;
+    const double t246 = arm_phi_3_cos * arm_phi_3_carried_moment_y;
+    const double arm_theta_3_carried_moment_y = t246 - t245;
+    const double arm_theta_3_carried_moment_z = arm_phi_3_sin * arm_phi_3_carried_moment_y + arm_phi_3_cos *
+        arm_phi_3_carried_moment_z;
     const double arm_theta_3_carried_force_y = arm_phi_3_cos * arm_phi_3_carried_force_y - arm_phi_3_sin *
         arm_phi_3_carried_force_z;
     const double arm_theta_3_carried_force_z = arm_phi_3_sin * arm_phi_3_carried_force_y + arm_phi_3_cos *
         arm_phi_3_carried_force_z;
-    const double t267 = arm_phi_3_sin * arm_phi_3_carried_moment_z;
-    const double t268 = arm_phi_3_cos * arm_phi_3_carried_moment_y;
-    const double arm_theta_3_carried_moment_y = t268 - t267;
-    const double arm_theta_3_carried_moment_z = arm_phi_3_sin * arm_phi_3_carried_moment_y + arm_phi_3_cos *
-        arm_phi_3_carried_moment_z;
     /* arm_theta_3: bias and gravity forces c + g, inward */
+    const double t247 = arm_theta_3_cos * arm_theta_3_carried_moment_z;
+    const double arm_psi_3_carried_moment_z = t247 - t233;
+    const double arm_psi_3_carried_moment_x = arm_theta_3_cos * arm_phi_3_bias_moment_x + arm_theta_3_sin *
+        arm_theta_3_carried_moment_z;
     const double arm_psi_3_carried_force_z = arm_theta_3_cos * arm_theta_3_carried_force_z - arm_theta_3_sin *
         arm_phi_3_carried_force_x;
     const double arm_psi_3_carried_force_x = arm_theta_3_sin * arm_theta_3_carried_force_z + arm_theta_3_cos *
         arm_phi_3_carried_force_x;
-    const double t269 = arm_theta_3_cos * arm_theta_3_carried_moment_z;
-    const double arm_psi_3_carried_moment_z = t269 - t255;
-    const double arm_psi_3_carried_moment_x = arm_theta_3_cos * arm_phi_3_bias_moment_x + arm_theta_3_sin *
-        arm_theta_3_carried_moment_z;
     /* arm_psi_3: bias and gravity forces c + g, inward */
-    const double t270 = arm_psi_3_sin * arm_psi_3_carried_force_x + arm_psi_3_cos * arm_theta_3_carried_force_y;
-    /* arm_phi_2: bias and gravity forces c + g, inward */
-    const double arm_phi_2_carried_moment_x = arm_phi_2_load_moment_x + (arm_psi_3_cos * arm_psi_3_carried_moment_x -
-        arm_psi_3_sin * arm_theta_3_carried_moment_y);
-    const double arm_phi_2_carried_moment_y = arm_phi_2_load_moment_y + (arm_psi_3_sin * arm_psi_3_carried_moment_x +
-        arm_psi_3_cos * arm_theta_3_carried_moment_y - p->derived.arm_element_length * arm_psi_3_carried_force_z);
-    const double arm_phi_2_carried_moment_z = arm_phi_2_load_moment_z + (arm_psi_3_carried_moment_z + p->derived.arm_element_length *
-        t270);
-    const double arm_phi_2_carried_force_x = arm_phi_2_load_force_x + (arm_psi_3_cos * arm_psi_3_carried_force_x -
-        arm_psi_3_sin * arm_theta_3_carried_force_y);
-    const double arm_phi_2_carried_force_y = arm_phi_2_load_force_y + t270;
-    const double arm_phi_2_carried_force_z = arm_phi_2_load_force_z + arm_psi_3_carried_force_z;
-    const double arm_theta_2_carried_force_y = arm_phi_2_cos * arm_phi_2_carried_force_y - arm_phi_2_sin *
-        arm_phi_2_carried_force_z;
-    const double arm_theta_2_carried_force_z = arm_phi_2_sin * arm_phi_2_carried_force_y + arm_phi_2_cos *
-        arm_phi_2_carried_force_z;
-    const double t271 = arm_phi_2_sin * arm_phi_2_carried_moment_z;
-    const double t272 = arm_phi_2_cos * arm_phi_2_carried_moment_y;
-    const double arm_theta_2_carried_moment_y = t272 - t271;
-    const double arm_theta_2_carried_moment_z = arm_phi_2_sin * arm_phi_2_carried_moment_y + arm_phi_2_cos *
-        arm_phi_2_carried_moment_z;
-    /* arm_theta_2: bias and gravity forces c + g, inward */
-    const double arm_psi_2_carried_force_z = arm_theta_2_cos * arm_theta_2_carried_force_z - arm_theta_2_sin *
-        arm_phi_2_carried_force_x;
-    const double arm_psi_2_carried_force_x = arm_theta_2_sin * arm_theta_2_carried_force_z + arm_theta_2_cos *
-        arm_phi_2_carried_force_x;
-    const double t273 = arm_theta_2_sin * arm_phi_2_carried_moment_x;
-    const double t274 = arm_theta_2_cos * arm_theta_2_carried_moment_z;
-    const double arm_psi_2_carried_moment_z = t274 - t273;
-    const double arm_psi_2_carried_moment_x = arm_theta_2_sin * arm_theta_2_carried_moment_z + arm_theta_2_cos *
-        arm_phi_2_carried_moment_x;
-    /* arm_psi_2: bias and gravity forces c + g, inward */
-    const double t275 = arm_psi_2_sin * arm_psi_2_carried_force_x + arm_psi_2_cos * arm_theta_2_carried_force_y;
-    /* arm_phi_1: bias and gravity forces c + g, inward */
-    const double arm_phi_1_carried_moment_x = arm_phi_1_load_moment_x + (arm_psi_2_cos * arm_psi_2_carried_moment_x -
-        arm_psi_2_sin * arm_theta_2_carried_moment_y);
-    const double arm_phi_1_carried_moment_y = arm_phi_1_load_moment_y + (arm_psi_2_sin * arm_psi_2_carried_moment_x +
-        arm_psi_2_cos * arm_theta_2_carried_moment_y - p->derived.arm_element_length * arm_psi_2_carried_force_z);
-    const double arm_phi_1_carried_moment_z = arm_phi_1_load_moment_z + (arm_psi_2_carried_moment_z + p->derived.arm_element_length *
-        t275);
-    const double arm_phi_1_carried_force_x = arm_phi_1_load_force_x + (arm_psi_2_cos * arm_psi_2_carried_force_x -
-        arm_psi_2_sin * arm_theta_2_carried_force_y);
-    const double arm_phi_1_carried_force_y = arm_phi_1_load_force_y + t275;
-    const double arm_phi_1_carried_force_z = arm_phi_1_load_force_z + arm_psi_2_carried_force_z;
-    const double arm_theta_1_carried_force_y = arm_phi_1_cos * arm_phi_1_carried_force_y - arm_phi_1_sin *
-        arm_phi_1_carried_force_z;
-    const double arm_theta_1_carried_force_z = arm_phi_1_sin * arm_phi_1_carried_force_y + arm_phi_1_cos *
-        arm_phi_1_carried_force_z;
-    const double t276 = arm_phi_1_sin * arm_phi_1_carried_moment_z;
-    const double t277 = arm_phi_1_cos * arm_phi_1_carried_moment_y;
-    const double arm_theta_1_carried_moment_y = t277 - t276;
-    const double arm_theta_1_carried_moment_z = arm_phi_1_sin * arm_phi_1_carried_moment_y + arm_phi_1_cos *
-        arm_phi_1_carried_moment_z;
-    /* arm_theta_1: bias and gravity forces c + g, inward */
-    const double arm_psi_1_carried_force_z = arm_theta_1_cos * arm_theta_1_carried_force_z - arm_theta_1_sin *
-        arm_phi_1_carried_force_x;
-    const double arm_psi_1_carried_force_x = arm_theta_1_sin * arm_theta_1_carried_force_z + arm_theta_1_cos *
-        arm_phi_1_carried_force_x;
-    const double t278 = arm_theta_1_sin * arm_phi_1_carried_moment_x;
-    const double t279 = arm_theta_1_cos * arm_theta_1_carried_moment_z;
-    const double arm_psi_1_carried_moment_z = t279 - t278;
-    const double arm_psi_1_carried_moment_x = arm_theta_1_sin * arm_theta_1_carried_moment_z + arm_theta_1_cos *
-        arm_phi_1_carried_moment_x;
-    /* arm_psi_1: bias and gravity forces c + g, inward */
-    const double t280 = arm_psi_1_sin * arm_psi_1_carried_force_x + arm_psi_1_cos * arm_theta_1_carried_force_y;
+    const double t248 = arm_psi_3_sin * arm_psi_3_carried_force_x + arm_psi_3_cos * arm_theta_3_carried_force_y;
+    double carried_117 = arm_psi_3_cos * arm_psi_3_carried_moment_x - arm_psi_3_sin * arm_theta_3_carried_moment_y;
+    double carried_118 = arm_psi_3_sin * arm_psi_3_carried_moment_x + arm_psi_3_cos * arm_theta_3_carried_moment_y -
+        p->derived.arm_element_length * arm_psi_3_carried_force_z;
+    double carried_119 = arm_psi_3_carried_moment_z + p->derived.arm_element_length * t248;
+    double carried_120 = arm_psi_3_cos * arm_psi_3_carried_force_x - arm_psi_3_sin * arm_theta_3_carried_force_y;
+    double carried_121 = t248;
+    double last_arm_psi_e_carried_force_z = arm_psi_3_carried_force_z;
+    for (int e = 1; e >= 0; e--) { /* arm_psi_e, inward */
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
+        const double t249 = effector_z_position_x - arm_psi_e_position_x_2[e];
+        const double t250 = effector_z_position_y - arm_psi_e_position_y_2[e];
+        const double t251 = effector_z_position_z - arm_psi_e_position_z_2[e];
+        const double row_2_u_arm_psi_e = last_arm_phi_e_ground_x_z_at[e] * t250 - last_arm_phi_e_ground_y_z_at[e] *
+        t249;
+        const double row_2_u_arm_theta_e = arm_psi_e_ground_x_y[e] * t250 - arm_psi_e_ground_y_y[e] * t249;
+        const double row_2_u_arm_phi_e = arm_theta_e_ground_x_x[e] * t250 - arm_theta_e_ground_y_x[e] * t249;
+        /* arm_phi_e: bias forces c, inward */
+        const double arm_phi_e_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_e_bias_wd_x[e];
+        /* row 1 (position level): u qdd + v = 0 */
+        const double row_1_u_arm_psi_e = (last_arm_phi_e_ground_y_z_at[e] * t251 - last_arm_phi_e_ground_z_z_at[e] *
+        t250) * t243 + (last_arm_phi_e_ground_z_z_at[e] * t249 - last_arm_phi_e_ground_x_z_at[e] * t251) *
+        t242;
+        const double row_1_u_arm_theta_e = (arm_psi_e_ground_y_y[e] * t251 - arm_psi_e_ground_z_y[e] * t250) *
+        t243 + (arm_psi_e_ground_z_y[e] * t249 - arm_psi_e_ground_x_y[e] * t251) * t242;
+        const double row_1_u_arm_phi_e = (arm_theta_e_ground_y_x[e] * t251 - arm_theta_e_ground_z_x[e] * t250) *
+        t243 + (arm_theta_e_ground_z_x[e] * t249 - arm_theta_e_ground_x_x[e] * t251) * t242;
+        /* arm_phi_e: inertia and gravity of the body at qdd = 0 */
+        const double arm_phi_e_load_moment_y = t19[e] * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_e_bias_wd_y[e] - p->derived.arm_phi_1_moment_x * arm_phi_e_bias_a_falling_z[e];
+        const double arm_phi_e_load_moment_z = t16[e] * p->derived.constant_10 + p->derived.arm_phi_1_inertia_yy *
+        arm_phi_e_bias_wd_z[e] + p->derived.arm_phi_1_moment_x * arm_phi_e_bias_a_falling_y[e];
+        const double arm_phi_e_load_force_x = p->derived.arm_phi_1_mass * arm_theta_e_bias_a_falling_x[e] -
+        p->derived.arm_phi_1_moment_x * t17[e];
+        const double arm_phi_e_load_force_y = p->derived.arm_phi_1_moment_x * t18[e] + p->derived.arm_phi_1_mass *
+        arm_phi_e_bias_a_falling_y[e];
+        const double arm_phi_e_load_force_z = p->derived.arm_phi_1_moment_x * t20[e] + p->derived.arm_phi_1_mass *
+        arm_phi_e_bias_a_falling_z[e];
+        /* arm_phi_e: bias and gravity forces c + g, inward */
+        const double arm_phi_e_carried_moment_x = arm_phi_e_load_moment_x + carried_117;
+        const double arm_phi_e_carried_moment_y = arm_phi_e_load_moment_y + carried_118;
+        const double arm_phi_e_carried_moment_z = arm_phi_e_load_moment_z + carried_119;
+        const double arm_phi_e_carried_force_x = arm_phi_e_load_force_x + carried_120;
+        const double arm_phi_e_carried_force_y = arm_phi_e_load_force_y + carried_121;
+        const double arm_phi_e_carried_force_z = arm_phi_e_load_force_z + last_arm_psi_e_carried_force_z;
+        const double t252 = arm_phi_e_sin * arm_phi_e_carried_moment_z;
+        const double t253 = arm_phi_e_cos * arm_phi_e_carried_moment_y;
+        const double arm_theta_e_carried_moment_y = t253 - t252;
+        const double arm_theta_e_carried_moment_z = arm_phi_e_sin * arm_phi_e_carried_moment_y + arm_phi_e_cos *
+        arm_phi_e_carried_moment_z;
+        const double arm_theta_e_carried_force_y = arm_phi_e_cos * arm_phi_e_carried_force_y - arm_phi_e_sin *
+        arm_phi_e_carried_force_z;
+        const double arm_theta_e_carried_force_z = arm_phi_e_sin * arm_phi_e_carried_force_y + arm_phi_e_cos *
+        arm_phi_e_carried_force_z;
+        /* arm_theta_e: bias and gravity forces c + g, inward */
+        const double t254 = arm_theta_e_sin * arm_phi_e_carried_moment_x;
+        const double t255 = arm_theta_e_cos * arm_theta_e_carried_moment_z;
+        const double arm_psi_e_carried_moment_z = t255 - t254;
+        const double arm_psi_e_carried_moment_x = arm_theta_e_sin * arm_theta_e_carried_moment_z + arm_theta_e_cos *
+        arm_phi_e_carried_moment_x;
+        const double arm_psi_e_carried_force_z = arm_theta_e_cos * arm_theta_e_carried_force_z - arm_theta_e_sin *
+        arm_phi_e_carried_force_x;
+        const double arm_psi_e_carried_force_x = arm_theta_e_sin * arm_theta_e_carried_force_z + arm_theta_e_cos *
+        arm_phi_e_carried_force_x;
+        /* arm_psi_e: bias and gravity forces c + g, inward */
+        const double t256 = arm_psi_e_sin * arm_psi_e_carried_force_x + arm_psi_e_cos * arm_theta_e_carried_force_y;
+        out->f[3 + 3 * e] = t254 - t255 - (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi *
+        qd[3 + 3 * e]);
+        out->f[4 + 3 * e] = t252 - t253 - (p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi *
+        qd[4 + 3 * e]);
+        out->f[5 + 3 * e] = -(p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e] +
+        arm_phi_e_carried_moment_x);
+        out->u[3 + 3 * e] = row_1_u_arm_psi_e;
+        out->u[4 + 3 * e] = row_1_u_arm_theta_e;
+        out->u[5 + 3 * e] = row_1_u_arm_phi_e;
+        out->u[16 + 3 * e] = row_2_u_arm_psi_e;
+        out->u[17 + 3 * e] = row_2_u_arm_theta_e;
+        out->u[18 + 3 * e] = row_2_u_arm_phi_e;
+        const double next_carried_117 = arm_psi_e_cos * arm_psi_e_carried_moment_x - arm_psi_e_sin * arm_theta_e_carried_moment_y;
+        const double next_carried_118 = arm_psi_e_sin * arm_psi_e_carried_moment_x + arm_psi_e_cos * arm_theta_e_carried_moment_y -
+        p->derived.arm_element_length * arm_psi_e_carried_force_z;
+        const double next_carried_119 = arm_psi_e_carried_moment_z + p->derived.arm_element_length * t256;
+        const double next_carried_120 = arm_psi_e_cos * arm_psi_e_carried_force_x - arm_psi_e_sin * arm_theta_e_carried_force_y;
+        carried_117 = next_carried_117;
+        carried_118 = next_carried_118;
+        carried_119 = next_carried_119;
+        carried_120 = next_carried_120;
+        carried_121 = t256;
+        last_arm_psi_e_carried_force_z = arm_psi_e_carried_force_z;
+    }
     /* arm_psi: bias and gravity forces c + g, inward */
-    const double arm_psi_carried_moment_x = arm_psi_load_moment_x + (arm_psi_1_cos * arm_psi_1_carried_moment_x -
-        arm_psi_1_sin * arm_theta_1_carried_moment_y);
-    const double arm_psi_carried_moment_y = arm_psi_load_moment_y + (arm_psi_1_sin * arm_psi_1_carried_moment_x +
-        arm_psi_1_cos * arm_theta_1_carried_moment_y - p->derived.constant_1 * arm_psi_1_carried_force_z);
-    const double arm_psi_carried_moment_z = arm_psi_load_moment_z + (arm_psi_1_carried_moment_z + p->derived.constant_1 *
-        t280);
-    const double arm_psi_carried_force_x = arm_psi_load_force_x + (arm_psi_1_cos * arm_psi_1_carried_force_x -
-        arm_psi_1_sin * arm_theta_1_carried_force_y);
-    const double arm_psi_carried_force_y = arm_psi_load_force_y + t280;
+    const double arm_psi_carried_moment_x = arm_psi_load_moment_x + carried_117;
+    const double arm_psi_carried_moment_y = arm_psi_load_moment_y + (carried_118 - p->derived.constant_3 *
+        last_arm_psi_e_carried_force_z);
+    const double arm_psi_carried_moment_z = arm_psi_load_moment_z + (carried_119 + p->derived.constant_3 *
+        carried_121);
+    const double arm_psi_carried_force_x = arm_psi_load_force_x + carried_120;
+    const double arm_psi_carried_force_y = arm_psi_load_force_y + carried_121;
     const double column_psi_carried_moment_z = arm_psi_sin * arm_psi_carried_moment_x + arm_psi_cos * arm_psi_carried_moment_y;
     /* column_psi: bias and gravity forces c + g, inward */
     const double column_psi_carried_force_z = p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_carried_force_x +
         arm_psi_cos * arm_psi_carried_force_y);
     /* base_z: bias and gravity forces c + g, inward */
     const double base_z_carried_force_z = p->derived.base_z_load_force_z + column_psi_carried_force_z;
-    out->M[0 * 13 + 0] = p->derived.base_z_mass_beyond;
+    out->M[0 * 13 + 0] = p->derived.base_z_mass_beyond_2;
     out->M[1 * 13 + 1] = column_psi_inertia_beyond_zz;
     out->M[2 * 13 + 0] = column_psi_moment_beyond_x;
-    out->M[2 * 13 + 1] = t108 + arm_psi_sin * arm_psi_inertia_beyond_xz;
+    out->M[2 * 13 + 1] = t86 + arm_psi_sin * arm_psi_inertia_beyond_xz;
     out->M[2 * 13 + 2] = arm_psi_inertia_beyond_zz;
-    out->M[3 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t109 - t102) + arm_psi_cos * t110;
-    out->M[3 * 13 + 1] = t108 + arm_psi_sin * t105;
-    out->M[3 * 13 + 2] = arm_psi_1_inertia_beyond_zz + p->derived.constant_1 * t110;
+    out->M[3 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t87 - t80) + arm_psi_cos * t88;
+    out->M[3 * 13 + 1] = t86 + arm_psi_sin * t83;
+    out->M[3 * 13 + 2] = arm_psi_1_inertia_beyond_zz + p->derived.constant_1 * t88;
     out->M[3 * 13 + 3] = arm_psi_1_inertia_beyond_zz;
-    out->M[4 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z) + arm_psi_cos * t111;
+    out->M[4 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z) + arm_psi_cos * t89;
     out->M[4 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_inertia_beyond_xy - arm_psi_1_sin * arm_theta_1_inertia_beyond_yy) +
         arm_psi_cos * (arm_psi_1_sin * arm_psi_1_inertia_beyond_xy + arm_psi_1_cos * arm_theta_1_inertia_beyond_yy +
         p->derived.constant_1 * arm_psi_1_moment_beyond_x);
-    out->M[4 * 13 + 2] = arm_psi_1_inertia_beyond_yz + p->derived.constant_1 * t111;
+    out->M[4 * 13 + 2] = arm_psi_1_inertia_beyond_yz + p->derived.constant_1 * t89;
     out->M[4 * 13 + 3] = arm_psi_1_inertia_beyond_yz;
     out->M[4 * 13 + 4] = arm_theta_1_inertia_beyond_yy;
-    out->M[5 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t115 - arm_psi_1_sin * t113) + arm_psi_cos * t118;
-    out->M[5 * 13 + 1] = t119;
-    out->M[5 * 13 + 2] = t116 + p->derived.constant_1 * t118;
-    out->M[5 * 13 + 3] = t116;
+    out->M[5 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t95 - arm_psi_1_sin * t91) + arm_psi_cos * t96;
+    out->M[5 * 13 + 1] = t97;
+    out->M[5 * 13 + 2] = t93 + p->derived.constant_1 * t96;
+    out->M[5 * 13 + 3] = t93;
     out->M[5 * 13 + 4] = arm_theta_1_inertia_beyond_xy;
     out->M[5 * 13 + 5] = arm_phi_1_inertia_beyond_xx;
-    out->M[6 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t125 - arm_psi_1_sin * t121) + arm_psi_cos * t128;
-    out->M[6 * 13 + 1] = t129;
-    out->M[6 * 13 + 2] = t126 + p->derived.constant_1 * t128;
-    out->M[6 * 13 + 3] = t126;
-    out->M[6 * 13 + 4] = t123;
-    out->M[6 * 13 + 5] = t90;
+    out->M[6 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t105 - arm_psi_1_sin * t101) + arm_psi_cos * t106;
+    out->M[6 * 13 + 1] = t107;
+    out->M[6 * 13 + 2] = t103 + p->derived.constant_1 * t106;
+    out->M[6 * 13 + 3] = t103;
+    out->M[6 * 13 + 4] = t99;
+    out->M[6 * 13 + 5] = t68;
     out->M[6 * 13 + 6] = arm_psi_2_inertia_beyond_zz;
-    out->M[7 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t139 - arm_psi_1_sin * t135) + arm_psi_cos * t142;
-    out->M[7 * 13 + 1] = t143;
-    out->M[7 * 13 + 2] = t140 + p->derived.constant_1 * t142;
-    out->M[7 * 13 + 3] = t140;
-    out->M[7 * 13 + 4] = t137;
-    out->M[7 * 13 + 5] = t132;
+    out->M[7 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t119 - arm_psi_1_sin * t115) + arm_psi_cos * t120;
+    out->M[7 * 13 + 1] = t121;
+    out->M[7 * 13 + 2] = t117 + p->derived.constant_1 * t120;
+    out->M[7 * 13 + 3] = t117;
+    out->M[7 * 13 + 4] = t113;
+    out->M[7 * 13 + 5] = t108;
     out->M[7 * 13 + 6] = arm_psi_2_inertia_beyond_yz;
     out->M[7 * 13 + 7] = arm_theta_2_inertia_beyond_yy;
-    out->M[8 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t158 - arm_psi_1_sin * t154) + arm_psi_cos * t161;
-    out->M[8 * 13 + 1] = t162;
-    out->M[8 * 13 + 2] = t159 + p->derived.constant_1 * t161;
-    out->M[8 * 13 + 3] = t159;
-    out->M[8 * 13 + 4] = t156;
-    out->M[8 * 13 + 5] = t151;
-    out->M[8 * 13 + 6] = t147;
+    out->M[8 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t138 - arm_psi_1_sin * t134) + arm_psi_cos * t139;
+    out->M[8 * 13 + 1] = t140;
+    out->M[8 * 13 + 2] = t136 + p->derived.constant_1 * t139;
+    out->M[8 * 13 + 3] = t136;
+    out->M[8 * 13 + 4] = t132;
+    out->M[8 * 13 + 5] = t127;
+    out->M[8 * 13 + 6] = t123;
     out->M[8 * 13 + 7] = arm_theta_2_inertia_beyond_xy;
-    out->M[8 * 13 + 8] = arm_phi_2_inertia_beyond_xx;
-    out->M[9 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t181 - arm_psi_1_sin * t177) + arm_psi_cos * t184;
-    out->M[9 * 13 + 1] = t185;
-    out->M[9 * 13 + 2] = t182 + p->derived.constant_1 * t184;
-    out->M[9 * 13 + 3] = t182;
-    out->M[9 * 13 + 4] = t179;
-    out->M[9 * 13 + 5] = t174;
-    out->M[9 * 13 + 6] = t170;
-    out->M[9 * 13 + 7] = t166;
-    out->M[9 * 13 + 8] = t76;
+    out->M[8 * 13 + 8] = arm_phi_e_inertia_beyond_xx;
+    out->M[9 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t161 - arm_psi_1_sin * t157) + arm_psi_cos * t162;
+    out->M[9 * 13 + 1] = t163;
+    out->M[9 * 13 + 2] = t159 + p->derived.constant_1 * t162;
+    out->M[9 * 13 + 3] = t159;
+    out->M[9 * 13 + 4] = t155;
+    out->M[9 * 13 + 5] = t150;
+    out->M[9 * 13 + 6] = t146;
+    out->M[9 * 13 + 7] = t142;
+    out->M[9 * 13 + 8] = t54;
     out->M[9 * 13 + 9] = arm_psi_3_inertia_beyond_zz;
-    out->M[10 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t208 - arm_psi_1_sin * t204) + arm_psi_cos * t211;
-    out->M[10 * 13 + 1] = t212;
-    out->M[10 * 13 + 2] = t209 + p->derived.constant_1 * t211;
-    out->M[10 * 13 + 3] = t209;
-    out->M[10 * 13 + 4] = t206;
-    out->M[10 * 13 + 5] = t201;
-    out->M[10 * 13 + 6] = t197;
-    out->M[10 * 13 + 7] = t193;
-    out->M[10 * 13 + 8] = -t188;
+    out->M[10 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t188 - arm_psi_1_sin * t184) + arm_psi_cos * t189;
+    out->M[10 * 13 + 1] = t190;
+    out->M[10 * 13 + 2] = t186 + p->derived.constant_1 * t189;
+    out->M[10 * 13 + 3] = t186;
+    out->M[10 * 13 + 4] = t182;
+    out->M[10 * 13 + 5] = t177;
+    out->M[10 * 13 + 6] = t173;
+    out->M[10 * 13 + 7] = t169;
+    out->M[10 * 13 + 8] = -t164;
     out->M[10 * 13 + 10] = arm_phi_3_inertia_beyond_yy;
-    out->M[11 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * t226 - arm_psi_1_sin * t223) + arm_psi_cos * (arm_psi_1_sin *
-        t226 + arm_psi_1_cos * t223);
-    out->M[11 * 13 + 2] = t225;
-    out->M[11 * 13 + 3] = t225;
-    out->M[11 * 13 + 4] = t223;
-    out->M[11 * 13 + 5] = t221;
-    out->M[11 * 13 + 6] = t219;
-    out->M[11 * 13 + 7] = t217;
-    out->M[11 * 13 + 8] = t215;
-    out->M[11 * 13 + 9] = -t213;
+    out->M[11 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * t204 - arm_psi_1_sin * t201) + arm_psi_cos * (arm_psi_1_sin *
+        t204 + arm_psi_1_cos * t201);
+    out->M[11 * 13 + 2] = t203;
+    out->M[11 * 13 + 3] = t203;
+    out->M[11 * 13 + 4] = t201;
+    out->M[11 * 13 + 5] = t199;
+    out->M[11 * 13 + 6] = t197;
+    out->M[11 * 13 + 7] = t195;
+    out->M[11 * 13 + 8] = t193;
+    out->M[11 * 13 + 9] = -t191;
     out->M[11 * 13 + 11] = p->derived.arm_psi_inertia_xx;
-    out->M[12 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t250 - arm_psi_1_sin * t246) + arm_psi_cos * t253;
-    out->M[12 * 13 + 1] = t254;
-    out->M[12 * 13 + 2] = t251 + p->derived.constant_1 * t253;
-    out->M[12 * 13 + 3] = t251;
-    out->M[12 * 13 + 4] = t248;
-    out->M[12 * 13 + 5] = t243;
-    out->M[12 * 13 + 6] = t239;
-    out->M[12 * 13 + 7] = t235;
+    out->M[12 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t230 - arm_psi_1_sin * t226) + arm_psi_cos * t231;
+    out->M[12 * 13 + 1] = t232;
+    out->M[12 * 13 + 2] = t228 + p->derived.constant_1 * t231;
+    out->M[12 * 13 + 3] = t228;
+    out->M[12 * 13 + 4] = t224;
+    out->M[12 * 13 + 5] = t219;
+    out->M[12 * 13 + 6] = t215;
+    out->M[12 * 13 + 7] = t211;
     out->M[12 * 13 + 12] = p->m_E;
     out->f[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + base_z_carried_force_z);
     out->f[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1] -
         column_psi_carried_moment_z;
     out->f[2] = -arm_psi_carried_moment_z;
-    out->f[3] = t278 - t279 - (p->derived.arm_stiffness_psi * q[3] + p->derived.arm_damping_psi * qd[3]);
-    out->f[4] = t276 - t277 - (p->derived.arm_stiffness_psi * q[4] + p->derived.arm_damping_psi * qd[4]);
-    out->f[5] = -(p->derived.arm_stiffness_phi * q[5] + p->derived.arm_damping_phi * qd[5] + arm_phi_1_carried_moment_x);
-    out->f[6] = t273 - t274 - (p->derived.arm_stiffness_psi * q[6] + p->derived.arm_damping_psi * qd[6]);
-    out->f[7] = t271 - t272 - (p->derived.arm_stiffness_psi * q[7] + p->derived.arm_damping_psi * qd[7]);
-    out->f[8] = -(p->derived.arm_stiffness_phi * q[8] + p->derived.arm_damping_phi * qd[8] + arm_phi_2_carried_moment_x);
-    out->f[9] = t255 - t269 - (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi * qd[9]);
-    out->f[10] = t267 - t268 - (p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10]);
+    out->f[9] = t233 - t247 - (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi * qd[9]);
+    out->f[10] = t245 - t246 - (p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10]);
     out->f[11] = -(arm_phi_3_bias_moment_x + (p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi *
         qd[11]));
     out->f[12] = -effector_z_load_force_z;
     out->u[0 * 13 + 0] = 0.0;
     out->u[0 * 13 + 1] = row_1_u_column_psi;
-    out->u[0 * 13 + 2] = -(column_psi_cos * t59 * t265 + column_psi_sin * t59 * t264);
-    out->u[0 * 13 + 3] = -(column_psi_cos * t62 * t265 + column_psi_sin * t62 * t264);
-    out->u[0 * 13 + 4] = row_1_u_arm_theta_1;
-    out->u[0 * 13 + 5] = row_1_u_arm_phi_1;
-    out->u[0 * 13 + 6] = row_1_u_arm_psi_2;
-    out->u[0 * 13 + 7] = row_1_u_arm_theta_2;
-    out->u[0 * 13 + 8] = row_1_u_arm_phi_2;
+    out->u[0 * 13 + 2] = -(column_psi_cos * t43 * t243 + column_psi_sin * t43 * t242);
     out->u[0 * 13 + 9] = row_1_u_arm_psi_3;
     out->u[0 * 13 + 10] = row_1_u_arm_theta_3;
     out->u[0 * 13 + 11] = row_1_u_arm_phi_3;
@@ -6617,12 +6722,6 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
     out->u[1 * 13 + 0] = 1.0;
     out->u[1 * 13 + 1] = 0.0;
     out->u[1 * 13 + 2] = row_2_u_arm_psi;
-    out->u[1 * 13 + 3] = row_2_u_arm_psi_1;
-    out->u[1 * 13 + 4] = row_2_u_arm_theta_1;
-    out->u[1 * 13 + 5] = row_2_u_arm_phi_1;
-    out->u[1 * 13 + 6] = row_2_u_arm_psi_2;
-    out->u[1 * 13 + 7] = row_2_u_arm_theta_2;
-    out->u[1 * 13 + 8] = row_2_u_arm_phi_2;
     out->u[1 * 13 + 9] = row_2_u_arm_psi_3;
     out->u[1 * 13 + 10] = row_2_u_arm_theta_3;
     out->u[1 * 13 + 11] = row_2_u_arm_phi_3;
@@ -6674,54 +6773,50 @@ void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double t1 = column_psi_cos * arm_psi_sin;
-    /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sine[2];
-    const double arm_psi_1_cos = cosine[2];
-    const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t1 * arm_psi_1_sin;
-    const double t2 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
-    const double arm_psi_1_position_x = p->derived.constant_1 * arm_psi_ground_x_x;
-    /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sine[3];
-    const double arm_theta_1_cos = cosine[3];
-    const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
-    const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
-    /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sine[4];
-    const double arm_phi_1_cos = cosine[4];
-    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t2 * arm_phi_1_cos;
-    const double arm_phi_1_ground_x_z = t2 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
-    /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sine[5];
-    const double arm_psi_2_cos = cosine[5];
-    const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
-    const double arm_psi_2_position_x = arm_psi_1_position_x + p->derived.arm_element_length * arm_theta_1_ground_x_x;
-    /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sine[6];
-    const double arm_theta_2_cos = cosine[6];
-    const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
-        arm_theta_2_sin;
-    /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sine[7];
-    const double arm_phi_2_cos = cosine[7];
-    const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
-    /* arm_psi_3: motion from arm_phi_2 outward */
+    /* arm_psi_e: motion from arm_psi outward */
+    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
+    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
+    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
+    double last_arm_phi_e_ground_x_z = column_psi_sin;
+    double last_arm_psi_e_position_x = arm_psi_e_position_x;
+    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        /* arm_psi_e: motion from arm_psi_e outward */
+        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_position_x_2 = last_arm_psi_e_position_x + p->derived.arm_element_length *
+        last_arm_theta_e_ground_x_x;
+        /* arm_theta_e: motion from arm_psi_e outward */
+        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        /* arm_phi_e: motion from arm_theta_e outward */
+        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
+        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
+        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
+        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
+        last_arm_psi_e_position_x = arm_psi_e_position_x_2;
+    }
+    /* arm_psi_3: motion from arm_psi_e outward */
     const double arm_psi_3_sin = sine[8];
     const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
-    const double arm_psi_3_position_x = arm_psi_2_position_x + p->derived.arm_element_length * arm_theta_2_ground_x_x;
+    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
+        arm_psi_3_cos;
+    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sine[9];
     const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
+    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
         arm_theta_3_sin;
     /* effector_z: motion from arm_phi_3 outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_position_x = arm_psi_3_position_x + arm_theta_3_ground_x_x * effector_z_shift_x;
+    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
+    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
     anchored[0] = effector_z_position_x - p->a;
 }
 
@@ -6976,11 +7071,11 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "cfa7d0cb4417d655",
+    SET(hash) "cafc41b7ddba893d",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,
-    SET(derived_count) 39,
+    SET(derived_count) 40,
     SET(input_count) 0,
     SET(point_count) 1,
     SET(course_count) 2,

@@ -62,7 +62,7 @@ void manipulator_rigid_M(const struct manipulator_rigid_parameters *p, const str
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
         (p->derived.arm_psi_inertia_xx - arm_psi_inertia_beyond_yy)));
-    /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    /* axes, and wrenches that accelerate all beyond, in the ground's axes */
     const double effector_z_moment_change_z = p->m_E * arm_psi_sin;
     M[0 * 4 + 0] = p->derived.base_z_mass_beyond;
     M[1 * 4 + 1] = column_psi_inertia_beyond_zz;
@@ -147,7 +147,8 @@ void manipulator_rigid_u(const struct manipulator_rigid_parameters *p, const str
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
-    const double effector_z_position_z = arm_psi_position_z + arm_psi_sin * effector_z_shift_x;
+    const double effector_z_shift_ground_z = arm_psi_sin * effector_z_shift_x;
+    const double effector_z_position_z = arm_psi_position_z + effector_z_shift_ground_z;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double t1 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
@@ -363,7 +364,8 @@ void manipulator_rigid_r(const struct manipulator_rigid_parameters *p, const str
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
-    const double effector_z_position_z = arm_psi_position_z + arm_psi_sin * effector_z_shift_x;
+    const double effector_z_shift_ground_z = arm_psi_sin * effector_z_shift_x;
+    const double effector_z_position_z = arm_psi_position_z + effector_z_shift_ground_z;
     r[0 * 3 + 0] = effector_z_position_x;
     r[0 * 3 + 1] = effector_z_position_y;
     r[0 * 3 + 2] = effector_z_position_z;
@@ -418,7 +420,8 @@ void manipulator_rigid_C(const struct manipulator_rigid_parameters *p, const str
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
-    const double effector_z_position_z = arm_psi_position_z + arm_psi_sin * effector_z_shift_x;
+    const double effector_z_shift_ground_z = arm_psi_sin * effector_z_shift_x;
+    const double effector_z_position_z = arm_psi_position_z + effector_z_shift_ground_z;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double t1 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
@@ -531,16 +534,16 @@ void manipulator_rigid_Q_q(const struct manipulator_rigid_parameters *p, const s
     const double effector_z_shift_x = p->L + q[3];
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
+    /* axes, and wrenches that accelerate all beyond, in the ground's axes */
+    const double effector_z_moment_change_x = p->m_E * arm_psi_ground_x_x;
+    const double effector_z_moment_change_y = p->m_E * arm_psi_ground_y_x;
     /* arm_psi: column of the gravity tangent g_i,j */
     const double t1 = p->g * column_psi_cos;
     const double t2 = p->g * column_psi_sin;
-    /* effector_z: column of the gravity tangent g_i,j */
-    const double effector_z_moment_change_x = p->m_E * arm_psi_ground_x_x;
-    const double effector_z_moment_change_y = p->m_E * arm_psi_ground_y_x;
     Q_q[0 * 4 + 0] = -p->s_sup;
     Q_q[2 * 4 + 2] = column_psi_cos * arm_psi_sin * arm_psi_moment_beyond_x * t1 + column_psi_sin * arm_psi_sin *
         arm_psi_moment_beyond_x * t2;
-    Q_q[3 * 4 + 2] = -(t1 * effector_z_moment_change_x + t2 * effector_z_moment_change_y);
+    Q_q[3 * 4 + 2] = -(effector_z_moment_change_x * t1 + effector_z_moment_change_y * t2);
     for (int i = 0; i < 4; i++)
         for (int j = 0; j < i; j++)
             Q_q[j * 4 + i] = Q_q[i * 4 + j];
@@ -568,14 +571,8 @@ void manipulator_rigid_qdd_free(const struct manipulator_rigid_parameters *p, co
     const double effector_z_bias_a_x = t4 + t4 - (t1 + t1) * effector_z_shift_x;
     const double effector_z_bias_a_falling_y = arm_psi_bias_a_falling_y + t2 * effector_z_shift_x + (t5 +
         t5);
-    /* effector_z: composite pseudo-inertia of all beyond, inward */
-    const double t6 = p->m_E * effector_z_shift_x;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + t6;
-    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t6;
-    /* column_psi: composite pseudo-inertia of all beyond, inward */
-    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
-        (p->derived.arm_psi_inertia_xx - arm_psi_inertia_beyond_yy)));
+    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
     /* effector_z: bias forces c, inward */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     /* arm_psi: bias forces c, inward */
@@ -592,29 +589,32 @@ void manipulator_rigid_qdd_free(const struct manipulator_rigid_parameters *p, co
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_D_inverse = 1.0 / arm_psi_inertia_beyond_yy;
-    const double t7 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
-    const double t8 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t7;
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->m_E * (effector_z_shift_x * effector_z_shift_x);
+    const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
+    const double t6 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
+    const double t7 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t6;
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_D_inverse = 1.0 / column_psi_inertia_beyond_zz;
+    const double column_psi_U_moment_z = p->Izz_col + (arm_psi_U_moment_z + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        arm_psi_U_moment_z)));
+    const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + (t8 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_mass -
-        t8))));
+    const double base_z_U_force_z = p->m_base + (p->m_col + (t7 + arm_psi_sin * arm_psi_sin * (p->derived.arm_psi_mass -
+        t7)));
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* arm_psi: force left for the joint, inward */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* base_z: acceleration, outward */
-    const double t9 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+    const double t8 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
         (p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
-        t7 * arm_psi_carried_moment_z)))));
+        t6 * arm_psi_carried_moment_z)))));
     /* column_psi: acceleration, outward */
-    const double t10 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
+    const double t9 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
         0.5 * qd[1] - column_psi_bias_moment_z);
-    qdd[0] = -t9;
-    qdd[1] = t10;
-    qdd[2] = t7 * (arm_psi_cos * t9) - arm_psi_D_inverse * arm_psi_carried_moment_z;
-    qdd[3] = arm_psi_sin * t9 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    qdd[0] = -t8;
+    qdd[1] = t9;
+    qdd[2] = t6 * (arm_psi_cos * t8) - arm_psi_D_inverse * arm_psi_carried_moment_z;
+    qdd[3] = arm_psi_sin * t8 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
 }
 
 void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -647,7 +647,8 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
-    const double effector_z_position_z = arm_psi_position_z + arm_psi_sin * effector_z_shift_x;
+    const double effector_z_shift_ground_z = arm_psi_sin * effector_z_shift_x;
+    const double effector_z_position_z = arm_psi_position_z + effector_z_shift_ground_z;
     const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
     const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
     const double t8 = t7 * effector_z_shift_x;
@@ -671,14 +672,8 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
     const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t8;
     const double t13 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    /* effector_z: composite pseudo-inertia of all beyond, inward */
-    const double t14 = p->m_E * effector_z_shift_x;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + t14;
-    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t14;
-    /* column_psi: composite pseudo-inertia of all beyond, inward */
-    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
-        (p->derived.arm_psi_inertia_xx - arm_psi_inertia_beyond_yy)));
+    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
     /* effector_z: bias forces c, inward */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     /* arm_psi: bias forces c, inward */
@@ -687,27 +682,27 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
     const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
     const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t15 = (effector_z_position_x - p->xc) / p->a;
-    const double t16 = effector_z_position_y / p->b;
-    const double row_1_phi = t15 * t15 + t16 * t16 - 1.0;
-    const double t17 = point_E_xd * p->derived.constant_5;
-    const double t18 = t15 * t17;
-    const double t19 = point_E_yd * p->derived.constant_6;
-    const double t20 = t16 * t19;
-    const double row_1_psi = t18 + t18 + (t20 + t20);
-    const double t21 = t17 * t17 - t15 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
+    const double t14 = (effector_z_position_x - p->xc) / p->a;
+    const double t15 = effector_z_position_y / p->b;
+    const double row_1_phi = t14 * t14 + t15 * t15 - 1.0;
+    const double t16 = point_E_xd * p->derived.constant_5;
+    const double t17 = t14 * t16;
+    const double t18 = point_E_yd * p->derived.constant_6;
+    const double t19 = t15 * t18;
+    const double row_1_psi = t17 + t17 + (t19 + t19);
+    const double t20 = t16 * t16 - t14 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
         arm_psi_ground_x_x * t8) * p->derived.constant_5);
-    const double t22 = t19 * t19 + t16 * (point_E_bias_y * p->derived.constant_6);
-    const double row_1_v = t21 + t21 + (t22 + t22);
-    const double t23 = p->derived.constant_6 * (t16 + t16);
-    const double t24 = p->derived.constant_5 * (t15 + t15);
-    const double row_1_u_column_psi = effector_z_position_x * t23 - effector_z_position_y * t24;
-    const double t25 = column_psi_cos * t13 * t24 + column_psi_sin * t13 * t23;
-    const double row_1_u_effector_z = arm_psi_ground_x_x * t24 + arm_psi_ground_y_x * t23;
+    const double t21 = t18 * t18 + t15 * (point_E_bias_y * p->derived.constant_6);
+    const double row_1_v = t20 + t20 + (t21 + t21);
+    const double t22 = p->derived.constant_6 * (t15 + t15);
+    const double t23 = p->derived.constant_5 * (t14 + t14);
+    const double row_1_u_column_psi = effector_z_position_x * t22 - effector_z_position_y * t23;
+    const double t24 = column_psi_cos * t13 * t23 + column_psi_sin * t13 * t22;
+    const double row_1_u_effector_z = arm_psi_ground_x_x * t23 + arm_psi_ground_y_x * t22;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t26 = t2 * (p->derived.constant_9 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t26 + t26);
+    const double t25 = t2 * (p->derived.constant_9 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t25 + t25);
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
     const double arm_psi_load_moment_z = t6 * p->derived.constant_3 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
     const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
@@ -717,14 +712,17 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_D_inverse = 1.0 / arm_psi_inertia_beyond_yy;
-    const double t27 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
-    const double t28 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t27;
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->m_E * (effector_z_shift_x * effector_z_shift_x);
+    const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
+    const double t26 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
+    const double t27 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t26;
+    const double t28 = arm_psi_sin * arm_psi_sin;
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_D_inverse = 1.0 / column_psi_inertia_beyond_zz;
+    const double column_psi_U_moment_z = p->Izz_col + (arm_psi_U_moment_z + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        arm_psi_U_moment_z)));
+    const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + (t28 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_mass -
-        t28))));
+    const double base_z_U_force_z = p->m_base + (p->m_col + (t27 + t28 * (p->derived.arm_psi_mass - t27)));
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* arm_psi: force left for the joint, inward */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
@@ -732,33 +730,32 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
     /* base_z: acceleration, outward */
     const double t29 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
         (p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
-        t27 * arm_psi_carried_moment_z)))));
+        t26 * arm_psi_carried_moment_z)))));
     /* column_psi: acceleration, outward */
     const double t30 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
         0.5 * qd[1] - column_psi_bias_moment_z);
     /* arm_psi: acceleration, outward */
-    const double t31 = t27 * (arm_psi_cos * t29) - arm_psi_D_inverse * arm_psi_carried_moment_z;
+    const double t31 = t26 * (arm_psi_cos * t29) - arm_psi_D_inverse * arm_psi_carried_moment_z;
     /* effector_z: acceleration, outward */
     const double t32 = arm_psi_sin * t29 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
     /* base_z: acceleration, outward */
-    const double t33 = base_z_D_inverse * (arm_psi_cos * (t25 * t27) - arm_psi_sin * row_1_u_effector_z);
+    const double t33 = base_z_D_inverse * (arm_psi_cos * (t24 * t26) - arm_psi_sin * row_1_u_effector_z);
     /* column_psi: acceleration, outward */
     const double t34 = row_1_u_column_psi * column_psi_D_inverse;
     /* arm_psi: acceleration, outward */
-    const double t35 = t27 * (arm_psi_cos * t33) + t25 * arm_psi_D_inverse;
+    const double t35 = t26 * (arm_psi_cos * t33) + t24 * arm_psi_D_inverse;
     /* effector_z: acceleration, outward */
     const double t36 = row_1_u_effector_z * p->derived.effector_z_D_inverse - arm_psi_sin * t33;
     /* base_z: acceleration, outward */
-    const double t37 = base_z_D_inverse * (1.0 - (arm_psi_sin * arm_psi_sin + arm_psi_cos * (row_2_u_arm_psi *
-        t27)));
+    const double t37 = base_z_D_inverse * (1.0 - (t28 + arm_psi_cos * (row_2_u_arm_psi * t26)));
     /* arm_psi: acceleration, outward */
-    const double t38 = row_2_u_arm_psi * arm_psi_D_inverse - t27 * (arm_psi_cos * t37);
+    const double t38 = row_2_u_arm_psi * arm_psi_D_inverse - t26 * (arm_psi_cos * t37);
     /* effector_z: acceleration, outward */
     const double t39 = arm_psi_sin * p->derived.effector_z_D_inverse - arm_psi_sin * t37;
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
     const double t40 = row_1_phi * p->derived.constant_8 + (row_1_v + row_1_psi * p->derived.constant_7) +
-        (row_1_u_column_psi * t30 - t25 * t31 + row_1_u_effector_z * t32);
-    const double t41 = row_1_u_column_psi * t34 + t25 * t35 + row_1_u_effector_z * t36;
+        (row_1_u_column_psi * t30 - t24 * t31 + row_1_u_effector_z * t32);
+    const double t41 = row_1_u_column_psi * t34 + t24 * t35 + row_1_u_effector_z * t36;
     const double t42 = t33 - row_2_u_arm_psi * t35 + arm_psi_sin * t36;
     const double t43 = t37 + row_2_u_arm_psi * t38 + arm_psi_sin * t39;
     const double row_1_pivot_inverse = (t41 * 1e-12 < t41 ? 1.0 / t41 : 0.0);
@@ -804,7 +801,8 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
-    const double effector_z_position_z = arm_psi_position_z + arm_psi_sin * effector_z_shift_x;
+    const double effector_z_shift_ground_z = arm_psi_sin * effector_z_shift_x;
+    const double effector_z_position_z = arm_psi_position_z + effector_z_shift_ground_z;
     const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
     const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
     const double t8 = t7 * effector_z_shift_x;
@@ -828,14 +826,8 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
     const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t8;
     const double t13 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    /* effector_z: composite pseudo-inertia of all beyond, inward */
-    const double t14 = p->m_E * effector_z_shift_x;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + t14;
-    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t14;
-    /* column_psi: composite pseudo-inertia of all beyond, inward */
-    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
-        (p->derived.arm_psi_inertia_xx - arm_psi_inertia_beyond_yy)));
+    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
     /* effector_z: bias forces c, inward */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     /* arm_psi: bias forces c, inward */
@@ -844,27 +836,27 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
     const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
     const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t15 = (effector_z_position_x - p->xc) / p->a;
-    const double t16 = effector_z_position_y / p->b;
-    const double row_1_phi = t15 * t15 + t16 * t16 - 1.0;
-    const double t17 = point_E_xd * p->derived.constant_5;
-    const double t18 = t15 * t17;
-    const double t19 = point_E_yd * p->derived.constant_6;
-    const double t20 = t16 * t19;
-    const double row_1_psi = t18 + t18 + (t20 + t20);
-    const double t21 = t17 * t17 - t15 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
+    const double t14 = (effector_z_position_x - p->xc) / p->a;
+    const double t15 = effector_z_position_y / p->b;
+    const double row_1_phi = t14 * t14 + t15 * t15 - 1.0;
+    const double t16 = point_E_xd * p->derived.constant_5;
+    const double t17 = t14 * t16;
+    const double t18 = point_E_yd * p->derived.constant_6;
+    const double t19 = t15 * t18;
+    const double row_1_psi = t17 + t17 + (t19 + t19);
+    const double t20 = t16 * t16 - t14 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
         arm_psi_ground_x_x * t8) * p->derived.constant_5);
-    const double t22 = t19 * t19 + t16 * (point_E_bias_y * p->derived.constant_6);
-    const double row_1_v = t21 + t21 + (t22 + t22);
-    const double t23 = p->derived.constant_6 * (t16 + t16);
-    const double t24 = p->derived.constant_5 * (t15 + t15);
-    const double row_1_u_column_psi = effector_z_position_x * t23 - effector_z_position_y * t24;
-    const double t25 = column_psi_cos * t13 * t24 + column_psi_sin * t13 * t23;
-    const double row_1_u_effector_z = arm_psi_ground_x_x * t24 + arm_psi_ground_y_x * t23;
+    const double t21 = t18 * t18 + t15 * (point_E_bias_y * p->derived.constant_6);
+    const double row_1_v = t20 + t20 + (t21 + t21);
+    const double t22 = p->derived.constant_6 * (t15 + t15);
+    const double t23 = p->derived.constant_5 * (t14 + t14);
+    const double row_1_u_column_psi = effector_z_position_x * t22 - effector_z_position_y * t23;
+    const double t24 = column_psi_cos * t13 * t23 + column_psi_sin * t13 * t22;
+    const double row_1_u_effector_z = arm_psi_ground_x_x * t23 + arm_psi_ground_y_x * t22;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t26 = t2 * (p->derived.constant_9 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t26 + t26);
+    const double t25 = t2 * (p->derived.constant_9 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t25 + t25);
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
     const double arm_psi_load_moment_z = t6 * p->derived.constant_3 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
     const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
@@ -874,14 +866,17 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_D_inverse = 1.0 / arm_psi_inertia_beyond_yy;
-    const double t27 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
-    const double t28 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t27;
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->m_E * (effector_z_shift_x * effector_z_shift_x);
+    const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
+    const double t26 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
+    const double t27 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t26;
+    const double t28 = arm_psi_sin * arm_psi_sin;
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_D_inverse = 1.0 / column_psi_inertia_beyond_zz;
+    const double column_psi_U_moment_z = p->Izz_col + (arm_psi_U_moment_z + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        arm_psi_U_moment_z)));
+    const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + (t28 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_mass -
-        t28))));
+    const double base_z_U_force_z = p->m_base + (p->m_col + (t27 + t28 * (p->derived.arm_psi_mass - t27)));
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* arm_psi: force left for the joint, inward */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
@@ -889,30 +884,29 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
     /* base_z: acceleration, outward */
     const double t29 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
         (p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
-        t27 * arm_psi_carried_moment_z)))));
+        t26 * arm_psi_carried_moment_z)))));
     /* column_psi: acceleration, outward */
     const double t30 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
         0.5 * qd[1] - column_psi_bias_moment_z);
     /* arm_psi: acceleration, outward */
-    const double t31 = t27 * (arm_psi_cos * t29) - arm_psi_D_inverse * arm_psi_carried_moment_z;
+    const double t31 = t26 * (arm_psi_cos * t29) - arm_psi_D_inverse * arm_psi_carried_moment_z;
     /* effector_z: acceleration, outward */
     const double t32 = arm_psi_sin * t29 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
     /* base_z: acceleration, outward */
-    const double t33 = base_z_D_inverse * (arm_psi_cos * (t25 * t27) - arm_psi_sin * row_1_u_effector_z);
+    const double t33 = base_z_D_inverse * (arm_psi_cos * (t24 * t26) - arm_psi_sin * row_1_u_effector_z);
     /* arm_psi: acceleration, outward */
-    const double t34 = t27 * (arm_psi_cos * t33) + t25 * arm_psi_D_inverse;
+    const double t34 = t26 * (arm_psi_cos * t33) + t24 * arm_psi_D_inverse;
     /* effector_z: acceleration, outward */
     const double t35 = row_1_u_effector_z * p->derived.effector_z_D_inverse - arm_psi_sin * t33;
     /* base_z: acceleration, outward */
-    const double t36 = base_z_D_inverse * (1.0 - (arm_psi_sin * arm_psi_sin + arm_psi_cos * (row_2_u_arm_psi *
-        t27)));
+    const double t36 = base_z_D_inverse * (1.0 - (t28 + arm_psi_cos * (row_2_u_arm_psi * t26)));
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
     const double t37 = row_1_phi * p->derived.constant_8 + (row_1_v + row_1_psi * p->derived.constant_7) +
-        (row_1_u_column_psi * t30 - t25 * t31 + row_1_u_effector_z * t32);
-    const double t38 = row_1_u_column_psi * (row_1_u_column_psi * column_psi_D_inverse) + t25 * t34 + row_1_u_effector_z *
+        (row_1_u_column_psi * t30 - t24 * t31 + row_1_u_effector_z * t32);
+    const double t38 = row_1_u_column_psi * (row_1_u_column_psi * column_psi_D_inverse) + t24 * t34 + row_1_u_effector_z *
         t35;
     const double t39 = t33 - row_2_u_arm_psi * t34 + arm_psi_sin * t35;
-    const double t40 = t36 + row_2_u_arm_psi * (row_2_u_arm_psi * arm_psi_D_inverse - t27 * (arm_psi_cos *
+    const double t40 = t36 + row_2_u_arm_psi * (row_2_u_arm_psi * arm_psi_D_inverse - t26 * (arm_psi_cos *
         t36)) + arm_psi_sin * (arm_psi_sin * p->derived.effector_z_D_inverse - arm_psi_sin * t36);
     const double row_1_pivot_inverse = (t38 * 1e-12 < t38 ? 1.0 / t38 : 0.0);
     const double t41 = t39 * row_1_pivot_inverse;
@@ -923,7 +917,7 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
     const double t43 = row_1_pivot_inverse * (t37 + t39 * row_2_lambda);
     force[0] = row_2_lambda;
     force[1] = -row_1_u_column_psi * t43;
-    force[2] = t25 * t43 + row_2_u_arm_psi * row_2_lambda;
+    force[2] = t24 * t43 + row_2_u_arm_psi * row_2_lambda;
     force[3] = arm_psi_sin * row_2_lambda - row_1_u_effector_z * t43;
 }
 
@@ -959,7 +953,8 @@ void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, c
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
-    const double effector_z_position_z = arm_psi_position_z + arm_psi_sin * effector_z_shift_x;
+    const double effector_z_shift_ground_z = arm_psi_sin * effector_z_shift_x;
+    const double effector_z_position_z = arm_psi_position_z + effector_z_shift_ground_z;
     const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
     const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
     const double t8 = t7 * effector_z_shift_x;
@@ -992,7 +987,7 @@ void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, c
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
         (p->derived.arm_psi_inertia_xx - arm_psi_inertia_beyond_yy)));
-    /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    /* axes, and wrenches that accelerate all beyond, in the ground's axes */
     const double effector_z_moment_change_z = p->m_E * arm_psi_sin;
     /* effector_z: bias forces c, inward */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
@@ -1344,7 +1339,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "79814fa62024d728",
+    SET(hash) "4ca11b7c3da77ecf",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,

@@ -27,7 +27,7 @@
  *   energy         20     37    0    2
  *   power           3      7    1    3
  *   Q_q             4     15    0    4
- *   qdd_free       38     54    4    5
+ *   qdd_free       38     55    4    5
  *   qdd           106    160    9    9
  *   force         101    158    9    9
  *   equations      70    104    4    9
@@ -35,7 +35,7 @@
  *   breaks          0      0    0    0
  *   anchor          2      2    0    2
  *   start           0      0    0    0
- * Accelerations: qdd_free recursive, 108 operations (dense 109); qdd recursive, 302 operations (dense 299).
+ * Choices by counted operations: M written out, 12 (loops 80); qdd_free recursive, 109 operations (dense 109); qdd recursive, 302 operations (dense 299).
  */
 #ifndef REFDYN_GENERATED_manipulator_rigid_H
 #define REFDYN_GENERATED_manipulator_rigid_H
