@@ -486,12 +486,49 @@ static void find_carried(struct writer *w) {
     w->text = text;
 }
 
+/* ---- Composed functions ---- */
+
+static void emit_part_call(struct writer *w, const struct part *part) {
+    const struct function *from = part->from;
+    const char *name = w->x->name, *arguments = "p, x, t, q, qd";
+    if (from->field_count == 1) {
+        text_add(w->text, "    %s_%s(%s, ", name, from->quantity, arguments);
+        emit_field_name(w, part->to_field);
+        text_add(w->text, ");\n");
+        return;
+    }
+    text_add(w->text, "    struct %s_%s_result %s;\n", name, from->quantity, from->quantity);
+    text_add(w->text, "    %s_%s(%s, &%s);\n", name, from->quantity, arguments, from->quantity);
+}
+
+static void emit_composed(struct writer *w) {
+    const struct function *function = w->function;
+    emit_signature(w->x, w->text, function);
+    text_add(w->text, " {\n");
+    for (int i = 0; i < function->part_count; i++) {
+        const struct part *part = &function->parts[i];
+        const struct field *source = &part->from->fields[part->from_field];
+        if (i == 0 || function->parts[i - 1].from != part->from)
+            emit_part_call(w, part);
+        if (part->from->field_count == 1)
+            continue;
+        text_add(w->text, "    for (int i = 0; i < %d; i++)\n        ", source->count);
+        emit_field_name(w, part->to_field);
+        text_add(w->text, "[i] = %s.%s[i];\n", part->from->quantity, source->name);
+    }
+    text_add(w->text, "}\n\n");
+}
+
 void emit_function(struct emission *x, struct text *text, const struct function *function) {
     struct writer w = {.x = x, .text = text, .function = function, .indent = "    ", .local = ""};
     x->function = function;
     memset(x->is_slot_carried, 0, (size_t)x->g->slot_count);
     for (int slot = 0; slot < x->g->slot_count; slot++)
         x->is_carried[x->g->slots[slot].carried] = false;
+    if (function->part_count) {
+        emit_composed(&w);
+        return;
+    }
     mark_statements(x->plan, function);
     number_statements(&w);
     x->is_cut = function->piece_count > 1;

@@ -126,14 +126,29 @@ static const struct function *find_function(const struct plan *plan, const char 
     return NULL;
 }
 
-int gen_interpret(const struct generation *generation, const char *quantity, const double *p, const double *x,
-                  double t, const double *q, const double *qd, double *out) {
-    struct plan *plan = generation->plan;
-    const struct function *function = find_function(plan, quantity);
+static void interpret(struct plan *plan, const struct function *function, const struct arguments *arguments,
+                      double *out);
+
+static void interpret_parts(struct plan *plan, const struct function *function,
+                            const struct arguments *arguments, double *out) {
+    for (int i = 0; i < function->part_count; i++) {
+        const struct part *part = &function->parts[i];
+        const struct field *from = &part->from->fields[part->from_field];
+        double *values = memory_get(plan->memory, ((size_t)part->from->out_count + 1) * sizeof *values);
+        interpret(plan, part->from, arguments, values);
+        memcpy(out + function->fields[part->to_field].offset, values + from->offset,
+               (size_t)from->count * sizeof *out);
+    }
+}
+
+static void interpret(struct plan *plan, const struct function *function, const struct arguments *arguments,
+                      double *out) {
+    if (function->part_count) {
+        interpret_parts(plan, function, arguments, out);
+        return;
+    }
     const struct graph *g = plan->g;
-    if (!function)
-        return 1;
-    struct state state = {.g = g, .arguments = {plan, p, x, q, qd, t}};
+    struct state state = {.g = g, .arguments = *arguments};
     state.needed = memory_get(plan->memory, g->count * sizeof *state.needed);
     state.values = memory_get(plan->memory, g->count * sizeof *state.values);
     state.by_element = memory_get(plan->memory, g->count * sizeof *state.by_element);
@@ -154,5 +169,15 @@ int gen_interpret(const struct generation *generation, const char *quantity, con
     for (int i = 0; i < function->loop_count; i++)
         run_loop(function, &function->loops[i], fields);
     memcpy(out, fields, (size_t)function->out_count * sizeof *out);
+}
+
+int gen_interpret(const struct generation *generation, const char *quantity, const double *p, const double *x,
+                  double t, const double *q, const double *qd, double *out) {
+    struct plan *plan = generation->plan;
+    const struct function *function = find_function(plan, quantity);
+    const struct arguments arguments = {plan, p, x, q, qd, t};
+    if (!function)
+        return 1;
+    interpret(plan, function, &arguments, out);
     return 0;
 }

@@ -271,6 +271,23 @@ static void plan_function(struct plan *plan, struct function *function) {
     cut_pieces(plan, function);
 }
 
+/* A composed function costs what it calls, each once. */
+static void add_up_parts(struct function *function) {
+    struct operation_count *sum = &function->operations;
+    if (function->part_count)
+        *sum = (struct operation_count){.quantity = function->quantity};
+    for (int i = 0; i < function->part_count; i++) {
+        const struct operation_count *part = &function->parts[i].from->operations;
+        if (i > 0 && function->parts[i - 1].from == function->parts[i].from)
+            continue;
+        sum->adds += part->adds;
+        sum->muls += part->muls;
+        sum->divs += part->divs;
+        sum->functions += part->functions;
+        sum->bytes += part->bytes;
+    }
+}
+
 static void plan_prepare(struct plan *plan) {
     struct function *prepare = &plan->prepare;
     expression *derived = memory_get(plan->memory, plan->g->count * sizeof *derived);
@@ -321,6 +338,8 @@ void plan_functions(struct plan *plan) {
     plan->is_derived = memory_get(plan->memory, plan->g->count * sizeof *plan->is_derived);
     for (int f = 0; f < plan->function_count; f++)
         plan_function(plan, &plan->functions[f]);
+    for (int f = 0; f < plan->function_count; f++)
+        add_up_parts(&plan->functions[f]);
     plan_prepare(plan);
     list_parameters(plan);
 }

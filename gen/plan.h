@@ -44,12 +44,23 @@ struct angle_use {
     expression value;
 };
 
+struct function;
+
+/* A field of a composed function: that of another one, which is called. */
+struct part {
+    const struct function *from;
+    int from_field, to_field;
+};
+
 struct function {
     const char *quantity, *about;
     struct field *fields; /* parts of the result, then local arrays, which loops read */
     int field_count, local_count, field_capacity;
     expression *out; /* values of all fields; loops add to them */
     int out_count, local_out_count;
+    struct part
+        *parts; /* of a composed function, which computes nothing itself; parts of one function in a row */
+    int part_count, part_capacity;
     struct run_result *run_results;
     int run_result_count, run_result_capacity;
     struct loop *loops;

@@ -476,7 +476,22 @@ static void build_u(struct derivation *d, struct function *f) {
         spread(d, f, i * d->n, rows(d)[i].u);
 }
 
-static void build_v(struct derivation *d, struct function *f) {
+/* The function of a quantity, built when it is not there yet. */
+static const struct function *provide(struct derivation *d, const char *quantity);
+
+/* One field more of a composed function. */
+static void compose(struct derivation *d, struct function *f, const char *quantity, const char *field) {
+    const struct function *from = provide(d, quantity);
+    int index = 0;
+    while (strcmp(from->fields[index].name, field))
+        index++;
+    const struct field source = from->fields[index];
+    add_field(d, f, source.name, source.about, source.count, source.columns);
+    f->parts = memory_room(d->memory, f->parts, f->part_count, &f->part_capacity, sizeof *f->parts);
+    f->parts[f->part_count++] = (struct part){from, index, f->field_count - 1};
+}
+
+static void add_v(struct derivation *d, struct function *f) {
     expression *out = add_field(d, f, "v", "(m) rest of the rows", d->m, 0);
     for (int i = 0; i < d->m; i++)
         out[i] = rows(d)[i].v;
@@ -495,10 +510,27 @@ static void build_psi(struct derivation *d, struct function *f) {
         out[i] = rows(d)[i].psi;
 }
 
-static void build_k(struct derivation *d, struct function *f) {
+static void add_k(struct derivation *d, struct function *f) {
     expression *out = add_field(d, f, "k", "(m) stabilised right side, u qdd = k", d->m, 0);
     for (int i = 0; i < d->m; i++)
         out[i] = rows(d)[i].k;
+}
+
+/* All about the rows: most of it they share. */
+static void build_row_terms(struct derivation *d, struct function *f) {
+    build_u(d, f);
+    add_v(d, f);
+    build_phi(d, f);
+    build_psi(d, f);
+    add_k(d, f);
+}
+
+static void build_v(struct derivation *d, struct function *f) {
+    compose(d, f, "row_terms", "v");
+}
+
+static void build_k(struct derivation *d, struct function *f) {
+    compose(d, f, "row_terms", "k");
 }
 
 static void build_point_vectors(struct derivation *d, struct function *f, const char *name,
@@ -579,27 +611,31 @@ static void build_qdd_free(struct derivation *d, struct function *f) {
     spread_field(d, f, "qdd", "(n) accelerations without constraints, M qdd = h + Q", free_accelerations(d));
 }
 
-static void build_qdd(struct derivation *d, struct function *f) {
+static void build_constrained(struct derivation *d, struct function *f) {
     constrained_accelerations(d);
     spread_field(d, f, "qdd", "(n) accelerations with stabilised constraints", d->qdd);
+    spread_field(d, f, "force", "(n) programme force r = M qdd - h - Q [N, N m]", d->force);
+    fill_field(d, f, "lambda", "(m) multipliers, r = u^T lambda", d->lambda, d->m);
+}
+
+static void build_qdd(struct derivation *d, struct function *f) {
+    compose(d, f, "constrained", "qdd");
 }
 
 static void build_force(struct derivation *d, struct function *f) {
-    constrained_accelerations(d);
-    spread_field(d, f, "force", "(n) programme force r = M qdd - h - Q [N, N m]", d->force);
+    compose(d, f, "constrained", "force");
+}
+
+static void build_f(struct derivation *d, struct function *f) {
+    spread_field(d, f, "f", "(n) h + Q [N, N m]", all_forces(d));
 }
 
 static void build_equations(struct derivation *d, struct function *f) {
-    const int mass = add_mass_field(d, f);
-    spread_field(d, f, "f", "(n) h + Q [N, N m]", all_forces(d));
-    if (d->m) {
-        build_u(d, f);
-        build_v(d, f);
-        build_phi(d, f);
-        build_psi(d, f);
-        build_k(d, f);
-    }
-    fill_mass_field(d, f, mass);
+    static const char *const rows[] = {"u", "v", "phi", "psi", "k"};
+    compose(d, f, "M", "M");
+    compose(d, f, "f", "f");
+    for (int i = 0; d->m && i < 5; i++)
+        compose(d, f, "row_terms", rows[i]);
 }
 
 static void build_course(struct derivation *d, struct function *f) {
@@ -739,6 +775,10 @@ static const struct quantity quantities[] = {
      "constraints in the corrected form", build_d_force, true, true},
     {"d_statics", "derivatives of Q at qd = 0", is_corrected, "corrected form", build_d_statics, true, true},
     {"d_rows", "derivatives of phi, psi and k", has_rows, "constraints", build_d_rows, true, true},
+    {"f", "h + Q in one recursion", always, "", build_f, true, false},
+    {"row_terms", "u, v, phi, psi and k in one call", has_rows, "constraints", build_row_terms, true, false},
+    {"constrained", "qdd, programme force and multipliers in one call", has_rows, "constraints",
+     build_constrained, true, false},
     {"course", "values that the model records with a motion", has_courses, "courses", build_course, false,
      false},
     {"breaks", "times at which formulas of time alone have kinks", has_breaks, "kinks in time", build_breaks,
@@ -820,6 +860,34 @@ static void list_anchored(struct derivation *d) {
             plan->anchored[plan->anchored_count++] = i;
 }
 
+static struct function *function_of(const struct plan *plan, const char *quantity) {
+    for (int f = 0; f < plan->function_count; f++)
+        if (!strcmp(plan->functions[f].quantity, quantity))
+            return &plan->functions[f];
+    return NULL;
+}
+
+static struct function *build_quantity(struct derivation *d, const struct quantity *quantity) {
+    struct function *function = &d->plan->functions[d->plan->function_count++];
+    *function = (struct function){.quantity = quantity->name, .about = quantity->about};
+    quantity->build(quantity->is_flat ? without_runs(d) : d, function);
+    return function;
+}
+
+static const struct function *provide(struct derivation *d, const char *name) {
+    const struct function *function = function_of(d->plan, name);
+    const struct quantity *quantity = quantities;
+    while (strcmp(quantity->name, name))
+        quantity++;
+    return function ? function : build_quantity(d, quantity);
+}
+
+/* Beside what is asked for: what anchors parameters and tells breaks. */
+static bool is_wanted(const struct derivation *d, const struct quantity *quantity, const char *emit) {
+    return is_asked_for(quantity, emit) || quantity->build == build_anchor ||
+           quantity->build == build_breaks || (quantity->build == build_start && has_anchors(d));
+}
+
 void list_functions(struct plan *plan, const char *emit) {
     struct derivation *d = start_derivation(plan, plan->rolled);
     const char *last_reason = NULL;
@@ -832,17 +900,10 @@ void list_functions(struct plan *plan, const char *emit) {
             list_anchored(d);
         if (quantity->on_request && !is_asked_for(quantity, emit))
             continue;
-        if (!quantity->exists(d)) {
+        if (!quantity->exists(d))
             say_left_out(plan, quantity, &last_reason);
-            continue;
-        }
-        const bool is_needed = quantity->build == build_anchor || quantity->build == build_breaks ||
-                               (quantity->build == build_start && has_anchors(d));
-        if (!is_asked_for(quantity, emit) && !is_needed)
-            continue;
-        struct function *function = &plan->functions[plan->function_count++];
-        *function = (struct function){.quantity = quantity->name, .about = quantity->about};
-        quantity->build(quantity->is_flat ? without_runs(d) : d, function);
+        else if (is_wanted(d, quantity, emit) && !function_of(plan, quantity->name))
+            build_quantity(d, quantity);
     }
     keep_emitted_parameters(plan);
 }

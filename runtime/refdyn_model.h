@@ -87,15 +87,20 @@ struct refdyn_model {
     refdyn_function *force;     /* (n) programme force r = M qdd - h - Q at that qdd */
     refdyn_function *equations; /* struct NAME_equations_result as doubles: M (n x n), f = h + Q (n), u (m x
                                    n), v (m), phi (m), psi (m), k (m) */
-    /* Exact derivatives, emitted on request: struct NAME_..._result as doubles, parts as NAME.h lists them. */
-    refdyn_function *tangent;    /* of M qdd - h - Q - u^T lambda and u qdd - k, at held qdd and lambda */
-    refdyn_function *d_qdd;      /* of qdd by q, qd, t, inputs, parameters */
-    refdyn_function *d_qdd_free; /* of qdd_free by these */
-    refdyn_function *d_force;    /* of force by these */
-    refdyn_function *d_statics;  /* of Q at qd = 0 by q, t, inputs, parameters */
-    refdyn_function *d_rows;     /* of phi, psi and k by these */
-    refdyn_function *course;    /* (course_count) values to record with a motion, in the units of the model */
-    refdyn_function *breaks;    /* (break_count) their times, in no order; reads p alone [s] */
+    /* Exact derivatives, emitted on request: struct NAME_..._result as doubles, parts as NAME.h lists them.
+     */
+    refdyn_function *M_h;         /* struct NAME_M_h_result as doubles: M (n x n), h (n) */
+    refdyn_function *f;           /* (n) h + Q */
+    refdyn_function *row_terms;   /* struct NAME_row_terms_result: u (m x n), v, phi, psi, k (m each) */
+    refdyn_function *constrained; /* struct NAME_constrained_result: qdd, force (n each), lambda (m) */
+    refdyn_function *tangent;     /* of M qdd - h - Q - u^T lambda and u qdd - k, at held qdd and lambda */
+    refdyn_function *d_qdd;       /* of qdd by q, qd, t, inputs, parameters */
+    refdyn_function *d_qdd_free;  /* of qdd_free by these */
+    refdyn_function *d_force;     /* of force by these */
+    refdyn_function *d_statics;   /* of Q at qd = 0 by q, t, inputs, parameters */
+    refdyn_function *d_rows;      /* of phi, psi and k by these */
+    refdyn_function *course; /* (course_count) values to record with a motion, in the units of the model */
+    refdyn_function *breaks; /* (break_count) their times, in no order; reads p alone [s] */
 };
 
 #endif
