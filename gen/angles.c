@@ -50,3 +50,9 @@ void find_angles(const struct plan *plan, struct function *function) {
 bool is_in_pass(const struct plan *plan, const struct function *function, expression e) {
     return function->angle_count && angles_of(plan, e).count;
 }
+
+bool is_repeated(const struct plan *plan, const struct function *function, expression e) {
+    const struct node *node = &plan->g->nodes[e];
+    const struct symbol *s = node->operation == OP_WHERE ? as_symbol(plan->g, node->operand[0]) : NULL;
+    return is_in_pass(plan, function, e) || (s && s->kind == SYMBOL_LAST);
+}

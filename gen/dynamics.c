@@ -19,6 +19,29 @@ struct wrench wrench_add(struct graph *g, struct wrench a, struct wrench b) {
     return (struct wrench){vector_add(g, a.moment, b.moment), vector_add(g, a.force, b.force)};
 }
 
+struct inertia own_inertia(const struct kinematics *k, int i) {
+    static const char *const moments[3] = {"x", "y", "z"}, *const products[6] = {"xx", "yy", "zz",
+                                                                                 "xy", "xz", "yz"};
+    const struct frame *frame = &k->tree->frames[i];
+    const struct element_run *run = frame->run < 0 ? NULL : &k->tree->runs[frame->run];
+    struct inertia inertia = frame->inertia;
+    if (!run || !run->last)
+        return inertia;
+    const struct inertia *last = &run->last[frame->coordinate - run->first];
+    const expression is_last = symbol(k->g, SYMBOL_LAST, frame->run, 0);
+    inertia.mass = choose(k->g, is_last, last->mass, inertia.mass);
+    name_scalar(k, i, "mass", inertia.mass);
+    for (int a = 0; a < 3; a++) {
+        inertia.moment[a] = choose(k->g, is_last, last->moment[a], inertia.moment[a]);
+        name_scalar(k, i, memory_format(k->memory, "moment_%s", moments[a]), inertia.moment[a]);
+    }
+    for (int e = 0; e < 6; e++) {
+        inertia.tensor[e] = choose(k->g, is_last, last->tensor[e], inertia.tensor[e]);
+        name_scalar(k, i, memory_format(k->memory, "inertia_%s", products[e]), inertia.tensor[e]);
+    }
+    return inertia;
+}
+
 /* Force f, moment m + r x f. */
 struct wrench wrench_shift(struct graph *g, struct vector r, struct wrench w) {
     return (struct wrench){vector_add(g, w.moment, vector_cross(g, r, w.force)), w.force};
@@ -99,7 +122,7 @@ static struct vector gyroscopic_moment(struct graph *g, struct tensor J, struct 
 /* Inertia, moment J wd + w x J w + mc x a and force m a + wd x mc + w x (w x mc) for the acceleration a. */
 static struct wrench inertia_wrench(const struct kinematics *k, int i, struct vector a) {
     struct graph *g = k->g;
-    const struct inertia *inertia = &k->tree->frames[i].inertia;
+    const struct inertia own = own_inertia(k, i), *inertia = &own;
     const struct frame_motion *m = &k->frames[i];
     const struct vector mc = vector_of(inertia->moment);
     const struct tensor J = tensor_of(inertia->tensor);
@@ -178,7 +201,7 @@ static void compose(void *context, int i) {
     struct inertia *outer = &x->composites[frame->parent < 0 ? k->tree->count : frame->parent];
     remark(k->g, memory_format(k->memory, "%s: composite pseudo-inertia of all beyond, inward", frame->name));
     if (frame->kind == FRAME_JOINT) {
-        x->composites[i] = inertia_add(k->g, frame->inertia, x->composites[i]);
+        x->composites[i] = inertia_add(k->g, own_inertia(k, i), x->composites[i]);
         name_composite(k, i, &x->composites[i]);
     }
     *outer = inertia_add(k->g, *outer, inertia_to_parent(k, i, &x->composites[i]));
@@ -268,7 +291,7 @@ expression *derive_gravity_tangent(const struct kinematics *k, const struct iner
 /* Momentum about the frame's origin: force slot m v + w x mc, moment slot J w + mc x v. */
 static struct wrench momentum(const struct kinematics *k, int i) {
     struct graph *g = k->g;
-    const struct inertia *inertia = &k->tree->frames[i].inertia;
+    const struct inertia own = own_inertia(k, i), *inertia = &own;
     const struct frame_motion *m = &k->frames[i];
     const struct vector mc = vector_of(inertia->moment);
     const struct vector turn = tensor_times(g, tensor_of(inertia->tensor), m->angular);

@@ -20,6 +20,8 @@ struct wrench {
 struct recursion recursion_over(const struct kinematics *k, void *state, size_t size,
                                 void (*step)(void *context, int i), void *context);
 struct wrench wrench_add(struct graph *g, struct wrench a, struct wrench b);
+/* Of the body that moves with frame i; in a run that of the element that the loop is at. */
+struct inertia own_inertia(const struct kinematics *k, int i);
 /* About a point from which its own is r away. */
 struct wrench wrench_shift(struct graph *g, struct vector r, struct wrench w);
 /* About the origin of frame i's parent, in its axes. */

@@ -79,6 +79,16 @@ static struct vector tensor_column(const struct tensor *t, int column) {
     return c;
 }
 
+/* 1 / e; of one of two constants, one of two reciprocals. */
+static expression reciprocal(struct graph *g, expression e) {
+    const struct node node = g->nodes[e];
+    const struct symbol *s = node.operation == OP_WHERE ? as_symbol(g, node.operand[0]) : NULL;
+    if (s && s->kind == SYMBOL_LAST)
+        return choose(g, node.operand[0], quotient(g, one(g), node.operand[1]),
+                      quotient(g, one(g), node.operand[2]));
+    return quotient(g, one(g), e);
+}
+
 static struct pivot pivot_of(struct graph *g, const struct joint *joint, const struct articulated *a) {
     struct pivot p;
     const int axis = joint->axis;
@@ -90,7 +100,7 @@ static struct pivot pivot_of(struct graph *g, const struct joint *joint, const s
         p.U = (struct wrench){column_of(&a->H, axis), tensor_column(&a->M, axis)};
         D = a->M.at[axis];
     }
-    p.D_inverse = quotient(g, one(g), D);
+    p.D_inverse = reciprocal(g, D);
     p.U_over_D.moment = vector_scale(g, p.D_inverse, p.U.moment);
     p.U_over_D.force = vector_scale(g, p.D_inverse, p.U.force);
     /* Along the joint's own axis U is D. */
@@ -271,7 +281,7 @@ static struct vector solve_ball(struct graph *g, const struct ball *ball, struct
  */
 static expression last_pivot_inverse(struct graph *g, expression yy, expression zz, expression yz) {
     if (!yz)
-        return quotient(g, one(g), zz);
+        return reciprocal(g, zz);
     const expression determinant = sub(g, mul(g, yy, zz), mul(g, yz, yz));
     return mul(g, yy, quotient(g, one(g), determinant));
 }
@@ -280,12 +290,12 @@ static expression last_pivot_inverse(struct graph *g, expression yy, expression 
 static void factor_ball(struct graph *g, const struct tensor *J, struct ball *ball) {
     const expression xx = J->at[0], zz = J->at[2], xy = J->at[3], xz = J->at[4];
     expression yy = J->at[1], yz = J->at[5];
-    ball->D_inverse[0] = quotient(g, one(g), xx);
+    ball->D_inverse[0] = reciprocal(g, xx);
     ball->L[0] = mul(g, ball->D_inverse[0], xy);
     ball->L[1] = mul(g, ball->D_inverse[0], xz);
     yy = sub(g, yy, mul(g, ball->L[0], xy));
     yz = sub(g, yz, mul(g, ball->L[0], xz));
-    ball->D_inverse[1] = quotient(g, one(g), yy);
+    ball->D_inverse[1] = reciprocal(g, yy);
     ball->L[2] = mul(g, ball->D_inverse[1], yz);
     ball->D_inverse[2] = last_pivot_inverse(g, yy, sub(g, zz, mul(g, ball->L[1], xz)), yz);
 }
@@ -439,7 +449,8 @@ static void eliminate_inward(void *context, int i) {
     struct articulated own = e->beyond[i];
     if (e->ends_stage[i]) {
         remark_stage(k, &e->stages[i]);
-        const struct articulated rigid_part = rigid(k->g, &frame->inertia);
+        const struct inertia inertia = own_inertia(k, i);
+        const struct articulated rigid_part = rigid(k->g, &inertia);
         own = articulated_add(k->g, rigid_part, &e->beyond[i]);
         own = eliminate_stage(k, &e->stages[i], own);
     }

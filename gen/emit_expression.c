@@ -88,6 +88,9 @@ static void emit_symbol(struct emission *x, struct text *text, expression e) {
     case SYMBOL_ELEMENT:
         emit_element(x, text, s);
         return;
+    case SYMBOL_LAST:
+        text_add(text, "e == %d", x->plan->rolled->runs[s->index].count - 1);
+        return;
     case SYMBOL_CARRIED:
     case SYMBOL_FINAL:
         emit_slot(x, text, e);
@@ -122,6 +125,8 @@ static void emit_choice(struct emission *x, struct text *text, const struct node
     text_add(text, "(");
     if (compared->operation == OP_LESS && !is_named(x, condition)) {
         emit_comparison(x, text, compared);
+    } else if (as_symbol(x->g, condition) && as_symbol(x->g, condition)->kind == SYMBOL_LAST) {
+        emit_value(x, text, condition);
     } else {
         emit_operand(x, text, condition, BINDS_SUM);
         text_add(text, " != 0.0");

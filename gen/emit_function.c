@@ -225,11 +225,11 @@ static void emit_carried_slots(struct writer *w, const struct code_block *block)
             text_add(w->text, "    s->%s = %s;\n", x->slot_names[s], x->slot_names[s]);
 }
 
-/* Names for sines and cosines of the element. */
-static void emit_angle_uses(struct writer *w, int group) {
+/* Values that every loop makes anew. */
+static void emit_repeats(struct writer *w, int group) {
     struct emission *x = w->x;
-    for (int i = 0; i < w->function->angle_use_count; i++) {
-        const struct angle_use *use = &w->function->angle_uses[i];
+    for (int i = 0; i < w->function->repeat_count; i++) {
+        const struct repeat *use = &w->function->repeats[i];
         if (use->group != group)
             continue;
         x->piece_of[use->value] = x->piece;
@@ -237,7 +237,7 @@ static void emit_angle_uses(struct writer *w, int group) {
         text_add(w->text, "        const double ");
         emit_name(x, w->text, use->value);
         text_add(w->text, " = ");
-        emit_angle(x, w->text, use->value);
+        emit_definition(x, w->text, use->value);
         text_add(w->text, ";\n");
     }
 }
@@ -254,7 +254,7 @@ static void emit_loop(struct writer *w, int index, int begin) {
              inward ? run->count - 1 : run->count, run->name);
     w->indent = "        ";
     x->group = block->group;
-    emit_angle_uses(w, block->group);
+    emit_repeats(w, block->group);
     emit_kept_slots(w, block, run->count, false);
     for (int i = begin; i < block->end; i++)
         emit_statement(w, w->function->statements[i]);

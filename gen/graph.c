@@ -80,9 +80,9 @@ static void grow_nodes(struct graph *g) {
 static uint16_t loop_of(const struct graph *g, const struct node *node) {
     if (node->operation == OP_SYMBOL) {
         const struct symbol *s = &g->symbols[node->operand[0]];
-        return s->kind == SYMBOL_ELEMENT   ? (uint16_t)ANY_LOOP
-               : s->kind == SYMBOL_CARRIED ? g->slots[s->index].loop
-                                           : 0;
+        return s->kind == SYMBOL_ELEMENT || s->kind == SYMBOL_LAST ? (uint16_t)ANY_LOOP
+               : s->kind == SYMBOL_CARRIED                         ? g->slots[s->index].loop
+                                                                   : 0;
     }
     for (int k = 0; k < operators[node->operation].arity; k++)
         if (g->nodes[node->operand[k]].loop) {
@@ -156,6 +156,8 @@ static uint8_t symbol_depends(const struct symbol *s) {
         return ON_STATE | ON_RATE;
     case SYMBOL_POINT:
         return s->order ? ON_STATE | ON_RATE : ON_STATE;
+    case SYMBOL_LAST:
+        return ON_STATE; /* of the loop: never moved out of it */
     case SYMBOL_ELEMENT:
         return s->order ? ON_RATE : ON_STATE;
     case SYMBOL_CARRIED:

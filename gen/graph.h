@@ -40,6 +40,7 @@ enum symbol_kind {
     SYMBOL_START, /* index: handle of a coordinate, point or time symbol, taken at the start of the motion */
     SYMBOL_ELEMENT, /* index: frame of a run (tree.h), order 0..2: q, qd, qdd of the element that a loop is at
                      */
+    SYMBOL_LAST,    /* index: run; 1 in its last element, 0 in the others */
     SYMBOL_CARRIED, /* index: slot; its value when an iteration begins */
     SYMBOL_FINAL    /* index: slot; its value behind the loop */
 };

@@ -49,6 +49,8 @@ static double symbol_value(const struct state *state, const struct symbol *s, in
         return a->t;
     case SYMBOL_ELEMENT:
         return element_value(a, s, r);
+    case SYMBOL_LAST:
+        return r == run_of(a->plan, s->index)->count - 1;
     case SYMBOL_CARRIED:
     case SYMBOL_FINAL:
         return state->slots[s->index];

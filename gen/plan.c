@@ -175,8 +175,8 @@ void mark_statements(struct plan *plan, const struct function *function) {
     memset(plan->is_statement, 0, plan->g->count * sizeof *plan->is_statement);
     for (int i = 0; i < function->statement_count; i++)
         plan->is_statement[function->statements[i]] = true;
-    for (int i = 0; i < function->angle_use_count; i++)
-        plan->is_statement[function->angle_uses[i].value] = true;
+    for (int i = 0; i < function->repeat_count; i++)
+        plan->is_statement[function->repeats[i].value] = true;
 }
 
 /* How often a call computes a node. */
@@ -184,7 +184,9 @@ static long trips_of(const struct plan *plan, expression e) {
     const struct graph *g = plan->g;
     const uint16_t loop = g->nodes[e].loop;
     if (loop == ANY_LOOP)
-        return plan->rolled->runs[plan->rolled->frames[as_symbol(g, e)->index].run].count;
+        return as_symbol(g, e)->kind == SYMBOL_LAST
+                   ? 0
+                   : plan->rolled->runs[plan->rolled->frames[as_symbol(g, e)->index].run].count;
     return loop ? plan->rolled->runs[g->loops[loop].run].count : 1;
 }
 

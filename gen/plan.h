@@ -38,8 +38,8 @@ struct code_block {
     int end;     /* of its statements */
 };
 
-/* A sine or cosine of an element's coordinate, which each group of loops reads from the pass over angles. */
-struct angle_use {
+/* A value that a group of loops makes anew: see is_repeated. */
+struct repeat {
     int group;
     expression value;
 };
@@ -71,8 +71,8 @@ struct function {
     struct code_block *blocks;
     int block_count;
     int *group_of; /* by loop of the graph; 0: the function has nothing of it */
-    struct angle_use *angle_uses;
-    int angle_use_count, angle_use_capacity;
+    struct repeat *repeats;
+    int repeat_count, repeat_capacity;
     int first_angle, angle_count; /* coordinates in the pass over angles; count 0: there is none */
     bool *is_stored;              /* by handle: of a loop, kept for all elements, since other loops read it */
     bool *is_needed;              /* by handle: slots of loops among them */
@@ -121,6 +121,8 @@ enum { FEWEST_ANGLES = 4 }; /* of one pass: as wide as vectors of doubles mostly
 /* angles.c: the coordinates in the pass over angles, and whether a node is one of its results. */
 void find_angles(const struct plan *plan, struct function *function);
 bool is_in_pass(const struct plan *plan, const struct function *function, expression e);
+/* A value that every loop makes anew instead of reading it: of the pass, or one of two constants. */
+bool is_repeated(const struct plan *plan, const struct function *function, expression e);
 /* schedule.c: order of execution from is_statement and is_needed. */
 void schedule(struct plan *plan, struct function *function);
 /* Marks is_statement for one function: before printing it. */

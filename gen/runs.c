@@ -71,9 +71,21 @@ static bool same_joint(const struct joint *a, const struct joint *b) {
            a->start_rate == b->start_rate;
 }
 
+/* Entries of a are zero where those of b are. */
+static bool is_within(const struct inertia *a, const struct inertia *b) {
+    bool within = !a->mass || b->mass;
+    for (int i = 0; i < 6; i++)
+        within = within && (!a->tensor[i] || b->tensor[i]) && (!a->moment[i / 2] || b->moment[i / 2]);
+    return within;
+}
+
+static bool same_inertia(const struct inertia *a, const struct inertia *b, bool is_last) {
+    return is_last ? is_within(a, b) : !memcmp(a, b, sizeof *a);
+}
+
 /* Alike but for the place of the first frame of the first element. */
-static bool same_frame(const struct frame *a, const struct frame *b, bool any_place) {
-    return same_joint(&a->joint, &b->joint) && !memcmp(&a->inertia, &b->inertia, sizeof a->inertia) &&
+static bool same_but_inertia(const struct frame *a, const struct frame *b, bool any_place) {
+    return same_joint(&a->joint, &b->joint) &&
            !memcmp(a->placement.rotation, b->placement.rotation, sizeof a->placement.rotation) &&
            (any_place || !memcmp(a->placement.position, b->placement.position, sizeof a->placement.position));
 }
@@ -83,14 +95,15 @@ static bool continues_chain(const struct rolling *x, int i) {
     return x->tree->frames[i].parent == i - 1 && x->children[i - 1] == 1;
 }
 
-/* Does the element that begins at `at` repeat the one before it? */
-static bool repeats(const struct rolling *x, int first, int at, int period) {
+/* Does the element that begins at `at` repeat the one before it, but for its inertia if it is the last? */
+static bool repeats(const struct rolling *x, int first, int at, int period, bool is_last) {
     const struct frame *frames = x->tree->frames;
     if (at + period > x->tree->count)
         return false;
     for (int k = 0; k < period; k++)
         if (!continues_chain(x, at + k) || x->is_named[at + k] ||
-            !same_frame(&frames[at + k], &frames[at + k - period], at - period == first && k == 0))
+            !same_but_inertia(&frames[at + k], &frames[at + k - period], at - period == first && k == 0) ||
+            !same_inertia(&frames[at + k].inertia, &frames[at + k - period].inertia, is_last))
             return false;
     return true;
 }
@@ -101,8 +114,9 @@ static int count_elements(const struct rolling *x, int first, int period) {
     for (int k = 0; k < period; k++)
         if (first + k >= x->tree->count || x->is_named[first + k] || (k && !continues_chain(x, first + k)))
             return 0;
-    while (repeats(x, first, first + count * period, period))
+    while (repeats(x, first, first + count * period, period, false))
         count++;
+    count += count > 1 && repeats(x, first, first + count * period, period, true);
     return count;
 }
 
@@ -112,7 +126,7 @@ static struct element_run find_run(const struct rolling *x, int first) {
     for (int period = 1; period <= LONGEST_PERIOD; period++) {
         const int count = count_elements(x, first, period);
         if (count > 1 && (count - 1) * period >= x->least && count * period > best.count * best.period)
-            best = (struct element_run){NULL, first, period, count};
+            best = (struct element_run){NULL, first, period, count, NULL};
     }
     return best;
 }
@@ -156,11 +170,25 @@ static struct placement entry_placement(const struct rolling *x, const struct el
     return entry;
 }
 
+/* Inertia of the last element where it is another one than that of the first. */
+static const struct inertia *last_inertia(const struct rolling *x, const struct element_run *run) {
+    const struct frame *first = &x->tree->frames[run->first];
+    const struct frame *last = first + (run->count - 1) * run->period;
+    struct inertia *inertia = memory_get(x->memory, (size_t)run->period * sizeof *inertia);
+    bool differs = false;
+    for (int k = 0; k < run->period; k++) {
+        inertia[k] = last[k].inertia;
+        differs |= memcmp(&first[k].inertia, &last[k].inertia, sizeof *inertia) != 0;
+    }
+    return differs ? inertia : NULL;
+}
+
 static void append_run(struct rolling *x, struct element_run run) {
     struct tree *rolled = x->rolled;
     const int index = rolled->run_count, entry = rolled->count, exit = entry + run.period + 1;
     const struct frame *elements = &x->tree->frames[run.first];
     run.name = name_in_run(x, elements->name);
+    run.last = last_inertia(x, &run);
     rolled->runs[rolled->run_count++] = run;
     append(x, &(struct frame){.name = run.name,
                               .parent = image_of_parent(x, run.first),

@@ -3,7 +3,8 @@
  *
  * Takes the tree, gives the rolled tree that everything is derived from: frames that stand alone as before,
  * and for each run an ENTRY frame, the frames of one element, and an EXIT frame. The ENTRY is fixed to what
- * carries the run, so displaced that all elements, the first included, are placed alike; the EXIT is the last
+ * carries the run, so displaced that all elements, the first included, are placed alike; the last one may
+ * have an inertia of its own (a beam ends with half an element); the EXIT is the last
  * element's last frame, which carries what follows. Derivations walk the element once, in a loop
  * (recursion.h), whatever the count is.
  */

@@ -92,7 +92,7 @@ static void wait_for(struct scheduler *x, expression e, int loop) {
     const int home = x->g->nodes[e].loop;
     if (!home)
         unite(x, set_of(x, x->needs_end, (uint32_t)loop), set_of(x, x->behind, e));
-    else if (home != loop && !is_in_pass(x->plan, x->function, e))
+    else if (home != loop && !is_repeated(x->plan, x->function, e))
         include(set_of(x, x->needs_element, (uint32_t)loop), home);
 }
 
@@ -102,7 +102,7 @@ static void find_used_loops(struct scheduler *x) {
         const struct slot *slot = x->function->is_needed[e] ? as_slot(g, e) : NULL;
         if (slot)
             x->is_used[slot->loop] = x->is_directed[slot->loop] = true;
-        if (x->plan->is_statement[e] && !is_in_pass(x->plan, x->function, e))
+        if (x->plan->is_statement[e] && !is_repeated(x->plan, x->function, e))
             x->is_used[g->nodes[e].loop] = true;
     }
     for (int i = 0; i < x->function->run_result_count; i++)
@@ -269,7 +269,7 @@ static void place_group(struct scheduler *x, int group) {
     for (expression e = 0; e < g->count; e++) {
         const uint16_t loop = g->nodes[e].loop;
         if (x->plan->is_statement[e] && loop && x->function->group_of[loop] == group &&
-            !is_in_pass(x->plan, x->function, e))
+            !is_repeated(x->plan, x->function, e))
             add_statement(x, e);
     }
     x->is_done[group] = true;
@@ -330,21 +330,21 @@ static void place_run_results(struct scheduler *x) {
 
 /* ---- What loops keep for other loops ---- */
 
-static void use_angle(struct scheduler *x, expression e, int group) {
+static void repeat(struct scheduler *x, expression e, int group) {
     struct function *function = x->function;
-    for (int i = 0; i < function->angle_use_count; i++)
-        if (function->angle_uses[i].group == group && function->angle_uses[i].value == e)
+    for (int i = 0; i < function->repeat_count; i++)
+        if (function->repeats[i].group == group && function->repeats[i].value == e)
             return;
-    function->angle_uses = memory_room(x->plan->memory, function->angle_uses, function->angle_use_count,
-                                       &function->angle_use_capacity, sizeof *function->angle_uses);
-    function->angle_uses[function->angle_use_count++] = (struct angle_use){group, e};
+    function->repeats = memory_room(x->plan->memory, function->repeats, function->repeat_count,
+                                    &function->repeat_capacity, sizeof *function->repeats);
+    function->repeats[function->repeat_count++] = (struct repeat){group, e};
 }
 
 static void keep(struct scheduler *x, expression e, int loop) {
     const int home = x->g->nodes[e].loop;
     const int *group_of = x->function->group_of;
-    if (home && is_in_pass(x->plan, x->function, e))
-        use_angle(x, e, group_of[loop]);
+    if (home && is_repeated(x->plan, x->function, e))
+        repeat(x, e, group_of[loop]);
     else if (home && group_of[home] != group_of[loop])
         x->function->is_stored[e] = true;
 }

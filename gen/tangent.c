@@ -165,7 +165,7 @@ static struct matrix cross_columns(struct graph *g, struct vector w, const struc
 static struct wrench held_load(const struct held *held, int i, struct wrench at_rest) {
     struct graph *g = held->k->g;
     const struct held_frame *frame = &held->frames[i];
-    const struct inertia *inertia = &held->k->tree->frames[i].inertia;
+    const struct inertia own = own_inertia(held->k, i), *inertia = &own;
     const struct vector mc = vector_of(inertia->moment);
     struct tensor J;
     memcpy(J.at, inertia->tensor, sizeof J.at);
@@ -178,7 +178,7 @@ static struct wrench held_load(const struct held *held, int i, struct wrench at_
 
 static struct flow own_flow(const struct held *held, int i, struct wrench load_at_rest) {
     struct graph *g = held->k->g;
-    const struct inertia *inertia = &held->k->tree->frames[i].inertia;
+    const struct inertia own = own_inertia(held->k, i), *inertia = &own;
     const struct vector w = held->k->frames[i].angular;
     const struct matrix moments = second_moments(g, inertia->tensor);
     return (struct flow){.momentum = vector_cross(g, w, vector_of(inertia->moment)),

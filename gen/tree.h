@@ -53,10 +53,12 @@ struct tree {
     int *frame_of; /* of a rolled tree: by coordinate, the frame that stands alone, -1: in a run */
 };
 
-/* Equal elements one behind the other: coordinate `first` + r * period + k, r = 0 ... count - 1. */
+/* Elements one behind the other that are equal but for the last one's inertia: coordinate `first` + r *
+ * period + k, r = 0 ... count - 1. */
 struct element_run {
     const char *name;
     int first, period, count;
+    const struct inertia *last; /* of the last element's frames, NULL: like those of the others */
 };
 
 void expand(struct memory *memory, const struct model *model, struct tree *tree);
