@@ -43,9 +43,6 @@ enum gen_status gen_read(struct generation *gen, const struct read_request *requ
         return GEN_NO_MEMORY;
     graph_start(&gen->graph, &gen->memory);
     gen->model.graph = &gen->graph;
-    gen->model.fold = request->fold;
-    gen->model.accelerations = request->accelerations;
-    gen->model.loops = request->loops;
     read_model(gen, request);
     sort_messages(&gen->messages);
     return gen->messages.errors ? GEN_MODEL_ERROR : GEN_OK;

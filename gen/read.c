@@ -280,7 +280,8 @@ void read_scene(struct script *script, struct model *model) {
                             .place = root->place,
                             .graph = reader.check.graph,
                             .fold = reader.check.declarations->request->fold,
-                            .accelerations = reader.check.declarations->request->accelerations};
+                            .accelerations = reader.check.declarations->request->accelerations,
+                            .loops = reader.check.declarations->request->loops};
     copy_declarations(&reader);
     if (root->kind != VALUE_TABLE || !root->tag || strcmp(root->tag, "model") != 0) {
         complain(reader.check.messages, root->place, "the file returns %s, return rd.model { ... } is needed",
