@@ -63,8 +63,15 @@ struct wrench *derive_loads(const struct kinematics *k);
  */
 struct elimination;
 struct elimination *eliminate(const struct kinematics *k);
+/* Accelerations of a frame, own axes. */
+struct acceleration {
+    struct vector angular, linear;
+};
+/* Accelerations by frame into `frames` unless it is NULL. */
 expression *solve_eliminated(const struct kinematics *k, const struct elimination *elimination,
-                             const expression *f, const struct wrench *loads);
+                             const expression *f, const struct wrench *loads, struct acceleration **frames);
+/* Can a load act on frame i? Not on one between the turns that are eliminated together. */
+bool takes_load(const struct elimination *elimination, int i);
 
 /*
  * M x = f: M as L^T D L (factor.c); then any right side costs O(n^2), in branched trees less. In trees

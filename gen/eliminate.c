@@ -474,11 +474,6 @@ static expression wrench_dot(struct graph *g, struct wrench a, struct vector ang
     return add(g, vector_dot(g, a.moment, angular), vector_dot(g, a.force, linear));
 }
 
-/* Accelerations of a frame. */
-struct acceleration {
-    struct vector angular, linear;
-};
-
 /* One right side on its way: what the tips pass on, then the accelerations from the base. */
 struct solution {
     const struct kinematics *k;
@@ -529,11 +524,11 @@ static struct wrench reduce_ball(const struct kinematics *k, const struct stage 
 static struct wrench reduce(const struct kinematics *k, int i, struct solution *solution) {
     const struct stage *stage = &solution->elimination->stages[i];
     struct wrench p = solution->p[i];
+    if (solution->loads)
+        p = wrench_add(k->g, solution->loads[i], p);
     if (!solution->elimination->ends_stage[i])
         return wrench_to_parent(k, i, p);
     remark(k->g, memory_format(k->memory, "%s: force left for the joint, inward", k->tree->frames[i].name));
-    if (solution->loads)
-        p = wrench_add(k->g, solution->loads[i], p);
     if (stage->last > stage->first)
         return reduce_ball(k, stage, p, solution);
     return wrench_to_parent(k, i, reduce_joint(k, stage, p, solution));
@@ -605,8 +600,12 @@ static void accelerate_outward(void *context, int i) {
     solution->accelerations[i] = own;
 }
 
+bool takes_load(const struct elimination *elimination, int i) {
+    return elimination->ends_stage[i] || elimination->k->tree->frames[i].kind != FRAME_JOINT;
+}
+
 expression *solve_eliminated(const struct kinematics *k, const struct elimination *elimination,
-                             const expression *f, const struct wrench *loads) {
+                             const expression *f, const struct wrench *loads, struct acceleration **frames) {
     const size_t n = (size_t)k->tree->count + 1;
     struct solution x = {.k = k, .elimination = elimination, .f = f, .loads = loads};
     x.p = memory_get(k->memory, n * sizeof *x.p);
@@ -619,5 +618,7 @@ expression *solve_eliminated(const struct kinematics *k, const struct eliminatio
         recursion_over(k, x.accelerations, sizeof *x.accelerations, accelerate_outward, &x);
     recur_inward(&inward);
     recur_outward(&outward);
+    if (frames)
+        *frames = x.accelerations;
     return x.x;
 }

@@ -316,7 +316,8 @@ static void emit_results(struct writer *w, int piece) {
 static void emit_fills(struct writer *w) {
     for (int f = 0; f < count_fields(w); f++) {
         const struct field *field = &w->function->fields[f];
-        if (is_prepare(w) || !fills_zeros(w->function, field) || is_written_by_loops(w->function, f))
+        if (is_prepare(w) || (w->function->part_count && is_local(w, f)) ||
+            !fills_zeros(w->function, field) || is_written_by_loops(w->function, f))
             continue;
         text_add(w->text, "    for (int i = 0; i < %d; i++)\n        ", field->count);
         emit_field_name(w, f);
@@ -505,6 +506,9 @@ static void emit_composed(struct writer *w) {
     const struct function *function = w->function;
     emit_signature(w->x, w->text, function);
     text_add(w->text, " {\n");
+    emit_locals(w);
+    if (function->loop_count)
+        emit_fills(w);
     for (int i = 0; i < function->part_count; i++) {
         const struct part *part = &function->parts[i];
         const struct field *source = &part->from->fields[part->from_field];
@@ -516,6 +520,7 @@ static void emit_composed(struct writer *w) {
         emit_field_name(w, part->to_field);
         text_add(w->text, "[i] = %s.%s[i];\n", part->from->quantity, source->name);
     }
+    emit_loops(w->x, w->text, function, w->local);
     text_add(w->text, "}\n\n");
 }
 

@@ -133,14 +133,18 @@ static void interpret(struct plan *plan, const struct function *function, const 
 
 static void interpret_parts(struct plan *plan, const struct function *function,
                             const struct arguments *arguments, double *out) {
+    double *fields = memory_get(plan->memory, ((size_t)value_count(function) + 1) * sizeof *fields);
     for (int i = 0; i < function->part_count; i++) {
         const struct part *part = &function->parts[i];
         const struct field *from = &part->from->fields[part->from_field];
         double *values = memory_get(plan->memory, ((size_t)part->from->out_count + 1) * sizeof *values);
         interpret(plan, part->from, arguments, values);
-        memcpy(out + function->fields[part->to_field].offset, values + from->offset,
+        memcpy(fields + function->fields[part->to_field].offset, values + from->offset,
                (size_t)from->count * sizeof *out);
     }
+    for (int i = 0; i < function->loop_count; i++)
+        run_loop(function, &function->loops[i], fields);
+    memcpy(out, fields, (size_t)function->out_count * sizeof *out);
 }
 
 static void interpret(struct plan *plan, const struct function *function, const struct arguments *arguments,

@@ -288,6 +288,8 @@ static void add_up_parts(struct function *function) {
         sum->functions += part->functions;
         sum->bytes += part->bytes;
     }
+    for (int i = 0; function->part_count && i < function->loop_count; i++)
+        count_loop(function, &function->loops[i], sum);
 }
 
 static void plan_prepare(struct plan *plan) {

@@ -146,7 +146,7 @@ static const struct factors *factors(struct derivation *d) {
 /* M^-1 f */
 static expression *solve(struct derivation *d, const struct solution *solution, const expression *f) {
     return solution->is_dense ? solve_factored(factors(d), f)
-                              : solve_eliminated(&d->kinematics, elimination(d), f, NULL);
+                              : solve_eliminated(&d->kinematics, elimination(d), f, NULL, NULL);
 }
 
 static const expression *free_by(struct derivation *d, struct solution *solution) {
@@ -155,7 +155,8 @@ static const expression *free_by(struct derivation *d, struct solution *solution
     if (solution->is_dense || d->model->printed_form)
         solution->free = solve(d, solution, all_forces(d));
     else /* the recursion sums up h on its way */
-        solution->free = solve_eliminated(&d->kinematics, elimination(d), applied_total(d), loads(d));
+        solution->free =
+            solve_eliminated(&d->kinematics, elimination(d), applied_total(d), loads(d), &solution->frames);
     return solution->free;
 }
 
@@ -213,7 +214,6 @@ void solve_rows(struct derivation *d, const expression *matrix, expression *rest
 /* What the multipliers add. */
 struct constraint_effect {
     struct derivation *d;
-    const struct row_terms *row;
     struct solution *solution;
 };
 
@@ -222,37 +222,110 @@ static void add_effect(void *context, int j) {
     struct solution *s = x->solution;
     struct graph *g = x->d->g;
     s->qdd[j] = s->free[j];
-    for (int i = 0; i < x->d->m; i++) {
-        s->force[j] = add(g, s->force[j], mul(g, x->row[i].u[j], s->lambda[i]));
+    for (int i = 0; i < x->d->m; i++)
         s->qdd[j] = add(g, s->qdd[j], mul(g, s->responses[i][j], s->lambda[i]));
+}
+
+/* ---- Rows as loads ---- */
+
+/*
+ * u^T acts as a force at each point that the row names and on the coordinates that it names itself: solving
+ * for those loads, and reading u x from the accelerations of the same points, needs no coefficients of all
+ * the coordinates in between.
+ */
+static bool act_as_loads(struct derivation *d) {
+    for (int i = 0; i < d->m; i++)
+        for (int p = 0; p < d->model->marker_count; p++) {
+            const int frame = d->kinematics.tree->points[p].frame;
+            if (frame >= 0 && !vector_is_zero(rows(d)[i].pulls[p]) && !takes_load(elimination(d), frame))
+                return false;
+        }
+    return true;
+}
+
+/* The load of one row, negative as solve_eliminated takes it: own axes and origin of each frame. */
+static struct wrench *loads_of_row(struct derivation *d, const struct row_terms *row) {
+    const struct kinematics *k = &d->kinematics;
+    struct wrench *loads = memory_get(d->memory, ((size_t)d->frames + 1) * sizeof *loads);
+    for (int p = 0; p < d->model->marker_count; p++) {
+        const struct fixed_frame *fixed = &k->tree->points[p];
+        if (fixed->frame < 0 || vector_is_zero(row->pulls[p]))
+            continue;
+        const struct vector pull = transpose_times(d->g, k->frames[fixed->frame].rotation.at, row->pulls[p]);
+        const struct vector force = vector_scale(d->g, neg(d->g, one(d->g)), pull), none = {{0, 0, 0}};
+        const struct vector moment = vector_cross(d->g, vector_of(fixed->placement.position), force);
+        const struct wrench load = {moment, d->model->points[p].is_direction ? none : force};
+        loads[fixed->frame] = wrench_add(d->g, loads[fixed->frame], load);
+    }
+    return loads;
+}
+
+/* u x, from the accelerations x of the coordinates and those of the frames. */
+static expression row_times(struct derivation *d, const struct row_terms *row, const struct wrench *loads,
+                            const expression *x, const struct acceleration *frames) {
+    struct graph *g = d->g;
+    expression sum = 0;
+    for (int i = 0; i < d->frames; i++) {
+        if (row->pull[i])
+            sum = add(g, sum, mul(g, row->pull[i], x[i]));
+        sum = sub(g, sum, vector_dot(g, loads[i].moment, frames[i].angular));
+        sum = sub(g, sum, vector_dot(g, loads[i].force, frames[i].linear));
+    }
+    return sum;
+}
+
+/* Responses M^-1 u^T, S and k - u qdd_free, rows as loads. */
+static void respond_to_loads(struct derivation *d, struct solution *solution) {
+    const int m = d->m;
+    const struct row_terms *row = rows(d);
+    struct wrench **loads = memory_get(d->memory, ((size_t)m + 1) * sizeof *loads);
+    for (int i = 0; i < m; i++) {
+        struct acceleration *frames;
+        loads[i] = loads_of_row(d, &row[i]);
+        solution->responses[i] =
+            solve_eliminated(&d->kinematics, elimination(d), row[i].pull, loads[i], &frames);
+        for (int j = 0; j <= i; j++)
+            solution->S[i * m + j] = solution->S[j * m + i] =
+                row_times(d, &row[j], loads[j], solution->responses[i], frames);
+    }
+    for (int i = 0; i < m; i++)
+        solution->lambda[i] =
+            sub(d->g, row[i].k, row_times(d, &row[i], loads[i], solution->free, solution->frames));
+}
+
+/* The same by the coefficients u. */
+static void respond_to_coefficients(struct derivation *d, struct solution *solution) {
+    const int m = d->m;
+    const struct row_terms *row = rows(d);
+    for (int i = 0; i < m; i++)
+        solution->responses[i] = solve(d, solution, row[i].u);
+    for (int i = 0; i < m; i++) {
+        solution->lambda[i] = sub(d->g, row[i].k, dot(d, row[i].u, solution->free));
+        for (int j = 0; j <= i; j++)
+            solution->S[i * m + j] = solution->S[j * m + i] = dot(d, row[i].u, solution->responses[j]);
     }
 }
 
 /*
  * qdd = qdd_free + M^-1 u^T lambda with (u M^-1 u^T) lambda = k - u qdd_free: the GPME with the
- * multipliers eliminated, one more O(n) solution a row. The programme force is r = u^T lambda.
+ * multipliers eliminated, one more O(n) solution a row.
  */
 static const expression *constrained_by(struct derivation *d, struct solution *solution) {
     if (solution->qdd)
         return solution->qdd;
-    const int m = d->m;
-    const struct row_terms *row = rows(d);
-    const expression *free = free_by(d, solution);
-    expression **response = solution->responses = memory_get(d->memory, ((size_t)m + 1) * sizeof *response);
-    expression *S = solution->S = new_values(d, m * m), *lambda = solution->lambda = new_values(d, m);
-    for (int i = 0; i < m; i++)
-        response[i] = solve(d, solution, row[i].u);
+    free_by(d, solution);
+    solution->responses = memory_get(d->memory, ((size_t)d->m + 1) * sizeof *solution->responses);
+    solution->S = new_values(d, d->m * d->m);
+    solution->lambda = new_values(d, d->m);
     remark(d->g, "rows: (u M^-1 u^T) lambda = k - u qdd_free");
-    for (int i = 0; i < m; i++) {
-        lambda[i] = sub(d->g, row[i].k, dot(d, row[i].u, free));
-        for (int j = 0; j <= i; j++)
-            S[i * m + j] = S[j * m + i] = dot(d, row[i].u, response[j]);
-    }
-    solve_rows(d, S, lambda, "lambda");
-    remark(d->g, "programme force r = u^T lambda, qdd = qdd_free + M^-1 r");
+    if (solution->frames && act_as_loads(d))
+        respond_to_loads(d, solution);
+    else
+        respond_to_coefficients(d, solution);
+    solve_rows(d, solution->S, solution->lambda, "lambda");
+    remark(d->g, "qdd = qdd_free + M^-1 u^T lambda");
     solution->qdd = new_values(d, d->frames);
-    solution->force = new_values(d, d->frames);
-    struct constraint_effect x = {d, row, solution};
+    struct constraint_effect x = {d, solution};
     visit_joints(d->g, d->kinematics.tree, add_effect, &x);
     return solution->qdd;
 }
@@ -353,7 +426,6 @@ void constrained_accelerations(struct derivation *d) {
         return;
     d->solution = choose_solution(d, "qdd", constrained_by);
     d->qdd = (expression *)constrained_by(d, d->solution);
-    d->force = d->solution->force;
     d->responses = d->solution->responses;
     d->S = d->solution->S;
     d->lambda = d->solution->lambda;
@@ -491,6 +563,19 @@ static void compose(struct derivation *d, struct function *f, const char *quanti
     f->parts[f->part_count++] = (struct part){from, index, f->field_count - 1};
 }
 
+/* The same into a local array, for loops; its number. */
+static int compose_local(struct derivation *d, struct function *f, const char *quantity, const char *field) {
+    const struct function *from = provide(d, quantity);
+    int index = 0, local;
+    while (strcmp(from->fields[index].name, field))
+        index++;
+    const struct field source = from->fields[index];
+    add_local(d->memory, f, source.name, source.count, source.columns ? source.columns : 1, &local);
+    f->parts = memory_room(d->memory, f->parts, f->part_count, &f->part_capacity, sizeof *f->parts);
+    f->parts[f->part_count++] = (struct part){from, index, local};
+    return local;
+}
+
 static void add_v(struct derivation *d, struct function *f) {
     expression *out = add_field(d, f, "v", "(m) rest of the rows", d->m, 0);
     for (int i = 0; i < d->m; i++)
@@ -614,7 +699,6 @@ static void build_qdd_free(struct derivation *d, struct function *f) {
 static void build_constrained(struct derivation *d, struct function *f) {
     constrained_accelerations(d);
     spread_field(d, f, "qdd", "(n) accelerations with stabilised constraints", d->qdd);
-    spread_field(d, f, "force", "(n) programme force r = M qdd - h - Q [N, N m]", d->force);
     fill_field(d, f, "lambda", "(m) multipliers, r = u^T lambda", d->lambda, d->m);
 }
 
@@ -622,8 +706,11 @@ static void build_qdd(struct derivation *d, struct function *f) {
     compose(d, f, "constrained", "qdd");
 }
 
+/* r = u^T lambda */
 static void build_force(struct derivation *d, struct function *f) {
-    compose(d, f, "constrained", "force");
+    add_field(d, f, "force", "(n) programme force r = M qdd - h - Q = u^T lambda [N, N m]", d->n, 0);
+    const int u = compose_local(d, f, "u", "u"), lambda = compose_local(d, f, "constrained", "lambda");
+    add_loop(d->memory, f, LOOP_PRODUCT, "r = u^T lambda")->of.product = (struct product){0, u, lambda, 1};
 }
 
 static void build_f(struct derivation *d, struct function *f) {
@@ -777,8 +864,8 @@ static const struct quantity quantities[] = {
     {"d_rows", "derivatives of phi, psi and k", has_rows, "constraints", build_d_rows, true, true},
     {"f", "h + Q in one recursion", always, "", build_f, true, false},
     {"row_terms", "u, v, phi, psi and k in one call", has_rows, "constraints", build_row_terms, true, false},
-    {"constrained", "qdd, programme force and multipliers in one call", has_rows, "constraints",
-     build_constrained, true, false},
+    {"constrained", "qdd and multipliers in one call", has_rows, "constraints", build_constrained, true,
+     false},
     {"course", "values that the model records with a motion", has_courses, "courses", build_course, false,
      false},
     {"breaks", "times at which formulas of time alone have kinks", has_breaks, "kinks in time", build_breaks,

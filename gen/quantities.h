@@ -15,7 +15,8 @@ struct solution {
     const expression *free; /* qdd_free */
     expression **responses; /* M^-1 u^T by row */
     expression *S, *lambda; /* u M^-1 u^T, multipliers */
-    expression *qdd, *force;
+    expression *qdd;
+    struct acceleration *frames; /* of qdd_free, by the recursion */
 };
 
 struct derivation {
@@ -30,7 +31,7 @@ struct derivation {
     int frames;       /* of the rolled tree: values of coordinates are kept by frame */
     struct kinematics kinematics;
     struct inertia *composites;
-    expression *M, *bias, *falling, *qdd, *force;
+    expression *M, *bias, *falling, *qdd;
     struct applied applied;
     struct row_terms *rows;
     expression **responses, *S, *lambda; /* M^-1 u^T by row, u M^-1 u^T, multipliers */
@@ -51,7 +52,7 @@ const struct wrench *loads(struct derivation *d);
 expression *generalized_forces(struct derivation *d);
 const expression *statics_tangent(struct derivation *d);
 const expression *free_accelerations(struct derivation *d);
-/* Sets qdd, force, lambda, responses and S. */
+/* Sets qdd, lambda, responses and S. */
 void constrained_accelerations(struct derivation *d);
 /* S x = rest in place of rest; `what` names x. */
 void solve_rows(struct derivation *d, const expression *S, expression *rest, const char *what);

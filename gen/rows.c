@@ -52,6 +52,10 @@ static struct row_terms derive_row(const struct kinematics *k, int index) {
         terms.v = with_points(k, row->residual);
     }
     terms.u = coefficients_of(k, row->residual, (int)row->level, false);
+    terms.pull = placed_gradient(k, row->residual, (int)row->level);
+    terms.pulls = memory_get(k->memory, ((size_t)k->model->marker_count + 1) * sizeof *terms.pulls);
+    for (int p = 0; p < k->model->marker_count; p++)
+        terms.pulls[p] = vector_of(terms.pull + k->tree->count + 3 * p);
     stabilise(k, row, &terms);
     name_row(k, index, &terms);
     for (int j = 0; j < k->tree->count; j++)

@@ -13,6 +13,8 @@
 struct row_terms {
     expression *u;             /* n coefficients */
     expression v, phi, psi, k; /* u qdd + v = 0; residuals; stabilised right side */
+    expression *pull;          /* gradient by the coordinates themselves, by frame */
+    struct vector *pulls;      /* and by each point, ground axes: u = pull + C^T pulls */
 };
 
 struct row_terms *derive_rows(const struct kinematics *k);

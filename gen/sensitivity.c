@@ -45,6 +45,12 @@ expression *symbol_gradient(const struct kinematics *k, expression e, int order)
     return result;
 }
 
+expression *placed_gradient(const struct kinematics *k, expression e, int order) {
+    expression *c = symbol_gradient(k, e, order);
+    substitute(k->g, place_symbol, (void *)k, c, c, k->tree->count + 3 * k->model->marker_count);
+    return c;
+}
+
 /* Adds what a frame's coordinate moves by the points. */
 struct coefficients {
     const struct kinematics *k;

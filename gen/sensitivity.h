@@ -14,6 +14,9 @@
  * symbols. */
 expression *symbol_gradient(const struct kinematics *k, expression e, int order);
 
+/* The same with the symbols replaced by the kinematics. */
+expression *placed_gradient(const struct kinematics *k, expression e, int order);
+
 /* The same as derivatives by the coordinates of all frames, points by their kinematics; `resting`: at qd = 0.
  */
 expression *coefficients_of(const struct kinematics *k, expression e, int order, bool resting);

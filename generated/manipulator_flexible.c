@@ -30,15 +30,15 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     p->derived.arm_phi_1_inertia_yy = p->derived.arm_phi_1_mass * p->derived.constant_2 / 3.0 + t3 * t7;
     p->derived.constant_3 = p->derived.constant_1 - p->derived.arm_element_length;
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    p->derived.arm_phi_3_mass_beyond = p->m_E + p->derived.arm_psi_mass;
+    const double arm_phi_3_mass_beyond = p->m_E + p->derived.arm_psi_mass;
     /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
-    p->derived.constant_4 = p->derived.arm_element_length * p->derived.arm_phi_3_mass_beyond;
-    /* arm_phi_e: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_e_mass_beyond = p->derived.arm_phi_1_mass + p->derived.arm_phi_3_mass_beyond;
-    /* arm_psi_e: composite pseudo-inertia of all beyond, inward */
-    p->derived.constant_5 = p->derived.arm_element_length * arm_phi_e_mass_beyond;
+    p->derived.constant_4 = p->derived.arm_element_length * arm_phi_3_mass_beyond;
+    /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
+    const double arm_phi_2_mass_beyond = p->derived.arm_phi_1_mass + arm_phi_3_mass_beyond;
+    /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
+    p->derived.constant_5 = p->derived.arm_element_length * arm_phi_2_mass_beyond;
     /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_mass_beyond = p->derived.arm_phi_1_mass + arm_phi_e_mass_beyond;
+    const double arm_phi_1_mass_beyond = p->derived.arm_phi_1_mass + arm_phi_2_mass_beyond;
     /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
     p->derived.constant_6 = p->derived.constant_1 * arm_phi_1_mass_beyond;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
@@ -47,35 +47,31 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     const double column_psi_mass_beyond_2 = p->m_col + arm_psi_mass_beyond_2;
     /* base_z: composite pseudo-inertia of all beyond, inward */
     p->derived.base_z_mass_beyond_2 = p->m_base + column_psi_mass_beyond_2;
-    /* arm_phi_3: bias forces c, inward */
+    /* arm_psi: bias forces c, inward */
     p->derived.constant_7 = p->derived.arm_psi_inertia_xx - p->derived.arm_psi_inertia_yy;
     p->derived.constant_8 = p->derived.arm_psi_inertia_yy - p->derived.arm_psi_inertia_xx;
-    /* arm_phi_e: bias forces c, inward */
-    p->derived.constant_9 = p->derived.arm_phi_1_inertia_xx - p->derived.arm_phi_1_inertia_yy;
-    p->derived.constant_10 = p->derived.arm_phi_1_inertia_yy - p->derived.arm_phi_1_inertia_xx;
     /* row 1 (position level): u qdd + v = 0 */
-    p->derived.constant_11 = 1.0 / p->a;
-    p->derived.constant_12 = 1.0 / p->b;
-    p->derived.constant_13 = 2.0 * p->alpha;
-    p->derived.constant_14 = p->beta * p->beta;
+    p->derived.constant_9 = 1.0 / p->a;
+    p->derived.constant_10 = 1.0 / p->b;
+    p->derived.constant_11 = 2.0 * p->alpha;
+    p->derived.constant_12 = p->beta * p->beta;
     /* row 2 (velocity level): u qdd + v = 0 */
-    p->derived.constant_15 = 3.141592653589793 * (1.0 / p->T);
+    p->derived.constant_13 = 3.141592653589793 * (1.0 / p->T);
     /* potential energy of gravity, zero at the ground's origin */
-    p->derived.constant_16 = p->s_sup * 0.5;
-    p->derived.constant_17 = 0.5 * p->derived.arm_stiffness_psi;
-    p->derived.constant_18 = 0.5 * p->derived.arm_stiffness_phi;
+    p->derived.constant_14 = p->s_sup * 0.5;
+    p->derived.constant_15 = 0.5 * p->derived.arm_stiffness_psi;
+    p->derived.constant_16 = 0.5 * p->derived.arm_stiffness_phi;
     /* base_z: inertia and gravity of the body at qdd = 0 */
     p->derived.base_z_load_force_z = p->m_base * p->g;
     /* column_psi: inertia and gravity of the body at qdd = 0 */
     p->derived.column_psi_load_force_z = p->m_col * p->g;
     /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     p->derived.effector_z_D_inverse = 1.0 / p->m_E;
-    /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    p->derived.constant_19 = 1.0 / p->derived.arm_psi_inertia_xx;
     /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    p->derived.constant_20 = 1.0 / p->derived.arm_phi_1_inertia_xx;
+    p->derived.constant_17 = 1.0 / p->derived.arm_phi_1_inertia_xx;
+    p->derived.constant_18 = 1.0 / p->derived.arm_psi_inertia_xx;
     /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    p->derived.constant_21 = p->derived.constant_3 * p->derived.constant_3;
+    p->derived.constant_19 = p->derived.constant_3 * p->derived.constant_3;
 }
 
 /* Sines and cosines of 4 angles up to 100000 rad: x = k pi/2 + r, and two polynomials of r, minimax on
@@ -160,46 +156,10 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     /* arm_psi: motion from column_psi outward */
     const double arm_psi_sin = sine[0];
     const double arm_psi_cos = cosine[0];
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_sin = sine[7];
-    const double arm_psi_3_cos = cosine[7];
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[8];
-    const double arm_theta_3_cos = cosine[8];
-    /* effector_z: motion from arm_phi_3 outward */
+    /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
     /* effector_z: composite pseudo-inertia of all beyond, inward */
     const double t1 = p->m_E * effector_z_shift_x;
-    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t1;
-    const double arm_phi_3_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t1;
-    /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
-    const double t2 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
-    const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
-    const double t3 = arm_theta_3_sin * (arm_phi_3_inertia_beyond_yy - p->derived.arm_psi_inertia_xx);
-    const double t4 = arm_theta_3_sin * t3;
-    const double arm_psi_3_inertia_beyond_zz = arm_phi_3_inertia_beyond_yy - t4;
-    const double arm_psi_3_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + t4;
-    const double arm_psi_3_inertia_beyond_xz = arm_theta_3_cos * t3;
-    /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
-    const double t5 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
-    const double arm_phi_e_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
-    const double t6 = arm_psi_3_sin * (arm_psi_3_inertia_beyond_xx - arm_phi_3_inertia_beyond_yy);
-    const double t7 = arm_psi_3_sin * t6;
-    const double t8 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xz;
-    const double arm_phi_e_inertia_beyond_yz = arm_psi_3_sin * arm_psi_3_inertia_beyond_xz;
-    const double t9 = t5 + p->derived.constant_4;
-    const double t10 = p->derived.arm_element_length * (t5 + t9);
-    const double arm_phi_e_inertia_beyond_xy = arm_psi_3_cos * t6 - p->derived.arm_element_length * arm_phi_e_moment_beyond_y;
-    const double arm_phi_e_inertia_beyond_xz = t8 + p->derived.arm_element_length * t2;
-    /* arm_phi_e: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_e_moment_beyond_x = p->derived.arm_phi_1_moment_x + t9;
-    const double arm_phi_e_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_3_inertia_beyond_xx -
-        t7);
-    const double arm_phi_e_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_phi_3_inertia_beyond_yy +
-        t7 + t10);
-    const double arm_phi_e_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_inertia_beyond_zz +
-        t10);
     /* arm_psi_1: motion from arm_psi outward */
     const double arm_psi_1_sin = sine[1];
     const double arm_psi_1_cos = cosine[1];
@@ -218,32 +178,67 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     /* arm_phi_2: motion from arm_theta_2 outward */
     const double arm_phi_2_sin = sine[6];
     const double arm_phi_2_cos = cosine[6];
+    /* arm_psi_3: motion from arm_phi_2 outward */
+    const double arm_psi_3_sin = sine[7];
+    const double arm_psi_3_cos = cosine[7];
+    /* arm_theta_3: motion from arm_psi_3 outward */
+    const double arm_theta_3_sin = sine[8];
+    const double arm_theta_3_cos = cosine[8];
+    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
+    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t1;
+    const double arm_phi_3_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t1;
+    /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
+    const double t2 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
+    const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
+    const double t3 = arm_theta_3_sin * (arm_phi_3_inertia_beyond_yy - p->derived.arm_psi_inertia_xx);
+    const double t4 = arm_theta_3_sin * t3;
+    const double arm_psi_3_inertia_beyond_zz = arm_phi_3_inertia_beyond_yy - t4;
+    const double arm_psi_3_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + t4;
+    const double arm_psi_3_inertia_beyond_xz = arm_theta_3_cos * t3;
+    /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
+    const double t5 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
+    const double arm_phi_2_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
+    const double t6 = arm_psi_3_sin * (arm_psi_3_inertia_beyond_xx - arm_phi_3_inertia_beyond_yy);
+    const double t7 = arm_psi_3_sin * t6;
+    const double t8 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xz;
+    const double arm_phi_2_inertia_beyond_yz = arm_psi_3_sin * arm_psi_3_inertia_beyond_xz;
+    const double t9 = t5 + p->derived.constant_4;
+    const double t10 = p->derived.arm_element_length * (t5 + t9);
+    const double arm_phi_2_inertia_beyond_xy = arm_psi_3_cos * t6 - p->derived.arm_element_length * arm_phi_2_moment_beyond_y;
+    const double arm_phi_2_inertia_beyond_xz = t8 + p->derived.arm_element_length * t2;
     /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_theta_2_moment_beyond_y = t2 * arm_phi_2_sin + arm_phi_e_moment_beyond_y * arm_phi_2_cos;
-    const double t11 = arm_phi_e_moment_beyond_y * arm_phi_2_sin;
-    const double t12 = t2 * arm_phi_2_cos;
+    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + t9;
+    const double arm_phi_2_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_3_inertia_beyond_xx -
+        t7);
+    const double arm_phi_2_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_phi_3_inertia_beyond_yy +
+        t7 + t10);
+    const double arm_phi_2_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_inertia_beyond_zz +
+        t10);
+    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t2 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
+    const double t11 = arm_phi_2_sin * arm_phi_2_moment_beyond_y;
+    const double t12 = arm_phi_2_cos * t2;
     const double arm_theta_2_moment_beyond_z = t11 - t12;
-    const double t13 = (arm_phi_e_inertia_beyond_yz + arm_phi_e_inertia_beyond_yz) * arm_phi_2_cos + (arm_phi_e_inertia_beyond_yy -
-        arm_phi_e_inertia_beyond_zz) * arm_phi_2_sin;
+    const double t13 = arm_phi_2_cos * (arm_phi_2_inertia_beyond_yz + arm_phi_2_inertia_beyond_yz) + arm_phi_2_sin *
+        (arm_phi_2_inertia_beyond_yy - arm_phi_2_inertia_beyond_zz);
     const double t14 = arm_phi_2_sin * t13;
-    const double arm_theta_2_inertia_beyond_yy = arm_phi_e_inertia_beyond_yy - t14;
-    const double arm_theta_2_inertia_beyond_zz = arm_phi_e_inertia_beyond_zz + t14;
-    const double arm_theta_2_inertia_beyond_yz = arm_phi_2_cos * t13 - arm_phi_e_inertia_beyond_yz;
-    const double arm_theta_2_inertia_beyond_xy = arm_phi_e_inertia_beyond_xy * arm_phi_2_cos - arm_phi_e_inertia_beyond_xz *
-        arm_phi_2_sin;
-    const double arm_theta_2_inertia_beyond_xz = arm_phi_e_inertia_beyond_xz * arm_phi_2_cos + arm_phi_e_inertia_beyond_xy *
-        arm_phi_2_sin;
+    const double arm_theta_2_inertia_beyond_yy = arm_phi_2_inertia_beyond_yy - t14;
+    const double arm_theta_2_inertia_beyond_zz = arm_phi_2_inertia_beyond_zz + t14;
+    const double arm_theta_2_inertia_beyond_yz = arm_phi_2_cos * t13 - arm_phi_2_inertia_beyond_yz;
+    const double arm_theta_2_inertia_beyond_xy = arm_phi_2_cos * arm_phi_2_inertia_beyond_xy - arm_phi_2_sin *
+        arm_phi_2_inertia_beyond_xz;
+    const double arm_theta_2_inertia_beyond_xz = arm_phi_2_cos * arm_phi_2_inertia_beyond_xz + arm_phi_2_sin *
+        arm_phi_2_inertia_beyond_xy;
     /* arm_theta_2: composite pseudo-inertia of all beyond, inward */
-    const double t15 = arm_phi_e_moment_beyond_x * arm_theta_2_sin;
+    const double t15 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
     const double t16 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
     const double arm_psi_2_moment_beyond_z = t16 - t15;
-    const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_phi_e_moment_beyond_x *
-        arm_theta_2_cos;
+    const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_theta_2_cos *
+        arm_phi_2_moment_beyond_x;
     const double t17 = arm_theta_2_cos * (arm_theta_2_inertia_beyond_xz + arm_theta_2_inertia_beyond_xz) +
-        arm_theta_2_sin * (arm_theta_2_inertia_beyond_zz - arm_phi_e_inertia_beyond_xx);
+        arm_theta_2_sin * (arm_theta_2_inertia_beyond_zz - arm_phi_2_inertia_beyond_xx);
     const double t18 = arm_theta_2_sin * t17;
     const double arm_psi_2_inertia_beyond_zz = arm_theta_2_inertia_beyond_zz - t18;
-    const double arm_psi_2_inertia_beyond_xx = arm_phi_e_inertia_beyond_xx + t18;
+    const double arm_psi_2_inertia_beyond_xx = arm_phi_2_inertia_beyond_xx + t18;
     const double arm_psi_2_inertia_beyond_xz = arm_theta_2_cos * t17 - arm_theta_2_inertia_beyond_xz;
     const double arm_psi_2_inertia_beyond_yz = arm_theta_2_cos * arm_theta_2_inertia_beyond_yz - arm_theta_2_sin *
         arm_theta_2_inertia_beyond_xy;
@@ -258,7 +253,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t22 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xz - arm_psi_2_sin * arm_psi_2_inertia_beyond_yz;
     const double arm_phi_1_inertia_beyond_yz = arm_psi_2_cos * arm_psi_2_inertia_beyond_yz + arm_psi_2_sin *
         arm_psi_2_inertia_beyond_xz;
-    const double t23 = p->derived.constant_5 + t19;
+    const double t23 = t19 + p->derived.constant_5;
     const double t24 = p->derived.arm_element_length * (t19 + t23);
     const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t20 - arm_psi_2_inertia_beyond_xy - p->derived.arm_element_length *
         arm_phi_1_moment_beyond_y;
@@ -379,8 +374,8 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
         t72 + arm_psi_1_cos * t67 - p->derived.constant_1 * (arm_theta_1_cos * t70 - arm_theta_1_sin * t63));
     /* arm_phi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t76 = t12 - t11;
-    const double t77 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz - arm_phi_e_inertia_beyond_xx * arm_theta_2_sin;
-    const double t78 = arm_theta_2_sin * arm_theta_2_inertia_beyond_xz + arm_phi_e_inertia_beyond_xx * arm_theta_2_cos;
+    const double t77 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz - arm_theta_2_sin * arm_phi_2_inertia_beyond_xx;
+    const double t78 = arm_theta_2_sin * arm_theta_2_inertia_beyond_xz + arm_theta_2_cos * arm_phi_2_inertia_beyond_xx;
     const double t79 = arm_theta_2_cos * arm_theta_2_moment_beyond_y;
     const double t80 = arm_theta_2_sin * arm_theta_2_moment_beyond_y;
     const double t81 = arm_psi_2_cos * t78 - arm_psi_2_sin * arm_theta_2_inertia_beyond_xy;
@@ -401,14 +396,14 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
         t91 + arm_psi_1_cos * t86 - p->derived.constant_1 * (arm_theta_1_cos * t89 - arm_theta_1_sin * t82));
     /* arm_psi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t95 = arm_psi_3_inertia_beyond_zz + p->derived.arm_element_length * t5;
-    const double t96 = arm_phi_e_inertia_beyond_yz * arm_phi_2_cos - arm_phi_2_sin * t95;
-    const double t97 = arm_phi_e_inertia_beyond_yz * arm_phi_2_sin + arm_phi_2_cos * t95;
-    const double t98 = t5 * arm_phi_2_cos;
-    const double t99 = t5 * arm_phi_2_sin;
-    const double t100 = arm_theta_2_cos * t97 - t8 * arm_theta_2_sin;
-    const double t101 = arm_theta_2_sin * t97 + t8 * arm_theta_2_cos;
-    const double t102 = arm_phi_e_moment_beyond_y * arm_theta_2_sin + arm_theta_2_cos * t99;
-    const double t103 = arm_theta_2_sin * t99 - arm_phi_e_moment_beyond_y * arm_theta_2_cos;
+    const double t96 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yz - arm_phi_2_sin * t95;
+    const double t97 = arm_phi_2_sin * arm_phi_2_inertia_beyond_yz + arm_phi_2_cos * t95;
+    const double t98 = arm_phi_2_cos * t5;
+    const double t99 = arm_phi_2_sin * t5;
+    const double t100 = arm_theta_2_cos * t97 - arm_theta_2_sin * t8;
+    const double t101 = arm_theta_2_sin * t97 + arm_theta_2_cos * t8;
+    const double t102 = arm_theta_2_sin * arm_phi_2_moment_beyond_y + arm_theta_2_cos * t99;
+    const double t103 = arm_theta_2_sin * t99 - arm_theta_2_cos * arm_phi_2_moment_beyond_y;
     const double t104 = arm_psi_2_cos * t101 - arm_psi_2_sin * t96;
     const double t105 = arm_psi_2_cos * t103 - arm_psi_2_sin * t98;
     const double t106 = arm_psi_2_sin * t103 + arm_psi_2_cos * t98;
@@ -433,8 +428,8 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t122 = arm_psi_3_cos * arm_phi_3_inertia_beyond_yy + p->derived.arm_element_length * arm_psi_3_moment_beyond_x;
     const double t123 = arm_phi_2_sin * t121 + arm_phi_2_cos * t122;
     const double t124 = arm_phi_2_sin * t122 - arm_phi_2_cos * t121;
-    const double t125 = arm_psi_3_moment_beyond_x * arm_phi_2_sin - arm_phi_2_cos * t120;
-    const double t126 = arm_phi_2_sin * t120 + arm_psi_3_moment_beyond_x * arm_phi_2_cos;
+    const double t125 = arm_phi_2_sin * arm_psi_3_moment_beyond_x - arm_phi_2_cos * t120;
+    const double t126 = arm_phi_2_sin * t120 + arm_phi_2_cos * arm_psi_3_moment_beyond_x;
     const double t127 = arm_theta_2_sin * t118 + arm_theta_2_cos * t124;
     const double t128 = arm_theta_2_sin * t124 - arm_theta_2_cos * t118;
     const double t129 = arm_theta_2_sin * t119 - arm_theta_2_cos * t126;
@@ -546,7 +541,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     M[8 * 13 + 5] = t81;
     M[8 * 13 + 6] = t77;
     M[8 * 13 + 7] = arm_theta_2_inertia_beyond_xy;
-    M[8 * 13 + 8] = arm_phi_e_inertia_beyond_xx;
+    M[8 * 13 + 8] = arm_phi_2_inertia_beyond_xx;
     M[9 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t115 - arm_psi_1_sin * t111) + arm_psi_cos * t116;
     M[9 * 13 + 1] = t117;
     M[9 * 13 + 2] = t113 + p->derived.constant_1 * t116;
@@ -611,17 +606,17 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     /* arm_psi_e: motion from arm_psi outward */
     const double arm_psi_e_bias_a_y = p->derived.constant_3 * t2;
     const double arm_psi_e_bias_a_z = p->derived.constant_3 * t4;
-    double arm_theta_e_bias_a_x[2];
-    double arm_theta_e_bias_wd_x[2];
-    double arm_phi_e_bias_a_y[2];
-    double arm_phi_e_bias_a_z[2];
-    double arm_phi_e_bias_wd_y[2];
-    double arm_phi_e_bias_wd_z[2];
-    double t7[2];
-    double t8[2];
-    double t9[2];
-    double t10[2];
-    double t11[2];
+    double arm_theta_e_bias_a_x[3];
+    double arm_theta_e_bias_wd_x[3];
+    double arm_phi_e_bias_a_y[3];
+    double arm_phi_e_bias_a_z[3];
+    double arm_phi_e_bias_wd_y[3];
+    double arm_phi_e_bias_wd_z[3];
+    double t7[3];
+    double t8[3];
+    double t9[3];
+    double t10[3];
+    double t11[3];
     double last_arm_phi_e_w_x = arm_psi_w_x;
     double last_arm_phi_e_w_y = arm_psi_w_y;
     double last_arm_phi_e_w_z = qd[2];
@@ -634,7 +629,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     double carried_15 = -t3;
     double carried_18 = t2;
     double carried_21 = t4;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[1 + 3 * e];
         const double arm_psi_e_cos = cosine[1 + 3 * e];
         const double arm_theta_e_sin = sine[2 + 3 * e];
@@ -693,155 +688,84 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         carried_18 = t9[e];
         carried_21 = t11[e];
     }
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_sin = sine[7];
-    const double arm_psi_3_cos = cosine[7];
-    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
-    const double t12 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
-    const double t13 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
-    const double arm_psi_3_bias_a_z = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t13 + arm_psi_3_cos * t12;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t13 - arm_psi_3_sin * t12;
-    const double arm_psi_3_bias_wd_x = last_arm_phi_e_bias_wd_y * arm_psi_3_sin + last_arm_theta_e_bias_wd_x *
-        arm_psi_3_cos + arm_psi_3_w_y * qd[9];
-    const double arm_psi_3_bias_wd_y = last_arm_phi_e_bias_wd_y * arm_psi_3_cos - last_arm_theta_e_bias_wd_x *
-        arm_psi_3_sin - arm_psi_3_w_x * qd[9];
-    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[8];
-    const double arm_theta_3_cos = cosine[8];
-    const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
-    const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
-    const double arm_theta_3_bias_a_z = arm_psi_3_bias_a_x * arm_theta_3_sin + arm_psi_3_bias_a_z * arm_theta_3_cos;
-    const double arm_theta_3_bias_a_x = arm_psi_3_bias_a_x * arm_theta_3_cos - arm_psi_3_bias_a_z * arm_theta_3_sin;
-    const double arm_theta_3_bias_wd_x = arm_psi_3_bias_wd_x * arm_theta_3_cos - last_arm_phi_e_bias_wd_z *
-        arm_theta_3_sin - arm_theta_3_w_z * qd[10];
-    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + last_arm_phi_e_bias_wd_z *
-        arm_theta_3_cos + arm_theta_3_w_x * qd[10];
-    const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
-    /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sine[9];
-    const double arm_phi_3_cos = cosine[9];
-    const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t14 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t15 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t15 - t14;
-    const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
-    const double arm_phi_3_bias_a_z = arm_theta_3_bias_a_z * arm_phi_3_cos - arm_psi_3_bias_a_y * arm_phi_3_sin;
-    const double arm_phi_3_bias_wd_y = arm_theta_3_bias_wd_z * arm_phi_3_sin + arm_psi_3_bias_wd_y * arm_phi_3_cos +
-        arm_phi_3_w_z * qd[11];
-    const double arm_phi_3_bias_wd_z = arm_theta_3_bias_wd_z * arm_phi_3_cos - arm_psi_3_bias_wd_y * arm_phi_3_sin -
-        arm_phi_3_w_y * qd[11];
-    const double arm_phi_3_w_x = arm_theta_3_w_x + qd[11];
-    const double t16 = arm_phi_3_w_y * arm_phi_3_w_x;
-    const double t17 = arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y * arm_phi_3_w_y;
-    const double t18 = arm_phi_3_bias_wd_z + t16;
-    const double t19 = arm_phi_3_w_z * arm_phi_3_w_x;
-    const double t20 = t19 - arm_phi_3_bias_wd_y;
-    /* effector_z: motion from arm_phi_3 outward */
+    /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_w_x = t14 - t15;
-    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - t17 * effector_z_shift_x;
-    const double t21 = arm_phi_3_w_y * qd[12];
-    const double t22 = effector_z_w_x * qd[12];
-    const double effector_z_bias_a_x = t21 + t21 - (arm_phi_3_bias_a_z + t20 * effector_z_shift_x);
-    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + t18 * effector_z_shift_x - (t22 + t22);
+    const double effector_z_bias_a_z = last_arm_theta_e_bias_a_x + carried_15 * effector_z_shift_x;
+    const double t12 = last_arm_phi_e_w_y * qd[12];
+    const double t13 = last_arm_phi_e_w_z * qd[12];
+    const double effector_z_bias_a_x = t12 + t12 - (last_arm_phi_e_bias_a_z + carried_21 * effector_z_shift_x);
+    const double effector_z_bias_a_y = last_arm_phi_e_bias_a_y + carried_18 * effector_z_shift_x + (t13 +
+        t13);
     /* effector_z: bias forces c, inward */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     const double effector_z_bias_force_y = p->m_E * effector_z_bias_a_y;
     const double effector_z_bias_force_z = p->m_E * effector_z_bias_a_z;
-    /* arm_phi_3: bias forces c, inward */
-    const double arm_phi_3_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_theta_3_bias_wd_x;
-    const double arm_phi_3_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + (t19 * p->derived.constant_7 +
-        p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y - p->derived.arm_psi_moment_x * arm_phi_3_bias_a_z);
-    const double arm_phi_3_bias_moment_z = effector_z_shift_x * effector_z_bias_force_y + (t16 * p->derived.constant_8 +
-        p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z + p->derived.arm_psi_moment_x * arm_phi_3_bias_a_y);
-    const double arm_phi_3_bias_force_x = effector_z_bias_force_z + (p->derived.arm_psi_mass * arm_theta_3_bias_a_x -
-        p->derived.arm_psi_moment_x * t17);
-    const double arm_phi_3_bias_force_y = effector_z_bias_force_y + (p->derived.arm_psi_moment_x * t18 + p->derived.arm_psi_mass *
-        arm_phi_3_bias_a_y);
-    const double arm_phi_3_bias_force_z = p->derived.arm_psi_moment_x * t20 + p->derived.arm_psi_mass * arm_phi_3_bias_a_z -
-        effector_z_bias_force_x;
-    const double t23 = arm_phi_3_sin * arm_phi_3_bias_moment_z;
-    const double t24 = arm_phi_3_cos * arm_phi_3_bias_moment_y;
-    const double arm_theta_3_bias_moment_y = t24 - t23;
-    const double arm_theta_3_bias_moment_z = arm_phi_3_sin * arm_phi_3_bias_moment_y + arm_phi_3_cos * arm_phi_3_bias_moment_z;
-    const double arm_theta_3_bias_force_y = arm_phi_3_cos * arm_phi_3_bias_force_y - arm_phi_3_sin * arm_phi_3_bias_force_z;
-    const double arm_theta_3_bias_force_z = arm_phi_3_sin * arm_phi_3_bias_force_y + arm_phi_3_cos * arm_phi_3_bias_force_z;
-    /* arm_theta_3: bias forces c, inward */
-    const double t25 = arm_theta_3_sin * arm_phi_3_bias_moment_x;
-    const double t26 = arm_theta_3_cos * arm_theta_3_bias_moment_z;
-    const double arm_psi_3_bias_moment_z = t26 - t25;
-    const double arm_psi_3_bias_moment_x = arm_theta_3_sin * arm_theta_3_bias_moment_z + arm_theta_3_cos *
-        arm_phi_3_bias_moment_x;
-    const double arm_psi_3_bias_force_z = arm_theta_3_cos * arm_theta_3_bias_force_z - arm_theta_3_sin * arm_phi_3_bias_force_x;
-    const double arm_psi_3_bias_force_x = arm_theta_3_sin * arm_theta_3_bias_force_z + arm_theta_3_cos * arm_phi_3_bias_force_x;
-    /* arm_psi_3: bias forces c, inward */
-    const double t27 = arm_psi_3_sin * arm_psi_3_bias_force_x + arm_psi_3_cos * arm_theta_3_bias_force_y;
     /* arm_psi: bias forces c, inward */
     const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
     const double arm_psi_load_moment_y = t1 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t1;
-    double carried_52 = arm_psi_3_cos * arm_psi_3_bias_moment_x - arm_psi_3_sin * arm_theta_3_bias_moment_y;
-    double carried_53 = arm_psi_3_sin * arm_psi_3_bias_moment_x + arm_psi_3_cos * arm_theta_3_bias_moment_y -
-        p->derived.arm_element_length * arm_psi_3_bias_force_z;
-    double carried_54 = arm_psi_3_bias_moment_z + p->derived.arm_element_length * t27;
-    double carried_55 = arm_psi_3_cos * arm_psi_3_bias_force_x - arm_psi_3_sin * arm_theta_3_bias_force_y;
-    double carried_56 = t27;
-    double last_arm_psi_e_bias_force_z = arm_psi_3_bias_force_z;
-    for (int e = 1; e >= 0; e--) { /* arm_psi_e, inward */
+    double carried_52 = 0.0;
+    double carried_53 = effector_z_shift_x * effector_z_bias_force_x;
+    double carried_54 = effector_z_shift_x * effector_z_bias_force_y;
+    double carried_55 = effector_z_bias_force_z;
+    double carried_56 = effector_z_bias_force_y;
+    double last_arm_psi_e_bias_force_z = -effector_z_bias_force_x;
+    for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
+        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_psi_inertia_xx : p->derived.arm_phi_1_inertia_xx);
         const double arm_psi_e_cos = cosine[1 + 3 * e];
         const double arm_psi_e_sin = sine[1 + 3 * e];
+        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_psi_inertia_yy : p->derived.arm_phi_1_inertia_yy);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_phi_e_cos = cosine[3 + 3 * e];
         const double arm_theta_e_sin = sine[2 + 3 * e];
         const double arm_theta_e_cos = cosine[2 + 3 * e];
         /* arm_phi_e: bias forces c, inward */
-        const double arm_phi_e_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_e_bias_wd_x[e];
+        const double arm_phi_e_bias_moment_x = arm_theta_e_bias_wd_x[e] * arm_phi_e_inertia_xx;
         /* arm_phi_e: bias forces c, inward */
-        const double arm_phi_e_bias_moment_x = arm_phi_e_load_moment_x + carried_52;
-        const double arm_phi_e_bias_moment_y = t10[e] * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_e_bias_wd_y[e] - p->derived.arm_phi_1_moment_x * arm_phi_e_bias_a_z[e] + carried_53;
-        const double arm_phi_e_bias_moment_z = t7[e] * p->derived.constant_10 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_e_bias_wd_z[e] + p->derived.arm_phi_1_moment_x * arm_phi_e_bias_a_y[e] + carried_54;
-        const double arm_phi_e_bias_force_x = p->derived.arm_phi_1_mass * arm_theta_e_bias_a_x[e] - p->derived.arm_phi_1_moment_x *
-        t8[e] + carried_55;
-        const double arm_phi_e_bias_force_y = p->derived.arm_phi_1_moment_x * t9[e] + p->derived.arm_phi_1_mass *
-        arm_phi_e_bias_a_y[e] + carried_56;
-        const double arm_phi_e_bias_force_z = p->derived.arm_phi_1_moment_x * t11[e] + p->derived.arm_phi_1_mass *
-        arm_phi_e_bias_a_z[e] + last_arm_psi_e_bias_force_z;
-        const double t28 = arm_phi_e_sin * arm_phi_e_bias_moment_z;
-        const double t29 = arm_phi_e_cos * arm_phi_e_bias_moment_y;
-        const double arm_theta_e_bias_moment_y = t29 - t28;
+        const double arm_phi_e_bias_moment_x_2 = arm_phi_e_bias_moment_x + carried_52;
+        const double arm_phi_e_bias_moment_y = t10[e] * (arm_phi_e_inertia_xx - arm_phi_e_inertia_yy) + arm_phi_e_bias_wd_y[e] *
+        arm_phi_e_inertia_yy - arm_phi_e_bias_a_z[e] * arm_phi_e_moment_x + carried_53;
+        const double arm_phi_e_bias_moment_z = t7[e] * (arm_phi_e_inertia_yy - arm_phi_e_inertia_xx) + arm_phi_e_bias_wd_z[e] *
+        arm_phi_e_inertia_yy + arm_phi_e_bias_a_y[e] * arm_phi_e_moment_x + carried_54;
+        const double arm_phi_e_bias_force_x = arm_theta_e_bias_a_x[e] * arm_phi_e_mass - t8[e] * arm_phi_e_moment_x +
+        carried_55;
+        const double arm_phi_e_bias_force_y = t9[e] * arm_phi_e_moment_x + arm_phi_e_bias_a_y[e] * arm_phi_e_mass +
+        carried_56;
+        const double arm_phi_e_bias_force_z = t11[e] * arm_phi_e_moment_x + arm_phi_e_bias_a_z[e] * arm_phi_e_mass +
+        last_arm_psi_e_bias_force_z;
+        const double t14 = arm_phi_e_sin * arm_phi_e_bias_moment_z;
+        const double t15 = arm_phi_e_cos * arm_phi_e_bias_moment_y;
+        const double arm_theta_e_bias_moment_y = t15 - t14;
         const double arm_theta_e_bias_moment_z = arm_phi_e_sin * arm_phi_e_bias_moment_y + arm_phi_e_cos *
         arm_phi_e_bias_moment_z;
         const double arm_theta_e_bias_force_y = arm_phi_e_cos * arm_phi_e_bias_force_y - arm_phi_e_sin * arm_phi_e_bias_force_z;
         const double arm_theta_e_bias_force_z = arm_phi_e_sin * arm_phi_e_bias_force_y + arm_phi_e_cos * arm_phi_e_bias_force_z;
         /* arm_theta_e: bias forces c, inward */
-        const double t30 = arm_theta_e_sin * arm_phi_e_bias_moment_x;
-        const double t31 = arm_theta_e_cos * arm_theta_e_bias_moment_z;
-        const double arm_psi_e_bias_moment_z = t31 - t30;
+        const double t16 = arm_theta_e_sin * arm_phi_e_bias_moment_x_2;
+        const double t17 = arm_theta_e_cos * arm_theta_e_bias_moment_z;
+        const double arm_psi_e_bias_moment_z = t17 - t16;
         const double arm_psi_e_bias_moment_x = arm_theta_e_sin * arm_theta_e_bias_moment_z + arm_theta_e_cos *
-        arm_phi_e_bias_moment_x;
+        arm_phi_e_bias_moment_x_2;
         const double arm_psi_e_bias_force_z = arm_theta_e_cos * arm_theta_e_bias_force_z - arm_theta_e_sin *
         arm_phi_e_bias_force_x;
         const double arm_psi_e_bias_force_x = arm_theta_e_sin * arm_theta_e_bias_force_z + arm_theta_e_cos *
         arm_phi_e_bias_force_x;
         /* arm_psi_e: bias forces c, inward */
-        const double t32 = arm_psi_e_sin * arm_psi_e_bias_force_x + arm_psi_e_cos * arm_theta_e_bias_force_y;
-        h[3 + 3 * e] = t30 - t31;
-        h[4 + 3 * e] = t28 - t29;
-        h[5 + 3 * e] = -arm_phi_e_bias_moment_x;
+        const double t18 = arm_psi_e_sin * arm_psi_e_bias_force_x + arm_psi_e_cos * arm_theta_e_bias_force_y;
+        h[3 + 3 * e] = t16 - t17;
+        h[4 + 3 * e] = t14 - t15;
+        h[5 + 3 * e] = -arm_phi_e_bias_moment_x_2;
         const double next_carried_52 = arm_psi_e_cos * arm_psi_e_bias_moment_x - arm_psi_e_sin * arm_theta_e_bias_moment_y;
         const double next_carried_53 = arm_psi_e_sin * arm_psi_e_bias_moment_x + arm_psi_e_cos * arm_theta_e_bias_moment_y -
         p->derived.arm_element_length * arm_psi_e_bias_force_z;
-        const double next_carried_54 = arm_psi_e_bias_moment_z + p->derived.arm_element_length * t32;
+        const double next_carried_54 = arm_psi_e_bias_moment_z + p->derived.arm_element_length * t18;
         const double next_carried_55 = arm_psi_e_cos * arm_psi_e_bias_force_x - arm_psi_e_sin * arm_theta_e_bias_force_y;
         carried_52 = next_carried_52;
         carried_53 = next_carried_53;
         carried_54 = next_carried_54;
         carried_55 = next_carried_55;
-        carried_56 = t32;
+        carried_56 = t18;
         last_arm_psi_e_bias_force_z = arm_psi_e_bias_force_z;
     }
     /* arm_psi: bias forces c, inward */
@@ -856,32 +780,29 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     h[0] = -column_psi_bias_force_z;
     h[1] = -column_psi_bias_moment_z;
     h[2] = -arm_psi_bias_moment_z;
-    h[9] = t25 - t26;
-    h[10] = t23 - t24;
-    h[11] = -arm_phi_3_bias_moment_x;
     h[12] = -effector_z_bias_force_z;
 }
 
 void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double Q[13]) {
     (void)x;
-    double sine[9], cosine[9];
-    manipulator_flexible_sincos(q + 2, sine, cosine, 9);
+    double sine[10], cosine[10];
+    manipulator_flexible_sincos(q + 2, sine, cosine, 10);
     /* arm_psi: motion from column_psi outward */
     const double arm_psi_sin = sine[0];
     const double arm_psi_cos = cosine[0];
     const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
     const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
-    double arm_psi_e_gravity_x[2];
-    double arm_psi_e_gravity_y[2];
-    double arm_theta_e_gravity_z[2];
-    double arm_theta_e_gravity_x[2];
-    double arm_phi_e_gravity_y[2];
-    double arm_phi_e_gravity_z[2];
+    double arm_psi_e_gravity_x[3];
+    double arm_psi_e_gravity_y[3];
+    double arm_theta_e_gravity_z[3];
+    double arm_theta_e_gravity_x[3];
+    double arm_phi_e_gravity_y[3];
+    double arm_phi_e_gravity_z[3];
     double last_arm_theta_e_gravity_x = -arm_psi_bias_a_falling_x;
     double last_arm_phi_e_gravity_y = -arm_psi_bias_a_falling_y;
     double last_arm_phi_e_gravity_z = 0.0;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[1 + 3 * e];
         const double arm_psi_e_cos = cosine[1 + 3 * e];
         const double arm_theta_e_sin = sine[2 + 3 * e];
@@ -901,60 +822,42 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
         last_arm_phi_e_gravity_y = arm_phi_e_gravity_y[e];
         last_arm_phi_e_gravity_z = arm_phi_e_gravity_z[e];
     }
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_sin = sine[7];
-    const double arm_psi_3_cos = cosine[7];
-    const double arm_psi_3_gravity_x = last_arm_phi_e_gravity_y * arm_psi_3_sin + last_arm_theta_e_gravity_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_gravity_y = last_arm_phi_e_gravity_y * arm_psi_3_cos - last_arm_theta_e_gravity_x *
-        arm_psi_3_sin;
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[8];
-    const double arm_theta_3_cos = cosine[8];
-    const double arm_theta_3_gravity_z = arm_psi_3_gravity_x * arm_theta_3_sin + last_arm_phi_e_gravity_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_gravity_x = arm_psi_3_gravity_x * arm_theta_3_cos - last_arm_phi_e_gravity_z *
-        arm_theta_3_sin;
-    /* effector_z: motion from arm_phi_3 outward */
+    /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
-    /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
-    /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_e_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
-    double last_arm_phi_e_mass_beyond = p->derived.arm_phi_3_mass_beyond;
-    double carried_43 = arm_psi_3_cos * arm_psi_3_moment_beyond_x + p->derived.constant_4;
-    double carried_44 = arm_phi_e_moment_beyond_y;
-    double last_arm_psi_e_moment_beyond_z = -arm_theta_3_sin * arm_phi_3_moment_beyond_x;
-    for (int e = 1; e >= 0; e--) { /* arm_psi_e, inward */
+    double last_arm_phi_e_mass_beyond = p->m_E;
+    double carried_43 = p->m_E * effector_z_shift_x;
+    double carried_44 = 0.0;
+    double last_arm_psi_e_moment_beyond_z = 0.0;
+    for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
         const double arm_psi_e_cos = cosine[1 + 3 * e];
         const double arm_psi_e_sin = sine[1 + 3 * e];
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
         const double arm_phi_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[2 + 3 * e];
         const double arm_theta_e_sin = sine[2 + 3 * e];
         /* arm_phi_e: composite pseudo-inertia of all beyond, inward */
-        const double arm_phi_e_mass_beyond_2 = p->derived.arm_phi_1_mass + last_arm_phi_e_mass_beyond;
-        const double arm_phi_e_moment_beyond_x_2 = p->derived.arm_phi_1_moment_x + carried_43;
+        const double arm_phi_e_mass_beyond = arm_phi_e_mass + last_arm_phi_e_mass_beyond;
+        const double arm_phi_e_moment_beyond_x = arm_phi_e_moment_x + carried_43;
         const double arm_theta_e_moment_beyond_y = arm_phi_e_cos * carried_44 - arm_phi_e_sin * last_arm_psi_e_moment_beyond_z;
         const double arm_theta_e_moment_beyond_z = arm_phi_e_sin * carried_44 + arm_phi_e_cos * last_arm_psi_e_moment_beyond_z;
         /* arm_theta_e: composite pseudo-inertia of all beyond, inward */
         const double arm_psi_e_moment_beyond_z = arm_theta_e_cos * arm_theta_e_moment_beyond_z - arm_theta_e_sin *
-        arm_phi_e_moment_beyond_x_2;
+        arm_phi_e_moment_beyond_x;
         const double arm_psi_e_moment_beyond_x = arm_theta_e_sin * arm_theta_e_moment_beyond_z + arm_theta_e_cos *
-        arm_phi_e_moment_beyond_x_2;
+        arm_phi_e_moment_beyond_x;
         Q[3 + 3 * e] = arm_psi_e_gravity_y[e] * arm_psi_e_moment_beyond_x - arm_psi_e_gravity_x[e] * arm_theta_e_moment_beyond_y -
         (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi * qd[3 + 3 * e]);
         Q[4 + 3 * e] = arm_theta_e_gravity_x[e] * arm_theta_e_moment_beyond_z - arm_theta_e_gravity_z[e] *
-        arm_phi_e_moment_beyond_x_2 - (p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi *
+        arm_phi_e_moment_beyond_x - (p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi *
         qd[4 + 3 * e]);
         Q[5 + 3 * e] = arm_phi_e_gravity_z[e] * carried_44 - arm_phi_e_gravity_y[e] * last_arm_psi_e_moment_beyond_z -
         (p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e]);
         const double next_carried_43 = arm_psi_e_cos * arm_psi_e_moment_beyond_x - arm_psi_e_sin * arm_theta_e_moment_beyond_y +
-        p->derived.arm_element_length * arm_phi_e_mass_beyond_2;
+        p->derived.arm_element_length * arm_phi_e_mass_beyond;
         const double next_carried_44 = arm_psi_e_sin * arm_psi_e_moment_beyond_x + arm_psi_e_cos * arm_theta_e_moment_beyond_y;
-        last_arm_phi_e_mass_beyond = arm_phi_e_mass_beyond_2;
+        last_arm_phi_e_mass_beyond = arm_phi_e_mass_beyond;
         carried_43 = next_carried_43;
         carried_44 = next_carried_44;
         last_arm_psi_e_moment_beyond_z = arm_psi_e_moment_beyond_z;
@@ -970,12 +873,7 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
     Q[0] = -(p->g * base_z_mass_beyond + (p->s_sup * q[0] + p->d_sup * qd[0]));
     Q[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1];
     Q[2] = arm_psi_bias_a_falling_x * carried_44 - arm_psi_bias_a_falling_y * arm_psi_moment_beyond_x;
-    Q[9] = arm_psi_3_gravity_y * arm_psi_3_moment_beyond_x - (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
-        qd[9]);
-    Q[10] = -(arm_theta_3_gravity_z * arm_phi_3_moment_beyond_x + (p->derived.arm_stiffness_psi * q[10] +
-        p->derived.arm_damping_psi * qd[10]));
-    Q[11] = -(p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi * qd[11]);
-    Q[12] = p->m_E * arm_theta_3_gravity_x;
+    Q[12] = p->m_E * last_arm_theta_e_gravity_x;
 }
 
 void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -983,8 +881,8 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
     (void)x;
     (void)t;
     (void)qd;
-    double sine[10], cosine[10];
-    manipulator_flexible_sincos(q + 1, sine, cosine, 10);
+    double sine[11], cosine[11];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
     /* column_psi: motion from base_z outward */
     const double column_psi_sin = sine[0];
     const double column_psi_cos = cosine[0];
@@ -999,18 +897,18 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
     const double arm_psi_e_shift_ground_z = p->derived.constant_3 * arm_psi_sin;
     const double arm_psi_e_position_z = arm_psi_position_z + arm_psi_e_shift_ground_z;
-    double arm_psi_e_ground_x_y[2];
-    double arm_psi_e_ground_y_y[2];
-    double arm_psi_e_ground_z_y[2];
-    double arm_psi_e_position_x_2[2];
-    double arm_psi_e_position_y_2[2];
-    double arm_psi_e_position_z_2[2];
-    double arm_theta_e_ground_x_x[2];
-    double arm_theta_e_ground_y_x[2];
-    double arm_theta_e_ground_z_x[2];
-    double last_arm_phi_e_ground_x_z_at[2];
-    double last_arm_phi_e_ground_y_z_at[2];
-    double last_arm_phi_e_ground_z_z_at[2];
+    double arm_psi_e_ground_x_y[3];
+    double arm_psi_e_ground_y_y[3];
+    double arm_psi_e_ground_z_y[3];
+    double arm_psi_e_position_x_2[3];
+    double arm_psi_e_position_y_2[3];
+    double arm_psi_e_position_z_2[3];
+    double arm_theta_e_ground_x_x[3];
+    double arm_theta_e_ground_y_x[3];
+    double arm_theta_e_ground_z_x[3];
+    double last_arm_phi_e_ground_x_z_at[3];
+    double last_arm_phi_e_ground_y_z_at[3];
+    double last_arm_phi_e_ground_z_z_at[3];
     double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
     double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
     double last_arm_phi_e_ground_x_z = column_psi_sin;
@@ -1023,7 +921,7 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
     double last_arm_psi_e_position_x = arm_psi_e_position_x;
     double last_arm_psi_e_position_y = arm_psi_e_position_y;
     double last_arm_psi_e_position_z = arm_psi_e_position_z;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
@@ -1070,72 +968,36 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
         last_arm_psi_e_position_y = arm_psi_e_position_y_2[e];
         last_arm_psi_e_position_z = arm_psi_e_position_z_2[e];
     }
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_sin = sine[8];
-    const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = last_arm_phi_e_ground_x_y * arm_psi_3_cos - last_arm_theta_e_ground_x_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = last_arm_phi_e_ground_y_y * arm_psi_3_cos - last_arm_theta_e_ground_y_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_z_y = last_arm_phi_e_ground_z_y * arm_psi_3_cos - last_arm_theta_e_ground_z_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
-    const double arm_psi_3_position_y = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
-    const double arm_psi_3_position_z = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[9];
-    const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
-        arm_theta_3_sin;
-    /* effector_z: motion from arm_phi_3 outward */
+    /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_shift_ground_y = arm_theta_3_ground_y_x * effector_z_shift_x;
-    const double effector_z_shift_ground_z = arm_theta_3_ground_z_x * effector_z_shift_x;
-    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
-    const double effector_z_position_y = arm_psi_3_position_y + effector_z_shift_ground_y;
-    const double effector_z_position_z = arm_psi_3_position_z + effector_z_shift_ground_z;
+    const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
+    const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
+    const double effector_z_position_z = last_arm_psi_e_position_z + last_arm_theta_e_ground_z_x * effector_z_shift_x;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double t1 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    const double t2 = effector_z_position_x - arm_psi_3_position_x;
-    const double t3 = effector_z_position_y - arm_psi_3_position_y;
-    const double t4 = effector_z_position_z - arm_psi_3_position_z;
-    const double row_2_u_arm_psi_3 = last_arm_phi_e_ground_x_z * t3 - last_arm_phi_e_ground_y_z * t2;
-    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t3 - arm_psi_3_ground_y_y * t2;
-    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t3 - arm_theta_3_ground_y_x * t2;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t5 = (effector_z_position_x - p->xc) / p->a;
-    const double t6 = effector_z_position_y / p->b;
-    const double t7 = p->derived.constant_12 * (t6 + t6);
-    const double t8 = p->derived.constant_11 * (t5 + t5);
-    const double row_1_u_column_psi = effector_z_position_x * t7 - effector_z_position_y * t8;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+    const double t2 = (effector_z_position_x - p->xc) / p->a;
+    const double t3 = effector_z_position_y / p->b;
+    const double t4 = p->derived.constant_10 * (t3 + t3);
+    const double t5 = p->derived.constant_9 * (t2 + t2);
+    const double row_1_u_column_psi = effector_z_position_x * t4 - effector_z_position_y * t5;
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
         /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-        const double t9 = effector_z_position_x - arm_psi_e_position_x_2[e];
-        const double t10 = effector_z_position_y - arm_psi_e_position_y_2[e];
-        const double t11 = effector_z_position_z - arm_psi_e_position_z_2[e];
-        const double row_2_u_arm_psi_e = last_arm_phi_e_ground_x_z_at[e] * t10 - last_arm_phi_e_ground_y_z_at[e] *
-        t9;
-        const double row_2_u_arm_theta_e = arm_psi_e_ground_x_y[e] * t10 - arm_psi_e_ground_y_y[e] * t9;
-        const double row_2_u_arm_phi_e = arm_theta_e_ground_x_x[e] * t10 - arm_theta_e_ground_y_x[e] * t9;
+        const double t6 = effector_z_position_x - arm_psi_e_position_x_2[e];
+        const double t7 = effector_z_position_y - arm_psi_e_position_y_2[e];
+        const double t8 = effector_z_position_z - arm_psi_e_position_z_2[e];
+        const double row_2_u_arm_psi_e = last_arm_phi_e_ground_x_z_at[e] * t7 - last_arm_phi_e_ground_y_z_at[e] *
+        t6;
+        const double row_2_u_arm_theta_e = arm_psi_e_ground_x_y[e] * t7 - arm_psi_e_ground_y_y[e] * t6;
+        const double row_2_u_arm_phi_e = arm_theta_e_ground_x_x[e] * t7 - arm_theta_e_ground_y_x[e] * t6;
         /* row 1 (position level): u qdd + v = 0 */
-        const double row_1_u_arm_psi_e = (last_arm_phi_e_ground_y_z_at[e] * t11 - last_arm_phi_e_ground_z_z_at[e] *
-        t10) * t8 + (last_arm_phi_e_ground_z_z_at[e] * t9 - last_arm_phi_e_ground_x_z_at[e] * t11) * t7;
-        const double row_1_u_arm_theta_e = (arm_psi_e_ground_y_y[e] * t11 - arm_psi_e_ground_z_y[e] * t10) *
-        t8 + (arm_psi_e_ground_z_y[e] * t9 - arm_psi_e_ground_x_y[e] * t11) * t7;
-        const double row_1_u_arm_phi_e = (arm_theta_e_ground_y_x[e] * t11 - arm_theta_e_ground_z_x[e] * t10) *
-        t8 + (arm_theta_e_ground_z_x[e] * t9 - arm_theta_e_ground_x_x[e] * t11) * t7;
+        const double row_1_u_arm_psi_e = (last_arm_phi_e_ground_y_z_at[e] * t8 - last_arm_phi_e_ground_z_z_at[e] *
+        t7) * t5 + (last_arm_phi_e_ground_z_z_at[e] * t6 - last_arm_phi_e_ground_x_z_at[e] * t8) * t4;
+        const double row_1_u_arm_theta_e = (arm_psi_e_ground_y_y[e] * t8 - arm_psi_e_ground_z_y[e] * t7) *
+        t5 + (arm_psi_e_ground_z_y[e] * t6 - arm_psi_e_ground_x_y[e] * t8) * t4;
+        const double row_1_u_arm_phi_e = (arm_theta_e_ground_y_x[e] * t8 - arm_theta_e_ground_z_x[e] * t7) *
+        t5 + (arm_theta_e_ground_z_x[e] * t6 - arm_theta_e_ground_x_x[e] * t8) * t4;
         u[3 + 3 * e] = row_1_u_arm_psi_e;
         u[4 + 3 * e] = row_1_u_arm_theta_e;
         u[5 + 3 * e] = row_1_u_arm_phi_e;
@@ -1143,35 +1005,32 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
         u[17 + 3 * e] = row_2_u_arm_theta_e;
         u[18 + 3 * e] = row_2_u_arm_phi_e;
     }
-    const double row_1_u_arm_psi_3 = (last_arm_phi_e_ground_y_z * t4 - last_arm_phi_e_ground_z_z * t3) * t8 +
-        (last_arm_phi_e_ground_z_z * t2 - last_arm_phi_e_ground_x_z * t4) * t7;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t4 - arm_psi_3_ground_z_y * t3) * t8 + (arm_psi_3_ground_z_y *
-        t2 - arm_psi_3_ground_x_y * t4) * t7;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t4 - arm_theta_3_ground_z_x * t3) * t8 + (arm_theta_3_ground_z_x *
-        t2 - arm_theta_3_ground_x_x * t4) * t7;
-    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t8 + arm_theta_3_ground_y_x * t7;
+    const double row_1_u_effector_z = last_arm_theta_e_ground_x_x * t5 + last_arm_theta_e_ground_y_x * t4;
     u[0 * 13 + 0] = 0.0;
     u[0 * 13 + 1] = row_1_u_column_psi;
-    u[0 * 13 + 2] = -(column_psi_cos * t1 * t8 + column_psi_sin * t1 * t7);
-    u[0 * 13 + 9] = row_1_u_arm_psi_3;
-    u[0 * 13 + 10] = row_1_u_arm_theta_3;
-    u[0 * 13 + 11] = row_1_u_arm_phi_3;
+    u[0 * 13 + 2] = -(column_psi_cos * t1 * t5 + column_psi_sin * t1 * t4);
     u[0 * 13 + 12] = row_1_u_effector_z;
     u[1 * 13 + 0] = 1.0;
     u[1 * 13 + 1] = 0.0;
     u[1 * 13 + 2] = row_2_u_arm_psi;
-    u[1 * 13 + 9] = row_2_u_arm_psi_3;
-    u[1 * 13 + 10] = row_2_u_arm_theta_3;
-    u[1 * 13 + 11] = row_2_u_arm_phi_3;
-    u[1 * 13 + 12] = arm_theta_3_ground_z_x;
+    u[1 * 13 + 12] = last_arm_theta_e_ground_z_x;
 }
 
 void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double v[2]) {
+    struct manipulator_flexible_row_terms_result row_terms;
+    manipulator_flexible_row_terms(p, x, t, q, qd, &row_terms);
+    for (int i = 0; i < 2; i++)
+        v[i] = row_terms.v[i];
+}
+
+void manipulator_flexible_row_terms(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], struct manipulator_flexible_row_terms_result *out) {
     (void)x;
     double sine[11], cosine[11];
     manipulator_flexible_sincos(q + 1, sine, cosine, 11);
     const double t1 = t * 3.141592653589793 / p->T;
+    const double t2 = sin(t1);
     /* column_psi: motion from base_z outward */
     const double column_psi_sin = sine[0];
     const double column_psi_cos = cosine[0];
@@ -1180,21 +1039,36 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
+    const double arm_psi_position_z = p->h + q[0];
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
     const double arm_psi_v_y = qd[0] * arm_psi_cos;
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
-    const double t2 = arm_psi_w_x * qd[2];
-    const double t3 = arm_psi_w_x * arm_psi_w_y;
-    const double t4 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
-    const double t5 = t2 + t2;
+    const double t3 = arm_psi_w_x * qd[2];
+    const double t4 = arm_psi_w_x * arm_psi_w_y;
+    const double t5 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
+    const double t6 = t3 + t3;
     /* arm_psi_e: motion from arm_psi outward */
     const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
     const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
+    const double arm_psi_e_shift_ground_z = p->derived.constant_3 * arm_psi_sin;
+    const double arm_psi_e_position_z = arm_psi_position_z + arm_psi_e_shift_ground_z;
     const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
-    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t3;
-    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t5;
+    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t4;
+    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t6;
+    double arm_psi_e_ground_x_y[3];
+    double arm_psi_e_ground_y_y[3];
+    double arm_psi_e_ground_z_y[3];
+    double arm_psi_e_position_x_2[3];
+    double arm_psi_e_position_y_2[3];
+    double arm_psi_e_position_z_2[3];
+    double arm_theta_e_ground_x_x[3];
+    double arm_theta_e_ground_y_x[3];
+    double arm_theta_e_ground_z_x[3];
+    double last_arm_phi_e_ground_x_z_at[3];
+    double last_arm_phi_e_ground_y_z_at[3];
+    double last_arm_phi_e_ground_z_z_at[3];
     double last_arm_phi_e_w_x = arm_psi_w_x;
     double last_arm_phi_e_w_y = arm_psi_w_y;
     double last_arm_phi_e_w_z = qd[2];
@@ -1202,14 +1076,14 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
     double last_arm_phi_e_v_y = arm_psi_e_v_y;
     double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
     double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
-    double last_arm_phi_e_bias_wd_y = -t2;
+    double last_arm_phi_e_bias_wd_y = -t3;
     double last_arm_phi_e_bias_wd_z = 0.0;
-    double last_arm_theta_e_bias_a_x = -p->derived.constant_3 * t4;
+    double last_arm_theta_e_bias_a_x = -p->derived.constant_3 * t5;
     double last_arm_phi_e_bias_a_y = arm_psi_e_bias_a_y;
     double last_arm_phi_e_bias_a_z = arm_psi_e_bias_a_z;
-    double carried_15 = -t4;
-    double carried_18 = t3;
-    double carried_21 = t5;
+    double carried_15 = -t5;
+    double carried_18 = t4;
+    double carried_21 = t6;
     double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
     double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
     double last_arm_phi_e_ground_x_z = column_psi_sin;
@@ -1221,35 +1095,38 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
     double last_arm_phi_e_ground_z_z = 0.0;
     double last_arm_psi_e_position_x = arm_psi_e_position_x;
     double last_arm_psi_e_position_y = arm_psi_e_position_y;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+    double last_arm_psi_e_position_z = arm_psi_e_position_z;
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
+        last_arm_phi_e_ground_x_z_at[e] = last_arm_phi_e_ground_x_z;
+        last_arm_phi_e_ground_y_z_at[e] = last_arm_phi_e_ground_y_z;
+        last_arm_phi_e_ground_z_z_at[e] = last_arm_phi_e_ground_z_z;
         /* arm_psi_e: motion from arm_psi_e outward */
         const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        arm_psi_e_ground_x_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
         const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_ground_y_y = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
+        arm_psi_e_ground_y_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
         const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
-        const double arm_psi_e_ground_z_y = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
-        const double arm_psi_e_position_x_2 = last_arm_psi_e_position_x + p->derived.arm_element_length *
-        last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_position_y_2 = last_arm_psi_e_position_y + p->derived.arm_element_length *
-        last_arm_theta_e_ground_y_x;
+        arm_psi_e_ground_z_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
+        arm_psi_e_position_x_2[e] = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
+        arm_psi_e_position_y_2[e] = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
+        arm_psi_e_position_z_2[e] = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
         const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
-        const double t6 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+        const double t7 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
         const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
-        const double arm_psi_e_v_x = arm_psi_e_sin * t6 + arm_psi_e_cos * last_arm_theta_e_v_x;
-        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t6 - arm_psi_e_sin * last_arm_theta_e_v_x;
-        const double t7 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
-        const double t8 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
+        const double arm_psi_e_v_x = arm_psi_e_sin * t7 + arm_psi_e_cos * last_arm_theta_e_v_x;
+        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t7 - arm_psi_e_sin * last_arm_theta_e_v_x;
+        const double t8 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
+        const double t9 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
         const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
-        const double arm_psi_e_bias_a_x_2 = arm_psi_e_sin * t8 + arm_psi_e_cos * t7;
-        const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t8 - arm_psi_e_sin * t7;
+        const double arm_psi_e_bias_a_x_2 = arm_psi_e_sin * t9 + arm_psi_e_cos * t8;
+        const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t9 - arm_psi_e_sin * t8;
         const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
         qd[3 + 3 * e] * arm_psi_e_w_y;
         const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
@@ -1257,11 +1134,11 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
         /* arm_theta_e: motion from arm_psi_e outward */
         const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        arm_theta_e_ground_x_x[e] = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
         const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
-        const double arm_theta_e_ground_y_x = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
+        arm_theta_e_ground_y_x[e] = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
         const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
-        const double arm_theta_e_ground_z_x = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
+        arm_theta_e_ground_z_x[e] = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
         const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
         const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
         const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
@@ -1274,12 +1151,12 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
         qd[4 + 3 * e] * arm_theta_e_w_x;
         const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
         /* arm_phi_e: motion from arm_theta_e outward */
-        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
-        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
-        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y;
-        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y;
-        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y;
-        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y;
+        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
+        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
+        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y[e];
+        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y[e];
+        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y[e];
+        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y[e];
         const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
         const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
         const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
@@ -1309,137 +1186,107 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
         carried_15 = next_carried_15;
         carried_18 = next_carried_18;
         carried_21 = next_carried_21;
-        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
+        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x[e];
         last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
         last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
-        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x;
+        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x[e];
         last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
         last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
-        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x;
+        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x[e];
         last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
         last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
-        last_arm_psi_e_position_x = arm_psi_e_position_x_2;
-        last_arm_psi_e_position_y = arm_psi_e_position_y_2;
+        last_arm_psi_e_position_x = arm_psi_e_position_x_2[e];
+        last_arm_psi_e_position_y = arm_psi_e_position_y_2[e];
+        last_arm_psi_e_position_z = arm_psi_e_position_z_2[e];
     }
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_sin = sine[8];
-    const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = last_arm_phi_e_ground_x_y * arm_psi_3_cos - last_arm_theta_e_ground_x_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = last_arm_phi_e_ground_y_y * arm_psi_3_cos - last_arm_theta_e_ground_y_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_z_y = last_arm_phi_e_ground_z_y * arm_psi_3_cos - last_arm_theta_e_ground_z_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
-    const double arm_psi_3_position_y = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
-    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
-    const double t9 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-    const double arm_psi_3_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t9 + last_arm_theta_e_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t9 - last_arm_theta_e_v_x * arm_psi_3_sin;
-    const double t10 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
-    const double t11 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
-    const double arm_psi_3_bias_a_z = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t11 + arm_psi_3_cos * t10;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t11 - arm_psi_3_sin * t10;
-    const double arm_psi_3_bias_wd_x = last_arm_phi_e_bias_wd_y * arm_psi_3_sin + last_arm_theta_e_bias_wd_x *
-        arm_psi_3_cos + arm_psi_3_w_y * qd[9];
-    const double arm_psi_3_bias_wd_y = last_arm_phi_e_bias_wd_y * arm_psi_3_cos - last_arm_theta_e_bias_wd_x *
-        arm_psi_3_sin - arm_psi_3_w_x * qd[9];
-    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[9];
-    const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + last_arm_phi_e_ground_x_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + last_arm_phi_e_ground_y_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + last_arm_phi_e_ground_z_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
-    const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
-    const double arm_theta_3_v_z = arm_psi_3_v_x * arm_theta_3_sin + arm_psi_3_v_z * arm_theta_3_cos;
-    const double arm_theta_3_v_x = arm_psi_3_v_x * arm_theta_3_cos - arm_psi_3_v_z * arm_theta_3_sin;
-    const double arm_theta_3_bias_a_z = arm_psi_3_bias_a_x * arm_theta_3_sin + arm_psi_3_bias_a_z * arm_theta_3_cos;
-    const double arm_theta_3_bias_a_x = arm_psi_3_bias_a_x * arm_theta_3_cos - arm_psi_3_bias_a_z * arm_theta_3_sin;
-    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + last_arm_phi_e_bias_wd_z *
-        arm_theta_3_cos + arm_theta_3_w_x * qd[10];
-    const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
-    /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sine[10];
-    const double arm_phi_3_cos = cosine[10];
-    const double arm_phi_3_ground_x_y = arm_theta_3_ground_x_z * arm_phi_3_sin + arm_psi_3_ground_x_y * arm_phi_3_cos;
-    const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
-    const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
-    const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t12 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t13 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t13 - t12;
-    const double arm_phi_3_v_y = arm_theta_3_v_z * arm_phi_3_sin + arm_psi_3_v_y * arm_phi_3_cos;
-    const double arm_phi_3_v_z = arm_theta_3_v_z * arm_phi_3_cos - arm_psi_3_v_y * arm_phi_3_sin;
-    const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
-    const double arm_phi_3_bias_a_z = arm_theta_3_bias_a_z * arm_phi_3_cos - arm_psi_3_bias_a_y * arm_phi_3_sin;
-    const double arm_phi_3_bias_wd_y = arm_theta_3_bias_wd_z * arm_phi_3_sin + arm_psi_3_bias_wd_y * arm_phi_3_cos +
-        arm_phi_3_w_z * qd[11];
-    const double arm_phi_3_bias_wd_z = arm_theta_3_bias_wd_z * arm_phi_3_cos - arm_psi_3_bias_wd_y * arm_phi_3_sin -
-        arm_phi_3_w_y * qd[11];
-    const double arm_phi_3_w_x = arm_theta_3_w_x + qd[11];
-    /* effector_z: motion from arm_phi_3 outward */
+    /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_ground_x_x = arm_psi_3_ground_x_y * arm_phi_3_sin - arm_theta_3_ground_x_z * arm_phi_3_cos;
-    const double effector_z_ground_y_x = arm_psi_3_ground_y_y * arm_phi_3_sin - arm_theta_3_ground_y_z * arm_phi_3_cos;
-    const double effector_z_ground_z_x = arm_psi_3_ground_z_y * arm_phi_3_sin - arm_theta_3_ground_z_z * arm_phi_3_cos;
-    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_shift_ground_y = arm_theta_3_ground_y_x * effector_z_shift_x;
-    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
-    const double effector_z_position_y = arm_psi_3_position_y + effector_z_shift_ground_y;
-    const double effector_z_w_x = t12 - t13;
-    const double effector_z_v_y = arm_phi_3_v_y + arm_phi_3_w_z * effector_z_shift_x;
-    const double effector_z_v_x = arm_phi_3_w_y * effector_z_shift_x - arm_phi_3_v_z;
-    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - (arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y *
-        arm_phi_3_w_y) * effector_z_shift_x;
-    const double t14 = arm_phi_3_w_y * qd[12];
-    const double t15 = effector_z_w_x * qd[12];
-    const double effector_z_v_z = arm_theta_3_v_x + qd[12];
-    const double effector_z_bias_a_x = t14 + t14 - (arm_phi_3_bias_a_z + (arm_phi_3_w_z * arm_phi_3_w_x -
-        arm_phi_3_bias_wd_y) * effector_z_shift_x);
-    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + (arm_phi_3_bias_wd_z + arm_phi_3_w_y * arm_phi_3_w_x) *
-        effector_z_shift_x - (t15 + t15);
+    const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
+    const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
+    const double effector_z_position_z = last_arm_psi_e_position_z + last_arm_theta_e_ground_z_x * effector_z_shift_x;
+    const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
+    const double effector_z_v_x = last_arm_phi_e_w_y * effector_z_shift_x - last_arm_phi_e_v_z;
+    const double effector_z_bias_a_z = last_arm_theta_e_bias_a_x + carried_15 * effector_z_shift_x;
+    const double t10 = last_arm_phi_e_w_y * qd[12];
+    const double t11 = last_arm_phi_e_w_z * qd[12];
+    const double effector_z_v_z = last_arm_theta_e_v_x + qd[12];
+    const double effector_z_bias_a_x = t10 + t10 - (last_arm_phi_e_bias_a_z + carried_21 * effector_z_shift_x);
+    const double effector_z_bias_a_y = last_arm_phi_e_bias_a_y + carried_18 * effector_z_shift_x + (t11 +
+        t11);
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double point_E_xd = effector_z_ground_x_x * effector_z_v_x + arm_phi_3_ground_x_y * effector_z_v_y +
-        arm_theta_3_ground_x_x * effector_z_v_z;
-    const double point_E_yd = effector_z_ground_y_x * effector_z_v_x + arm_phi_3_ground_y_y * effector_z_v_y +
-        arm_theta_3_ground_y_x * effector_z_v_z;
-    const double point_E_bias_x = effector_z_ground_x_x * effector_z_bias_a_x + arm_phi_3_ground_x_y * effector_z_bias_a_y +
-        arm_theta_3_ground_x_x * effector_z_bias_a_z;
-    const double point_E_bias_y = effector_z_ground_y_x * effector_z_bias_a_x + arm_phi_3_ground_y_y * effector_z_bias_a_y +
-        arm_theta_3_ground_y_x * effector_z_bias_a_z;
-    const double point_E_bias_z = effector_z_ground_z_x * effector_z_bias_a_x + arm_phi_3_ground_z_y * effector_z_bias_a_y +
-        arm_theta_3_ground_z_x * effector_z_bias_a_z;
+    const double point_E_xd = last_arm_phi_e_ground_x_y * effector_z_v_y - last_arm_phi_e_ground_x_z * effector_z_v_x +
+        last_arm_theta_e_ground_x_x * effector_z_v_z;
+    const double point_E_yd = last_arm_phi_e_ground_y_y * effector_z_v_y - last_arm_phi_e_ground_y_z * effector_z_v_x +
+        last_arm_theta_e_ground_y_x * effector_z_v_z;
+    const double point_E_zd = last_arm_phi_e_ground_z_y * effector_z_v_y - last_arm_phi_e_ground_z_z * effector_z_v_x +
+        last_arm_theta_e_ground_z_x * effector_z_v_z;
+    const double point_E_bias_x = last_arm_phi_e_ground_x_y * effector_z_bias_a_y - last_arm_phi_e_ground_x_z *
+        effector_z_bias_a_x + last_arm_theta_e_ground_x_x * effector_z_bias_a_z;
+    const double point_E_bias_y = last_arm_phi_e_ground_y_y * effector_z_bias_a_y - last_arm_phi_e_ground_y_z *
+        effector_z_bias_a_x + last_arm_theta_e_ground_y_x * effector_z_bias_a_z;
+    const double point_E_bias_z = last_arm_phi_e_ground_z_y * effector_z_bias_a_y - last_arm_phi_e_ground_z_z *
+        effector_z_bias_a_x + last_arm_theta_e_ground_z_x * effector_z_bias_a_z;
+    const double t12 = effector_z_position_z - arm_psi_position_z;
+    const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t16 = point_E_xd * p->derived.constant_11;
-    const double t17 = point_E_yd * p->derived.constant_12;
-    const double t18 = t16 * t16 + (effector_z_position_x - p->xc) / p->a * (point_E_bias_x * p->derived.constant_11);
-    const double t19 = t17 * t17 + effector_z_position_y / p->b * (point_E_bias_y * p->derived.constant_12);
-    const double row_1_v = t18 + t18 + (t19 + t19);
+    const double t13 = (effector_z_position_x - p->xc) / p->a;
+    const double t14 = effector_z_position_y / p->b;
+    const double row_1_phi = t13 * t13 + t14 * t14 - 1.0;
+    const double t15 = point_E_xd * p->derived.constant_9;
+    const double t16 = t13 * t15;
+    const double t17 = point_E_yd * p->derived.constant_10;
+    const double t18 = t14 * t17;
+    const double row_1_psi = t16 + t16 + (t18 + t18);
+    const double t19 = t15 * t15 + t13 * (point_E_bias_x * p->derived.constant_9);
+    const double t20 = t17 * t17 + t14 * (point_E_bias_y * p->derived.constant_10);
+    const double row_1_v = t19 + t19 + (t20 + t20);
+    const double t21 = p->derived.constant_10 * (t14 + t14);
+    const double t22 = p->derived.constant_9 * (t13 + t13);
+    const double row_1_u_column_psi = effector_z_position_x * t21 - effector_z_position_y * t22;
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
+        /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
+        const double t23 = effector_z_position_x - arm_psi_e_position_x_2[e];
+        const double t24 = effector_z_position_y - arm_psi_e_position_y_2[e];
+        const double t25 = effector_z_position_z - arm_psi_e_position_z_2[e];
+        const double row_2_u_arm_psi_e = last_arm_phi_e_ground_x_z_at[e] * t24 - last_arm_phi_e_ground_y_z_at[e] *
+        t23;
+        const double row_2_u_arm_theta_e = arm_psi_e_ground_x_y[e] * t24 - arm_psi_e_ground_y_y[e] * t23;
+        const double row_2_u_arm_phi_e = arm_theta_e_ground_x_x[e] * t24 - arm_theta_e_ground_y_x[e] * t23;
+        /* row 1 (position level): u qdd + v = 0 */
+        const double row_1_u_arm_psi_e = (last_arm_phi_e_ground_y_z_at[e] * t25 - last_arm_phi_e_ground_z_z_at[e] *
+        t24) * t22 + (last_arm_phi_e_ground_z_z_at[e] * t23 - last_arm_phi_e_ground_x_z_at[e] * t25) * t21;
+        const double row_1_u_arm_theta_e = (arm_psi_e_ground_y_y[e] * t25 - arm_psi_e_ground_z_y[e] * t24) *
+        t22 + (arm_psi_e_ground_z_y[e] * t23 - arm_psi_e_ground_x_y[e] * t25) * t21;
+        const double row_1_u_arm_phi_e = (arm_theta_e_ground_y_x[e] * t25 - arm_theta_e_ground_z_x[e] * t24) *
+        t22 + (arm_theta_e_ground_z_x[e] * t23 - arm_theta_e_ground_x_x[e] * t25) * t21;
+        out->u[3 + 3 * e] = row_1_u_arm_psi_e;
+        out->u[4 + 3 * e] = row_1_u_arm_theta_e;
+        out->u[5 + 3 * e] = row_1_u_arm_phi_e;
+        out->u[16 + 3 * e] = row_2_u_arm_psi_e;
+        out->u[17 + 3 * e] = row_2_u_arm_theta_e;
+        out->u[18 + 3 * e] = row_2_u_arm_phi_e;
+    }
+    const double row_1_u_effector_z = last_arm_theta_e_ground_x_x * t22 + last_arm_theta_e_ground_y_x * t21;
     /* row 2 (velocity level): u qdd + v = 0 */
-    const double t20 = sin(t1) * (p->derived.constant_15 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t20 + t20);
-    v[0] = row_1_v;
-    v[1] = row_2_v;
+    const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
+    const double t26 = t2 * (p->derived.constant_13 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t26 + t26);
+    out->u[0 * 13 + 0] = 0.0;
+    out->u[0 * 13 + 1] = row_1_u_column_psi;
+    out->u[0 * 13 + 2] = -(column_psi_cos * t12 * t22 + column_psi_sin * t12 * t21);
+    out->u[0 * 13 + 12] = row_1_u_effector_z;
+    out->u[1 * 13 + 0] = 1.0;
+    out->u[1 * 13 + 1] = 0.0;
+    out->u[1 * 13 + 2] = row_2_u_arm_psi;
+    out->u[1 * 13 + 12] = last_arm_theta_e_ground_z_x;
+    out->v[0] = row_1_v;
+    out->v[1] = row_2_v;
+    out->phi[0] = row_1_phi;
+    out->phi[1] = 0.0;
+    out->psi[0] = row_1_psi;
+    out->psi[1] = row_2_psi;
+    out->k[0] = -(row_1_phi * p->derived.constant_12 + (row_1_v + row_1_psi * p->derived.constant_11));
+    out->k[1] = -(row_2_v + p->derived.constant_11 * row_2_psi);
 }
 
 void manipulator_flexible_phi(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -1447,8 +1294,8 @@ void manipulator_flexible_phi(const struct manipulator_flexible_parameters *p, c
     (void)x;
     (void)t;
     (void)qd;
-    double sine[10], cosine[10];
-    manipulator_flexible_sincos(q + 1, sine, cosine, 10);
+    double sine[11], cosine[11];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
     /* column_psi: motion from base_z outward */
     const double column_psi_sin = sine[0];
     const double column_psi_cos = cosine[0];
@@ -1468,7 +1315,7 @@ void manipulator_flexible_phi(const struct manipulator_flexible_parameters *p, c
     double last_arm_phi_e_ground_y_z = -column_psi_cos;
     double last_arm_psi_e_position_x = arm_psi_e_position_x;
     double last_arm_psi_e_position_y = arm_psi_e_position_y;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
@@ -1503,28 +1350,10 @@ void manipulator_flexible_phi(const struct manipulator_flexible_parameters *p, c
         last_arm_psi_e_position_x = arm_psi_e_position_x_2;
         last_arm_psi_e_position_y = arm_psi_e_position_y_2;
     }
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_sin = sine[8];
-    const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
-    const double arm_psi_3_position_y = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[9];
-    const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
-        arm_theta_3_sin;
-    /* effector_z: motion from arm_phi_3 outward */
+    /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_shift_ground_y = arm_theta_3_ground_y_x * effector_z_shift_x;
-    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
-    const double effector_z_position_y = arm_psi_3_position_y + effector_z_shift_ground_y;
+    const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
+    const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
     /* row 1 (position level): u qdd + v = 0 */
     const double t1 = (effector_z_position_x - p->xc) / p->a;
     const double t2 = effector_z_position_y / p->b;
@@ -1572,7 +1401,7 @@ void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, c
     double last_arm_phi_e_ground_z_z = 0.0;
     double last_arm_psi_e_position_x = arm_psi_e_position_x;
     double last_arm_psi_e_position_y = arm_psi_e_position_y;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
@@ -1639,82 +1468,24 @@ void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, c
         last_arm_psi_e_position_x = arm_psi_e_position_x_2;
         last_arm_psi_e_position_y = arm_psi_e_position_y_2;
     }
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_sin = sine[8];
-    const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = last_arm_phi_e_ground_x_y * arm_psi_3_cos - last_arm_theta_e_ground_x_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = last_arm_phi_e_ground_y_y * arm_psi_3_cos - last_arm_theta_e_ground_y_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_z_y = last_arm_phi_e_ground_z_y * arm_psi_3_cos - last_arm_theta_e_ground_z_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
-    const double arm_psi_3_position_y = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
-    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
-    const double t3 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-    const double arm_psi_3_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t3 + last_arm_theta_e_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t3 - last_arm_theta_e_v_x * arm_psi_3_sin;
-    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[9];
-    const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + last_arm_phi_e_ground_x_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + last_arm_phi_e_ground_y_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + last_arm_phi_e_ground_z_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
-    const double arm_theta_3_v_z = arm_psi_3_v_x * arm_theta_3_sin + arm_psi_3_v_z * arm_theta_3_cos;
-    const double arm_theta_3_v_x = arm_psi_3_v_x * arm_theta_3_cos - arm_psi_3_v_z * arm_theta_3_sin;
-    const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
-    /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sine[10];
-    const double arm_phi_3_cos = cosine[10];
-    const double arm_phi_3_ground_x_y = arm_theta_3_ground_x_z * arm_phi_3_sin + arm_psi_3_ground_x_y * arm_phi_3_cos;
-    const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
-    const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
-    const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double arm_phi_3_w_z = arm_theta_3_w_z * arm_phi_3_cos - arm_theta_3_w_y * arm_phi_3_sin;
-    const double arm_phi_3_v_y = arm_theta_3_v_z * arm_phi_3_sin + arm_psi_3_v_y * arm_phi_3_cos;
-    const double arm_phi_3_v_z = arm_theta_3_v_z * arm_phi_3_cos - arm_psi_3_v_y * arm_phi_3_sin;
-    /* effector_z: motion from arm_phi_3 outward */
+    /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_ground_x_x = arm_psi_3_ground_x_y * arm_phi_3_sin - arm_theta_3_ground_x_z * arm_phi_3_cos;
-    const double effector_z_ground_y_x = arm_psi_3_ground_y_y * arm_phi_3_sin - arm_theta_3_ground_y_z * arm_phi_3_cos;
-    const double effector_z_ground_z_x = arm_psi_3_ground_z_y * arm_phi_3_sin - arm_theta_3_ground_z_z * arm_phi_3_cos;
-    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_shift_ground_y = arm_theta_3_ground_y_x * effector_z_shift_x;
-    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
-    const double effector_z_position_y = arm_psi_3_position_y + effector_z_shift_ground_y;
-    const double effector_z_v_y = arm_phi_3_v_y + arm_phi_3_w_z * effector_z_shift_x;
-    const double effector_z_v_x = arm_phi_3_w_y * effector_z_shift_x - arm_phi_3_v_z;
-    const double effector_z_v_z = arm_theta_3_v_x + qd[12];
+    const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
+    const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
+    const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
+    const double effector_z_v_x = last_arm_phi_e_w_y * effector_z_shift_x - last_arm_phi_e_v_z;
+    const double effector_z_v_z = last_arm_theta_e_v_x + qd[12];
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double point_E_xd = effector_z_ground_x_x * effector_z_v_x + arm_phi_3_ground_x_y * effector_z_v_y +
-        arm_theta_3_ground_x_x * effector_z_v_z;
-    const double point_E_yd = effector_z_ground_y_x * effector_z_v_x + arm_phi_3_ground_y_y * effector_z_v_y +
-        arm_theta_3_ground_y_x * effector_z_v_z;
-    const double point_E_zd = effector_z_ground_z_x * effector_z_v_x + arm_phi_3_ground_z_y * effector_z_v_y +
-        arm_theta_3_ground_z_x * effector_z_v_z;
+    const double point_E_xd = last_arm_phi_e_ground_x_y * effector_z_v_y - last_arm_phi_e_ground_x_z * effector_z_v_x +
+        last_arm_theta_e_ground_x_x * effector_z_v_z;
+    const double point_E_yd = last_arm_phi_e_ground_y_y * effector_z_v_y - last_arm_phi_e_ground_y_z * effector_z_v_x +
+        last_arm_theta_e_ground_y_x * effector_z_v_z;
+    const double point_E_zd = last_arm_phi_e_ground_z_y * effector_z_v_y - last_arm_phi_e_ground_z_z * effector_z_v_x +
+        last_arm_theta_e_ground_z_x * effector_z_v_z;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t4 = (effector_z_position_x - p->xc) / p->a * (point_E_xd * p->derived.constant_11);
-    const double t5 = effector_z_position_y / p->b * (point_E_yd * p->derived.constant_12);
-    const double row_1_psi = t4 + t4 + (t5 + t5);
+    const double t3 = (effector_z_position_x - p->xc) / p->a * (point_E_xd * p->derived.constant_9);
+    const double t4 = effector_z_position_y / p->b * (point_E_yd * p->derived.constant_10);
+    const double row_1_psi = t3 + t3 + (t4 + t4);
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t1 * t1);
     psi[0] = row_1_psi;
@@ -1723,288 +1494,10 @@ void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, c
 
 void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double k[2]) {
-    (void)x;
-    double sine[11], cosine[11];
-    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
-    const double t1 = t * 3.141592653589793 / p->T;
-    const double t2 = sin(t1);
-    /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sine[0];
-    const double column_psi_cos = cosine[0];
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sine[1];
-    const double arm_psi_cos = cosine[1];
-    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double arm_psi_w_x = qd[1] * arm_psi_sin;
-    const double arm_psi_w_y = qd[1] * arm_psi_cos;
-    const double arm_psi_v_x = qd[0] * arm_psi_sin;
-    const double arm_psi_v_y = qd[0] * arm_psi_cos;
-    const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
-    const double t3 = arm_psi_w_x * qd[2];
-    const double t4 = arm_psi_w_x * arm_psi_w_y;
-    const double t5 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
-    const double t6 = t3 + t3;
-    /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
-    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
-    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
-    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t4;
-    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t6;
-    double last_arm_phi_e_w_x = arm_psi_w_x;
-    double last_arm_phi_e_w_y = arm_psi_w_y;
-    double last_arm_phi_e_w_z = qd[2];
-    double last_arm_theta_e_v_x = arm_psi_v_x;
-    double last_arm_phi_e_v_y = arm_psi_e_v_y;
-    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
-    double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
-    double last_arm_phi_e_bias_wd_y = -t3;
-    double last_arm_phi_e_bias_wd_z = 0.0;
-    double last_arm_theta_e_bias_a_x = -p->derived.constant_3 * t5;
-    double last_arm_phi_e_bias_a_y = arm_psi_e_bias_a_y;
-    double last_arm_phi_e_bias_a_z = arm_psi_e_bias_a_z;
-    double carried_15 = -t5;
-    double carried_18 = t4;
-    double carried_21 = t6;
-    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
-    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
-    double last_arm_phi_e_ground_x_z = column_psi_sin;
-    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
-    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
-    double last_arm_phi_e_ground_y_z = -column_psi_cos;
-    double last_arm_theta_e_ground_z_x = arm_psi_sin;
-    double last_arm_phi_e_ground_z_y = arm_psi_cos;
-    double last_arm_phi_e_ground_z_z = 0.0;
-    double last_arm_psi_e_position_x = arm_psi_e_position_x;
-    double last_arm_psi_e_position_y = arm_psi_e_position_y;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[2 + 3 * e];
-        const double arm_psi_e_cos = cosine[2 + 3 * e];
-        const double arm_theta_e_sin = sine[3 + 3 * e];
-        const double arm_theta_e_cos = cosine[3 + 3 * e];
-        const double arm_phi_e_sin = sine[4 + 3 * e];
-        const double arm_phi_e_cos = cosine[4 + 3 * e];
-        /* arm_psi_e: motion from arm_psi_e outward */
-        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_ground_y_y = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
-        const double arm_psi_e_ground_z_y = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
-        const double arm_psi_e_position_x_2 = last_arm_psi_e_position_x + p->derived.arm_element_length *
-        last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_position_y_2 = last_arm_psi_e_position_y + p->derived.arm_element_length *
-        last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
-        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
-        const double t7 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
-        const double arm_psi_e_v_x = arm_psi_e_sin * t7 + arm_psi_e_cos * last_arm_theta_e_v_x;
-        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t7 - arm_psi_e_sin * last_arm_theta_e_v_x;
-        const double t8 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
-        const double t9 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
-        const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
-        const double arm_psi_e_bias_a_x_2 = arm_psi_e_sin * t9 + arm_psi_e_cos * t8;
-        const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t9 - arm_psi_e_sin * t8;
-        const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
-        qd[3 + 3 * e] * arm_psi_e_w_y;
-        const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
-        qd[3 + 3 * e] * arm_psi_e_w_x;
-        const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
-        /* arm_theta_e: motion from arm_psi_e outward */
-        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
-        const double arm_theta_e_ground_y_x = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
-        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
-        const double arm_theta_e_ground_z_x = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
-        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
-        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
-        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
-        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
-        const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
-        const double arm_theta_e_bias_wd_x = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
-        qd[4 + 3 * e] * arm_theta_e_w_z;
-        const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
-        qd[4 + 3 * e] * arm_theta_e_w_x;
-        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
-        /* arm_phi_e: motion from arm_theta_e outward */
-        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
-        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
-        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y;
-        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y;
-        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y;
-        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y;
-        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
-        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
-        const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
-        const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
-        const double arm_phi_e_bias_a_y = arm_phi_e_sin * arm_theta_e_bias_a_z + arm_phi_e_cos * arm_psi_e_bias_a_y_2;
-        const double arm_phi_e_bias_a_z = arm_phi_e_cos * arm_theta_e_bias_a_z - arm_phi_e_sin * arm_psi_e_bias_a_y_2;
-        const double arm_phi_e_bias_wd_y = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
-        qd[5 + 3 * e] * arm_phi_e_w_z;
-        const double arm_phi_e_bias_wd_z = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
-        qd[5 + 3 * e] * arm_phi_e_w_y;
-        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
-        const double next_carried_15 = -(arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y);
-        const double next_carried_18 = arm_phi_e_bias_wd_z + arm_phi_e_w_y * arm_phi_e_w_x;
-        const double next_carried_21 = arm_phi_e_w_z * arm_phi_e_w_x - arm_phi_e_bias_wd_y;
-        last_arm_phi_e_w_x = arm_phi_e_w_x;
-        last_arm_phi_e_w_y = arm_phi_e_w_y;
-        last_arm_phi_e_w_z = arm_phi_e_w_z;
-        last_arm_theta_e_v_x = arm_theta_e_v_x;
-        last_arm_phi_e_v_y = arm_phi_e_v_y;
-        last_arm_phi_e_v_z = arm_phi_e_v_z;
-        last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x;
-        last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y;
-        last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z;
-        last_arm_theta_e_bias_a_x = arm_theta_e_bias_a_x;
-        last_arm_phi_e_bias_a_y = arm_phi_e_bias_a_y;
-        last_arm_phi_e_bias_a_z = arm_phi_e_bias_a_z;
-        carried_15 = next_carried_15;
-        carried_18 = next_carried_18;
-        carried_21 = next_carried_21;
-        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
-        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
-        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
-        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x;
-        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
-        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
-        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x;
-        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
-        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
-        last_arm_psi_e_position_x = arm_psi_e_position_x_2;
-        last_arm_psi_e_position_y = arm_psi_e_position_y_2;
-    }
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_sin = sine[8];
-    const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = last_arm_phi_e_ground_x_y * arm_psi_3_cos - last_arm_theta_e_ground_x_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = last_arm_phi_e_ground_y_y * arm_psi_3_cos - last_arm_theta_e_ground_y_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_z_y = last_arm_phi_e_ground_z_y * arm_psi_3_cos - last_arm_theta_e_ground_z_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
-    const double arm_psi_3_position_y = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
-    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
-    const double t10 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-    const double arm_psi_3_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t10 + last_arm_theta_e_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t10 - last_arm_theta_e_v_x * arm_psi_3_sin;
-    const double t11 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
-    const double t12 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
-    const double arm_psi_3_bias_a_z = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t12 + arm_psi_3_cos * t11;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t12 - arm_psi_3_sin * t11;
-    const double arm_psi_3_bias_wd_x = last_arm_phi_e_bias_wd_y * arm_psi_3_sin + last_arm_theta_e_bias_wd_x *
-        arm_psi_3_cos + arm_psi_3_w_y * qd[9];
-    const double arm_psi_3_bias_wd_y = last_arm_phi_e_bias_wd_y * arm_psi_3_cos - last_arm_theta_e_bias_wd_x *
-        arm_psi_3_sin - arm_psi_3_w_x * qd[9];
-    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[9];
-    const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + last_arm_phi_e_ground_x_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + last_arm_phi_e_ground_y_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + last_arm_phi_e_ground_z_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
-    const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
-    const double arm_theta_3_v_z = arm_psi_3_v_x * arm_theta_3_sin + arm_psi_3_v_z * arm_theta_3_cos;
-    const double arm_theta_3_v_x = arm_psi_3_v_x * arm_theta_3_cos - arm_psi_3_v_z * arm_theta_3_sin;
-    const double arm_theta_3_bias_a_z = arm_psi_3_bias_a_x * arm_theta_3_sin + arm_psi_3_bias_a_z * arm_theta_3_cos;
-    const double arm_theta_3_bias_a_x = arm_psi_3_bias_a_x * arm_theta_3_cos - arm_psi_3_bias_a_z * arm_theta_3_sin;
-    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + last_arm_phi_e_bias_wd_z *
-        arm_theta_3_cos + arm_theta_3_w_x * qd[10];
-    const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
-    /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sine[10];
-    const double arm_phi_3_cos = cosine[10];
-    const double arm_phi_3_ground_x_y = arm_theta_3_ground_x_z * arm_phi_3_sin + arm_psi_3_ground_x_y * arm_phi_3_cos;
-    const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
-    const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
-    const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t13 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t14 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t14 - t13;
-    const double arm_phi_3_v_y = arm_theta_3_v_z * arm_phi_3_sin + arm_psi_3_v_y * arm_phi_3_cos;
-    const double arm_phi_3_v_z = arm_theta_3_v_z * arm_phi_3_cos - arm_psi_3_v_y * arm_phi_3_sin;
-    const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
-    const double arm_phi_3_bias_a_z = arm_theta_3_bias_a_z * arm_phi_3_cos - arm_psi_3_bias_a_y * arm_phi_3_sin;
-    const double arm_phi_3_bias_wd_y = arm_theta_3_bias_wd_z * arm_phi_3_sin + arm_psi_3_bias_wd_y * arm_phi_3_cos +
-        arm_phi_3_w_z * qd[11];
-    const double arm_phi_3_bias_wd_z = arm_theta_3_bias_wd_z * arm_phi_3_cos - arm_psi_3_bias_wd_y * arm_phi_3_sin -
-        arm_phi_3_w_y * qd[11];
-    const double arm_phi_3_w_x = arm_theta_3_w_x + qd[11];
-    /* effector_z: motion from arm_phi_3 outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_ground_x_x = arm_psi_3_ground_x_y * arm_phi_3_sin - arm_theta_3_ground_x_z * arm_phi_3_cos;
-    const double effector_z_ground_y_x = arm_psi_3_ground_y_y * arm_phi_3_sin - arm_theta_3_ground_y_z * arm_phi_3_cos;
-    const double effector_z_ground_z_x = arm_psi_3_ground_z_y * arm_phi_3_sin - arm_theta_3_ground_z_z * arm_phi_3_cos;
-    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_shift_ground_y = arm_theta_3_ground_y_x * effector_z_shift_x;
-    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
-    const double effector_z_position_y = arm_psi_3_position_y + effector_z_shift_ground_y;
-    const double effector_z_w_x = t13 - t14;
-    const double effector_z_v_y = arm_phi_3_v_y + arm_phi_3_w_z * effector_z_shift_x;
-    const double effector_z_v_x = arm_phi_3_w_y * effector_z_shift_x - arm_phi_3_v_z;
-    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - (arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y *
-        arm_phi_3_w_y) * effector_z_shift_x;
-    const double t15 = arm_phi_3_w_y * qd[12];
-    const double t16 = effector_z_w_x * qd[12];
-    const double effector_z_v_z = arm_theta_3_v_x + qd[12];
-    const double effector_z_bias_a_x = t15 + t15 - (arm_phi_3_bias_a_z + (arm_phi_3_w_z * arm_phi_3_w_x -
-        arm_phi_3_bias_wd_y) * effector_z_shift_x);
-    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + (arm_phi_3_bias_wd_z + arm_phi_3_w_y * arm_phi_3_w_x) *
-        effector_z_shift_x - (t16 + t16);
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double point_E_xd = effector_z_ground_x_x * effector_z_v_x + arm_phi_3_ground_x_y * effector_z_v_y +
-        arm_theta_3_ground_x_x * effector_z_v_z;
-    const double point_E_yd = effector_z_ground_y_x * effector_z_v_x + arm_phi_3_ground_y_y * effector_z_v_y +
-        arm_theta_3_ground_y_x * effector_z_v_z;
-    const double point_E_zd = effector_z_ground_z_x * effector_z_v_x + arm_phi_3_ground_z_y * effector_z_v_y +
-        arm_theta_3_ground_z_x * effector_z_v_z;
-    const double point_E_bias_x = effector_z_ground_x_x * effector_z_bias_a_x + arm_phi_3_ground_x_y * effector_z_bias_a_y +
-        arm_theta_3_ground_x_x * effector_z_bias_a_z;
-    const double point_E_bias_y = effector_z_ground_y_x * effector_z_bias_a_x + arm_phi_3_ground_y_y * effector_z_bias_a_y +
-        arm_theta_3_ground_y_x * effector_z_bias_a_z;
-    const double point_E_bias_z = effector_z_ground_z_x * effector_z_bias_a_x + arm_phi_3_ground_z_y * effector_z_bias_a_y +
-        arm_theta_3_ground_z_x * effector_z_bias_a_z;
-    /* row 1 (position level): u qdd + v = 0 */
-    const double t17 = (effector_z_position_x - p->xc) / p->a;
-    const double t18 = effector_z_position_y / p->b;
-    const double row_1_phi = t17 * t17 + t18 * t18 - 1.0;
-    const double t19 = point_E_xd * p->derived.constant_11;
-    const double t20 = t17 * t19;
-    const double t21 = point_E_yd * p->derived.constant_12;
-    const double t22 = t18 * t21;
-    const double row_1_psi = t20 + t20 + (t22 + t22);
-    const double t23 = t19 * t19 + t17 * (point_E_bias_x * p->derived.constant_11);
-    const double t24 = t21 * t21 + t18 * (point_E_bias_y * p->derived.constant_12);
-    const double row_1_v = t23 + t23 + (t24 + t24);
-    /* row 2 (velocity level): u qdd + v = 0 */
-    const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t25 = t2 * (p->derived.constant_15 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t25 + t25);
-    k[0] = -(row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13));
-    k[1] = -(row_2_v + p->derived.constant_13 * row_2_psi);
+    struct manipulator_flexible_row_terms_result row_terms;
+    manipulator_flexible_row_terms(p, x, t, q, qd, &row_terms);
+    for (int i = 0; i < 2; i++)
+        k[i] = row_terms.k[i];
 }
 
 void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -2012,8 +1505,8 @@ void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, con
     (void)x;
     (void)t;
     (void)qd;
-    double sine[10], cosine[10];
-    manipulator_flexible_sincos(q + 1, sine, cosine, 10);
+    double sine[11], cosine[11];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
     /* column_psi: motion from base_z outward */
     const double column_psi_sin = sine[0];
     const double column_psi_cos = cosine[0];
@@ -2040,7 +1533,7 @@ void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, con
     double last_arm_psi_e_position_x = arm_psi_e_position_x;
     double last_arm_psi_e_position_y = arm_psi_e_position_y;
     double last_arm_psi_e_position_z = arm_psi_e_position_z;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
@@ -2087,35 +1580,11 @@ void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, con
         last_arm_psi_e_position_y = arm_psi_e_position_y_2;
         last_arm_psi_e_position_z = arm_psi_e_position_z_2;
     }
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_sin = sine[8];
-    const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
-    const double arm_psi_3_position_y = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
-    const double arm_psi_3_position_z = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[9];
-    const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
-        arm_theta_3_sin;
-    /* effector_z: motion from arm_phi_3 outward */
+    /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_shift_ground_y = arm_theta_3_ground_y_x * effector_z_shift_x;
-    const double effector_z_shift_ground_z = arm_theta_3_ground_z_x * effector_z_shift_x;
-    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
-    const double effector_z_position_y = arm_psi_3_position_y + effector_z_shift_ground_y;
-    const double effector_z_position_z = arm_psi_3_position_z + effector_z_shift_ground_z;
+    const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
+    const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
+    const double effector_z_position_z = last_arm_psi_e_position_z + last_arm_theta_e_ground_z_x * effector_z_shift_x;
     r[0 * 3 + 0] = effector_z_position_x;
     r[0 * 3 + 1] = effector_z_position_y;
     r[0 * 3 + 2] = effector_z_position_z;
@@ -2156,7 +1625,7 @@ void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p, co
     double last_arm_theta_e_ground_z_x = arm_psi_sin;
     double last_arm_phi_e_ground_z_y = arm_psi_cos;
     double last_arm_phi_e_ground_z_z = 0.0;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
@@ -2217,72 +1686,18 @@ void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p, co
         last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
         last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
     }
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_sin = sine[8];
-    const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = last_arm_phi_e_ground_x_y * arm_psi_3_cos - last_arm_theta_e_ground_x_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = last_arm_phi_e_ground_y_y * arm_psi_3_cos - last_arm_theta_e_ground_y_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_z_y = last_arm_phi_e_ground_z_y * arm_psi_3_cos - last_arm_theta_e_ground_z_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
-    const double t2 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-    const double arm_psi_3_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t2 + last_arm_theta_e_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t2 - last_arm_theta_e_v_x * arm_psi_3_sin;
-    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[9];
-    const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + last_arm_phi_e_ground_x_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + last_arm_phi_e_ground_y_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + last_arm_phi_e_ground_z_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
-    const double arm_theta_3_v_z = arm_psi_3_v_x * arm_theta_3_sin + arm_psi_3_v_z * arm_theta_3_cos;
-    const double arm_theta_3_v_x = arm_psi_3_v_x * arm_theta_3_cos - arm_psi_3_v_z * arm_theta_3_sin;
-    const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
-    /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sine[10];
-    const double arm_phi_3_cos = cosine[10];
-    const double arm_phi_3_ground_x_y = arm_theta_3_ground_x_z * arm_phi_3_sin + arm_psi_3_ground_x_y * arm_phi_3_cos;
-    const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
-    const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
-    const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double arm_phi_3_w_z = arm_theta_3_w_z * arm_phi_3_cos - arm_theta_3_w_y * arm_phi_3_sin;
-    const double arm_phi_3_v_y = arm_theta_3_v_z * arm_phi_3_sin + arm_psi_3_v_y * arm_phi_3_cos;
-    const double arm_phi_3_v_z = arm_theta_3_v_z * arm_phi_3_cos - arm_psi_3_v_y * arm_phi_3_sin;
-    /* effector_z: motion from arm_phi_3 outward */
+    /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_ground_x_x = arm_psi_3_ground_x_y * arm_phi_3_sin - arm_theta_3_ground_x_z * arm_phi_3_cos;
-    const double effector_z_ground_y_x = arm_psi_3_ground_y_y * arm_phi_3_sin - arm_theta_3_ground_y_z * arm_phi_3_cos;
-    const double effector_z_ground_z_x = arm_psi_3_ground_z_y * arm_phi_3_sin - arm_theta_3_ground_z_z * arm_phi_3_cos;
-    const double effector_z_v_y = arm_phi_3_v_y + arm_phi_3_w_z * effector_z_shift_x;
-    const double effector_z_v_x = arm_phi_3_w_y * effector_z_shift_x - arm_phi_3_v_z;
-    const double effector_z_v_z = arm_theta_3_v_x + qd[12];
+    const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
+    const double effector_z_v_x = last_arm_phi_e_w_y * effector_z_shift_x - last_arm_phi_e_v_z;
+    const double effector_z_v_z = last_arm_theta_e_v_x + qd[12];
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double point_E_xd = effector_z_ground_x_x * effector_z_v_x + arm_phi_3_ground_x_y * effector_z_v_y +
-        arm_theta_3_ground_x_x * effector_z_v_z;
-    const double point_E_yd = effector_z_ground_y_x * effector_z_v_x + arm_phi_3_ground_y_y * effector_z_v_y +
-        arm_theta_3_ground_y_x * effector_z_v_z;
-    const double point_E_zd = effector_z_ground_z_x * effector_z_v_x + arm_phi_3_ground_z_y * effector_z_v_y +
-        arm_theta_3_ground_z_x * effector_z_v_z;
+    const double point_E_xd = last_arm_phi_e_ground_x_y * effector_z_v_y - last_arm_phi_e_ground_x_z * effector_z_v_x +
+        last_arm_theta_e_ground_x_x * effector_z_v_z;
+    const double point_E_yd = last_arm_phi_e_ground_y_y * effector_z_v_y - last_arm_phi_e_ground_y_z * effector_z_v_x +
+        last_arm_theta_e_ground_y_x * effector_z_v_z;
+    const double point_E_zd = last_arm_phi_e_ground_z_y * effector_z_v_y - last_arm_phi_e_ground_z_z * effector_z_v_x +
+        last_arm_theta_e_ground_z_x * effector_z_v_z;
     rd[0 * 3 + 0] = point_E_xd;
     rd[0 * 3 + 1] = point_E_yd;
     rd[0 * 3 + 2] = point_E_zd;
@@ -2293,8 +1708,8 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
     (void)x;
     (void)t;
     (void)qd;
-    double sine[10], cosine[10];
-    manipulator_flexible_sincos(q + 1, sine, cosine, 10);
+    double sine[11], cosine[11];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
     /* column_psi: motion from base_z outward */
     const double column_psi_sin = sine[0];
     const double column_psi_cos = cosine[0];
@@ -2309,18 +1724,18 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
     const double arm_psi_e_shift_ground_z = p->derived.constant_3 * arm_psi_sin;
     const double arm_psi_e_position_z = arm_psi_position_z + arm_psi_e_shift_ground_z;
-    double arm_psi_e_ground_x_y[2];
-    double arm_psi_e_ground_y_y[2];
-    double arm_psi_e_ground_z_y[2];
-    double arm_psi_e_position_x_2[2];
-    double arm_psi_e_position_y_2[2];
-    double arm_psi_e_position_z_2[2];
-    double arm_theta_e_ground_x_x[2];
-    double arm_theta_e_ground_y_x[2];
-    double arm_theta_e_ground_z_x[2];
-    double last_arm_phi_e_ground_x_z_at[2];
-    double last_arm_phi_e_ground_y_z_at[2];
-    double last_arm_phi_e_ground_z_z_at[2];
+    double arm_psi_e_ground_x_y[3];
+    double arm_psi_e_ground_y_y[3];
+    double arm_psi_e_ground_z_y[3];
+    double arm_psi_e_position_x_2[3];
+    double arm_psi_e_position_y_2[3];
+    double arm_psi_e_position_z_2[3];
+    double arm_theta_e_ground_x_x[3];
+    double arm_theta_e_ground_y_x[3];
+    double arm_theta_e_ground_z_x[3];
+    double last_arm_phi_e_ground_x_z_at[3];
+    double last_arm_phi_e_ground_y_z_at[3];
+    double last_arm_phi_e_ground_z_z_at[3];
     double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
     double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
     double last_arm_phi_e_ground_x_z = column_psi_sin;
@@ -2333,7 +1748,7 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
     double last_arm_psi_e_position_x = arm_psi_e_position_x;
     double last_arm_psi_e_position_y = arm_psi_e_position_y;
     double last_arm_psi_e_position_z = arm_psi_e_position_z;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
@@ -2380,45 +1795,15 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
         last_arm_psi_e_position_y = arm_psi_e_position_y_2[e];
         last_arm_psi_e_position_z = arm_psi_e_position_z_2[e];
     }
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_sin = sine[8];
-    const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = last_arm_phi_e_ground_x_y * arm_psi_3_cos - last_arm_theta_e_ground_x_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = last_arm_phi_e_ground_y_y * arm_psi_3_cos - last_arm_theta_e_ground_y_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_z_y = last_arm_phi_e_ground_z_y * arm_psi_3_cos - last_arm_theta_e_ground_z_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
-    const double arm_psi_3_position_y = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
-    const double arm_psi_3_position_z = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[9];
-    const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
-        arm_theta_3_sin;
-    /* effector_z: motion from arm_phi_3 outward */
+    /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_shift_ground_y = arm_theta_3_ground_y_x * effector_z_shift_x;
-    const double effector_z_shift_ground_z = arm_theta_3_ground_z_x * effector_z_shift_x;
-    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
-    const double effector_z_position_y = arm_psi_3_position_y + effector_z_shift_ground_y;
-    const double effector_z_position_z = arm_psi_3_position_z + effector_z_shift_ground_z;
+    const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
+    const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
+    const double effector_z_position_z = last_arm_psi_e_position_z + last_arm_theta_e_ground_z_x * effector_z_shift_x;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double t1 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double t2 = effector_z_position_x - arm_psi_e_position_x_2[e];
         const double t3 = effector_z_position_y - arm_psi_e_position_y_2[e];
         const double t4 = effector_z_position_z - arm_psi_e_position_z_2[e];
@@ -2436,33 +1821,18 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
         C[30 + 3 * e] = row_2_u_arm_theta_e;
         C[31 + 3 * e] = row_2_u_arm_phi_e;
     }
-    const double t5 = effector_z_position_x - arm_psi_3_position_x;
-    const double t6 = effector_z_position_y - arm_psi_3_position_y;
-    const double t7 = effector_z_position_z - arm_psi_3_position_z;
-    const double row_2_u_arm_psi_3 = last_arm_phi_e_ground_x_z * t6 - last_arm_phi_e_ground_y_z * t5;
-    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t6 - arm_psi_3_ground_y_y * t5;
-    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t6 - arm_theta_3_ground_y_x * t5;
     C[0 * 13 + 0] = 0.0;
     C[0 * 13 + 1] = -effector_z_position_y;
     C[0 * 13 + 2] = -column_psi_cos * t1;
-    C[0 * 13 + 9] = last_arm_phi_e_ground_y_z * t7 - last_arm_phi_e_ground_z_z * t6;
-    C[0 * 13 + 10] = arm_psi_3_ground_y_y * t7 - arm_psi_3_ground_z_y * t6;
-    C[0 * 13 + 11] = arm_theta_3_ground_y_x * t7 - arm_theta_3_ground_z_x * t6;
-    C[0 * 13 + 12] = arm_theta_3_ground_x_x;
+    C[0 * 13 + 12] = last_arm_theta_e_ground_x_x;
     C[1 * 13 + 0] = 0.0;
     C[1 * 13 + 1] = effector_z_position_x;
     C[1 * 13 + 2] = -column_psi_sin * t1;
-    C[1 * 13 + 9] = last_arm_phi_e_ground_z_z * t5 - last_arm_phi_e_ground_x_z * t7;
-    C[1 * 13 + 10] = arm_psi_3_ground_z_y * t5 - arm_psi_3_ground_x_y * t7;
-    C[1 * 13 + 11] = arm_theta_3_ground_z_x * t5 - arm_theta_3_ground_x_x * t7;
-    C[1 * 13 + 12] = arm_theta_3_ground_y_x;
+    C[1 * 13 + 12] = last_arm_theta_e_ground_y_x;
     C[2 * 13 + 0] = 1.0;
     C[2 * 13 + 1] = 0.0;
     C[2 * 13 + 2] = row_2_u_arm_psi;
-    C[2 * 13 + 9] = row_2_u_arm_psi_3;
-    C[2 * 13 + 10] = row_2_u_arm_theta_3;
-    C[2 * 13 + 11] = row_2_u_arm_phi_3;
-    C[2 * 13 + 12] = arm_theta_3_ground_z_x;
+    C[2 * 13 + 12] = last_arm_theta_e_ground_z_x;
 }
 
 void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -2510,7 +1880,7 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
     double last_arm_theta_e_ground_z_x = arm_psi_sin;
     double last_arm_phi_e_ground_z_y = arm_psi_cos;
     double last_arm_phi_e_ground_z_z = 0.0;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
@@ -2593,93 +1963,20 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
         last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
         last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
     }
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_sin = sine[8];
-    const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = last_arm_phi_e_ground_x_y * arm_psi_3_cos - last_arm_theta_e_ground_x_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = last_arm_phi_e_ground_y_y * arm_psi_3_cos - last_arm_theta_e_ground_y_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_z_y = last_arm_phi_e_ground_z_y * arm_psi_3_cos - last_arm_theta_e_ground_z_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
-    const double t7 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
-    const double t8 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
-    const double arm_psi_3_bias_a_z = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t8 + arm_psi_3_cos * t7;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t8 - arm_psi_3_sin * t7;
-    const double arm_psi_3_bias_wd_x = last_arm_phi_e_bias_wd_y * arm_psi_3_sin + last_arm_theta_e_bias_wd_x *
-        arm_psi_3_cos + arm_psi_3_w_y * qd[9];
-    const double arm_psi_3_bias_wd_y = last_arm_phi_e_bias_wd_y * arm_psi_3_cos - last_arm_theta_e_bias_wd_x *
-        arm_psi_3_sin - arm_psi_3_w_x * qd[9];
-    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[9];
-    const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + last_arm_phi_e_ground_x_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + last_arm_phi_e_ground_y_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + last_arm_phi_e_ground_z_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
-    const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
-    const double arm_theta_3_bias_a_z = arm_psi_3_bias_a_x * arm_theta_3_sin + arm_psi_3_bias_a_z * arm_theta_3_cos;
-    const double arm_theta_3_bias_a_x = arm_psi_3_bias_a_x * arm_theta_3_cos - arm_psi_3_bias_a_z * arm_theta_3_sin;
-    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + last_arm_phi_e_bias_wd_z *
-        arm_theta_3_cos + arm_theta_3_w_x * qd[10];
-    const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
-    /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sine[10];
-    const double arm_phi_3_cos = cosine[10];
-    const double arm_phi_3_ground_x_y = arm_theta_3_ground_x_z * arm_phi_3_sin + arm_psi_3_ground_x_y * arm_phi_3_cos;
-    const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
-    const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
-    const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t9 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t10 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t10 - t9;
-    const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
-    const double arm_phi_3_bias_a_z = arm_theta_3_bias_a_z * arm_phi_3_cos - arm_psi_3_bias_a_y * arm_phi_3_sin;
-    const double arm_phi_3_bias_wd_y = arm_theta_3_bias_wd_z * arm_phi_3_sin + arm_psi_3_bias_wd_y * arm_phi_3_cos +
-        arm_phi_3_w_z * qd[11];
-    const double arm_phi_3_bias_wd_z = arm_theta_3_bias_wd_z * arm_phi_3_cos - arm_psi_3_bias_wd_y * arm_phi_3_sin -
-        arm_phi_3_w_y * qd[11];
-    const double arm_phi_3_w_x = arm_theta_3_w_x + qd[11];
-    /* effector_z: motion from arm_phi_3 outward */
+    /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_ground_x_x = arm_psi_3_ground_x_y * arm_phi_3_sin - arm_theta_3_ground_x_z * arm_phi_3_cos;
-    const double effector_z_ground_y_x = arm_psi_3_ground_y_y * arm_phi_3_sin - arm_theta_3_ground_y_z * arm_phi_3_cos;
-    const double effector_z_ground_z_x = arm_psi_3_ground_z_y * arm_phi_3_sin - arm_theta_3_ground_z_z * arm_phi_3_cos;
-    const double effector_z_w_x = t9 - t10;
-    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - (arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y *
-        arm_phi_3_w_y) * effector_z_shift_x;
-    const double t11 = arm_phi_3_w_y * qd[12];
-    const double t12 = effector_z_w_x * qd[12];
-    const double effector_z_bias_a_x = t11 + t11 - (arm_phi_3_bias_a_z + (arm_phi_3_w_z * arm_phi_3_w_x -
-        arm_phi_3_bias_wd_y) * effector_z_shift_x);
-    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + (arm_phi_3_bias_wd_z + arm_phi_3_w_y * arm_phi_3_w_x) *
-        effector_z_shift_x - (t12 + t12);
+    const double effector_z_bias_a_z = last_arm_theta_e_bias_a_x + carried_15 * effector_z_shift_x;
+    const double t7 = last_arm_phi_e_w_y * qd[12];
+    const double t8 = last_arm_phi_e_w_z * qd[12];
+    const double effector_z_bias_a_x = t7 + t7 - (last_arm_phi_e_bias_a_z + carried_21 * effector_z_shift_x);
+    const double effector_z_bias_a_y = last_arm_phi_e_bias_a_y + carried_18 * effector_z_shift_x + (t8 + t8);
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double point_E_bias_x = effector_z_ground_x_x * effector_z_bias_a_x + arm_phi_3_ground_x_y * effector_z_bias_a_y +
-        arm_theta_3_ground_x_x * effector_z_bias_a_z;
-    const double point_E_bias_y = effector_z_ground_y_x * effector_z_bias_a_x + arm_phi_3_ground_y_y * effector_z_bias_a_y +
-        arm_theta_3_ground_y_x * effector_z_bias_a_z;
-    const double point_E_bias_z = effector_z_ground_z_x * effector_z_bias_a_x + arm_phi_3_ground_z_y * effector_z_bias_a_y +
-        arm_theta_3_ground_z_x * effector_z_bias_a_z;
+    const double point_E_bias_x = last_arm_phi_e_ground_x_y * effector_z_bias_a_y - last_arm_phi_e_ground_x_z *
+        effector_z_bias_a_x + last_arm_theta_e_ground_x_x * effector_z_bias_a_z;
+    const double point_E_bias_y = last_arm_phi_e_ground_y_y * effector_z_bias_a_y - last_arm_phi_e_ground_y_z *
+        effector_z_bias_a_x + last_arm_theta_e_ground_y_x * effector_z_bias_a_z;
+    const double point_E_bias_z = last_arm_phi_e_ground_z_y * effector_z_bias_a_y - last_arm_phi_e_ground_z_z *
+        effector_z_bias_a_x + last_arm_theta_e_ground_z_x * effector_z_bias_a_z;
     d[0 * 3 + 0] = point_E_bias_x;
     d[0 * 3 + 1] = point_E_bias_y;
     d[0 * 3 + 2] = point_E_bias_z;
@@ -2700,23 +1997,8 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     const double arm_psi_v_y = qd[0] * arm_psi_cos;
     /* arm_psi_e: motion from arm_psi outward */
     const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_sin = sine[7];
-    const double arm_psi_3_cos = cosine[7];
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[8];
-    const double arm_theta_3_cos = cosine[8];
-    /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sine[9];
-    const double arm_phi_3_cos = cosine[9];
-    /* effector_z: motion from arm_phi_3 outward */
+    /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
-    /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
-    /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_e_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
     /* kinetic energy */
     const double t1 = arm_psi_w_x * (p->derived.arm_psi_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_psi_inertia_yy *
         arm_psi_w_y) + qd[2] * (p->derived.arm_psi_inertia_yy * qd[2] + p->derived.arm_psi_moment_x * arm_psi_v_y) +
@@ -2730,14 +2012,18 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
     double carried_58 = qd[0] * (p->m_base * qd[0]) + (qd[1] * (p->Izz_col * qd[1]) + qd[0] * (p->m_col *
         qd[0])) + t1;
-    double carried_59 = p->derived.constant_16 * (q[0] * q[0]);
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+    double carried_59 = p->derived.constant_14 * (q[0] * q[0]);
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[1 + 3 * e];
         const double arm_psi_e_cos = cosine[1 + 3 * e];
         const double arm_theta_e_sin = sine[2 + 3 * e];
         const double arm_theta_e_cos = cosine[2 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_phi_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_psi_inertia_xx : p->derived.arm_phi_1_inertia_xx);
+        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_psi_inertia_yy : p->derived.arm_phi_1_inertia_yy);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
         /* arm_psi_e: motion from arm_psi_e outward */
         const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
@@ -2759,16 +2045,15 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
         const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
         /* kinetic energy */
-        const double t3 = arm_phi_e_w_x * (p->derived.arm_phi_1_inertia_xx * arm_phi_e_w_x) + arm_phi_e_w_y *
-        (p->derived.arm_phi_1_inertia_yy * arm_phi_e_w_y - p->derived.arm_phi_1_moment_x * arm_phi_e_v_z) +
-        arm_phi_e_w_z * (p->derived.arm_phi_1_inertia_yy * arm_phi_e_w_z + p->derived.arm_phi_1_moment_x *
-        arm_phi_e_v_y);
-        const double t4 = arm_theta_e_v_x * (p->derived.arm_phi_1_mass * arm_theta_e_v_x) + arm_phi_e_v_y *
-        (p->derived.arm_phi_1_moment_x * arm_phi_e_w_z + p->derived.arm_phi_1_mass * arm_phi_e_v_y) + arm_phi_e_v_z *
-        (p->derived.arm_phi_1_mass * arm_phi_e_v_z - p->derived.arm_phi_1_moment_x * arm_phi_e_w_y);
+        const double t3 = arm_phi_e_w_x * (arm_phi_e_w_x * arm_phi_e_inertia_xx) + arm_phi_e_w_y * (arm_phi_e_w_y *
+        arm_phi_e_inertia_yy - arm_phi_e_v_z * arm_phi_e_moment_x) + arm_phi_e_w_z * (arm_phi_e_w_z * arm_phi_e_inertia_yy +
+        arm_phi_e_v_y * arm_phi_e_moment_x);
+        const double t4 = arm_theta_e_v_x * (arm_theta_e_v_x * arm_phi_e_mass) + arm_phi_e_v_y * (arm_phi_e_w_z *
+        arm_phi_e_moment_x + arm_phi_e_v_y * arm_phi_e_mass) + arm_phi_e_v_z * (arm_phi_e_v_z * arm_phi_e_mass -
+        arm_phi_e_w_y * arm_phi_e_moment_x);
         const double next_carried_58 = t3 + t4 + carried_58;
-        const double next_carried_59 = p->derived.constant_18 * (q[5 + 3 * e] * q[5 + 3 * e]) + (p->derived.constant_17 *
-        (q[4 + 3 * e] * q[4 + 3 * e]) + (p->derived.constant_17 * (q[3 + 3 * e] * q[3 + 3 * e]) + carried_59));
+        const double next_carried_59 = p->derived.constant_16 * (q[5 + 3 * e] * q[5 + 3 * e]) + (p->derived.constant_15 *
+        (q[4 + 3 * e] * q[4 + 3 * e]) + (p->derived.constant_15 * (q[3 + 3 * e] * q[3 + 3 * e]) + carried_59));
         last_arm_phi_e_w_x = arm_phi_e_w_x;
         last_arm_phi_e_w_y = arm_phi_e_w_y;
         last_arm_phi_e_w_z = arm_phi_e_w_z;
@@ -2778,55 +2063,37 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         carried_58 = next_carried_58;
         carried_59 = next_carried_59;
     }
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
-    const double t5 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-    const double arm_psi_3_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t5 + last_arm_theta_e_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t5 - last_arm_theta_e_v_x * arm_psi_3_sin;
-    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
-    const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
-    const double arm_theta_3_v_z = arm_psi_3_v_x * arm_theta_3_sin + arm_psi_3_v_z * arm_theta_3_cos;
-    const double arm_theta_3_v_x = arm_psi_3_v_x * arm_theta_3_cos - arm_psi_3_v_z * arm_theta_3_sin;
-    const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
-    /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double arm_phi_3_w_z = arm_theta_3_w_z * arm_phi_3_cos - arm_theta_3_w_y * arm_phi_3_sin;
-    const double arm_phi_3_v_y = arm_theta_3_v_z * arm_phi_3_sin + arm_psi_3_v_y * arm_phi_3_cos;
-    const double arm_phi_3_v_z = arm_theta_3_v_z * arm_phi_3_cos - arm_psi_3_v_y * arm_phi_3_sin;
-    const double arm_phi_3_w_x = arm_theta_3_w_x + qd[11];
-    /* effector_z: motion from arm_phi_3 outward */
-    const double effector_z_v_y = arm_phi_3_v_y + arm_phi_3_w_z * effector_z_shift_x;
-    const double effector_z_v_x = arm_phi_3_w_y * effector_z_shift_x - arm_phi_3_v_z;
-    const double effector_z_v_z = arm_theta_3_v_x + qd[12];
-    double last_arm_phi_e_mass_beyond = p->derived.arm_phi_3_mass_beyond;
-    double carried_43 = arm_psi_3_cos * arm_psi_3_moment_beyond_x + p->derived.constant_4;
-    double carried_44 = arm_phi_e_moment_beyond_y;
-    double last_arm_psi_e_moment_beyond_z = -arm_theta_3_sin * arm_phi_3_moment_beyond_x;
-    for (int e = 1; e >= 0; e--) { /* arm_psi_e, inward */
+    /* effector_z: motion from arm_psi_e outward */
+    const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
+    const double effector_z_v_x = last_arm_phi_e_w_y * effector_z_shift_x - last_arm_phi_e_v_z;
+    const double effector_z_v_z = last_arm_theta_e_v_x + qd[12];
+    double last_arm_phi_e_mass_beyond = p->m_E;
+    double carried_43 = p->m_E * effector_z_shift_x;
+    double carried_44 = 0.0;
+    double last_arm_psi_e_moment_beyond_z = 0.0;
+    for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
         const double arm_psi_e_cos = cosine[1 + 3 * e];
         const double arm_psi_e_sin = sine[1 + 3 * e];
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
         const double arm_phi_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[2 + 3 * e];
         const double arm_theta_e_sin = sine[2 + 3 * e];
         /* arm_phi_e: composite pseudo-inertia of all beyond, inward */
-        const double arm_phi_e_mass_beyond_2 = p->derived.arm_phi_1_mass + last_arm_phi_e_mass_beyond;
-        const double arm_phi_e_moment_beyond_x_2 = p->derived.arm_phi_1_moment_x + carried_43;
+        const double arm_phi_e_mass_beyond = arm_phi_e_mass + last_arm_phi_e_mass_beyond;
+        const double arm_phi_e_moment_beyond_x = arm_phi_e_moment_x + carried_43;
         const double arm_theta_e_moment_beyond_y = arm_phi_e_cos * carried_44 - arm_phi_e_sin * last_arm_psi_e_moment_beyond_z;
         const double arm_theta_e_moment_beyond_z = arm_phi_e_sin * carried_44 + arm_phi_e_cos * last_arm_psi_e_moment_beyond_z;
         /* arm_theta_e: composite pseudo-inertia of all beyond, inward */
         const double arm_psi_e_moment_beyond_z = arm_theta_e_cos * arm_theta_e_moment_beyond_z - arm_theta_e_sin *
-        arm_phi_e_moment_beyond_x_2;
+        arm_phi_e_moment_beyond_x;
         const double arm_psi_e_moment_beyond_x = arm_theta_e_sin * arm_theta_e_moment_beyond_z + arm_theta_e_cos *
-        arm_phi_e_moment_beyond_x_2;
+        arm_phi_e_moment_beyond_x;
         const double next_carried_43 = arm_psi_e_cos * arm_psi_e_moment_beyond_x - arm_psi_e_sin * arm_theta_e_moment_beyond_y +
-        p->derived.arm_element_length * arm_phi_e_mass_beyond_2;
+        p->derived.arm_element_length * arm_phi_e_mass_beyond;
         const double next_carried_44 = arm_psi_e_sin * arm_psi_e_moment_beyond_x + arm_psi_e_cos * arm_theta_e_moment_beyond_y;
-        last_arm_phi_e_mass_beyond = arm_phi_e_mass_beyond_2;
+        last_arm_phi_e_mass_beyond = arm_phi_e_mass_beyond;
         carried_43 = next_carried_43;
         carried_44 = next_carried_44;
         last_arm_psi_e_moment_beyond_z = arm_psi_e_moment_beyond_z;
@@ -2841,20 +2108,9 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         arm_psi_cos * carried_44 + p->h * arm_psi_mass_beyond);
     /* base_z: composite pseudo-inertia of all beyond, inward */
     const double base_z_mass_beyond = p->m_base + column_psi_mass_beyond;
-    /* kinetic energy */
-    const double t6 = arm_phi_3_w_x * (p->derived.arm_psi_inertia_xx * arm_phi_3_w_x) + arm_phi_3_w_y * (p->derived.arm_psi_inertia_yy *
-        arm_phi_3_w_y - p->derived.arm_psi_moment_x * arm_phi_3_v_z) + arm_phi_3_w_z * (p->derived.arm_psi_inertia_yy *
-        arm_phi_3_w_z + p->derived.arm_psi_moment_x * arm_phi_3_v_y);
-    const double t7 = arm_theta_3_v_x * (p->derived.arm_psi_mass * arm_theta_3_v_x) + arm_phi_3_v_y * (p->derived.arm_psi_moment_x *
-        arm_phi_3_w_z + p->derived.arm_psi_mass * arm_phi_3_v_y) + arm_phi_3_v_z * (p->derived.arm_psi_mass *
-        arm_phi_3_v_z - p->derived.arm_psi_moment_x * arm_phi_3_w_y);
-    const double t8 = 0.5 * (carried_58 + (t6 + t7) + (effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_y *
-        (p->m_E * effector_z_v_y) + effector_z_v_z * (p->m_E * effector_z_v_z)));
-    /* potential energy of gravity, zero at the ground's origin */
-    const double t9 = p->g * (column_psi_moment_beyond_z + q[0] * base_z_mass_beyond) + (carried_59 + p->derived.constant_17 *
-        (q[9] * q[9]) + p->derived.constant_17 * (q[10] * q[10]) + p->derived.constant_18 * (q[11] * q[11]));
-    energy[0] = t8;
-    energy[1] = t9;
+    energy[0] = 0.5 * (carried_58 + (effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_y * (p->m_E *
+        effector_z_v_y) + effector_z_v_z * (p->m_E * effector_z_v_z)));
+    energy[1] = p->g * (column_psi_moment_beyond_z + q[0] * base_z_mass_beyond) + carried_59;
 }
 
 void manipulator_flexible_power(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -2865,14 +2121,13 @@ void manipulator_flexible_power(const struct manipulator_flexible_parameters *p,
     const double t1 = qd[1] * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
         0.5 * qd[1]) - qd[0] * (p->d_sup * qd[0]);
     double carried_60 = t1;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double next_carried_60 = carried_60 - qd[3 + 3 * e] * (p->derived.arm_damping_psi * qd[3 + 3 * e]) -
         qd[4 + 3 * e] * (p->derived.arm_damping_psi * qd[4 + 3 * e]) - qd[5 + 3 * e] * (p->derived.arm_damping_phi *
         qd[5 + 3 * e]);
         carried_60 = next_carried_60;
     }
-    power[0] = carried_60 - qd[9] * (p->derived.arm_damping_psi * qd[9]) - qd[10] * (p->derived.arm_damping_psi *
-        qd[10]) - qd[11] * (p->derived.arm_damping_phi * qd[11]);
+    power[0] = carried_60;
 }
 
 void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -2894,31 +2149,15 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     const double t1 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
     const double t2 = column_psi_sin * arm_psi_sin;
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_sin = sine[8];
-    const double arm_psi_3_cos = cosine[8];
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[9];
-    const double arm_theta_3_cos = cosine[9];
-    /* effector_z: motion from arm_phi_3 outward */
+    /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
-    /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
-    const double t3 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
-    const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
-    /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_e_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
-    /* arm_phi_e: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_e_moment_beyond_x = p->derived.arm_phi_1_moment_x + (arm_psi_3_cos * arm_psi_3_moment_beyond_x +
-        p->derived.constant_4);
     /* arm_psi_1: motion from arm_psi outward */
     const double arm_psi_1_sin = sine[2];
     const double arm_psi_1_cos = cosine[2];
     const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t1 * arm_psi_1_sin;
-    const double t4 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
+    const double t3 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
     const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
-    const double t5 = arm_psi_ground_y_x * arm_psi_1_sin + t2 * arm_psi_1_cos;
+    const double t4 = arm_psi_ground_y_x * arm_psi_1_sin + t2 * arm_psi_1_cos;
     /* arm_theta_1: motion from arm_psi_1 outward */
     const double arm_theta_1_sin = sine[3];
     const double arm_theta_1_cos = cosine[3];
@@ -2929,10 +2168,10 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     /* arm_phi_1: motion from arm_theta_1 outward */
     const double arm_phi_1_sin = sine[4];
     const double arm_phi_1_cos = cosine[4];
-    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
-    const double arm_phi_1_ground_x_z = t4 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t5 * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_z = t5 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
+    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t3 * arm_phi_1_cos;
+    const double arm_phi_1_ground_x_z = t3 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
+    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
+    const double arm_phi_1_ground_y_z = t4 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
     /* arm_psi_2: motion from arm_phi_1 outward */
     const double arm_psi_2_sin = sine[5];
     const double arm_psi_2_cos = cosine[5];
@@ -2959,29 +2198,47 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
     const double arm_phi_2_ground_y_z = arm_theta_2_ground_y_z * arm_phi_2_cos - arm_psi_2_ground_y_y * arm_phi_2_sin;
     /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_ground_x_x_2 = arm_psi_3_sin * arm_phi_2_ground_x_y + arm_psi_3_cos * arm_theta_2_ground_x_x;
-    const double arm_psi_3_ground_x_y_2 = arm_psi_3_cos * arm_phi_2_ground_x_y - arm_psi_3_sin * arm_theta_2_ground_x_x;
-    const double arm_psi_3_ground_y_x_2 = arm_psi_3_sin * arm_phi_2_ground_y_y + arm_psi_3_cos * arm_theta_2_ground_y_x;
-    const double arm_psi_3_ground_y_y_2 = arm_psi_3_cos * arm_phi_2_ground_y_y - arm_psi_3_sin * arm_theta_2_ground_y_x;
+    const double arm_psi_3_sin = sine[8];
+    const double arm_psi_3_cos = cosine[8];
+    const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
+    const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
+    const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
+    const double arm_psi_3_ground_y_y = arm_phi_2_ground_y_y * arm_psi_3_cos - arm_theta_2_ground_y_x * arm_psi_3_sin;
     /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_ground_x_z_2 = arm_theta_3_sin * arm_psi_3_ground_x_x_2 + arm_theta_3_cos * arm_phi_2_ground_x_z;
-    const double arm_theta_3_ground_x_x_2 = arm_theta_3_cos * arm_psi_3_ground_x_x_2 - arm_theta_3_sin * arm_phi_2_ground_x_z;
-    const double arm_theta_3_ground_y_z_2 = arm_theta_3_sin * arm_psi_3_ground_y_x_2 + arm_theta_3_cos * arm_phi_2_ground_y_z;
-    const double arm_theta_3_ground_y_x_2 = arm_theta_3_cos * arm_psi_3_ground_y_x_2 - arm_theta_3_sin * arm_phi_2_ground_y_z;
+    const double arm_theta_3_sin = sine[9];
+    const double arm_theta_3_cos = cosine[9];
+    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
+        arm_theta_3_cos;
+    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
+        arm_theta_3_sin;
+    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + arm_phi_2_ground_y_z *
+        arm_theta_3_cos;
+    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
+        arm_theta_3_sin;
+    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
+    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
+    /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
+    const double t5 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
+    const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
+    /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
+    const double arm_phi_2_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
     /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_theta_2_moment_beyond_y = t3 * arm_phi_2_sin + arm_phi_e_moment_beyond_y * arm_phi_2_cos;
-    const double arm_theta_2_moment_beyond_z = arm_phi_e_moment_beyond_y * arm_phi_2_sin - t3 * arm_phi_2_cos;
+    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + (arm_psi_3_cos * arm_psi_3_moment_beyond_x +
+        p->derived.constant_4);
+    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t5 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
+    const double arm_theta_2_moment_beyond_z = arm_phi_2_sin * arm_phi_2_moment_beyond_y - arm_phi_2_cos *
+        t5;
     /* arm_theta_2: composite pseudo-inertia of all beyond, inward */
-    const double t6 = arm_phi_e_moment_beyond_x * arm_theta_2_sin;
+    const double t6 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
     const double t7 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
     const double arm_psi_2_moment_beyond_z = t7 - t6;
-    const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_phi_e_moment_beyond_x *
-        arm_theta_2_cos;
+    const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_theta_2_cos *
+        arm_phi_2_moment_beyond_x;
     /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
     const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
     /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + (p->derived.constant_5 + (arm_psi_2_cos *
-        arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y));
+    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + (arm_psi_2_cos * arm_psi_2_moment_beyond_x -
+        arm_psi_2_sin * arm_theta_2_moment_beyond_y + p->derived.constant_5);
     const double t8 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
     const double t9 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
     const double arm_theta_1_moment_beyond_y = t9 - t8;
@@ -3003,16 +2260,16 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     const double t12 = p->g * column_psi_cos;
     const double t13 = p->g * column_psi_sin;
     /* arm_psi_1: column of the gravity tangent g_i,j */
-    const double arm_psi_1_moment_change_x = arm_psi_1_ground_x_x * t10 - t4 * arm_psi_1_moment_beyond_x;
-    const double arm_psi_1_moment_change_y = arm_psi_1_ground_y_x * t10 - t5 * arm_psi_1_moment_beyond_x;
+    const double arm_psi_1_moment_change_x = arm_psi_1_ground_x_x * t10 - t3 * arm_psi_1_moment_beyond_x;
+    const double arm_psi_1_moment_change_y = arm_psi_1_ground_y_x * t10 - t4 * arm_psi_1_moment_beyond_x;
     const double t14 = t12 * arm_psi_1_moment_change_x + t13 * arm_psi_1_moment_change_y;
     /* arm_theta_1: column of the gravity tangent g_i,j */
     const double arm_theta_1_moment_change_x = arm_theta_1_ground_x_x * arm_theta_1_moment_beyond_z - arm_theta_1_ground_x_z *
         arm_phi_1_moment_beyond_x;
     const double arm_theta_1_moment_change_y = arm_theta_1_ground_y_x * arm_theta_1_moment_beyond_z - arm_theta_1_ground_y_z *
         arm_phi_1_moment_beyond_x;
-    const double t15 = p->g * t5;
-    const double arm_theta_1_gravity_lever_y = p->g * t4;
+    const double t15 = p->g * t4;
+    const double arm_theta_1_gravity_lever_y = p->g * t3;
     const double t16 = t12 * arm_theta_1_moment_change_x + t13 * arm_theta_1_moment_change_y;
     /* arm_phi_1: column of the gravity tangent g_i,j */
     const double arm_phi_1_moment_change_x = arm_phi_1_ground_x_y * t11 + arm_phi_1_ground_x_z * arm_phi_1_moment_beyond_y;
@@ -3029,36 +2286,36 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     const double t19 = p->g * arm_phi_1_ground_x_z;
     const double t20 = t12 * arm_psi_2_moment_change_x + t13 * arm_psi_2_moment_change_y;
     /* arm_theta_2: column of the gravity tangent g_i,j */
-    const double arm_theta_2_moment_change_x = arm_theta_2_ground_x_x * arm_theta_2_moment_beyond_z - arm_phi_e_moment_beyond_x *
-        arm_theta_2_ground_x_z;
-    const double arm_theta_2_moment_change_y = arm_theta_2_ground_y_x * arm_theta_2_moment_beyond_z - arm_phi_e_moment_beyond_x *
-        arm_theta_2_ground_y_z;
+    const double arm_theta_2_moment_change_x = arm_theta_2_ground_x_x * arm_theta_2_moment_beyond_z - arm_theta_2_ground_x_z *
+        arm_phi_2_moment_beyond_x;
+    const double arm_theta_2_moment_change_y = arm_theta_2_ground_y_x * arm_theta_2_moment_beyond_z - arm_theta_2_ground_y_z *
+        arm_phi_2_moment_beyond_x;
     const double arm_theta_2_gravity_lever_x = p->g * arm_psi_2_ground_y_y;
     const double t21 = p->g * arm_psi_2_ground_x_y;
     const double t22 = t12 * arm_theta_2_moment_change_x + t13 * arm_theta_2_moment_change_y;
     /* arm_phi_2: column of the gravity tangent g_i,j */
-    const double arm_phi_2_moment_change_x = t3 * arm_phi_2_ground_x_y + arm_phi_e_moment_beyond_y * arm_phi_2_ground_x_z;
-    const double arm_phi_2_moment_change_y = t3 * arm_phi_2_ground_y_y + arm_phi_e_moment_beyond_y * arm_phi_2_ground_y_z;
+    const double arm_phi_2_moment_change_x = arm_phi_2_ground_x_y * t5 + arm_phi_2_ground_x_z * arm_phi_2_moment_beyond_y;
+    const double arm_phi_2_moment_change_y = arm_phi_2_ground_y_y * t5 + arm_phi_2_ground_y_z * arm_phi_2_moment_beyond_y;
     const double arm_phi_2_gravity_lever_x = p->g * arm_theta_2_ground_y_x;
     const double t23 = p->g * arm_theta_2_ground_x_x;
     const double t24 = t12 * arm_phi_2_moment_change_x + t13 * arm_phi_2_moment_change_y;
     /* arm_psi_3: column of the gravity tangent g_i,j */
-    const double arm_psi_3_moment_change_x = arm_psi_3_moment_beyond_x * arm_psi_3_ground_x_y_2;
-    const double arm_psi_3_moment_change_y = arm_psi_3_moment_beyond_x * arm_psi_3_ground_y_y_2;
+    const double arm_psi_3_moment_change_x = arm_psi_3_ground_x_y * arm_psi_3_moment_beyond_x;
+    const double arm_psi_3_moment_change_y = arm_psi_3_ground_y_y * arm_psi_3_moment_beyond_x;
     const double arm_psi_3_gravity_lever_x = p->g * arm_phi_2_ground_y_z;
     const double t25 = p->g * arm_phi_2_ground_x_z;
     const double t26 = t12 * arm_psi_3_moment_change_x + t13 * arm_psi_3_moment_change_y;
     /* arm_theta_3: column of the gravity tangent g_i,j */
-    const double t27 = arm_phi_3_moment_beyond_x * arm_theta_3_ground_x_z_2;
-    const double t28 = arm_phi_3_moment_beyond_x * arm_theta_3_ground_y_z_2;
-    const double arm_theta_3_gravity_lever_x = p->g * arm_psi_3_ground_y_y_2;
-    const double t29 = p->g * arm_psi_3_ground_x_y_2;
+    const double t27 = arm_theta_3_ground_x_z * arm_phi_3_moment_beyond_x;
+    const double t28 = arm_theta_3_ground_y_z * arm_phi_3_moment_beyond_x;
+    const double arm_theta_3_gravity_lever_x = p->g * arm_psi_3_ground_y_y;
+    const double t29 = p->g * arm_psi_3_ground_x_y;
     const double t30 = t12 * t27 + t13 * t28;
     /* arm_phi_3: column of the gravity tangent g_i,j */
-    const double arm_phi_3_gravity_lever_x = p->g * arm_theta_3_ground_y_x_2;
+    const double arm_phi_3_gravity_lever_x = p->g * arm_theta_3_ground_y_x;
     /* effector_z: column of the gravity tangent g_i,j */
-    const double effector_z_moment_change_x = p->m_E * arm_theta_3_ground_x_x_2;
-    const double effector_z_moment_change_y = p->m_E * arm_theta_3_ground_y_x_2;
+    const double effector_z_moment_change_x = p->m_E * arm_theta_3_ground_x_x;
+    const double effector_z_moment_change_y = p->m_E * arm_theta_3_ground_y_x;
     const double t31 = t12 * effector_z_moment_change_x + t13 * effector_z_moment_change_y;
     Q_q[0 * 13 + 0] = -p->s_sup;
     Q_q[2 * 13 + 2] = (arm_psi_ground_x_x * arm_psi_moment_beyond_y + t1 * arm_psi_moment_beyond_x_2) * t12 +
@@ -3123,7 +2380,7 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     Q_q[12 * 13 + 8] = arm_phi_2_gravity_lever_x * effector_z_moment_change_x - t23 * effector_z_moment_change_y;
     Q_q[12 * 13 + 9] = arm_psi_3_gravity_lever_x * effector_z_moment_change_x - t25 * effector_z_moment_change_y;
     Q_q[12 * 13 + 10] = arm_theta_3_gravity_lever_x * effector_z_moment_change_x - t29 * effector_z_moment_change_y;
-    Q_q[12 * 13 + 11] = arm_phi_3_gravity_lever_x * effector_z_moment_change_x - p->g * arm_theta_3_ground_x_x_2 *
+    Q_q[12 * 13 + 11] = arm_phi_3_gravity_lever_x * effector_z_moment_change_x - p->g * arm_theta_3_ground_x_x *
         effector_z_moment_change_y;
     for (int i = 0; i < 13; i++)
         for (int j = 0; j < i; j++)
@@ -3152,36 +2409,24 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
     const double arm_psi_e_bias_a_z = p->derived.constant_3 * t4;
     const double arm_psi_e_bias_a_falling_x = arm_psi_bias_a_falling_x - p->derived.constant_3 * t3;
     const double arm_psi_e_bias_a_falling_y = arm_psi_bias_a_falling_y + arm_psi_e_bias_a_y;
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_sin = sine[7];
-    const double arm_psi_3_cos = cosine[7];
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[8];
-    const double arm_theta_3_cos = cosine[8];
-    /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sine[9];
-    const double arm_phi_3_cos = cosine[9];
-    /* effector_z: motion from arm_phi_3 outward */
+    /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
+    /* effector_z: composite pseudo-inertia of all beyond, inward */
+    const double t5 = p->m_E * effector_z_shift_x;
     /* arm_psi: bias forces c, inward */
     const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
     const double arm_psi_load_moment_y = t1 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t1;
-    /* springs -s (q - rest), dampers -d qd, and forces that the model names */
-    const double t5 = p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10];
-    const double t6 = p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi * qd[11];
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
     const double arm_psi_load_moment_z = t2 * p->derived.constant_8 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
     const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
         t3;
     const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t2 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
-    double arm_phi_e_load_moment_x[2];
-    double arm_phi_e_load_moment_y[2];
-    double arm_phi_e_load_moment_z[2];
-    double arm_phi_e_load_force_x[2];
-    double arm_phi_e_load_force_y[2];
-    double arm_phi_e_load_force_z[2];
+    double arm_phi_e_bias_moment_x[3];
+    double arm_phi_e_load_moment_y[3];
+    double arm_phi_e_load_moment_z[3];
+    double arm_phi_e_load_force_x[3];
+    double arm_phi_e_load_force_y[3];
+    double arm_phi_e_load_force_z[3];
     double last_arm_phi_e_w_x = arm_psi_w_x;
     double last_arm_phi_e_w_y = arm_psi_w_y;
     double last_arm_phi_e_w_z = qd[2];
@@ -3194,22 +2439,26 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
     double carried_15 = -t3;
     double carried_18 = t2;
     double carried_21 = t4;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[1 + 3 * e];
         const double arm_psi_e_cos = cosine[1 + 3 * e];
         const double arm_theta_e_sin = sine[2 + 3 * e];
         const double arm_theta_e_cos = cosine[2 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_phi_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_psi_inertia_xx : p->derived.arm_phi_1_inertia_xx);
+        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_psi_inertia_yy : p->derived.arm_phi_1_inertia_yy);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
         /* arm_psi_e: motion from arm_psi_e outward */
         const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
-        const double t7 = last_arm_theta_e_bias_a_falling_x + p->derived.arm_element_length * carried_15;
-        const double t8 = last_arm_phi_e_bias_a_falling_y + p->derived.arm_element_length * carried_18;
+        const double t6 = last_arm_theta_e_bias_a_falling_x + p->derived.arm_element_length * carried_15;
+        const double t7 = last_arm_phi_e_bias_a_falling_y + p->derived.arm_element_length * carried_18;
         const double arm_psi_e_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + p->derived.arm_element_length *
         carried_21;
-        const double arm_psi_e_bias_a_falling_x_2 = arm_psi_e_sin * t8 + arm_psi_e_cos * t7;
-        const double arm_psi_e_bias_a_falling_y_2 = arm_psi_e_cos * t8 - arm_psi_e_sin * t7;
+        const double arm_psi_e_bias_a_falling_x_2 = arm_psi_e_sin * t7 + arm_psi_e_cos * t6;
+        const double arm_psi_e_bias_a_falling_y_2 = arm_psi_e_cos * t7 - arm_psi_e_sin * t6;
         const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
         qd[3 + 3 * e] * arm_psi_e_w_y;
         const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
@@ -3239,23 +2488,22 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
         const double arm_phi_e_bias_wd_z = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
         qd[5 + 3 * e] * arm_phi_e_w_y;
         const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
-        const double t9 = arm_phi_e_w_y * arm_phi_e_w_x;
-        const double t10 = arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y;
-        const double t11 = arm_phi_e_bias_wd_z + t9;
-        const double t12 = arm_phi_e_w_z * arm_phi_e_w_x;
-        const double t13 = t12 - arm_phi_e_bias_wd_y;
+        const double t8 = arm_phi_e_w_y * arm_phi_e_w_x;
+        const double t9 = arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y;
+        const double t10 = arm_phi_e_bias_wd_z + t8;
+        const double t11 = arm_phi_e_w_z * arm_phi_e_w_x;
+        const double t12 = t11 - arm_phi_e_bias_wd_y;
         /* arm_phi_e: bias forces c, inward */
-        arm_phi_e_load_moment_x[e] = p->derived.arm_phi_1_inertia_xx * arm_theta_e_bias_wd_x;
+        arm_phi_e_bias_moment_x[e] = arm_theta_e_bias_wd_x * arm_phi_e_inertia_xx;
         /* arm_phi_e: inertia and gravity of the body at qdd = 0 */
-        arm_phi_e_load_moment_y[e] = t12 * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy * arm_phi_e_bias_wd_y -
-        p->derived.arm_phi_1_moment_x * arm_phi_e_bias_a_falling_z;
-        arm_phi_e_load_moment_z[e] = t9 * p->derived.constant_10 + p->derived.arm_phi_1_inertia_yy * arm_phi_e_bias_wd_z +
-        p->derived.arm_phi_1_moment_x * arm_phi_e_bias_a_falling_y;
-        arm_phi_e_load_force_x[e] = p->derived.arm_phi_1_mass * arm_theta_e_bias_a_falling_x - p->derived.arm_phi_1_moment_x *
-        t10;
-        arm_phi_e_load_force_y[e] = p->derived.arm_phi_1_moment_x * t11 + p->derived.arm_phi_1_mass * arm_phi_e_bias_a_falling_y;
-        arm_phi_e_load_force_z[e] = p->derived.arm_phi_1_moment_x * t13 + p->derived.arm_phi_1_mass * arm_phi_e_bias_a_falling_z;
-        const double next_carried_15 = -t10;
+        arm_phi_e_load_moment_y[e] = t11 * (arm_phi_e_inertia_xx - arm_phi_e_inertia_yy) + arm_phi_e_bias_wd_y *
+        arm_phi_e_inertia_yy - arm_phi_e_bias_a_falling_z * arm_phi_e_moment_x;
+        arm_phi_e_load_moment_z[e] = t8 * (arm_phi_e_inertia_yy - arm_phi_e_inertia_xx) + arm_phi_e_bias_wd_z *
+        arm_phi_e_inertia_yy + arm_phi_e_bias_a_falling_y * arm_phi_e_moment_x;
+        arm_phi_e_load_force_x[e] = arm_theta_e_bias_a_falling_x * arm_phi_e_mass - t9 * arm_phi_e_moment_x;
+        arm_phi_e_load_force_y[e] = t10 * arm_phi_e_moment_x + arm_phi_e_bias_a_falling_y * arm_phi_e_mass;
+        arm_phi_e_load_force_z[e] = t12 * arm_phi_e_moment_x + arm_phi_e_bias_a_falling_z * arm_phi_e_mass;
+        const double next_carried_15 = -t9;
         last_arm_phi_e_w_x = arm_phi_e_w_x;
         last_arm_phi_e_w_y = arm_phi_e_w_y;
         last_arm_phi_e_w_z = arm_phi_e_w_z;
@@ -3266,252 +2514,155 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
         last_arm_phi_e_bias_a_falling_y = arm_phi_e_bias_a_falling_y;
         last_arm_phi_e_bias_a_falling_z = arm_phi_e_bias_a_falling_z;
         carried_15 = next_carried_15;
-        carried_18 = t11;
-        carried_21 = t13;
+        carried_18 = t10;
+        carried_21 = t12;
     }
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
-    const double t14 = last_arm_theta_e_bias_a_falling_x + p->derived.arm_element_length * carried_15;
-    const double t15 = last_arm_phi_e_bias_a_falling_y + p->derived.arm_element_length * carried_18;
-    const double arm_psi_3_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + p->derived.arm_element_length *
-        carried_21;
-    const double arm_psi_3_bias_a_falling_x = arm_psi_3_sin * t15 + arm_psi_3_cos * t14;
-    const double arm_psi_3_bias_a_falling_y = arm_psi_3_cos * t15 - arm_psi_3_sin * t14;
-    const double arm_psi_3_bias_wd_x = last_arm_phi_e_bias_wd_y * arm_psi_3_sin + last_arm_theta_e_bias_wd_x *
-        arm_psi_3_cos + arm_psi_3_w_y * qd[9];
-    const double arm_psi_3_bias_wd_y = last_arm_phi_e_bias_wd_y * arm_psi_3_cos - last_arm_theta_e_bias_wd_x *
-        arm_psi_3_sin - arm_psi_3_w_x * qd[9];
-    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
-    const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
-    const double arm_theta_3_bias_a_falling_z = arm_psi_3_bias_a_falling_x * arm_theta_3_sin + arm_psi_3_bias_a_falling_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_bias_a_falling_x = arm_psi_3_bias_a_falling_x * arm_theta_3_cos - arm_psi_3_bias_a_falling_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_bias_wd_x = arm_psi_3_bias_wd_x * arm_theta_3_cos - last_arm_phi_e_bias_wd_z *
-        arm_theta_3_sin - arm_theta_3_w_z * qd[10];
-    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + last_arm_phi_e_bias_wd_z *
-        arm_theta_3_cos + arm_theta_3_w_x * qd[10];
-    const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
-    /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t16 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t17 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t17 - t16;
-    const double arm_phi_3_bias_a_falling_y = arm_theta_3_bias_a_falling_z * arm_phi_3_sin + arm_psi_3_bias_a_falling_y *
-        arm_phi_3_cos;
-    const double arm_phi_3_bias_a_falling_z = arm_theta_3_bias_a_falling_z * arm_phi_3_cos - arm_psi_3_bias_a_falling_y *
-        arm_phi_3_sin;
-    const double arm_phi_3_bias_wd_y = arm_theta_3_bias_wd_z * arm_phi_3_sin + arm_psi_3_bias_wd_y * arm_phi_3_cos +
-        arm_phi_3_w_z * qd[11];
-    const double arm_phi_3_bias_wd_z = arm_theta_3_bias_wd_z * arm_phi_3_cos - arm_psi_3_bias_wd_y * arm_phi_3_sin -
-        arm_phi_3_w_y * qd[11];
-    const double arm_phi_3_w_x = arm_theta_3_w_x + qd[11];
-    const double t18 = arm_phi_3_w_y * arm_phi_3_w_x;
-    const double t19 = arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y * arm_phi_3_w_y;
-    const double t20 = arm_phi_3_bias_wd_z + t18;
-    const double t21 = arm_phi_3_w_z * arm_phi_3_w_x;
-    const double t22 = t21 - arm_phi_3_bias_wd_y;
-    /* effector_z: motion from arm_phi_3 outward */
-    const double effector_z_w_x = t16 - t17;
-    const double effector_z_bias_a_falling_z = arm_theta_3_bias_a_falling_x - t19 * effector_z_shift_x;
-    const double t23 = arm_phi_3_w_y * qd[12];
-    const double t24 = effector_z_w_x * qd[12];
-    const double effector_z_bias_a_falling_x = t23 + t23 - (arm_phi_3_bias_a_falling_z + t22 * effector_z_shift_x);
-    const double effector_z_bias_a_falling_y = arm_phi_3_bias_a_falling_y + t20 * effector_z_shift_x - (t24 +
-        t24);
-    /* arm_phi_3: bias forces c, inward */
-    const double arm_phi_3_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_theta_3_bias_wd_x;
-    /* arm_phi_3: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_3_load_moment_y = t21 * p->derived.constant_7 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y -
-        p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
-    const double arm_phi_3_load_moment_z = t18 * p->derived.constant_8 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z +
-        p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t19;
-    const double arm_phi_3_load_force_y = p->derived.arm_psi_moment_x * t20 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_z = p->derived.arm_psi_moment_x * t22 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
+    /* effector_z: motion from arm_psi_e outward */
+    const double effector_z_bias_a_falling_z = last_arm_theta_e_bias_a_falling_x + carried_15 * effector_z_shift_x;
+    const double t13 = last_arm_phi_e_w_y * qd[12];
+    const double t14 = last_arm_phi_e_w_z * qd[12];
+    const double effector_z_bias_a_falling_x = t13 + t13 - (last_arm_phi_e_bias_a_falling_z + carried_21 *
+        effector_z_shift_x);
+    const double effector_z_bias_a_falling_y = last_arm_phi_e_bias_a_falling_y + carried_18 * effector_z_shift_x +
+        (t14 + t14);
     /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t25 = 1.0 / (p->derived.arm_psi_inertia_yy + p->m_E * (effector_z_shift_x * effector_z_shift_x));
-    const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
-    const double arm_phi_3_turn_x_x = arm_psi_3_cos * arm_theta_3_cos;
-    const double arm_phi_3_turn_y_x = arm_psi_3_sin * arm_theta_3_cos;
-    const double arm_phi_3_turn_z_y = arm_theta_3_cos * arm_phi_3_sin;
-    const double t26 = arm_theta_3_sin * arm_phi_3_sin;
-    const double arm_phi_3_turn_x_y = arm_psi_3_cos * t26 - arm_psi_3_sin * arm_phi_3_cos;
-    const double arm_phi_3_turn_y_y = arm_psi_3_sin * t26 + arm_psi_3_cos * arm_phi_3_cos;
-    const double arm_phi_3_turn_z_z = arm_theta_3_cos * arm_phi_3_cos;
-    const double t27 = arm_theta_3_sin * arm_phi_3_cos;
-    const double arm_phi_3_turn_x_z = arm_psi_3_sin * arm_phi_3_sin + arm_psi_3_cos * t27;
-    const double arm_phi_3_turn_y_z = arm_psi_3_sin * t27 - arm_psi_3_cos * arm_phi_3_sin;
-    const double t28 = arm_phi_3_moment_beyond_x * t25;
-    const double t29 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t28;
-    const double t30 = t29 - p->derived.arm_psi_mass;
-    const double t31 = arm_theta_3_sin * arm_theta_3_sin * t30;
-    const double t32 = t29 - t31;
-    const double t33 = p->derived.arm_psi_mass + t31;
-    const double t34 = arm_theta_3_sin * arm_theta_3_cos * t30;
-    const double t35 = t33 - t29;
-    const double t36 = arm_psi_3_sin * arm_psi_3_sin * t35;
-    const double t37 = arm_psi_3_cos * t34;
-    const double t38 = arm_psi_3_sin * t34;
-    const double t39 = t29 + t36;
-    const double t40 = arm_psi_3_sin * arm_psi_3_cos * t35;
-    const double t41 = p->derived.arm_element_length * t38;
+    /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    const double t15 = p->m_E * (effector_z_shift_x * effector_z_shift_x);
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double t42 = arm_psi_sin * arm_psi_cos;
-    /* arm_phi_3: force left for the joint, inward */
-    const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
-    const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
-    const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
-    const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
-    const double t43 = arm_theta_3_sin * t6;
-    const double t44 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
-        qd[9] + t43);
-    const double t45 = t25 * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t44 + arm_phi_3_cos * t5));
-    const double t46 = t25 * (arm_phi_3_sin * t5 - arm_phi_3_cos * t44 - arm_phi_3_carried_moment_z);
-    const double t47 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t46;
-    const double t48 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t45;
-    const double t49 = arm_theta_3_sin * t44 + arm_theta_3_cos * t6;
-    const double t50 = arm_phi_3_load_force_x * arm_phi_3_turn_y_x + arm_phi_3_turn_y_y * t47 + arm_phi_3_turn_y_z *
-        t48;
-    const double t51 = arm_phi_3_turn_z_y * t47 - arm_theta_3_sin * arm_phi_3_load_force_x + arm_phi_3_turn_z_z *
-        t48;
-    double arm_theta_e_cos_inverse[2];
-    double t64[2];
-    double t67[2];
-    double t68[2];
-    double t70[2];
-    double t71[2];
-    double t73[2];
-    double t74[2];
-    double t106[2];
-    double t107[2];
-    double t108[2];
-    double carried_61 = p->derived.constant_2 * t32;
-    double carried_62 = p->derived.constant_2 * t39;
-    double carried_63 = -p->derived.constant_2 * t38;
-    double carried_64 = -p->derived.arm_element_length * t37;
-    double carried_65 = -t41;
-    double carried_66 = -p->derived.arm_element_length * t32;
-    double carried_67 = p->derived.arm_element_length * t40;
-    double carried_68 = p->derived.arm_element_length * t39;
-    double carried_69 = t41;
-    double carried_70 = t33 - t36;
-    double carried_71 = t39;
-    double carried_72 = t32;
-    double carried_73 = t40;
-    double carried_74 = t37;
-    double carried_75 = t38;
-    double carried_76 = arm_psi_3_sin * t5 - arm_psi_3_cos * t49;
-    double carried_77 = -(arm_psi_3_sin * t49 + arm_psi_3_cos * t5 + p->derived.arm_element_length * t51);
-    double carried_78 = t43 - arm_theta_3_cos * t44 + p->derived.arm_element_length * t50;
-    double carried_79 = arm_phi_3_load_force_x * arm_phi_3_turn_x_x + arm_phi_3_turn_x_y * t47 + arm_phi_3_turn_x_z *
-        t48;
-    double carried_80 = t50;
-    double carried_81 = t51;
-    for (int e = 1; e >= 0; e--) { /* arm_psi_e, inward */
+    const double t16 = arm_psi_sin * arm_psi_cos;
+    double arm_theta_e_cos_inverse[3];
+    double t29[3];
+    double t32[3];
+    double t33[3];
+    double t35[3];
+    double t36[3];
+    double t38[3];
+    double t39[3];
+    double t71[3];
+    double t72[3];
+    double t73[3];
+    double carried_61 = t15;
+    double carried_62 = t15;
+    double carried_63 = 0.0;
+    double carried_64 = 0.0;
+    double carried_65 = 0.0;
+    double carried_66 = -t5;
+    double carried_67 = 0.0;
+    double carried_68 = t5;
+    double carried_69 = 0.0;
+    double carried_70 = 0.0;
+    double carried_71 = p->m_E;
+    double carried_72 = p->m_E;
+    double carried_73 = 0.0;
+    double carried_74 = 0.0;
+    double carried_75 = 0.0;
+    double carried_76 = 0.0;
+    double carried_77 = effector_z_shift_x * effector_z_load_force_x;
+    double carried_78 = effector_z_shift_x * effector_z_load_force_y;
+    double carried_79 = 0.0;
+    double carried_80 = effector_z_load_force_y;
+    double carried_81 = -effector_z_load_force_x;
+    for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
         const double arm_theta_e_cos = cosine[2 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_phi_e_cos = cosine[3 + 3 * e];
         const double arm_theta_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_sin = sine[1 + 3 * e];
         const double arm_psi_e_cos = cosine[1 + 3 * e];
+        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_psi_inertia_yy : p->derived.arm_phi_1_inertia_yy);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
         /* springs -s (q - rest), dampers -d qd, and forces that the model names */
-        const double t52 = p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi * qd[4 + 3 * e];
-        const double t53 = p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e];
+        const double t17 = p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi * qd[4 + 3 * e];
+        const double t18 = p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e];
         /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
         arm_theta_e_cos_inverse[e] = 1.0 / arm_theta_e_cos;
-        const double t54 = arm_phi_e_sin * arm_phi_e_sin;
-        const double t55 = arm_phi_e_sin * arm_phi_e_cos;
-        const double t56 = arm_theta_e_sin * arm_theta_e_sin;
-        const double t57 = arm_theta_e_sin * arm_theta_e_cos;
-        const double t58 = arm_psi_e_sin * arm_psi_e_sin;
-        const double t59 = arm_psi_e_sin * arm_psi_e_cos;
+        const double t19 = arm_phi_e_sin * arm_phi_e_sin;
+        const double t20 = arm_phi_e_sin * arm_phi_e_cos;
+        const double t21 = arm_theta_e_sin * arm_theta_e_sin;
+        const double t22 = arm_theta_e_sin * arm_theta_e_cos;
+        const double t23 = arm_psi_e_sin * arm_psi_e_sin;
+        const double t24 = arm_psi_e_sin * arm_psi_e_cos;
         /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-        const double t60 = p->derived.arm_phi_1_inertia_yy + carried_61;
-        const double t61 = carried_66 - p->derived.arm_phi_1_moment_x;
-        const double t62 = p->derived.arm_phi_1_moment_x + carried_68;
-        const double t63 = 1.0 / t60;
-        t64[e] = carried_63 * t63;
-        const double t65 = t60 * (1.0 / (t60 * (p->derived.arm_phi_1_inertia_yy + carried_62) - carried_63 *
-        carried_63));
-        const double t66 = carried_67 - carried_64 * t64[e];
-        t67[e] = carried_64 * t63;
-        t68[e] = t65 * t66;
-        const double t69 = t62 - carried_65 * t64[e];
-        t70[e] = carried_65 * t63;
-        t71[e] = t65 * t69;
-        const double t72 = carried_69 - t61 * t64[e];
-        t73[e] = t61 * t63;
-        t74[e] = t65 * t72;
-        const double t75 = p->derived.arm_phi_1_mass + carried_70 - carried_64 * t67[e] - t66 * t68[e];
-        const double t76 = carried_73 - carried_64 * t70[e] - t66 * t71[e];
-        const double t77 = carried_74 - carried_64 * t73[e] - t66 * t74[e];
-        const double t78 = p->derived.arm_phi_1_mass + carried_71 - carried_65 * t70[e] - t69 * t71[e];
-        const double t79 = carried_75 - carried_65 * t73[e] - t69 * t74[e];
-        const double t80 = p->derived.arm_phi_1_mass + carried_72 - t61 * t73[e] - t72 * t74[e];
-        const double t81 = t78 - t80;
-        const double t82 = (t55 + t55) * t79 + t54 * t81;
-        const double t83 = arm_phi_e_cos * t76 - arm_phi_e_sin * t77;
-        const double t84 = arm_phi_e_cos * t77 + arm_phi_e_sin * t76;
-        const double t85 = t78 - t82;
-        const double t86 = t80 + t82;
-        const double t87 = t55 * t81 + (1.0 - (t54 + t54)) * t79;
-        const double t88 = t86 - t75;
-        const double t89 = (t57 + t57) * t84 + t56 * t88;
-        const double t90 = arm_theta_e_cos * t87 - arm_theta_e_sin * t83;
-        const double t91 = arm_theta_e_cos * t83 + arm_theta_e_sin * t87;
-        const double t92 = t86 - t89;
-        const double t93 = t75 + t89;
-        const double t94 = t57 * t88 + (1.0 - (t56 + t56)) * t84;
-        const double t95 = t93 - t85;
-        const double t96 = (t59 + t59) * t91 + t58 * t95;
-        const double t97 = arm_psi_e_cos * t94 - arm_psi_e_sin * t90;
-        const double t98 = arm_psi_e_cos * t90 + arm_psi_e_sin * t94;
-        const double t99 = t85 + t96;
-        const double t100 = t59 * t95 + (1.0 - (t58 + t58)) * t91;
-        const double t101 = p->derived.arm_element_length * t98;
+        const double t25 = arm_phi_e_inertia_yy + carried_61;
+        const double t26 = carried_66 - arm_phi_e_moment_x;
+        const double t27 = arm_phi_e_moment_x + carried_68;
+        const double t28 = 1.0 / t25;
+        t29[e] = carried_63 * t28;
+        const double t30 = t25 * (1.0 / (t25 * (arm_phi_e_inertia_yy + carried_62) - carried_63 * carried_63));
+        const double t31 = carried_67 - carried_64 * t29[e];
+        t32[e] = carried_64 * t28;
+        t33[e] = t30 * t31;
+        const double t34 = t27 - carried_65 * t29[e];
+        t35[e] = carried_65 * t28;
+        t36[e] = t30 * t34;
+        const double t37 = carried_69 - t26 * t29[e];
+        t38[e] = t26 * t28;
+        t39[e] = t30 * t37;
+        const double t40 = arm_phi_e_mass + carried_70 - carried_64 * t32[e] - t31 * t33[e];
+        const double t41 = carried_73 - carried_64 * t35[e] - t31 * t36[e];
+        const double t42 = carried_74 - carried_64 * t38[e] - t31 * t39[e];
+        const double t43 = arm_phi_e_mass + carried_71 - carried_65 * t35[e] - t34 * t36[e];
+        const double t44 = carried_75 - carried_65 * t38[e] - t34 * t39[e];
+        const double t45 = arm_phi_e_mass + carried_72 - t26 * t38[e] - t37 * t39[e];
+        const double t46 = t43 - t45;
+        const double t47 = (t20 + t20) * t44 + t19 * t46;
+        const double t48 = arm_phi_e_cos * t41 - arm_phi_e_sin * t42;
+        const double t49 = arm_phi_e_cos * t42 + arm_phi_e_sin * t41;
+        const double t50 = t43 - t47;
+        const double t51 = t45 + t47;
+        const double t52 = t20 * t46 + (1.0 - (t19 + t19)) * t44;
+        const double t53 = t51 - t40;
+        const double t54 = (t22 + t22) * t49 + t21 * t53;
+        const double t55 = arm_theta_e_cos * t52 - arm_theta_e_sin * t48;
+        const double t56 = arm_theta_e_cos * t48 + arm_theta_e_sin * t52;
+        const double t57 = t51 - t54;
+        const double t58 = t40 + t54;
+        const double t59 = t22 * t53 + (1.0 - (t21 + t21)) * t49;
+        const double t60 = t58 - t50;
+        const double t61 = (t24 + t24) * t56 + t23 * t60;
+        const double t62 = arm_psi_e_cos * t59 - arm_psi_e_sin * t55;
+        const double t63 = arm_psi_e_cos * t55 + arm_psi_e_sin * t59;
+        const double t64 = t50 + t61;
+        const double t65 = t24 * t60 + (1.0 - (t23 + t23)) * t56;
+        const double t66 = p->derived.arm_element_length * t63;
         /* arm_phi_e: force left for the joint, inward */
-        const double t102 = arm_theta_e_sin * t53;
-        const double t103 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi *
-        qd[3 + 3 * e] + t102);
-        const double t104 = arm_theta_e_sin * t103 + arm_theta_e_cos * t53;
+        const double t67 = arm_theta_e_sin * t18;
+        const double t68 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi *
+        qd[3 + 3 * e] + t67);
+        const double t69 = arm_theta_e_sin * t68 + arm_theta_e_cos * t18;
         /* arm_phi_e: force left for the joint, inward */
-        const double t105 = arm_phi_e_sin * t103 + arm_phi_e_cos * t52 + (arm_phi_e_load_moment_y[e] + carried_77);
-        t106[e] = p->derived.constant_20 * (t53 + (arm_phi_e_load_moment_x[e] + carried_76));
-        t107[e] = t65 * (arm_phi_e_sin * t52 - arm_phi_e_cos * t103 - (arm_phi_e_load_moment_z[e] + carried_78) +
-        t64[e] * t105);
-        t108[e] = t63 * t105 + t64[e] * t107[e];
-        const double t109 = arm_phi_e_load_force_x[e] + carried_79 + (carried_67 * t107[e] - carried_64 *
-        t108[e]);
-        const double t110 = arm_phi_e_load_force_y[e] + carried_80 + (t62 * t107[e] - carried_65 * t108[e]);
-        const double t111 = arm_phi_e_load_force_z[e] + carried_81 + (carried_69 * t107[e] - t61 * t108[e]);
-        const double t112 = arm_phi_e_cos * t110 - arm_phi_e_sin * t111;
-        const double t113 = arm_phi_e_sin * t110 + arm_phi_e_cos * t111;
-        const double t114 = arm_theta_e_cos * t113 - arm_theta_e_sin * t109;
-        const double t115 = arm_theta_e_sin * t113 + arm_theta_e_cos * t109;
-        const double t116 = arm_psi_e_sin * t115 + arm_psi_e_cos * t112;
-        const double next_carried_61 = p->derived.constant_2 * t92;
-        const double next_carried_62 = p->derived.constant_2 * t99;
-        const double next_carried_63 = -p->derived.constant_2 * t98;
-        const double next_carried_64 = -p->derived.arm_element_length * t97;
-        const double next_carried_65 = -t101;
-        const double next_carried_66 = -p->derived.arm_element_length * t92;
-        const double next_carried_67 = p->derived.arm_element_length * t100;
-        const double next_carried_68 = p->derived.arm_element_length * t99;
-        const double next_carried_70 = t93 - t96;
-        const double next_carried_76 = arm_psi_e_sin * t52 - arm_psi_e_cos * t104;
-        const double next_carried_77 = -(arm_psi_e_sin * t104 + arm_psi_e_cos * t52 + p->derived.arm_element_length *
-        t114);
-        const double next_carried_78 = t102 - arm_theta_e_cos * t103 + p->derived.arm_element_length * t116;
-        const double next_carried_79 = arm_psi_e_cos * t115 - arm_psi_e_sin * t112;
+        const double t70 = arm_phi_e_sin * t68 + arm_phi_e_cos * t17 + (arm_phi_e_load_moment_y[e] + carried_77);
+        t71[e] = (e == 2 ? p->derived.constant_18 : p->derived.constant_17) * (t18 + (arm_phi_e_bias_moment_x[e] +
+        carried_76));
+        t72[e] = t30 * (arm_phi_e_sin * t17 - arm_phi_e_cos * t68 - (arm_phi_e_load_moment_z[e] + carried_78) +
+        t29[e] * t70);
+        t73[e] = t28 * t70 + t29[e] * t72[e];
+        const double t74 = arm_phi_e_load_force_x[e] + carried_79 + (carried_67 * t72[e] - carried_64 * t73[e]);
+        const double t75 = arm_phi_e_load_force_y[e] + carried_80 + (t27 * t72[e] - carried_65 * t73[e]);
+        const double t76 = arm_phi_e_load_force_z[e] + carried_81 + (carried_69 * t72[e] - t26 * t73[e]);
+        const double t77 = arm_phi_e_cos * t75 - arm_phi_e_sin * t76;
+        const double t78 = arm_phi_e_sin * t75 + arm_phi_e_cos * t76;
+        const double t79 = arm_theta_e_cos * t78 - arm_theta_e_sin * t74;
+        const double t80 = arm_theta_e_sin * t78 + arm_theta_e_cos * t74;
+        const double t81 = arm_psi_e_sin * t80 + arm_psi_e_cos * t77;
+        const double next_carried_61 = p->derived.constant_2 * t57;
+        const double next_carried_62 = p->derived.constant_2 * t64;
+        const double next_carried_63 = -p->derived.constant_2 * t63;
+        const double next_carried_64 = -p->derived.arm_element_length * t62;
+        const double next_carried_65 = -t66;
+        const double next_carried_66 = -p->derived.arm_element_length * t57;
+        const double next_carried_67 = p->derived.arm_element_length * t65;
+        const double next_carried_68 = p->derived.arm_element_length * t64;
+        const double next_carried_70 = t58 - t61;
+        const double next_carried_76 = arm_psi_e_sin * t17 - arm_psi_e_cos * t69;
+        const double next_carried_77 = -(arm_psi_e_sin * t69 + arm_psi_e_cos * t17 + p->derived.arm_element_length *
+        t79);
+        const double next_carried_78 = t67 - arm_theta_e_cos * t68 + p->derived.arm_element_length * t81;
+        const double next_carried_79 = arm_psi_e_cos * t80 - arm_psi_e_sin * t77;
         carried_61 = next_carried_61;
         carried_62 = next_carried_62;
         carried_63 = next_carried_63;
@@ -3520,75 +2671,75 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
         carried_66 = next_carried_66;
         carried_67 = next_carried_67;
         carried_68 = next_carried_68;
-        carried_69 = t101;
+        carried_69 = t66;
         carried_70 = next_carried_70;
-        carried_71 = t99;
-        carried_72 = t92;
-        carried_73 = t100;
-        carried_74 = t97;
-        carried_75 = t98;
+        carried_71 = t64;
+        carried_72 = t57;
+        carried_73 = t65;
+        carried_74 = t62;
+        carried_75 = t63;
         carried_76 = next_carried_76;
         carried_77 = next_carried_77;
         carried_78 = next_carried_78;
         carried_79 = next_carried_79;
-        carried_80 = t116;
-        carried_81 = t114;
+        carried_80 = t81;
+        carried_81 = t79;
     }
     /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
     const double arm_psi_U_force_x = carried_67 + p->derived.constant_3 * carried_73;
-    const double t117 = p->derived.constant_3 * carried_66;
-    const double t118 = p->derived.constant_3 * carried_68;
-    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.constant_21 + p->derived.constant_3 *
+    const double t82 = p->derived.constant_3 * carried_66;
+    const double t83 = p->derived.constant_3 * carried_68;
+    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.constant_19 + p->derived.constant_3 *
         carried_65 - p->derived.constant_3 * carried_69;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + (t118 + (carried_62 + carried_71 * p->derived.constant_21 +
-        t118));
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + (t83 + (carried_62 + carried_71 * p->derived.constant_19 +
+        t83));
     const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + (carried_68 + p->derived.constant_3 * carried_71);
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t119 = arm_psi_U_moment_y * arm_psi_D_inverse;
-    const double t120 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t121 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t122 = p->derived.arm_psi_inertia_yy + (carried_61 + carried_72 * p->derived.constant_21 -
-        t117 - t117) - arm_psi_U_moment_y * t119;
-    const double t123 = p->derived.arm_psi_mass + carried_71 - arm_psi_U_force_y * t121;
+    const double t84 = arm_psi_U_moment_y * arm_psi_D_inverse;
+    const double t85 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t86 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t87 = p->derived.arm_psi_inertia_yy + (carried_61 + carried_72 * p->derived.constant_19 -
+        t82 - t82) - arm_psi_U_moment_y * t84;
+    const double t88 = p->derived.arm_psi_mass + carried_71 - arm_psi_U_force_y * t86;
     const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (carried_64 - p->derived.constant_3 *
-        carried_74 - arm_psi_U_moment_y * t120)) + arm_psi_cos * (arm_psi_cos * (carried_65 - p->derived.constant_3 *
-        carried_75 - arm_psi_U_moment_y * t121));
-    const double t124 = t123 + ((carried_73 - arm_psi_U_force_x * t121) * (t42 + t42) + arm_psi_sin * arm_psi_sin *
-        (p->derived.arm_psi_mass + carried_70 - arm_psi_U_force_x * t120 - t123));
+        carried_74 - arm_psi_U_moment_y * t85)) + arm_psi_cos * (arm_psi_cos * (carried_65 - p->derived.constant_3 *
+        carried_75 - arm_psi_U_moment_y * t86));
+    const double t89 = t88 + ((carried_73 - arm_psi_U_force_x * t86) * (t16 + t16) + arm_psi_sin * arm_psi_sin *
+        (p->derived.arm_psi_mass + carried_70 - arm_psi_U_force_x * t85 - t88));
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (t122 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
-        t122)));
+    const double column_psi_U_moment_z = p->Izz_col + (t87 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        t87)));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t125 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t90 = column_psi_U_force_z * column_psi_D_inverse;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + t124 - column_psi_U_force_z * t125);
+    const double base_z_U_force_z = p->m_base + (p->m_col + t89 - column_psi_U_force_z * t90);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* arm_psi: force left for the joint, inward */
-    const double t126 = arm_psi_load_moment_z + (carried_78 + p->derived.constant_3 * carried_80);
+    /* arm_phi_e: force left for the joint, inward */
+    const double t91 = arm_psi_load_moment_z + (carried_78 + p->derived.constant_3 * carried_80);
     /* column_psi: force left for the joint, inward */
-    const double t127 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+    const double t92 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
         qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + carried_76) + arm_psi_cos * (arm_psi_load_moment_y +
-        (carried_77 - p->derived.constant_3 * carried_81) - t119 * t126));
-    const double t128 = p->derived.column_psi_load_force_z + (arm_psi_sin * (arm_psi_load_force_x + carried_79 -
-        t120 * t126) + arm_psi_cos * (arm_psi_load_force_y + carried_80 - t121 * t126)) + t125 * t127;
+        (carried_77 - p->derived.constant_3 * carried_81) - t84 * t91));
+    const double t93 = p->derived.column_psi_load_force_z + (arm_psi_sin * (arm_psi_load_force_x + carried_79 -
+        t85 * t91) + arm_psi_cos * (arm_psi_load_force_y + carried_80 - t86 * t91)) + t90 * t92;
     /* base_z: acceleration, outward */
-    const double t129 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        t128));
+    const double t94 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        t93));
     /* column_psi: acceleration, outward */
-    const double t130 = t125 * t129 + column_psi_D_inverse * t127;
-    const double t131 = arm_psi_cos * t130;
-    const double t132 = arm_psi_sin * t129;
-    const double t133 = arm_psi_cos * t129;
+    const double t95 = t90 * t94 + column_psi_D_inverse * t92;
+    const double t96 = arm_psi_cos * t95;
+    const double t97 = arm_psi_sin * t94;
+    const double t98 = arm_psi_cos * t94;
     /* arm_psi: acceleration, outward */
-    const double t134 = t119 * t131 - (t120 * t132 + t121 * t133) + arm_psi_D_inverse * t126;
-    double carried_82 = arm_psi_sin * t130;
-    double carried_83 = t131;
-    double carried_84 = -t134;
-    double carried_85 = -t132;
-    double carried_86 = -(t133 + p->derived.constant_3 * t134);
-    double carried_87 = -p->derived.constant_3 * t131;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+    const double t99 = t84 * t96 - (t85 * t97 + t86 * t98) + arm_psi_D_inverse * t91;
+    double carried_82 = arm_psi_sin * t95;
+    double carried_83 = t96;
+    double carried_84 = -t99;
+    double carried_85 = -t97;
+    double carried_86 = -(t98 + p->derived.constant_3 * t99);
+    double carried_87 = -p->derived.constant_3 * t96;
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[1 + 3 * e];
         const double arm_psi_e_cos = cosine[1 + 3 * e];
         const double arm_theta_e_sin = sine[2 + 3 * e];
@@ -3596,58 +2747,50 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_phi_e_cos = cosine[3 + 3 * e];
         /* arm_phi_e: acceleration, outward */
-        const double t135 = arm_psi_e_sin * carried_83 + arm_psi_e_cos * carried_82;
-        const double t136 = carried_86 + p->derived.arm_element_length * carried_84;
-        const double t137 = carried_87 - p->derived.arm_element_length * carried_83;
-        const double t138 = arm_psi_e_sin * t136 + arm_psi_e_cos * carried_85;
-        const double t139 = arm_psi_e_cos * t136 - arm_psi_e_sin * carried_85;
-        const double t140 = arm_theta_e_sin * t138 + arm_theta_e_cos * t137;
-        const double t141 = arm_theta_e_cos * t138 - arm_theta_e_sin * t137;
+        const double t100 = arm_psi_e_sin * carried_83 + arm_psi_e_cos * carried_82;
+        const double t101 = carried_86 + p->derived.arm_element_length * carried_84;
+        const double t102 = carried_87 - p->derived.arm_element_length * carried_83;
+        const double t103 = arm_psi_e_sin * t101 + arm_psi_e_cos * carried_85;
+        const double t104 = arm_psi_e_cos * t101 - arm_psi_e_sin * carried_85;
+        const double t105 = arm_theta_e_sin * t103 + arm_theta_e_cos * t102;
+        const double t106 = arm_theta_e_cos * t103 - arm_theta_e_sin * t102;
         /* arm_phi_e: acceleration, outward */
-        const double t142 = arm_phi_e_sin * t140 + arm_phi_e_cos * t139;
-        const double t143 = arm_phi_e_cos * t140 - arm_phi_e_sin * t139;
-        const double t144 = t108[e] + ((t67[e] - t64[e] * t68[e]) * t141 + (t70[e] - t64[e] * t71[e]) * t142 +
-        (t73[e] - t64[e] * t74[e]) * t143);
-        const double t145 = t107[e] - (t68[e] * t141 + t71[e] * t142 + t74[e] * t143);
-        const double t146 = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t145 - arm_phi_e_sin * t144 - (arm_theta_e_sin *
-        t135 + arm_theta_e_cos * carried_84));
-        qdd[3 + 3 * e] = t146;
-        qdd[4 + 3 * e] = -(arm_psi_e_cos * carried_83 - arm_psi_e_sin * carried_82 + (arm_phi_e_sin * t145 +
-        arm_phi_e_cos * t144));
-        qdd[5 + 3 * e] = arm_theta_e_sin * t146 - (t106[e] + (arm_theta_e_cos * t135 - arm_theta_e_sin * carried_84));
-        const double next_carried_82 = -t106[e];
-        const double next_carried_83 = -t144;
+        const double t107 = arm_phi_e_sin * t105 + arm_phi_e_cos * t104;
+        const double t108 = arm_phi_e_cos * t105 - arm_phi_e_sin * t104;
+        const double t109 = t73[e] + ((t32[e] - t29[e] * t33[e]) * t106 + (t35[e] - t29[e] * t36[e]) * t107 +
+        (t38[e] - t29[e] * t39[e]) * t108);
+        const double t110 = t72[e] - (t33[e] * t106 + t36[e] * t107 + t39[e] * t108);
+        const double t111 = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t110 - arm_phi_e_sin * t109 - (arm_theta_e_sin *
+        t100 + arm_theta_e_cos * carried_84));
+        qdd[3 + 3 * e] = t111;
+        qdd[4 + 3 * e] = -(arm_psi_e_cos * carried_83 - arm_psi_e_sin * carried_82 + (arm_phi_e_sin * t110 +
+        arm_phi_e_cos * t109));
+        qdd[5 + 3 * e] = arm_theta_e_sin * t111 - (t71[e] + (arm_theta_e_cos * t100 - arm_theta_e_sin * carried_84));
+        const double next_carried_82 = -t71[e];
+        const double next_carried_83 = -t109;
         carried_82 = next_carried_82;
         carried_83 = next_carried_83;
-        carried_84 = t145;
-        carried_85 = t141;
-        carried_86 = t142;
-        carried_87 = t143;
+        carried_84 = t110;
+        carried_85 = t106;
+        carried_86 = t107;
+        carried_87 = t108;
     }
-    const double t147 = arm_psi_3_sin * carried_83 + arm_psi_3_cos * carried_82;
-    const double t148 = carried_86 + p->derived.arm_element_length * carried_84;
-    const double t149 = carried_87 - p->derived.arm_element_length * carried_83;
-    /* arm_phi_3: acceleration, outward */
-    const double t150 = t28 * (arm_phi_3_turn_x_z * carried_85 + arm_phi_3_turn_y_z * t148 + arm_phi_3_turn_z_z *
-        t149) - t45;
-    const double t151 = t46 - t28 * (arm_phi_3_turn_x_y * carried_85 + arm_phi_3_turn_y_y * t148 + arm_phi_3_turn_z_y *
-        t149);
-    const double t152 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t150 + arm_phi_3_cos * t151 - (arm_theta_3_sin *
-        t147 + arm_theta_3_cos * carried_84));
-    qdd[0] = -t129;
-    qdd[1] = t130;
-    qdd[2] = -t134;
-    qdd[9] = t152;
-    qdd[10] = arm_phi_3_cos * t150 - arm_phi_3_sin * t151 - (arm_psi_3_cos * carried_83 - arm_psi_3_sin *
-        carried_82);
-    qdd[11] = arm_theta_3_sin * t152 - (p->derived.constant_19 * (arm_phi_3_bias_moment_x + t6) + (arm_theta_3_cos *
-        t147 - arm_theta_3_sin * carried_84));
-    qdd[12] = -(arm_phi_3_turn_x_x * carried_85 + arm_phi_3_turn_y_x * t148 - arm_theta_3_sin * t149 + effector_z_load_force_z *
-        p->derived.effector_z_D_inverse);
+    qdd[0] = -t94;
+    qdd[1] = t95;
+    qdd[2] = -t99;
+    qdd[12] = -(carried_85 + effector_z_load_force_z * p->derived.effector_z_D_inverse);
 }
 
 void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double qdd[13]) {
+    struct manipulator_flexible_constrained_result constrained;
+    manipulator_flexible_constrained(p, x, t, q, qd, &constrained);
+    for (int i = 0; i < 13; i++)
+        qdd[i] = constrained.qdd[i];
+}
+
+void manipulator_flexible_constrained(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], struct manipulator_flexible_constrained_result *out) {
     (void)x;
     double sine[11], cosine[11];
     manipulator_flexible_sincos(q + 1, sine, cosine, 11);
@@ -3661,7 +2804,6 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double arm_psi_position_z = p->h + q[0];
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
@@ -3676,37 +2818,32 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     /* arm_psi_e: motion from arm_psi outward */
     const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
     const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
-    const double arm_psi_e_shift_ground_z = p->derived.constant_3 * arm_psi_sin;
-    const double arm_psi_e_position_z = arm_psi_position_z + arm_psi_e_shift_ground_z;
     const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
     const double t7 = p->derived.constant_3 * t5;
     const double arm_psi_e_bias_a_y = p->derived.constant_3 * t4;
     const double arm_psi_e_bias_a_z = p->derived.constant_3 * t6;
     const double arm_psi_e_bias_a_falling_x = arm_psi_bias_a_falling_x - t7;
     const double arm_psi_e_bias_a_falling_y = arm_psi_bias_a_falling_y + arm_psi_e_bias_a_y;
-    double arm_psi_e_ground_x_y[2];
-    double arm_psi_e_ground_y_y[2];
-    double arm_psi_e_ground_z_y[2];
-    double arm_psi_e_position_x_2[2];
-    double arm_psi_e_position_y_2[2];
-    double arm_psi_e_position_z_2[2];
-    double arm_theta_e_ground_x_x[2];
-    double arm_theta_e_ground_y_x[2];
-    double arm_theta_e_ground_z_x[2];
-    double arm_theta_e_bias_a_falling_x[2];
-    double arm_theta_e_bias_wd_x[2];
-    double arm_phi_e_bias_a_falling_y[2];
-    double arm_phi_e_bias_a_falling_z[2];
-    double arm_phi_e_bias_wd_y[2];
-    double arm_phi_e_bias_wd_z[2];
-    double t16[2];
-    double t17[2];
-    double t18[2];
-    double t19[2];
-    double t20[2];
-    double last_arm_phi_e_ground_x_z_at[2];
-    double last_arm_phi_e_ground_y_z_at[2];
-    double last_arm_phi_e_ground_z_z_at[2];
+    /* effector_z: motion from arm_psi_e outward */
+    const double effector_z_shift_x = p->derived.constant_1 + q[12];
+    /* effector_z: composite pseudo-inertia of all beyond, inward */
+    const double t8 = p->m_E * effector_z_shift_x;
+    /* arm_psi: bias forces c, inward */
+    const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = t3 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t3;
+    /* row 2 (velocity level): u qdd + v = 0 */
+    const double t9 = t2 * (p->derived.constant_13 * cos(t1));
+    /* arm_psi: inertia and gravity of the body at qdd = 0 */
+    const double arm_psi_load_moment_z = t4 * p->derived.constant_8 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
+        t5;
+    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t4 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+    double arm_phi_e_bias_moment_x[3];
+    double arm_phi_e_load_moment_y[3];
+    double arm_phi_e_load_moment_z[3];
+    double arm_phi_e_load_force_x[3];
+    double arm_phi_e_load_force_y[3];
+    double arm_phi_e_load_force_z[3];
     double last_arm_phi_e_w_x = arm_psi_w_x;
     double last_arm_phi_e_w_y = arm_psi_w_y;
     double last_arm_phi_e_w_z = qd[2];
@@ -3736,46 +2873,47 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
     double last_arm_phi_e_ground_z_z = 0.0;
     double last_arm_psi_e_position_x = arm_psi_e_position_x;
     double last_arm_psi_e_position_y = arm_psi_e_position_y;
-    double last_arm_psi_e_position_z = arm_psi_e_position_z;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
-        last_arm_phi_e_ground_x_z_at[e] = last_arm_phi_e_ground_x_z;
-        last_arm_phi_e_ground_y_z_at[e] = last_arm_phi_e_ground_y_z;
-        last_arm_phi_e_ground_z_z_at[e] = last_arm_phi_e_ground_z_z;
+        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_psi_inertia_xx : p->derived.arm_phi_1_inertia_xx);
+        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_psi_inertia_yy : p->derived.arm_phi_1_inertia_yy);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
         /* arm_psi_e: motion from arm_psi_e outward */
         const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
-        arm_psi_e_ground_x_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
         const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
-        arm_psi_e_ground_y_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_y_y = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
         const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
-        arm_psi_e_ground_z_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
-        arm_psi_e_position_x_2[e] = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
-        arm_psi_e_position_y_2[e] = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
-        arm_psi_e_position_z_2[e] = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_ground_z_y = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_position_x_2 = last_arm_psi_e_position_x + p->derived.arm_element_length *
+        last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_position_y_2 = last_arm_psi_e_position_y + p->derived.arm_element_length *
+        last_arm_theta_e_ground_y_x;
         const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
-        const double t8 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+        const double t10 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
         const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
-        const double arm_psi_e_v_x = arm_psi_e_sin * t8 + arm_psi_e_cos * last_arm_theta_e_v_x;
-        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t8 - arm_psi_e_sin * last_arm_theta_e_v_x;
-        const double t9 = p->derived.arm_element_length * carried_15;
-        const double t10 = p->derived.arm_element_length * carried_18;
-        const double t11 = p->derived.arm_element_length * carried_21;
-        const double t12 = last_arm_theta_e_bias_a_x + t9;
-        const double t13 = last_arm_phi_e_bias_a_y + t10;
-        const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + t11;
-        const double arm_psi_e_bias_a_x_2 = arm_psi_e_sin * t13 + arm_psi_e_cos * t12;
-        const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t13 - arm_psi_e_sin * t12;
-        const double t14 = last_arm_theta_e_bias_a_falling_x + t9;
-        const double t15 = last_arm_phi_e_bias_a_falling_y + t10;
-        const double arm_psi_e_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + t11;
-        const double arm_psi_e_bias_a_falling_x_2 = arm_psi_e_sin * t15 + arm_psi_e_cos * t14;
-        const double arm_psi_e_bias_a_falling_y_2 = arm_psi_e_cos * t15 - arm_psi_e_sin * t14;
+        const double arm_psi_e_v_x = arm_psi_e_sin * t10 + arm_psi_e_cos * last_arm_theta_e_v_x;
+        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t10 - arm_psi_e_sin * last_arm_theta_e_v_x;
+        const double t11 = p->derived.arm_element_length * carried_15;
+        const double t12 = p->derived.arm_element_length * carried_18;
+        const double t13 = p->derived.arm_element_length * carried_21;
+        const double t14 = last_arm_theta_e_bias_a_x + t11;
+        const double t15 = last_arm_phi_e_bias_a_y + t12;
+        const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + t13;
+        const double arm_psi_e_bias_a_x_2 = arm_psi_e_sin * t15 + arm_psi_e_cos * t14;
+        const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t15 - arm_psi_e_sin * t14;
+        const double t16 = last_arm_theta_e_bias_a_falling_x + t11;
+        const double t17 = last_arm_phi_e_bias_a_falling_y + t12;
+        const double arm_psi_e_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + t13;
+        const double arm_psi_e_bias_a_falling_x_2 = arm_psi_e_sin * t17 + arm_psi_e_cos * t16;
+        const double arm_psi_e_bias_a_falling_y_2 = arm_psi_e_cos * t17 - arm_psi_e_sin * t16;
         const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
         qd[3 + 3 * e] * arm_psi_e_w_y;
         const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
@@ -3783,11 +2921,11 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
         /* arm_theta_e: motion from arm_psi_e outward */
         const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
-        arm_theta_e_ground_x_x[e] = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
         const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
-        arm_theta_e_ground_y_x[e] = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
+        const double arm_theta_e_ground_y_x = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
         const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
-        arm_theta_e_ground_z_x[e] = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
+        const double arm_theta_e_ground_z_x = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
         const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
         const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
         const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
@@ -3796,577 +2934,317 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
         const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
         const double arm_theta_e_bias_a_falling_z = arm_theta_e_sin * arm_psi_e_bias_a_falling_x_2 + arm_theta_e_cos *
         arm_psi_e_bias_a_falling_z;
-        arm_theta_e_bias_a_falling_x[e] = arm_theta_e_cos * arm_psi_e_bias_a_falling_x_2 - arm_theta_e_sin *
+        const double arm_theta_e_bias_a_falling_x = arm_theta_e_cos * arm_psi_e_bias_a_falling_x_2 - arm_theta_e_sin *
         arm_psi_e_bias_a_falling_z;
-        arm_theta_e_bias_wd_x[e] = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
+        const double arm_theta_e_bias_wd_x = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
         qd[4 + 3 * e] * arm_theta_e_w_z;
         const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
         qd[4 + 3 * e] * arm_theta_e_w_x;
         const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
         /* arm_phi_e: motion from arm_theta_e outward */
-        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
-        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
-        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y[e];
-        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y[e];
-        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y[e];
-        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y[e];
+        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
+        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y;
+        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y;
+        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y;
+        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y;
         const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
         const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
         const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
         const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
         const double arm_phi_e_bias_a_y = arm_phi_e_sin * arm_theta_e_bias_a_z + arm_phi_e_cos * arm_psi_e_bias_a_y_2;
         const double arm_phi_e_bias_a_z = arm_phi_e_cos * arm_theta_e_bias_a_z - arm_phi_e_sin * arm_psi_e_bias_a_y_2;
-        arm_phi_e_bias_a_falling_y[e] = arm_phi_e_sin * arm_theta_e_bias_a_falling_z + arm_phi_e_cos * arm_psi_e_bias_a_falling_y_2;
-        arm_phi_e_bias_a_falling_z[e] = arm_phi_e_cos * arm_theta_e_bias_a_falling_z - arm_phi_e_sin * arm_psi_e_bias_a_falling_y_2;
-        arm_phi_e_bias_wd_y[e] = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
+        const double arm_phi_e_bias_a_falling_y = arm_phi_e_sin * arm_theta_e_bias_a_falling_z + arm_phi_e_cos *
+        arm_psi_e_bias_a_falling_y_2;
+        const double arm_phi_e_bias_a_falling_z = arm_phi_e_cos * arm_theta_e_bias_a_falling_z - arm_phi_e_sin *
+        arm_psi_e_bias_a_falling_y_2;
+        const double arm_phi_e_bias_wd_y = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
         qd[5 + 3 * e] * arm_phi_e_w_z;
-        arm_phi_e_bias_wd_z[e] = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
+        const double arm_phi_e_bias_wd_z = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
         qd[5 + 3 * e] * arm_phi_e_w_y;
         const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
-        t16[e] = arm_phi_e_w_y * arm_phi_e_w_x;
-        t17[e] = arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y;
-        t18[e] = arm_phi_e_bias_wd_z[e] + t16[e];
-        t19[e] = arm_phi_e_w_z * arm_phi_e_w_x;
-        t20[e] = t19[e] - arm_phi_e_bias_wd_y[e];
-        const double next_carried_15 = -t17[e];
+        const double t18 = arm_phi_e_w_y * arm_phi_e_w_x;
+        const double t19 = arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y;
+        const double t20 = arm_phi_e_bias_wd_z + t18;
+        const double t21 = arm_phi_e_w_z * arm_phi_e_w_x;
+        const double t22 = t21 - arm_phi_e_bias_wd_y;
+        /* arm_phi_e: bias forces c, inward */
+        arm_phi_e_bias_moment_x[e] = arm_theta_e_bias_wd_x * arm_phi_e_inertia_xx;
+        /* arm_phi_e: inertia and gravity of the body at qdd = 0 */
+        arm_phi_e_load_moment_y[e] = t21 * (arm_phi_e_inertia_xx - arm_phi_e_inertia_yy) + arm_phi_e_bias_wd_y *
+        arm_phi_e_inertia_yy - arm_phi_e_bias_a_falling_z * arm_phi_e_moment_x;
+        arm_phi_e_load_moment_z[e] = t18 * (arm_phi_e_inertia_yy - arm_phi_e_inertia_xx) + arm_phi_e_bias_wd_z *
+        arm_phi_e_inertia_yy + arm_phi_e_bias_a_falling_y * arm_phi_e_moment_x;
+        arm_phi_e_load_force_x[e] = arm_theta_e_bias_a_falling_x * arm_phi_e_mass - t19 * arm_phi_e_moment_x;
+        arm_phi_e_load_force_y[e] = t20 * arm_phi_e_moment_x + arm_phi_e_bias_a_falling_y * arm_phi_e_mass;
+        arm_phi_e_load_force_z[e] = t22 * arm_phi_e_moment_x + arm_phi_e_bias_a_falling_z * arm_phi_e_mass;
+        const double next_carried_15 = -t19;
         last_arm_phi_e_w_x = arm_phi_e_w_x;
         last_arm_phi_e_w_y = arm_phi_e_w_y;
         last_arm_phi_e_w_z = arm_phi_e_w_z;
         last_arm_theta_e_v_x = arm_theta_e_v_x;
         last_arm_phi_e_v_y = arm_phi_e_v_y;
         last_arm_phi_e_v_z = arm_phi_e_v_z;
-        last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x[e];
-        last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y[e];
-        last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z[e];
+        last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x;
+        last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y;
+        last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z;
         last_arm_theta_e_bias_a_x = arm_theta_e_bias_a_x;
         last_arm_phi_e_bias_a_y = arm_phi_e_bias_a_y;
         last_arm_phi_e_bias_a_z = arm_phi_e_bias_a_z;
-        last_arm_theta_e_bias_a_falling_x = arm_theta_e_bias_a_falling_x[e];
-        last_arm_phi_e_bias_a_falling_y = arm_phi_e_bias_a_falling_y[e];
-        last_arm_phi_e_bias_a_falling_z = arm_phi_e_bias_a_falling_z[e];
+        last_arm_theta_e_bias_a_falling_x = arm_theta_e_bias_a_falling_x;
+        last_arm_phi_e_bias_a_falling_y = arm_phi_e_bias_a_falling_y;
+        last_arm_phi_e_bias_a_falling_z = arm_phi_e_bias_a_falling_z;
         carried_15 = next_carried_15;
-        carried_18 = t18[e];
-        carried_21 = t20[e];
-        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x[e];
+        carried_18 = t20;
+        carried_21 = t22;
+        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
         last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
         last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
-        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x[e];
+        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x;
         last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
         last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
-        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x[e];
+        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x;
         last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
         last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
-        last_arm_psi_e_position_x = arm_psi_e_position_x_2[e];
-        last_arm_psi_e_position_y = arm_psi_e_position_y_2[e];
-        last_arm_psi_e_position_z = arm_psi_e_position_z_2[e];
+        last_arm_psi_e_position_x = arm_psi_e_position_x_2;
+        last_arm_psi_e_position_y = arm_psi_e_position_y_2;
     }
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_sin = sine[8];
-    const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = last_arm_phi_e_ground_x_y * arm_psi_3_cos - last_arm_theta_e_ground_x_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = last_arm_phi_e_ground_y_y * arm_psi_3_cos - last_arm_theta_e_ground_y_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_z_y = last_arm_phi_e_ground_z_y * arm_psi_3_cos - last_arm_theta_e_ground_z_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
-    const double arm_psi_3_position_y = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
-    const double arm_psi_3_position_z = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
-    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
-    const double t21 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-    const double arm_psi_3_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t21 + last_arm_theta_e_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t21 - last_arm_theta_e_v_x * arm_psi_3_sin;
-    const double t22 = p->derived.arm_element_length * carried_15;
-    const double t23 = p->derived.arm_element_length * carried_18;
-    const double t24 = p->derived.arm_element_length * carried_21;
-    const double t25 = last_arm_theta_e_bias_a_x + t22;
-    const double t26 = last_arm_phi_e_bias_a_y + t23;
-    const double arm_psi_3_bias_a_z = last_arm_phi_e_bias_a_z + t24;
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t26 + arm_psi_3_cos * t25;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t26 - arm_psi_3_sin * t25;
-    const double t27 = last_arm_theta_e_bias_a_falling_x + t22;
-    const double t28 = last_arm_phi_e_bias_a_falling_y + t23;
-    const double arm_psi_3_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + t24;
-    const double arm_psi_3_bias_a_falling_x = arm_psi_3_sin * t28 + arm_psi_3_cos * t27;
-    const double arm_psi_3_bias_a_falling_y = arm_psi_3_cos * t28 - arm_psi_3_sin * t27;
-    const double arm_psi_3_bias_wd_x = last_arm_phi_e_bias_wd_y * arm_psi_3_sin + last_arm_theta_e_bias_wd_x *
-        arm_psi_3_cos + arm_psi_3_w_y * qd[9];
-    const double arm_psi_3_bias_wd_y = last_arm_phi_e_bias_wd_y * arm_psi_3_cos - last_arm_theta_e_bias_wd_x *
-        arm_psi_3_sin - arm_psi_3_w_x * qd[9];
-    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[9];
-    const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + last_arm_phi_e_ground_x_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + last_arm_phi_e_ground_y_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + last_arm_phi_e_ground_z_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
-    const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
-    const double arm_theta_3_v_z = arm_psi_3_v_x * arm_theta_3_sin + arm_psi_3_v_z * arm_theta_3_cos;
-    const double arm_theta_3_v_x = arm_psi_3_v_x * arm_theta_3_cos - arm_psi_3_v_z * arm_theta_3_sin;
-    const double arm_theta_3_bias_a_z = arm_psi_3_bias_a_x * arm_theta_3_sin + arm_psi_3_bias_a_z * arm_theta_3_cos;
-    const double arm_theta_3_bias_a_x = arm_psi_3_bias_a_x * arm_theta_3_cos - arm_psi_3_bias_a_z * arm_theta_3_sin;
-    const double arm_theta_3_bias_a_falling_z = arm_psi_3_bias_a_falling_x * arm_theta_3_sin + arm_psi_3_bias_a_falling_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_bias_a_falling_x = arm_psi_3_bias_a_falling_x * arm_theta_3_cos - arm_psi_3_bias_a_falling_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_bias_wd_x = arm_psi_3_bias_wd_x * arm_theta_3_cos - last_arm_phi_e_bias_wd_z *
-        arm_theta_3_sin - arm_theta_3_w_z * qd[10];
-    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + last_arm_phi_e_bias_wd_z *
-        arm_theta_3_cos + arm_theta_3_w_x * qd[10];
-    const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
-    /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sine[10];
-    const double arm_phi_3_cos = cosine[10];
-    const double arm_phi_3_ground_x_y = arm_theta_3_ground_x_z * arm_phi_3_sin + arm_psi_3_ground_x_y * arm_phi_3_cos;
-    const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
-    const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
-    const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t29 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t30 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t30 - t29;
-    const double arm_phi_3_v_y = arm_theta_3_v_z * arm_phi_3_sin + arm_psi_3_v_y * arm_phi_3_cos;
-    const double arm_phi_3_v_z = arm_theta_3_v_z * arm_phi_3_cos - arm_psi_3_v_y * arm_phi_3_sin;
-    const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
-    const double arm_phi_3_bias_a_z = arm_theta_3_bias_a_z * arm_phi_3_cos - arm_psi_3_bias_a_y * arm_phi_3_sin;
-    const double arm_phi_3_bias_a_falling_y = arm_theta_3_bias_a_falling_z * arm_phi_3_sin + arm_psi_3_bias_a_falling_y *
-        arm_phi_3_cos;
-    const double arm_phi_3_bias_a_falling_z = arm_theta_3_bias_a_falling_z * arm_phi_3_cos - arm_psi_3_bias_a_falling_y *
-        arm_phi_3_sin;
-    const double arm_phi_3_bias_wd_y = arm_theta_3_bias_wd_z * arm_phi_3_sin + arm_psi_3_bias_wd_y * arm_phi_3_cos +
-        arm_phi_3_w_z * qd[11];
-    const double arm_phi_3_bias_wd_z = arm_theta_3_bias_wd_z * arm_phi_3_cos - arm_psi_3_bias_wd_y * arm_phi_3_sin -
-        arm_phi_3_w_y * qd[11];
-    const double arm_phi_3_w_x = arm_theta_3_w_x + qd[11];
-    const double t31 = arm_phi_3_w_y * arm_phi_3_w_x;
-    const double t32 = arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y * arm_phi_3_w_y;
-    const double t33 = arm_phi_3_bias_wd_z + t31;
-    const double t34 = arm_phi_3_w_z * arm_phi_3_w_x;
-    const double t35 = t34 - arm_phi_3_bias_wd_y;
-    /* effector_z: motion from arm_phi_3 outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_ground_x_x = arm_psi_3_ground_x_y * arm_phi_3_sin - arm_theta_3_ground_x_z * arm_phi_3_cos;
-    const double effector_z_ground_y_x = arm_psi_3_ground_y_y * arm_phi_3_sin - arm_theta_3_ground_y_z * arm_phi_3_cos;
-    const double effector_z_ground_z_x = arm_psi_3_ground_z_y * arm_phi_3_sin - arm_theta_3_ground_z_z * arm_phi_3_cos;
-    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_shift_ground_y = arm_theta_3_ground_y_x * effector_z_shift_x;
-    const double effector_z_shift_ground_z = arm_theta_3_ground_z_x * effector_z_shift_x;
-    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
-    const double effector_z_position_y = arm_psi_3_position_y + effector_z_shift_ground_y;
-    const double effector_z_position_z = arm_psi_3_position_z + effector_z_shift_ground_z;
-    const double effector_z_w_x = t29 - t30;
-    const double effector_z_v_y = arm_phi_3_v_y + arm_phi_3_w_z * effector_z_shift_x;
-    const double effector_z_v_x = arm_phi_3_w_y * effector_z_shift_x - arm_phi_3_v_z;
-    const double t36 = t32 * effector_z_shift_x;
-    const double t37 = t33 * effector_z_shift_x;
-    const double t38 = t35 * effector_z_shift_x;
-    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - t36;
-    const double effector_z_bias_a_falling_z = arm_theta_3_bias_a_falling_x - t36;
-    const double t39 = arm_phi_3_w_y * qd[12];
-    const double t40 = effector_z_w_x * qd[12];
-    const double t41 = t39 + t39;
-    const double t42 = t40 + t40;
-    const double effector_z_v_z = arm_theta_3_v_x + qd[12];
-    const double effector_z_bias_a_x = t41 - (arm_phi_3_bias_a_z + t38);
-    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + t37 - t42;
-    const double effector_z_bias_a_falling_x = t41 - (arm_phi_3_bias_a_falling_z + t38);
-    const double effector_z_bias_a_falling_y = arm_phi_3_bias_a_falling_y + t37 - t42;
+    /* effector_z: motion from arm_psi_e outward */
+    const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
+    const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
+    const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
+    const double effector_z_v_x = last_arm_phi_e_w_y * effector_z_shift_x - last_arm_phi_e_v_z;
+    const double t23 = carried_15 * effector_z_shift_x;
+    const double t24 = carried_18 * effector_z_shift_x;
+    const double t25 = carried_21 * effector_z_shift_x;
+    const double effector_z_bias_a_z = last_arm_theta_e_bias_a_x + t23;
+    const double effector_z_bias_a_falling_z = last_arm_theta_e_bias_a_falling_x + t23;
+    const double t26 = last_arm_phi_e_w_y * qd[12];
+    const double t27 = last_arm_phi_e_w_z * qd[12];
+    const double t28 = t26 + t26;
+    const double t29 = t27 + t27;
+    const double effector_z_v_z = last_arm_theta_e_v_x + qd[12];
+    const double effector_z_bias_a_x = t28 - (last_arm_phi_e_bias_a_z + t25);
+    const double effector_z_bias_a_y = last_arm_phi_e_bias_a_y + t24 + t29;
+    const double effector_z_bias_a_falling_x = t28 - (last_arm_phi_e_bias_a_falling_z + t25);
+    const double effector_z_bias_a_falling_y = last_arm_phi_e_bias_a_falling_y + t24 + t29;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double point_E_xd = effector_z_ground_x_x * effector_z_v_x + arm_phi_3_ground_x_y * effector_z_v_y +
-        arm_theta_3_ground_x_x * effector_z_v_z;
-    const double point_E_yd = effector_z_ground_y_x * effector_z_v_x + arm_phi_3_ground_y_y * effector_z_v_y +
-        arm_theta_3_ground_y_x * effector_z_v_z;
-    const double point_E_zd = effector_z_ground_z_x * effector_z_v_x + arm_phi_3_ground_z_y * effector_z_v_y +
-        arm_theta_3_ground_z_x * effector_z_v_z;
-    const double point_E_bias_x = effector_z_ground_x_x * effector_z_bias_a_x + arm_phi_3_ground_x_y * effector_z_bias_a_y +
-        arm_theta_3_ground_x_x * effector_z_bias_a_z;
-    const double point_E_bias_y = effector_z_ground_y_x * effector_z_bias_a_x + arm_phi_3_ground_y_y * effector_z_bias_a_y +
-        arm_theta_3_ground_y_x * effector_z_bias_a_z;
-    const double point_E_bias_z = effector_z_ground_z_x * effector_z_bias_a_x + arm_phi_3_ground_z_y * effector_z_bias_a_y +
-        arm_theta_3_ground_z_x * effector_z_bias_a_z;
-    const double t43 = effector_z_position_z - arm_psi_position_z;
-    const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    const double t44 = effector_z_position_x - arm_psi_3_position_x;
-    const double t45 = effector_z_position_y - arm_psi_3_position_y;
-    const double t46 = effector_z_position_z - arm_psi_3_position_z;
-    const double row_2_u_arm_psi_3 = last_arm_phi_e_ground_x_z * t45 - last_arm_phi_e_ground_y_z * t44;
-    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t45 - arm_psi_3_ground_y_y * t44;
-    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t45 - arm_theta_3_ground_y_x * t44;
-    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
-    /* arm_phi_3: bias forces c, inward */
-    const double arm_phi_3_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_theta_3_bias_wd_x;
-    /* arm_psi: bias forces c, inward */
-    const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t3 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t3;
-    /* springs -s (q - rest), dampers -d qd, and forces that the model names */
-    const double t47 = p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10];
-    const double t48 = p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi * qd[11];
+    const double point_E_xd = last_arm_phi_e_ground_x_y * effector_z_v_y - last_arm_phi_e_ground_x_z * effector_z_v_x +
+        last_arm_theta_e_ground_x_x * effector_z_v_z;
+    const double point_E_yd = last_arm_phi_e_ground_y_y * effector_z_v_y - last_arm_phi_e_ground_y_z * effector_z_v_x +
+        last_arm_theta_e_ground_y_x * effector_z_v_z;
+    const double point_E_zd = last_arm_phi_e_ground_z_y * effector_z_v_y - last_arm_phi_e_ground_z_z * effector_z_v_x +
+        last_arm_theta_e_ground_z_x * effector_z_v_z;
+    const double point_E_bias_x = last_arm_phi_e_ground_x_y * effector_z_bias_a_y - last_arm_phi_e_ground_x_z *
+        effector_z_bias_a_x + last_arm_theta_e_ground_x_x * effector_z_bias_a_z;
+    const double point_E_bias_y = last_arm_phi_e_ground_y_y * effector_z_bias_a_y - last_arm_phi_e_ground_y_z *
+        effector_z_bias_a_x + last_arm_theta_e_ground_y_x * effector_z_bias_a_z;
+    const double point_E_bias_z = last_arm_phi_e_ground_z_y * effector_z_bias_a_y - last_arm_phi_e_ground_z_z *
+        effector_z_bias_a_x + last_arm_theta_e_ground_z_x * effector_z_bias_a_z;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t49 = (effector_z_position_x - p->xc) / p->a;
-    const double t50 = effector_z_position_y / p->b;
-    const double row_1_phi = t49 * t49 + t50 * t50 - 1.0;
-    const double t51 = point_E_xd * p->derived.constant_11;
-    const double t52 = t49 * t51;
-    const double t53 = point_E_yd * p->derived.constant_12;
-    const double t54 = t50 * t53;
-    const double row_1_psi = t52 + t52 + (t54 + t54);
-    const double t55 = t51 * t51 + t49 * (point_E_bias_x * p->derived.constant_11);
-    const double t56 = t53 * t53 + t50 * (point_E_bias_y * p->derived.constant_12);
-    const double row_1_v = t55 + t55 + (t56 + t56);
-    const double t57 = p->derived.constant_12 * (t50 + t50);
-    const double t58 = p->derived.constant_11 * (t49 + t49);
-    const double row_1_u_column_psi = effector_z_position_x * t57 - effector_z_position_y * t58;
-    const double t59 = column_psi_cos * t43 * t58 + column_psi_sin * t43 * t57;
-    const double row_1_u_arm_psi_3 = (last_arm_phi_e_ground_y_z * t46 - last_arm_phi_e_ground_z_z * t45) *
-        t58 + (last_arm_phi_e_ground_z_z * t44 - last_arm_phi_e_ground_x_z * t46) * t57;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t46 - arm_psi_3_ground_z_y * t45) * t58 + (arm_psi_3_ground_z_y *
-        t44 - arm_psi_3_ground_x_y * t46) * t57;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t46 - arm_theta_3_ground_z_x * t45) * t58 +
-        (arm_theta_3_ground_z_x * t44 - arm_theta_3_ground_x_x * t46) * t57;
-    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t58 + arm_theta_3_ground_y_x * t57;
+    const double t30 = (effector_z_position_x - p->xc) / p->a;
+    const double t31 = effector_z_position_y / p->b;
+    const double row_1_phi = t30 * t30 + t31 * t31 - 1.0;
+    const double t32 = point_E_xd * p->derived.constant_9;
+    const double t33 = t30 * t32;
+    const double t34 = point_E_yd * p->derived.constant_10;
+    const double t35 = t31 * t34;
+    const double row_1_psi = t33 + t33 + (t35 + t35);
+    const double t36 = t32 * t32 + t30 * (point_E_bias_x * p->derived.constant_9);
+    const double t37 = t34 * t34 + t31 * (point_E_bias_y * p->derived.constant_10);
+    const double row_1_v = t36 + t36 + (t37 + t37);
+    const double t38 = p->derived.constant_10 * (t31 + t31);
+    const double t39 = p->derived.constant_9 * (t30 + t30);
+    const double row_1_u_effector_z = last_arm_theta_e_ground_x_x * t39 + last_arm_theta_e_ground_y_x * t38;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t60 = t2 * (p->derived.constant_15 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t60 + t60);
-    /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = t4 * p->derived.constant_8 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
-    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t5;
-    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t4 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
-    /* arm_phi_3: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_3_load_moment_y = t34 * p->derived.constant_7 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y -
-        p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
-    const double arm_phi_3_load_moment_z = t31 * p->derived.constant_8 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z +
-        p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t32;
-    const double arm_phi_3_load_force_y = p->derived.arm_psi_moment_x * t33 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_z = p->derived.arm_psi_moment_x * t35 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
+    const double row_2_v = point_E_bias_z - p->v0 * (t9 + t9);
     /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t61 = 1.0 / (p->derived.arm_psi_inertia_yy + p->m_E * (effector_z_shift_x * effector_z_shift_x));
-    const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
-    const double arm_phi_3_turn_x_x = arm_psi_3_cos * arm_theta_3_cos;
-    const double arm_phi_3_turn_y_x = arm_psi_3_sin * arm_theta_3_cos;
-    const double arm_phi_3_turn_z_y = arm_theta_3_cos * arm_phi_3_sin;
-    const double t62 = arm_theta_3_sin * arm_phi_3_sin;
-    const double arm_phi_3_turn_x_y = arm_psi_3_cos * t62 - arm_psi_3_sin * arm_phi_3_cos;
-    const double arm_phi_3_turn_y_y = arm_psi_3_sin * t62 + arm_psi_3_cos * arm_phi_3_cos;
-    const double arm_phi_3_turn_z_z = arm_theta_3_cos * arm_phi_3_cos;
-    const double t63 = arm_theta_3_sin * arm_phi_3_cos;
-    const double arm_phi_3_turn_x_z = arm_psi_3_sin * arm_phi_3_sin + arm_psi_3_cos * t63;
-    const double arm_phi_3_turn_y_z = arm_psi_3_sin * t63 - arm_psi_3_cos * arm_phi_3_sin;
-    const double t64 = arm_phi_3_moment_beyond_x * t61;
-    const double t65 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t64;
-    const double t66 = t65 - p->derived.arm_psi_mass;
-    const double t67 = arm_theta_3_sin * arm_theta_3_sin * t66;
-    const double t68 = t65 - t67;
-    const double t69 = p->derived.arm_psi_mass + t67;
-    const double t70 = arm_theta_3_sin * arm_theta_3_cos * t66;
-    const double t71 = t69 - t65;
-    const double t72 = arm_psi_3_sin * arm_psi_3_sin * t71;
-    const double t73 = arm_psi_3_cos * t70;
-    const double t74 = arm_psi_3_sin * t70;
-    const double t75 = t65 + t72;
-    const double t76 = arm_psi_3_sin * arm_psi_3_cos * t71;
-    const double t77 = p->derived.arm_element_length * t74;
+    /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    const double t40 = p->m_E * (effector_z_shift_x * effector_z_shift_x);
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double t78 = arm_psi_sin * arm_psi_cos;
-    /* arm_phi_3: force left for the joint, inward */
-    const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
-    const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
-    const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
-    const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
-    const double t79 = arm_theta_3_sin * t48;
-    const double t80 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
-        qd[9] + t79);
-    const double t81 = t61 * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t80 + arm_phi_3_cos * t47));
-    const double t82 = t61 * (arm_phi_3_sin * t47 - arm_phi_3_cos * t80 - arm_phi_3_carried_moment_z);
-    const double t83 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t82;
-    const double t84 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t81;
-    const double t85 = arm_theta_3_sin * t80 + arm_theta_3_cos * t48;
-    const double t86 = arm_phi_3_load_force_x * arm_phi_3_turn_y_x + arm_phi_3_turn_y_y * t83 + arm_phi_3_turn_y_z *
-        t84;
-    const double t87 = arm_phi_3_turn_z_y * t83 - arm_theta_3_sin * arm_phi_3_load_force_x + arm_phi_3_turn_z_z *
-        t84;
-    /* arm_phi_3: force left for the joint, inward */
-    const double t88 = arm_theta_3_sin * row_1_u_arm_phi_3;
-    const double t89 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t88);
-    const double t90 = t61 * (arm_phi_3_sin * t89 + arm_phi_3_cos * row_1_u_arm_theta_3);
-    const double t91 = t61 * (arm_phi_3_cos * t89 - arm_phi_3_sin * row_1_u_arm_theta_3);
-    const double t92 = arm_phi_3_moment_beyond_x * t91;
-    const double t93 = arm_phi_3_moment_beyond_x * t90;
-    const double t94 = arm_theta_3_sin * t89 + arm_theta_3_cos * row_1_u_arm_phi_3;
-    const double t95 = row_1_u_effector_z * arm_phi_3_turn_y_x + arm_phi_3_turn_y_y * t92 - arm_phi_3_turn_y_z *
-        t93;
-    const double t96 = arm_phi_3_turn_z_y * t92 - arm_theta_3_sin * row_1_u_effector_z - arm_phi_3_turn_z_z *
-        t93;
-    /* arm_phi_3: force left for the joint, inward */
-    const double t97 = arm_theta_3_sin * row_2_u_arm_phi_3;
-    const double t98 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t97);
-    const double t99 = t61 * (arm_phi_3_sin * t98 + arm_phi_3_cos * row_2_u_arm_theta_3);
-    const double t100 = t61 * (arm_phi_3_cos * t98 - arm_phi_3_sin * row_2_u_arm_theta_3);
-    const double t101 = arm_phi_3_moment_beyond_x * t100;
-    const double t102 = arm_phi_3_moment_beyond_x * t99;
-    const double t103 = arm_theta_3_sin * t98 + arm_theta_3_cos * row_2_u_arm_phi_3;
-    const double t104 = arm_theta_3_ground_z_x * arm_phi_3_turn_y_x + arm_phi_3_turn_y_y * t101 - arm_phi_3_turn_y_z *
-        t102;
-    const double t105 = arm_phi_3_turn_z_y * t101 - arm_theta_3_sin * arm_theta_3_ground_z_x - arm_phi_3_turn_z_z *
-        t102;
-    double row_2_u_arm_psi_e[2];
-    double row_2_u_arm_theta_e[2];
-    double row_2_u_arm_phi_e[2];
-    double row_1_u_arm_psi_e[2];
-    double row_1_u_arm_theta_e[2];
-    double row_1_u_arm_phi_e[2];
-    double arm_theta_e_cos_inverse[2];
-    double t125[2];
-    double t126[2];
-    double t129[2];
-    double t130[2];
-    double t133[2];
-    double t134[2];
-    double t166[2];
-    double t167[2];
-    double t168[2];
-    double t181[2];
-    double t182[2];
-    double t183[2];
-    double t196[2];
-    double t197[2];
-    double t198[2];
-    double carried_61 = p->derived.constant_2 * t68;
-    double carried_62 = p->derived.constant_2 * t75;
-    double carried_63 = -p->derived.constant_2 * t74;
-    double carried_64 = -p->derived.arm_element_length * t73;
-    double carried_65 = -t77;
-    double carried_66 = -p->derived.arm_element_length * t68;
-    double carried_67 = p->derived.arm_element_length * t76;
-    double carried_68 = p->derived.arm_element_length * t75;
-    double carried_69 = t77;
-    double carried_70 = t69 - t72;
-    double carried_71 = t75;
-    double carried_72 = t68;
-    double carried_73 = t76;
-    double carried_74 = t73;
-    double carried_75 = t74;
-    double carried_76 = arm_psi_3_sin * t47 - arm_psi_3_cos * t85;
-    double carried_77 = -(arm_psi_3_sin * t85 + arm_psi_3_cos * t47 + p->derived.arm_element_length * t87);
-    double carried_78 = t79 - arm_theta_3_cos * t80 + p->derived.arm_element_length * t86;
-    double carried_79 = arm_phi_3_load_force_x * arm_phi_3_turn_x_x + arm_phi_3_turn_x_y * t83 + arm_phi_3_turn_x_z *
-        t84;
-    double carried_80 = t86;
-    double carried_81 = t87;
-    double carried_88 = arm_psi_3_cos * t94 - arm_psi_3_sin * row_1_u_arm_theta_3;
-    double carried_89 = arm_psi_3_sin * t94 + arm_psi_3_cos * row_1_u_arm_theta_3 - p->derived.arm_element_length *
-        t96;
-    double carried_90 = arm_theta_3_cos * t89 - t88 + p->derived.arm_element_length * t95;
-    double carried_91 = row_1_u_effector_z * arm_phi_3_turn_x_x + arm_phi_3_turn_x_y * t92 - arm_phi_3_turn_x_z *
-        t93;
-    double carried_92 = t95;
-    double carried_93 = t96;
-    double carried_100 = arm_psi_3_cos * t103 - arm_psi_3_sin * row_2_u_arm_theta_3;
-    double carried_101 = arm_psi_3_sin * t103 + arm_psi_3_cos * row_2_u_arm_theta_3 - p->derived.arm_element_length *
-        t105;
-    double carried_102 = arm_theta_3_cos * t98 - t97 + p->derived.arm_element_length * t104;
-    double carried_103 = arm_theta_3_ground_z_x * arm_phi_3_turn_x_x + arm_phi_3_turn_x_y * t101 - arm_phi_3_turn_x_z *
-        t102;
-    double carried_104 = t104;
-    double carried_105 = t105;
-    for (int e = 1; e >= 0; e--) { /* arm_psi_e, inward */
+    const double t41 = arm_psi_sin * arm_psi_cos;
+    /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
+    const double t42 = last_arm_phi_e_ground_x_z * t39 + last_arm_phi_e_ground_y_z * t38;
+    const double t43 = last_arm_phi_e_ground_x_y * t39 + last_arm_phi_e_ground_y_y * t38;
+    double arm_theta_e_cos_inverse[3];
+    double t60[3];
+    double t61[3];
+    double t64[3];
+    double t65[3];
+    double t68[3];
+    double t69[3];
+    double t101[3];
+    double t102[3];
+    double t103[3];
+    double t112[3];
+    double t113[3];
+    double t122[3];
+    double t123[3];
+    double carried_61 = t40;
+    double carried_62 = t40;
+    double carried_63 = 0.0;
+    double carried_64 = 0.0;
+    double carried_65 = 0.0;
+    double carried_66 = -t8;
+    double carried_67 = 0.0;
+    double carried_68 = t8;
+    double carried_69 = 0.0;
+    double carried_70 = 0.0;
+    double carried_71 = p->m_E;
+    double carried_72 = p->m_E;
+    double carried_73 = 0.0;
+    double carried_74 = 0.0;
+    double carried_75 = 0.0;
+    double carried_76 = 0.0;
+    double carried_77 = effector_z_shift_x * effector_z_load_force_x;
+    double carried_78 = effector_z_shift_x * effector_z_load_force_y;
+    double carried_79 = 0.0;
+    double carried_80 = effector_z_load_force_y;
+    double carried_81 = -effector_z_load_force_x;
+    double carried_88 = effector_z_shift_x * t42;
+    double carried_89 = -effector_z_shift_x * t43;
+    double carried_90 = 0.0;
+    double carried_91 = -t43;
+    double carried_92 = -t42;
+    double carried_99 = last_arm_phi_e_ground_z_z * effector_z_shift_x;
+    double carried_100 = -last_arm_phi_e_ground_z_y * effector_z_shift_x;
+    double carried_101 = 0.0;
+    double carried_102 = -last_arm_phi_e_ground_z_y;
+    double carried_103 = -last_arm_phi_e_ground_z_z;
+    for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
-        /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-        const double t106 = effector_z_position_x - arm_psi_e_position_x_2[e];
-        const double t107 = effector_z_position_y - arm_psi_e_position_y_2[e];
-        const double t108 = effector_z_position_z - arm_psi_e_position_z_2[e];
-        row_2_u_arm_psi_e[e] = last_arm_phi_e_ground_x_z_at[e] * t107 - last_arm_phi_e_ground_y_z_at[e] *
-        t106;
-        row_2_u_arm_theta_e[e] = arm_psi_e_ground_x_y[e] * t107 - arm_psi_e_ground_y_y[e] * t106;
-        row_2_u_arm_phi_e[e] = arm_theta_e_ground_x_x[e] * t107 - arm_theta_e_ground_y_x[e] * t106;
-        /* arm_phi_e: bias forces c, inward */
-        const double arm_phi_e_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_e_bias_wd_x[e];
+        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_psi_inertia_yy : p->derived.arm_phi_1_inertia_yy);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
         /* springs -s (q - rest), dampers -d qd, and forces that the model names */
-        const double t109 = p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi * qd[4 + 3 * e];
-        const double t110 = p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e];
-        /* row 1 (position level): u qdd + v = 0 */
-        row_1_u_arm_psi_e[e] = (last_arm_phi_e_ground_y_z_at[e] * t108 - last_arm_phi_e_ground_z_z_at[e] *
-        t107) * t58 + (last_arm_phi_e_ground_z_z_at[e] * t106 - last_arm_phi_e_ground_x_z_at[e] * t108) *
-        t57;
-        row_1_u_arm_theta_e[e] = (arm_psi_e_ground_y_y[e] * t108 - arm_psi_e_ground_z_y[e] * t107) * t58 +
-        (arm_psi_e_ground_z_y[e] * t106 - arm_psi_e_ground_x_y[e] * t108) * t57;
-        row_1_u_arm_phi_e[e] = (arm_theta_e_ground_y_x[e] * t108 - arm_theta_e_ground_z_x[e] * t107) * t58 +
-        (arm_theta_e_ground_z_x[e] * t106 - arm_theta_e_ground_x_x[e] * t108) * t57;
-        /* arm_phi_e: inertia and gravity of the body at qdd = 0 */
-        const double arm_phi_e_load_moment_y = t19[e] * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_e_bias_wd_y[e] - p->derived.arm_phi_1_moment_x * arm_phi_e_bias_a_falling_z[e];
-        const double arm_phi_e_load_moment_z = t16[e] * p->derived.constant_10 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_e_bias_wd_z[e] + p->derived.arm_phi_1_moment_x * arm_phi_e_bias_a_falling_y[e];
-        const double arm_phi_e_load_force_x = p->derived.arm_phi_1_mass * arm_theta_e_bias_a_falling_x[e] -
-        p->derived.arm_phi_1_moment_x * t17[e];
-        const double arm_phi_e_load_force_y = p->derived.arm_phi_1_moment_x * t18[e] + p->derived.arm_phi_1_mass *
-        arm_phi_e_bias_a_falling_y[e];
-        const double arm_phi_e_load_force_z = p->derived.arm_phi_1_moment_x * t20[e] + p->derived.arm_phi_1_mass *
-        arm_phi_e_bias_a_falling_z[e];
+        const double t44 = p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi * qd[4 + 3 * e];
+        const double t45 = p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e];
         /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
         arm_theta_e_cos_inverse[e] = 1.0 / arm_theta_e_cos;
-        const double t111 = arm_phi_e_sin * arm_phi_e_sin;
-        const double t112 = arm_phi_e_sin * arm_phi_e_cos;
-        const double t113 = arm_theta_e_sin * arm_theta_e_sin;
-        const double t114 = arm_theta_e_sin * arm_theta_e_cos;
-        const double t115 = arm_psi_e_sin * arm_psi_e_sin;
-        const double t116 = arm_psi_e_sin * arm_psi_e_cos;
+        const double t46 = arm_phi_e_sin * arm_phi_e_sin;
+        const double t47 = arm_phi_e_sin * arm_phi_e_cos;
+        const double t48 = arm_theta_e_sin * arm_theta_e_sin;
+        const double t49 = arm_theta_e_sin * arm_theta_e_cos;
+        const double t50 = arm_psi_e_sin * arm_psi_e_sin;
+        const double t51 = arm_psi_e_sin * arm_psi_e_cos;
         /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-        const double t117 = p->derived.arm_phi_1_inertia_yy + carried_61;
-        const double t118 = carried_66 - p->derived.arm_phi_1_moment_x;
-        const double t119 = p->derived.arm_phi_1_moment_x + carried_68;
-        const double t120 = 1.0 / t117;
-        const double t121 = carried_63 * t120;
-        const double t122 = t117 * (1.0 / (t117 * (p->derived.arm_phi_1_inertia_yy + carried_62) - carried_63 *
-        carried_63));
-        const double t123 = carried_67 - carried_64 * t121;
-        const double t124 = carried_64 * t120;
-        t125[e] = t122 * t123;
-        t126[e] = t124 - t121 * t125[e];
-        const double t127 = t119 - carried_65 * t121;
-        const double t128 = carried_65 * t120;
-        t129[e] = t122 * t127;
-        t130[e] = t128 - t121 * t129[e];
-        const double t131 = carried_69 - t118 * t121;
-        const double t132 = t118 * t120;
-        t133[e] = t122 * t131;
-        t134[e] = t132 - t121 * t133[e];
-        const double t135 = p->derived.arm_phi_1_mass + carried_70 - carried_64 * t124 - t123 * t125[e];
-        const double t136 = carried_73 - carried_64 * t128 - t123 * t129[e];
-        const double t137 = carried_74 - carried_64 * t132 - t123 * t133[e];
-        const double t138 = p->derived.arm_phi_1_mass + carried_71 - carried_65 * t128 - t127 * t129[e];
-        const double t139 = carried_75 - carried_65 * t132 - t127 * t133[e];
-        const double t140 = p->derived.arm_phi_1_mass + carried_72 - t118 * t132 - t131 * t133[e];
-        const double t141 = t138 - t140;
-        const double t142 = (t112 + t112) * t139 + t111 * t141;
-        const double t143 = arm_phi_e_cos * t136 - arm_phi_e_sin * t137;
-        const double t144 = arm_phi_e_cos * t137 + arm_phi_e_sin * t136;
-        const double t145 = t138 - t142;
-        const double t146 = t140 + t142;
-        const double t147 = t112 * t141 + (1.0 - (t111 + t111)) * t139;
-        const double t148 = t146 - t135;
-        const double t149 = (t114 + t114) * t144 + t113 * t148;
-        const double t150 = arm_theta_e_cos * t147 - arm_theta_e_sin * t143;
-        const double t151 = arm_theta_e_cos * t143 + arm_theta_e_sin * t147;
-        const double t152 = t146 - t149;
-        const double t153 = t135 + t149;
-        const double t154 = t114 * t148 + (1.0 - (t113 + t113)) * t144;
-        const double t155 = t153 - t145;
-        const double t156 = (t116 + t116) * t151 + t115 * t155;
-        const double t157 = arm_psi_e_cos * t154 - arm_psi_e_sin * t150;
-        const double t158 = arm_psi_e_cos * t150 + arm_psi_e_sin * t154;
-        const double t159 = t145 + t156;
-        const double t160 = t116 * t155 + (1.0 - (t115 + t115)) * t151;
-        const double t161 = p->derived.arm_element_length * t158;
+        const double t52 = arm_phi_e_inertia_yy + carried_61;
+        const double t53 = carried_66 - arm_phi_e_moment_x;
+        const double t54 = arm_phi_e_moment_x + carried_68;
+        const double t55 = 1.0 / t52;
+        const double t56 = carried_63 * t55;
+        const double t57 = t52 * (1.0 / (t52 * (arm_phi_e_inertia_yy + carried_62) - carried_63 * carried_63));
+        const double t58 = carried_67 - carried_64 * t56;
+        const double t59 = carried_64 * t55;
+        t60[e] = t57 * t58;
+        t61[e] = t59 - t56 * t60[e];
+        const double t62 = t54 - carried_65 * t56;
+        const double t63 = carried_65 * t55;
+        t64[e] = t57 * t62;
+        t65[e] = t63 - t56 * t64[e];
+        const double t66 = carried_69 - t53 * t56;
+        const double t67 = t53 * t55;
+        t68[e] = t57 * t66;
+        t69[e] = t67 - t56 * t68[e];
+        const double t70 = arm_phi_e_mass + carried_70 - carried_64 * t59 - t58 * t60[e];
+        const double t71 = carried_73 - carried_64 * t63 - t58 * t64[e];
+        const double t72 = carried_74 - carried_64 * t67 - t58 * t68[e];
+        const double t73 = arm_phi_e_mass + carried_71 - carried_65 * t63 - t62 * t64[e];
+        const double t74 = carried_75 - carried_65 * t67 - t62 * t68[e];
+        const double t75 = arm_phi_e_mass + carried_72 - t53 * t67 - t66 * t68[e];
+        const double t76 = t73 - t75;
+        const double t77 = (t47 + t47) * t74 + t46 * t76;
+        const double t78 = arm_phi_e_cos * t71 - arm_phi_e_sin * t72;
+        const double t79 = arm_phi_e_cos * t72 + arm_phi_e_sin * t71;
+        const double t80 = t73 - t77;
+        const double t81 = t75 + t77;
+        const double t82 = t47 * t76 + (1.0 - (t46 + t46)) * t74;
+        const double t83 = t81 - t70;
+        const double t84 = (t49 + t49) * t79 + t48 * t83;
+        const double t85 = arm_theta_e_cos * t82 - arm_theta_e_sin * t78;
+        const double t86 = arm_theta_e_cos * t78 + arm_theta_e_sin * t82;
+        const double t87 = t81 - t84;
+        const double t88 = t70 + t84;
+        const double t89 = t49 * t83 + (1.0 - (t48 + t48)) * t79;
+        const double t90 = t88 - t80;
+        const double t91 = (t51 + t51) * t86 + t50 * t90;
+        const double t92 = arm_psi_e_cos * t89 - arm_psi_e_sin * t85;
+        const double t93 = arm_psi_e_cos * t85 + arm_psi_e_sin * t89;
+        const double t94 = t80 + t91;
+        const double t95 = t51 * t90 + (1.0 - (t50 + t50)) * t86;
+        const double t96 = p->derived.arm_element_length * t93;
         /* arm_phi_e: force left for the joint, inward */
-        const double t162 = arm_theta_e_sin * t110;
-        const double t163 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi *
-        qd[3 + 3 * e] + t162);
-        const double t164 = arm_theta_e_sin * t163 + arm_theta_e_cos * t110;
+        const double t97 = arm_theta_e_sin * t45;
+        const double t98 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi *
+        qd[3 + 3 * e] + t97);
+        const double t99 = arm_theta_e_sin * t98 + arm_theta_e_cos * t45;
         /* arm_phi_e: force left for the joint, inward */
-        const double t165 = arm_phi_e_sin * t163 + arm_phi_e_cos * t109 + (arm_phi_e_load_moment_y + carried_77);
-        t166[e] = p->derived.constant_20 * (t110 + (arm_phi_e_load_moment_x + carried_76));
-        t167[e] = t122 * (arm_phi_e_sin * t109 - arm_phi_e_cos * t163 - (arm_phi_e_load_moment_z + carried_78) +
-        t121 * t165);
-        t168[e] = t120 * t165 + t121 * t167[e];
-        const double t169 = arm_phi_e_load_force_x + carried_79 + (carried_67 * t167[e] - carried_64 * t168[e]);
-        const double t170 = arm_phi_e_load_force_y + carried_80 + (t119 * t167[e] - carried_65 * t168[e]);
-        const double t171 = arm_phi_e_load_force_z + carried_81 + (carried_69 * t167[e] - t118 * t168[e]);
-        const double t172 = arm_phi_e_cos * t170 - arm_phi_e_sin * t171;
-        const double t173 = arm_phi_e_sin * t170 + arm_phi_e_cos * t171;
-        const double t174 = arm_theta_e_cos * t173 - arm_theta_e_sin * t169;
-        const double t175 = arm_theta_e_sin * t173 + arm_theta_e_cos * t169;
-        const double t176 = arm_psi_e_sin * t175 + arm_psi_e_cos * t172;
+        const double t100 = arm_phi_e_sin * t98 + arm_phi_e_cos * t44 + (arm_phi_e_load_moment_y[e] + carried_77);
+        t101[e] = (e == 2 ? p->derived.constant_18 : p->derived.constant_17) * (t45 + (arm_phi_e_bias_moment_x[e] +
+        carried_76));
+        t102[e] = t57 * (arm_phi_e_sin * t44 - arm_phi_e_cos * t98 - (arm_phi_e_load_moment_z[e] + carried_78) +
+        t56 * t100);
+        t103[e] = t55 * t100 + t56 * t102[e];
+        const double t104 = arm_phi_e_load_force_x[e] + carried_79 + (carried_67 * t102[e] - carried_64 *
+        t103[e]);
+        const double t105 = arm_phi_e_load_force_y[e] + carried_80 + (t54 * t102[e] - carried_65 * t103[e]);
+        const double t106 = arm_phi_e_load_force_z[e] + carried_81 + (carried_69 * t102[e] - t53 * t103[e]);
+        const double t107 = arm_phi_e_cos * t105 - arm_phi_e_sin * t106;
+        const double t108 = arm_phi_e_sin * t105 + arm_phi_e_cos * t106;
+        const double t109 = arm_theta_e_cos * t108 - arm_theta_e_sin * t104;
+        const double t110 = arm_theta_e_sin * t108 + arm_theta_e_cos * t104;
+        const double t111 = arm_psi_e_sin * t110 + arm_psi_e_cos * t107;
         /* arm_phi_e: force left for the joint, inward */
-        const double t177 = arm_theta_e_sin * row_1_u_arm_phi_e[e];
-        const double t178 = arm_theta_e_cos_inverse[e] * (row_1_u_arm_psi_e[e] + t177);
-        const double t179 = arm_theta_e_sin * t178 + arm_theta_e_cos * row_1_u_arm_phi_e[e];
+        t112[e] = t57 * (t56 * carried_88 - carried_89);
+        t113[e] = t55 * carried_88 + t56 * t112[e];
+        const double t114 = carried_90 + (carried_67 * t112[e] - carried_64 * t113[e]);
+        const double t115 = carried_91 + (t54 * t112[e] - carried_65 * t113[e]);
+        const double t116 = carried_92 + (carried_69 * t112[e] - t53 * t113[e]);
+        const double t117 = arm_phi_e_cos * t115 - arm_phi_e_sin * t116;
+        const double t118 = arm_phi_e_sin * t115 + arm_phi_e_cos * t116;
+        const double t119 = arm_theta_e_cos * t118 - arm_theta_e_sin * t114;
+        const double t120 = arm_theta_e_sin * t118 + arm_theta_e_cos * t114;
+        const double t121 = arm_psi_e_sin * t120 + arm_psi_e_cos * t117;
         /* arm_phi_e: force left for the joint, inward */
-        const double t180 = arm_phi_e_sin * t178 + arm_phi_e_cos * row_1_u_arm_theta_e[e] - carried_89;
-        t181[e] = p->derived.constant_20 * (row_1_u_arm_phi_e[e] - carried_88);
-        t182[e] = t122 * (arm_phi_e_cos * t178 - arm_phi_e_sin * row_1_u_arm_theta_e[e] - carried_90 - t121 *
-        t180);
-        t183[e] = t120 * t180 - t121 * t182[e];
-        const double t184 = carried_91 + (carried_64 * t183[e] + carried_67 * t182[e]);
-        const double t185 = carried_92 + (carried_65 * t183[e] + t119 * t182[e]);
-        const double t186 = carried_93 + (t118 * t183[e] + carried_69 * t182[e]);
-        const double t187 = arm_phi_e_cos * t185 - arm_phi_e_sin * t186;
-        const double t188 = arm_phi_e_sin * t185 + arm_phi_e_cos * t186;
-        const double t189 = arm_theta_e_cos * t188 - arm_theta_e_sin * t184;
-        const double t190 = arm_theta_e_sin * t188 + arm_theta_e_cos * t184;
-        const double t191 = arm_psi_e_sin * t190 + arm_psi_e_cos * t187;
-        /* arm_phi_e: force left for the joint, inward */
-        const double t192 = arm_theta_e_sin * row_2_u_arm_phi_e[e];
-        const double t193 = arm_theta_e_cos_inverse[e] * (row_2_u_arm_psi_e[e] + t192);
-        const double t194 = arm_theta_e_sin * t193 + arm_theta_e_cos * row_2_u_arm_phi_e[e];
-        /* arm_phi_e: force left for the joint, inward */
-        const double t195 = arm_phi_e_sin * t193 + arm_phi_e_cos * row_2_u_arm_theta_e[e] - carried_101;
-        t196[e] = p->derived.constant_20 * (row_2_u_arm_phi_e[e] - carried_100);
-        t197[e] = t122 * (arm_phi_e_cos * t193 - arm_phi_e_sin * row_2_u_arm_theta_e[e] - carried_102 - t121 *
-        t195);
-        t198[e] = t120 * t195 - t121 * t197[e];
-        const double t199 = carried_103 + (carried_64 * t198[e] + carried_67 * t197[e]);
-        const double t200 = carried_104 + (carried_65 * t198[e] + t119 * t197[e]);
-        const double t201 = carried_105 + (t118 * t198[e] + carried_69 * t197[e]);
-        const double t202 = arm_phi_e_cos * t200 - arm_phi_e_sin * t201;
-        const double t203 = arm_phi_e_sin * t200 + arm_phi_e_cos * t201;
-        const double t204 = arm_theta_e_cos * t203 - arm_theta_e_sin * t199;
-        const double t205 = arm_theta_e_sin * t203 + arm_theta_e_cos * t199;
-        const double t206 = arm_psi_e_sin * t205 + arm_psi_e_cos * t202;
-        const double next_carried_61 = p->derived.constant_2 * t152;
-        const double next_carried_62 = p->derived.constant_2 * t159;
-        const double next_carried_63 = -p->derived.constant_2 * t158;
-        const double next_carried_64 = -p->derived.arm_element_length * t157;
-        const double next_carried_65 = -t161;
-        const double next_carried_66 = -p->derived.arm_element_length * t152;
-        const double next_carried_67 = p->derived.arm_element_length * t160;
-        const double next_carried_68 = p->derived.arm_element_length * t159;
-        const double next_carried_70 = t153 - t156;
-        const double next_carried_76 = arm_psi_e_sin * t109 - arm_psi_e_cos * t164;
-        const double next_carried_77 = -(arm_psi_e_sin * t164 + arm_psi_e_cos * t109 + p->derived.arm_element_length *
-        t174);
-        const double next_carried_78 = t162 - arm_theta_e_cos * t163 + p->derived.arm_element_length * t176;
-        const double next_carried_79 = arm_psi_e_cos * t175 - arm_psi_e_sin * t172;
-        const double next_carried_88 = arm_psi_e_cos * t179 - arm_psi_e_sin * row_1_u_arm_theta_e[e];
-        const double next_carried_89 = arm_psi_e_sin * t179 + arm_psi_e_cos * row_1_u_arm_theta_e[e] - p->derived.arm_element_length *
-        t189;
-        const double next_carried_90 = arm_theta_e_cos * t178 - t177 + p->derived.arm_element_length * t191;
-        const double next_carried_91 = arm_psi_e_cos * t190 - arm_psi_e_sin * t187;
-        const double next_carried_100 = arm_psi_e_cos * t194 - arm_psi_e_sin * row_2_u_arm_theta_e[e];
-        const double next_carried_101 = arm_psi_e_sin * t194 + arm_psi_e_cos * row_2_u_arm_theta_e[e] - p->derived.arm_element_length *
-        t204;
-        const double next_carried_102 = arm_theta_e_cos * t193 - t192 + p->derived.arm_element_length * t206;
-        const double next_carried_103 = arm_psi_e_cos * t205 - arm_psi_e_sin * t202;
+        t122[e] = t57 * (t56 * carried_99 - carried_100);
+        t123[e] = t55 * carried_99 + t56 * t122[e];
+        const double t124 = carried_101 + (carried_67 * t122[e] - carried_64 * t123[e]);
+        const double t125 = carried_102 + (t54 * t122[e] - carried_65 * t123[e]);
+        const double t126 = carried_103 + (carried_69 * t122[e] - t53 * t123[e]);
+        const double t127 = arm_phi_e_cos * t125 - arm_phi_e_sin * t126;
+        const double t128 = arm_phi_e_sin * t125 + arm_phi_e_cos * t126;
+        const double t129 = arm_theta_e_cos * t128 - arm_theta_e_sin * t124;
+        const double t130 = arm_theta_e_sin * t128 + arm_theta_e_cos * t124;
+        const double t131 = arm_psi_e_sin * t130 + arm_psi_e_cos * t127;
+        const double next_carried_61 = p->derived.constant_2 * t87;
+        const double next_carried_62 = p->derived.constant_2 * t94;
+        const double next_carried_63 = -p->derived.constant_2 * t93;
+        const double next_carried_64 = -p->derived.arm_element_length * t92;
+        const double next_carried_65 = -t96;
+        const double next_carried_66 = -p->derived.arm_element_length * t87;
+        const double next_carried_67 = p->derived.arm_element_length * t95;
+        const double next_carried_68 = p->derived.arm_element_length * t94;
+        const double next_carried_70 = t88 - t91;
+        const double next_carried_76 = arm_psi_e_sin * t44 - arm_psi_e_cos * t99;
+        const double next_carried_77 = -(arm_psi_e_sin * t99 + arm_psi_e_cos * t44 + p->derived.arm_element_length *
+        t109);
+        const double next_carried_78 = t97 - arm_theta_e_cos * t98 + p->derived.arm_element_length * t111;
+        const double next_carried_79 = arm_psi_e_cos * t110 - arm_psi_e_sin * t107;
+        const double next_carried_88 = -p->derived.arm_element_length * t119;
+        const double next_carried_89 = p->derived.arm_element_length * t121;
+        const double next_carried_90 = arm_psi_e_cos * t120 - arm_psi_e_sin * t117;
+        const double next_carried_99 = -p->derived.arm_element_length * t129;
+        const double next_carried_100 = p->derived.arm_element_length * t131;
+        const double next_carried_101 = arm_psi_e_cos * t130 - arm_psi_e_sin * t127;
         carried_61 = next_carried_61;
         carried_62 = next_carried_62;
         carried_63 = next_carried_63;
@@ -4375,2192 +3253,489 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
         carried_66 = next_carried_66;
         carried_67 = next_carried_67;
         carried_68 = next_carried_68;
-        carried_69 = t161;
+        carried_69 = t96;
         carried_70 = next_carried_70;
-        carried_71 = t159;
-        carried_72 = t152;
-        carried_73 = t160;
-        carried_74 = t157;
-        carried_75 = t158;
+        carried_71 = t94;
+        carried_72 = t87;
+        carried_73 = t95;
+        carried_74 = t92;
+        carried_75 = t93;
         carried_76 = next_carried_76;
         carried_77 = next_carried_77;
         carried_78 = next_carried_78;
         carried_79 = next_carried_79;
-        carried_80 = t176;
-        carried_81 = t174;
+        carried_80 = t111;
+        carried_81 = t109;
         carried_88 = next_carried_88;
         carried_89 = next_carried_89;
         carried_90 = next_carried_90;
-        carried_91 = next_carried_91;
-        carried_92 = t191;
-        carried_93 = t189;
+        carried_91 = t121;
+        carried_92 = t119;
+        carried_99 = next_carried_99;
         carried_100 = next_carried_100;
         carried_101 = next_carried_101;
-        carried_102 = next_carried_102;
-        carried_103 = next_carried_103;
-        carried_104 = t206;
-        carried_105 = t204;
+        carried_102 = t131;
+        carried_103 = t129;
     }
     /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
     const double arm_psi_U_force_x = carried_67 + p->derived.constant_3 * carried_73;
-    const double t207 = p->derived.constant_3 * carried_66;
-    const double t208 = p->derived.constant_3 * carried_68;
-    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.constant_21 + p->derived.constant_3 *
+    const double t132 = p->derived.constant_3 * carried_66;
+    const double t133 = p->derived.constant_3 * carried_68;
+    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.constant_19 + p->derived.constant_3 *
         carried_65 - p->derived.constant_3 * carried_69;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + (t208 + (carried_62 + carried_71 * p->derived.constant_21 +
-        t208));
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + (t133 + (carried_62 + carried_71 * p->derived.constant_19 +
+        t133));
     const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + (carried_68 + p->derived.constant_3 * carried_71);
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t209 = arm_psi_U_moment_y * arm_psi_D_inverse;
-    const double t210 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t211 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t212 = p->derived.arm_psi_inertia_yy + (carried_61 + carried_72 * p->derived.constant_21 -
-        t207 - t207) - arm_psi_U_moment_y * t209;
-    const double t213 = p->derived.arm_psi_mass + carried_71 - arm_psi_U_force_y * t211;
+    const double t134 = arm_psi_U_moment_y * arm_psi_D_inverse;
+    const double t135 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t136 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t137 = p->derived.arm_psi_inertia_yy + (carried_61 + carried_72 * p->derived.constant_19 -
+        t132 - t132) - arm_psi_U_moment_y * t134;
+    const double t138 = p->derived.arm_psi_mass + carried_71 - arm_psi_U_force_y * t136;
     const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (carried_64 - p->derived.constant_3 *
-        carried_74 - arm_psi_U_moment_y * t210)) + arm_psi_cos * (arm_psi_cos * (carried_65 - p->derived.constant_3 *
-        carried_75 - arm_psi_U_moment_y * t211));
-    const double t214 = t213 + ((carried_73 - arm_psi_U_force_x * t211) * (t78 + t78) + arm_psi_sin * arm_psi_sin *
-        (p->derived.arm_psi_mass + carried_70 - arm_psi_U_force_x * t210 - t213));
+        carried_74 - arm_psi_U_moment_y * t135)) + arm_psi_cos * (arm_psi_cos * (carried_65 - p->derived.constant_3 *
+        carried_75 - arm_psi_U_moment_y * t136));
+    const double t139 = t138 + ((carried_73 - arm_psi_U_force_x * t136) * (t41 + t41) + arm_psi_sin * arm_psi_sin *
+        (p->derived.arm_psi_mass + carried_70 - arm_psi_U_force_x * t135 - t138));
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (t212 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
-        t212)));
+    const double column_psi_U_moment_z = p->Izz_col + (t137 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        t137)));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t215 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t140 = column_psi_U_force_z * column_psi_D_inverse;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + t214 - column_psi_U_force_z * t215);
+    const double base_z_U_force_z = p->m_base + (p->m_col + t139 - column_psi_U_force_z * t140);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* arm_psi: force left for the joint, inward */
-    const double t216 = arm_psi_load_moment_z + (carried_78 + p->derived.constant_3 * carried_80);
+    /* arm_phi_e: force left for the joint, inward */
+    const double t141 = arm_psi_load_moment_z + (carried_78 + p->derived.constant_3 * carried_80);
     /* column_psi: force left for the joint, inward */
-    const double t217 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+    const double t142 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
         qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + carried_76) + arm_psi_cos * (arm_psi_load_moment_y +
-        (carried_77 - p->derived.constant_3 * carried_81) - t209 * t216));
-    const double t218 = p->derived.column_psi_load_force_z + (arm_psi_sin * (arm_psi_load_force_x + carried_79 -
-        t210 * t216) + arm_psi_cos * (arm_psi_load_force_y + carried_80 - t211 * t216)) + t215 * t217;
+        (carried_77 - p->derived.constant_3 * carried_81) - t134 * t141));
+    const double t143 = p->derived.column_psi_load_force_z + (arm_psi_sin * (arm_psi_load_force_x + carried_79 -
+        t135 * t141) + arm_psi_cos * (arm_psi_load_force_y + carried_80 - t136 * t141)) + t140 * t142;
     /* base_z: acceleration, outward */
-    const double t219 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        t218));
+    const double t144 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        t143));
     /* column_psi: acceleration, outward */
-    const double t220 = t215 * t219 + column_psi_D_inverse * t217;
-    const double t221 = arm_psi_cos * t220;
-    const double t222 = arm_psi_sin * t219;
-    const double t223 = arm_psi_cos * t219;
+    const double t145 = t140 * t144 + column_psi_D_inverse * t142;
+    const double t146 = arm_psi_cos * t145;
+    const double t147 = arm_psi_sin * t144;
+    const double t148 = arm_psi_cos * t144;
     /* arm_psi: acceleration, outward */
-    const double t224 = t209 * t221 - (t210 * t222 + t211 * t223) + arm_psi_D_inverse * t216;
+    const double t149 = t134 * t146 - (t135 * t147 + t136 * t148) + arm_psi_D_inverse * t141;
+    /* arm_phi_e: force left for the joint, inward */
+    const double t150 = carried_89 + p->derived.constant_3 * carried_91;
     /* arm_psi: force left for the joint, inward */
-    const double t225 = t59 + (carried_90 + p->derived.constant_3 * carried_92);
-    /* column_psi: force left for the joint, inward */
-    const double t226 = row_1_u_column_psi - (arm_psi_sin * carried_88 + arm_psi_cos * (carried_89 - p->derived.constant_3 *
-        carried_93 - t209 * t225));
+    const double t151 = arm_psi_cos * (carried_88 - p->derived.constant_3 * carried_92 - t134 * t150);
     /* base_z: acceleration, outward */
-    const double t227 = base_z_D_inverse * (arm_psi_sin * (carried_91 - t210 * t225) + arm_psi_cos * (carried_92 -
-        t211 * t225) + t215 * t226);
+    const double t152 = base_z_D_inverse * (t140 * t151 - (arm_psi_sin * (carried_90 - t135 * t150) + arm_psi_cos *
+        (carried_91 - t136 * t150)));
     /* column_psi: acceleration, outward */
-    const double t228 = t215 * t227 + column_psi_D_inverse * t226;
-    const double t229 = arm_psi_cos * t228;
-    const double t230 = arm_psi_sin * t227;
-    const double t231 = arm_psi_cos * t227;
+    const double t153 = t140 * t152 + column_psi_D_inverse * t151;
+    const double t154 = arm_psi_cos * t153;
+    const double t155 = arm_psi_sin * t152;
+    const double t156 = arm_psi_cos * t152;
     /* arm_psi: acceleration, outward */
-    const double t232 = t209 * t229 - (t210 * t230 + t211 * t231) + arm_psi_D_inverse * t225;
+    const double t157 = t135 * t155 + t136 * t156 - t134 * t154 + arm_psi_D_inverse * t150;
+    /* arm_phi_e: force left for the joint, inward */
+    const double t158 = carried_100 + p->derived.constant_3 * carried_102;
     /* arm_psi: force left for the joint, inward */
-    const double t233 = row_2_u_arm_psi - (carried_102 + p->derived.constant_3 * carried_104);
-    const double t234 = arm_psi_sin * carried_100 + arm_psi_cos * (carried_101 - p->derived.constant_3 * carried_105 +
-        t209 * t233);
+    const double t159 = arm_psi_cos * (carried_99 - p->derived.constant_3 * carried_103 - t134 * t158);
     /* base_z: acceleration, outward */
-    const double t235 = base_z_D_inverse * (1.0 - (arm_psi_sin * (carried_103 + t210 * t233) + arm_psi_cos *
-        (carried_104 + t211 * t233) - t215 * t234));
+    const double t160 = base_z_D_inverse * (t140 * t159 - (arm_psi_sin * (carried_101 - t135 * t158) + arm_psi_cos *
+        (carried_102 - t136 * t158)));
     /* column_psi: acceleration, outward */
-    const double t236 = t215 * t235 + column_psi_D_inverse * t234;
-    const double t237 = arm_psi_cos * t236;
-    const double t238 = arm_psi_sin * t235;
-    const double t239 = arm_psi_cos * t235;
+    const double t161 = t140 * t160 + column_psi_D_inverse * t159;
+    const double t162 = arm_psi_cos * t161;
+    const double t163 = arm_psi_sin * t160;
+    const double t164 = arm_psi_cos * t160;
     /* arm_psi: acceleration, outward */
-    const double t240 = arm_psi_D_inverse * t233 - (t210 * t238 + t211 * t239 - t209 * t237);
-    double t252[2];
-    double t253[2];
-    double t254[2];
-    double t266[2];
-    double t267[2];
-    double t268[2];
-    double t280[2];
-    double t281[2];
-    double t282[2];
-    double carried_82 = arm_psi_sin * t220;
-    double carried_83 = t221;
-    double carried_84 = -t224;
-    double carried_85 = -t222;
-    double carried_86 = -(t223 + p->derived.constant_3 * t224);
-    double carried_87 = -p->derived.constant_3 * t221;
-    double carried_94 = arm_psi_sin * t228;
-    double carried_95 = t229;
-    double carried_96 = -t232;
-    double carried_97 = -t230;
-    double carried_98 = -(t231 + p->derived.constant_3 * t232);
-    double carried_99 = -p->derived.constant_3 * t229;
-    double carried_106 = -arm_psi_sin * t236;
-    double carried_107 = -t237;
-    double carried_108 = t240;
-    double carried_109 = t238;
-    double carried_110 = t239 + p->derived.constant_3 * t240;
-    double carried_111 = p->derived.constant_3 * t237;
-    double carried_112 = row_1_u_column_psi * t220 + t59 * t224;
-    double carried_113 = row_1_u_column_psi * t228 + t59 * t232;
-    double carried_114 = -(t219 + row_2_u_arm_psi * t224);
-    double carried_115 = -(t227 + row_2_u_arm_psi * t232);
-    double carried_116 = t235 + row_2_u_arm_psi * t240;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+    const double t165 = t135 * t163 + t136 * t164 - t134 * t162 + arm_psi_D_inverse * t158;
+    double t166[3];
+    double t175[3];
+    double t176[3];
+    double t177[3];
+    double t178[3];
+    double t187[3];
+    double t188[3];
+    double t189[3];
+    double t190[3];
+    double t199[3];
+    double t200[3];
+    double t201[3];
+    double carried_82_at[3];
+    double carried_83_at[3];
+    double carried_84_at[3];
+    double carried_93_at[3];
+    double carried_94_at[3];
+    double carried_95_at[3];
+    double carried_104_at[3];
+    double carried_105_at[3];
+    double carried_106_at[3];
+    double carried_82 = arm_psi_sin * t145;
+    double carried_83 = t146;
+    double carried_84 = -t149;
+    double carried_85 = -t147;
+    double carried_86 = -(t148 + p->derived.constant_3 * t149);
+    double carried_87 = -p->derived.constant_3 * t146;
+    double carried_93 = -arm_psi_sin * t153;
+    double carried_94 = -t154;
+    double carried_95 = -t157;
+    double carried_96 = t155;
+    double carried_97 = t156 - p->derived.constant_3 * t157;
+    double carried_98 = p->derived.constant_3 * t154;
+    double carried_104 = -arm_psi_sin * t161;
+    double carried_105 = -t162;
+    double carried_106 = -t165;
+    double carried_107 = t163;
+    double carried_108 = t164 - p->derived.constant_3 * t165;
+    double carried_109 = p->derived.constant_3 * t162;
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
+        carried_82_at[e] = carried_82;
+        carried_83_at[e] = carried_83;
+        carried_84_at[e] = carried_84;
+        carried_93_at[e] = carried_93;
+        carried_94_at[e] = carried_94;
+        carried_95_at[e] = carried_95;
+        carried_104_at[e] = carried_104;
+        carried_105_at[e] = carried_105;
+        carried_106_at[e] = carried_106;
         /* arm_phi_e: acceleration, outward */
-        const double t241 = arm_psi_e_sin * carried_83 + arm_psi_e_cos * carried_82;
-        const double t242 = carried_86 + p->derived.arm_element_length * carried_84;
-        const double t243 = carried_87 - p->derived.arm_element_length * carried_83;
-        const double t244 = arm_psi_e_sin * t242 + arm_psi_e_cos * carried_85;
-        const double t245 = arm_psi_e_cos * t242 - arm_psi_e_sin * carried_85;
-        const double t246 = arm_theta_e_sin * t244 + arm_theta_e_cos * t243;
-        const double t247 = arm_theta_e_cos * t244 - arm_theta_e_sin * t243;
+        t166[e] = arm_psi_e_sin * carried_83 + arm_psi_e_cos * carried_82;
+        const double t167 = carried_86 + p->derived.arm_element_length * carried_84;
+        const double t168 = carried_87 - p->derived.arm_element_length * carried_83;
+        const double t169 = arm_psi_e_sin * t167 + arm_psi_e_cos * carried_85;
+        const double t170 = arm_psi_e_cos * t167 - arm_psi_e_sin * carried_85;
+        const double t171 = arm_theta_e_sin * t169 + arm_theta_e_cos * t168;
+        const double t172 = arm_theta_e_cos * t169 - arm_theta_e_sin * t168;
         /* arm_phi_e: acceleration, outward */
-        const double t248 = arm_phi_e_sin * t246 + arm_phi_e_cos * t245;
-        const double t249 = arm_phi_e_cos * t246 - arm_phi_e_sin * t245;
-        const double t250 = t168[e] + (t126[e] * t247 + t130[e] * t248 + t134[e] * t249);
-        const double t251 = t167[e] - (t125[e] * t247 + t129[e] * t248 + t133[e] * t249);
-        t252[e] = arm_psi_e_cos * carried_83 - arm_psi_e_sin * carried_82 + (arm_phi_e_sin * t251 + arm_phi_e_cos *
-        t250);
-        t253[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t251 - arm_phi_e_sin * t250 - (arm_theta_e_sin *
-        t241 + arm_theta_e_cos * carried_84));
-        t254[e] = arm_theta_e_sin * t253[e] - (t166[e] + (arm_theta_e_cos * t241 - arm_theta_e_sin * carried_84));
+        const double t173 = arm_phi_e_sin * t171 + arm_phi_e_cos * t170;
+        const double t174 = arm_phi_e_cos * t171 - arm_phi_e_sin * t170;
+        t175[e] = t103[e] + (t61[e] * t172 + t65[e] * t173 + t69[e] * t174);
+        t176[e] = t102[e] - (t60[e] * t172 + t64[e] * t173 + t68[e] * t174);
+        t177[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t176[e] - arm_phi_e_sin * t175[e] - (arm_theta_e_sin *
+        t166[e] + arm_theta_e_cos * carried_84));
         /* arm_phi_e: acceleration, outward */
-        const double t255 = arm_psi_e_sin * carried_95 + arm_psi_e_cos * carried_94;
-        const double t256 = carried_98 + p->derived.arm_element_length * carried_96;
-        const double t257 = carried_99 - p->derived.arm_element_length * carried_95;
-        const double t258 = arm_psi_e_sin * t256 + arm_psi_e_cos * carried_97;
-        const double t259 = arm_psi_e_cos * t256 - arm_psi_e_sin * carried_97;
-        const double t260 = arm_theta_e_sin * t258 + arm_theta_e_cos * t257;
-        const double t261 = arm_theta_e_cos * t258 - arm_theta_e_sin * t257;
+        t178[e] = arm_psi_e_sin * carried_94 + arm_psi_e_cos * carried_93;
+        const double t179 = carried_97 + p->derived.arm_element_length * carried_95;
+        const double t180 = carried_98 - p->derived.arm_element_length * carried_94;
+        const double t181 = arm_psi_e_sin * t179 + arm_psi_e_cos * carried_96;
+        const double t182 = arm_psi_e_cos * t179 - arm_psi_e_sin * carried_96;
+        const double t183 = arm_theta_e_sin * t181 + arm_theta_e_cos * t180;
+        const double t184 = arm_theta_e_cos * t181 - arm_theta_e_sin * t180;
         /* arm_phi_e: acceleration, outward */
-        const double t262 = arm_phi_e_sin * t260 + arm_phi_e_cos * t259;
-        const double t263 = arm_phi_e_cos * t260 - arm_phi_e_sin * t259;
-        const double t264 = t183[e] - (t126[e] * t261 + t130[e] * t262 + t134[e] * t263);
-        const double t265 = t182[e] - (t125[e] * t261 + t129[e] * t262 + t133[e] * t263);
-        t266[e] = arm_phi_e_cos * t264 - arm_phi_e_sin * t265 - (arm_psi_e_cos * carried_95 - arm_psi_e_sin *
-        carried_94);
-        t267[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_sin * t264 + arm_phi_e_cos * t265 - (arm_theta_e_sin *
-        t255 + arm_theta_e_cos * carried_96));
-        t268[e] = t181[e] - (arm_theta_e_cos * t255 - arm_theta_e_sin * carried_96) + arm_theta_e_sin * t267[e];
+        const double t185 = arm_phi_e_sin * t183 + arm_phi_e_cos * t182;
+        const double t186 = arm_phi_e_cos * t183 - arm_phi_e_sin * t182;
+        t187[e] = t113[e] + (t61[e] * t184 + t65[e] * t185 + t69[e] * t186);
+        t188[e] = t112[e] - (t60[e] * t184 + t64[e] * t185 + t68[e] * t186);
+        t189[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t188[e] - arm_phi_e_sin * t187[e] - (arm_theta_e_sin *
+        t178[e] + arm_theta_e_cos * carried_95));
         /* arm_phi_e: acceleration, outward */
-        const double t269 = arm_psi_e_sin * carried_107 + arm_psi_e_cos * carried_106;
-        const double t270 = carried_110 + p->derived.arm_element_length * carried_108;
-        const double t271 = carried_111 - p->derived.arm_element_length * carried_107;
-        const double t272 = arm_psi_e_sin * t270 + arm_psi_e_cos * carried_109;
-        const double t273 = arm_psi_e_cos * t270 - arm_psi_e_sin * carried_109;
-        const double t274 = arm_theta_e_sin * t272 + arm_theta_e_cos * t271;
-        const double t275 = arm_theta_e_cos * t272 - arm_theta_e_sin * t271;
+        t190[e] = arm_psi_e_sin * carried_105 + arm_psi_e_cos * carried_104;
+        const double t191 = carried_108 + p->derived.arm_element_length * carried_106;
+        const double t192 = carried_109 - p->derived.arm_element_length * carried_105;
+        const double t193 = arm_psi_e_sin * t191 + arm_psi_e_cos * carried_107;
+        const double t194 = arm_psi_e_cos * t191 - arm_psi_e_sin * carried_107;
+        const double t195 = arm_theta_e_sin * t193 + arm_theta_e_cos * t192;
+        const double t196 = arm_theta_e_cos * t193 - arm_theta_e_sin * t192;
         /* arm_phi_e: acceleration, outward */
-        const double t276 = arm_phi_e_sin * t274 + arm_phi_e_cos * t273;
-        const double t277 = arm_phi_e_cos * t274 - arm_phi_e_sin * t273;
-        const double t278 = t198[e] - (t126[e] * t275 + t130[e] * t276 + t134[e] * t277);
-        const double t279 = t197[e] - (t125[e] * t275 + t129[e] * t276 + t133[e] * t277);
-        t280[e] = arm_phi_e_cos * t278 - arm_phi_e_sin * t279 - (arm_psi_e_cos * carried_107 - arm_psi_e_sin *
-        carried_106);
-        t281[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_sin * t278 + arm_phi_e_cos * t279 - (arm_theta_e_sin *
-        t269 + arm_theta_e_cos * carried_108));
-        t282[e] = t196[e] - (arm_theta_e_cos * t269 - arm_theta_e_sin * carried_108) + arm_theta_e_sin * t281[e];
-        const double next_carried_82 = -t166[e];
-        const double next_carried_83 = -t250;
-        const double next_carried_112 = row_1_u_arm_phi_e[e] * t254[e] + (row_1_u_arm_psi_e[e] * t253[e] +
-        carried_112 - row_1_u_arm_theta_e[e] * t252[e]);
-        const double next_carried_113 = row_1_u_arm_phi_e[e] * t268[e] + (row_1_u_arm_theta_e[e] * t266[e] +
-        (row_1_u_arm_psi_e[e] * t267[e] + carried_113));
-        const double next_carried_114 = row_2_u_arm_phi_e[e] * t254[e] + (row_2_u_arm_psi_e[e] * t253[e] +
-        carried_114 - row_2_u_arm_theta_e[e] * t252[e]);
-        const double next_carried_115 = row_2_u_arm_phi_e[e] * t268[e] + (row_2_u_arm_theta_e[e] * t266[e] +
-        (row_2_u_arm_psi_e[e] * t267[e] + carried_115));
-        const double next_carried_116 = row_2_u_arm_phi_e[e] * t282[e] + (row_2_u_arm_theta_e[e] * t280[e] +
-        (row_2_u_arm_psi_e[e] * t281[e] + carried_116));
+        const double t197 = arm_phi_e_sin * t195 + arm_phi_e_cos * t194;
+        const double t198 = arm_phi_e_cos * t195 - arm_phi_e_sin * t194;
+        t199[e] = t123[e] + (t61[e] * t196 + t65[e] * t197 + t69[e] * t198);
+        t200[e] = t122[e] - (t60[e] * t196 + t64[e] * t197 + t68[e] * t198);
+        t201[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t200[e] - arm_phi_e_sin * t199[e] - (arm_theta_e_sin *
+        t190[e] + arm_theta_e_cos * carried_106));
+        const double next_carried_82 = -t101[e];
+        const double next_carried_83 = -t175[e];
+        const double next_carried_93 = 0.0;
+        const double next_carried_94 = -t187[e];
+        const double next_carried_104 = 0.0;
+        const double next_carried_105 = -t199[e];
         carried_82 = next_carried_82;
         carried_83 = next_carried_83;
-        carried_84 = t251;
-        carried_85 = t247;
-        carried_86 = t248;
-        carried_87 = t249;
-        carried_94 = t181[e];
-        carried_95 = t264;
-        carried_96 = t265;
-        carried_97 = t261;
-        carried_98 = t262;
-        carried_99 = t263;
-        carried_106 = t196[e];
-        carried_107 = t278;
-        carried_108 = t279;
-        carried_109 = t275;
-        carried_110 = t276;
-        carried_111 = t277;
-        carried_112 = next_carried_112;
-        carried_113 = next_carried_113;
-        carried_114 = next_carried_114;
-        carried_115 = next_carried_115;
-        carried_116 = next_carried_116;
+        carried_84 = t176[e];
+        carried_85 = t172;
+        carried_86 = t173;
+        carried_87 = t174;
+        carried_93 = next_carried_93;
+        carried_94 = next_carried_94;
+        carried_95 = t188[e];
+        carried_96 = t184;
+        carried_97 = t185;
+        carried_98 = t186;
+        carried_104 = next_carried_104;
+        carried_105 = next_carried_105;
+        carried_106 = t200[e];
+        carried_107 = t196;
+        carried_108 = t197;
+        carried_109 = t198;
     }
     /* arm_phi_e: acceleration, outward */
-    const double t283 = arm_psi_3_sin * carried_83 + arm_psi_3_cos * carried_82;
-    const double t284 = carried_86 + p->derived.arm_element_length * carried_84;
-    const double t285 = carried_87 - p->derived.arm_element_length * carried_83;
-    /* arm_phi_3: acceleration, outward */
-    const double t286 = t64 * (arm_phi_3_turn_x_z * carried_85 + arm_phi_3_turn_y_z * t284 + arm_phi_3_turn_z_z *
-        t285) - t81;
-    const double t287 = t82 - t64 * (arm_phi_3_turn_x_y * carried_85 + arm_phi_3_turn_y_y * t284 + arm_phi_3_turn_z_y *
-        t285);
-    const double t288 = arm_phi_3_cos * t286 - arm_phi_3_sin * t287 - (arm_psi_3_cos * carried_83 - arm_psi_3_sin *
-        carried_82);
-    const double t289 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t286 + arm_phi_3_cos * t287 - (arm_theta_3_sin *
-        t283 + arm_theta_3_cos * carried_84));
-    const double t290 = arm_theta_3_sin * t289 - (p->derived.constant_19 * (arm_phi_3_bias_moment_x + t48) +
-        (arm_theta_3_cos * t283 - arm_theta_3_sin * carried_84));
+    const double t202 = carried_86 + effector_z_shift_x * carried_84;
+    const double t203 = effector_z_shift_x * carried_83 - carried_87;
     /* effector_z: acceleration, outward */
-    const double t291 = arm_phi_3_turn_x_x * carried_85 + arm_phi_3_turn_y_x * t284 - arm_theta_3_sin * t285 +
-        effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t204 = carried_85 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t205 = carried_85 - t204;
+    /* effector_z: acceleration, outward */
+    const double t206 = row_1_u_effector_z * p->derived.effector_z_D_inverse - carried_96;
+    const double t207 = row_1_u_effector_z * (carried_96 + t206) - (t42 * (effector_z_shift_x * carried_94 -
+        carried_98) - t43 * (carried_97 + effector_z_shift_x * carried_95));
     /* arm_phi_e: acceleration, outward */
-    const double t292 = arm_psi_3_sin * carried_95 + arm_psi_3_cos * carried_94;
-    const double t293 = carried_98 + p->derived.arm_element_length * carried_96;
-    const double t294 = carried_99 - p->derived.arm_element_length * carried_95;
-    /* arm_phi_3: acceleration, outward */
-    const double t295 = t90 + t64 * (arm_phi_3_turn_x_z * carried_97 + arm_phi_3_turn_y_z * t293 + arm_phi_3_turn_z_z *
-        t294);
-    const double t296 = t91 - t64 * (arm_phi_3_turn_x_y * carried_97 + arm_phi_3_turn_y_y * t293 + arm_phi_3_turn_z_y *
-        t294);
-    const double t297 = arm_phi_3_cos * t295 - arm_phi_3_sin * t296 - (arm_psi_3_cos * carried_95 - arm_psi_3_sin *
-        carried_94);
-    const double t298 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t295 + arm_phi_3_cos * t296 - (arm_theta_3_sin *
-        t292 + arm_theta_3_cos * carried_96));
-    const double t299 = row_1_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos * t292 - arm_theta_3_sin *
-        carried_96) + arm_theta_3_sin * t298;
+    const double t208 = carried_108 + effector_z_shift_x * carried_106;
+    const double t209 = effector_z_shift_x * carried_105 - carried_109;
     /* effector_z: acceleration, outward */
-    const double t300 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_phi_3_turn_x_x * carried_97 +
-        arm_phi_3_turn_y_x * t293 - arm_theta_3_sin * t294);
-    /* arm_phi_e: acceleration, outward */
-    const double t301 = arm_psi_3_sin * carried_107 + arm_psi_3_cos * carried_106;
-    const double t302 = carried_110 + p->derived.arm_element_length * carried_108;
-    const double t303 = carried_111 - p->derived.arm_element_length * carried_107;
-    /* arm_phi_3: acceleration, outward */
-    const double t304 = t99 + t64 * (arm_phi_3_turn_x_z * carried_109 + arm_phi_3_turn_y_z * t302 + arm_phi_3_turn_z_z *
-        t303);
-    const double t305 = t100 - t64 * (arm_phi_3_turn_x_y * carried_109 + arm_phi_3_turn_y_y * t302 + arm_phi_3_turn_z_y *
-        t303);
-    const double t306 = arm_phi_3_cos * t304 - arm_phi_3_sin * t305 - (arm_psi_3_cos * carried_107 - arm_psi_3_sin *
-        carried_106);
-    const double t307 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t304 + arm_phi_3_cos * t305 - (arm_theta_3_sin *
-        t301 + arm_theta_3_cos * carried_108));
-    const double t308 = row_2_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos * t301 - arm_theta_3_sin *
-        carried_108) + arm_theta_3_sin * t307;
-    /* effector_z: acceleration, outward */
-    const double t309 = arm_theta_3_ground_z_x * p->derived.effector_z_D_inverse - (arm_phi_3_turn_x_x * carried_109 +
-        arm_phi_3_turn_y_x * t302 - arm_theta_3_sin * t303);
-    /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t310 = row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13) +
-        (carried_112 + row_1_u_arm_psi_3 * t289 + row_1_u_arm_theta_3 * t288 + row_1_u_arm_phi_3 * t290 -
-        row_1_u_effector_z * t291);
-    const double t311 = carried_113 + row_1_u_arm_psi_3 * t298 + row_1_u_arm_theta_3 * t297 + row_1_u_arm_phi_3 *
-        t299 + row_1_u_effector_z * t300;
-    const double t312 = carried_115 + row_2_u_arm_psi_3 * t298 + row_2_u_arm_theta_3 * t297 + row_2_u_arm_phi_3 *
-        t299 + arm_theta_3_ground_z_x * t300;
-    const double t313 = carried_116 + row_2_u_arm_psi_3 * t307 + row_2_u_arm_theta_3 * t306 + row_2_u_arm_phi_3 *
-        t308 + arm_theta_3_ground_z_x * t309;
-    const double row_1_pivot_inverse = (t311 * 1e-12 < t311 ? 1.0 / t311 : 0.0);
-    const double t314 = t312 * row_1_pivot_inverse;
-    const double t315 = t313 - t312 * t314;
-    const double t316 = t310 * t314 - (row_2_v + p->derived.constant_13 * row_2_psi + (carried_114 + row_2_u_arm_psi_3 *
-        t289 + row_2_u_arm_theta_3 * t288 + row_2_u_arm_phi_3 * t290 - arm_theta_3_ground_z_x * t291));
-    const double row_2_pivot_inverse = (t313 * 1e-12 < t315 ? 1.0 / t315 : 0.0);
-    const double row_2_lambda = t316 * row_2_pivot_inverse;
-    const double t317 = row_1_pivot_inverse * (t310 + t312 * row_2_lambda);
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
-        qdd[3 + 3 * e] = t253[e] - t267[e] * t317 + t281[e] * row_2_lambda;
-        qdd[4 + 3 * e] = t280[e] * row_2_lambda - (t252[e] + t266[e] * t317);
-        qdd[5 + 3 * e] = t254[e] - t268[e] * t317 + t282[e] * row_2_lambda;
+    const double t210 = last_arm_theta_e_ground_z_x * p->derived.effector_z_D_inverse - carried_107;
+    const double t211 = carried_107 + t210;
+    const double t212 = row_1_u_effector_z * t211 - (t42 * t209 - t43 * t208);
+    const double t213 = last_arm_theta_e_ground_z_x * t211 - (last_arm_phi_e_ground_z_z * t209 - last_arm_phi_e_ground_z_y *
+        t208);
+    const double t214 = row_1_phi * p->derived.constant_12 + (row_1_v + row_1_psi * p->derived.constant_11) +
+        (row_1_u_effector_z * t205 - (t203 * t42 - t202 * t43));
+    const double row_1_pivot_inverse = (t207 * 1e-12 < t207 ? 1.0 / t207 : 0.0);
+    const double t215 = t212 * row_1_pivot_inverse;
+    const double t216 = t213 - t212 * t215;
+    const double row_2_pivot_inverse = (t213 * 1e-12 < t216 ? 1.0 / t216 : 0.0);
+    const double row_2_lambda = (t214 * t215 - (row_2_v + p->derived.constant_11 * row_2_psi + (last_arm_theta_e_ground_z_x *
+        t205 - (last_arm_phi_e_ground_z_z * t203 - last_arm_phi_e_ground_z_y * t202)))) * row_2_pivot_inverse;
+    const double t217 = row_1_pivot_inverse * (t214 + t212 * row_2_lambda);
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        /* qdd = qdd_free + M^-1 u^T lambda */
+        const double t218 = (arm_psi_e_cos * carried_94_at[e] - arm_psi_e_sin * carried_93_at[e] + (arm_phi_e_sin *
+        t188[e] + arm_phi_e_cos * t187[e])) * t217 - (arm_psi_e_cos * carried_83_at[e] - arm_psi_e_sin * carried_82_at[e] +
+        (arm_phi_e_sin * t176[e] + arm_phi_e_cos * t175[e]));
+        const double t219 = arm_theta_e_sin * t177[e] - (t101[e] + (arm_theta_e_cos * t166[e] - arm_theta_e_sin *
+        carried_84_at[e])) - (arm_theta_e_sin * carried_95_at[e] - arm_theta_e_cos * t178[e] + arm_theta_e_sin *
+        t189[e]) * t217;
+        out->qdd[3 + 3 * e] = t177[e] - t189[e] * t217 + t201[e] * row_2_lambda;
+        out->qdd[4 + 3 * e] = t218 - (arm_psi_e_cos * carried_105_at[e] - arm_psi_e_sin * carried_104_at[e] +
+        (arm_phi_e_sin * t200[e] + arm_phi_e_cos * t199[e])) * row_2_lambda;
+        out->qdd[5 + 3 * e] = t219 + (arm_theta_e_sin * carried_106_at[e] - arm_theta_e_cos * t190[e] + arm_theta_e_sin *
+        t201[e]) * row_2_lambda;
     }
-    qdd[0] = t227 * t317 - t219 + t235 * row_2_lambda;
-    qdd[1] = t220 - t228 * t317 - t236 * row_2_lambda;
-    qdd[2] = t232 * t317 - t224 + t240 * row_2_lambda;
-    qdd[9] = t289 - t298 * t317 + t307 * row_2_lambda;
-    qdd[10] = t288 - t297 * t317 + t306 * row_2_lambda;
-    qdd[11] = t290 - t299 * t317 + t308 * row_2_lambda;
-    qdd[12] = t309 * row_2_lambda - (t291 + t300 * t317);
+    out->qdd[0] = t160 * row_2_lambda - (t144 + t152 * t217);
+    out->qdd[1] = t145 + t153 * t217 - t161 * row_2_lambda;
+    out->qdd[2] = t157 * t217 - t149 - t165 * row_2_lambda;
+    out->qdd[12] = t210 * row_2_lambda - (t204 + t206 * t217);
+    out->lambda[0] = -t217;
+    out->lambda[1] = row_2_lambda;
 }
 
 void manipulator_flexible_force(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double force[13]) {
-    (void)x;
-    double sine[11], cosine[11];
-    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
-    const double t1 = t * 3.141592653589793 / p->T;
-    const double t2 = sin(t1);
-    /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sine[0];
-    const double column_psi_cos = cosine[0];
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sine[1];
-    const double arm_psi_cos = cosine[1];
-    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double arm_psi_position_z = p->h + q[0];
-    const double arm_psi_w_x = qd[1] * arm_psi_sin;
-    const double arm_psi_w_y = qd[1] * arm_psi_cos;
-    const double arm_psi_v_x = qd[0] * arm_psi_sin;
-    const double arm_psi_v_y = qd[0] * arm_psi_cos;
-    const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
-    const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
-    const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
-    const double t3 = arm_psi_w_x * qd[2];
-    const double t4 = arm_psi_w_x * arm_psi_w_y;
-    const double t5 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
-    const double t6 = t3 + t3;
-    /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
-    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
-    const double arm_psi_e_shift_ground_z = p->derived.constant_3 * arm_psi_sin;
-    const double arm_psi_e_position_z = arm_psi_position_z + arm_psi_e_shift_ground_z;
-    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
-    const double t7 = p->derived.constant_3 * t5;
-    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t4;
-    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t6;
-    const double arm_psi_e_bias_a_falling_x = arm_psi_bias_a_falling_x - t7;
-    const double arm_psi_e_bias_a_falling_y = arm_psi_bias_a_falling_y + arm_psi_e_bias_a_y;
-    double arm_psi_e_ground_x_y[2];
-    double arm_psi_e_ground_y_y[2];
-    double arm_psi_e_ground_z_y[2];
-    double arm_psi_e_position_x_2[2];
-    double arm_psi_e_position_y_2[2];
-    double arm_psi_e_position_z_2[2];
-    double arm_theta_e_ground_x_x[2];
-    double arm_theta_e_ground_y_x[2];
-    double arm_theta_e_ground_z_x[2];
-    double arm_theta_e_bias_a_falling_x[2];
-    double arm_theta_e_bias_wd_x[2];
-    double arm_phi_e_bias_a_falling_y[2];
-    double arm_phi_e_bias_a_falling_z[2];
-    double arm_phi_e_bias_wd_y[2];
-    double arm_phi_e_bias_wd_z[2];
-    double t16[2];
-    double t17[2];
-    double t18[2];
-    double t19[2];
-    double t20[2];
-    double last_arm_phi_e_ground_x_z_at[2];
-    double last_arm_phi_e_ground_y_z_at[2];
-    double last_arm_phi_e_ground_z_z_at[2];
-    double last_arm_phi_e_w_x = arm_psi_w_x;
-    double last_arm_phi_e_w_y = arm_psi_w_y;
-    double last_arm_phi_e_w_z = qd[2];
-    double last_arm_theta_e_v_x = arm_psi_v_x;
-    double last_arm_phi_e_v_y = arm_psi_e_v_y;
-    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
-    double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
-    double last_arm_phi_e_bias_wd_y = -t3;
-    double last_arm_phi_e_bias_wd_z = 0.0;
-    double last_arm_theta_e_bias_a_x = -t7;
-    double last_arm_phi_e_bias_a_y = arm_psi_e_bias_a_y;
-    double last_arm_phi_e_bias_a_z = arm_psi_e_bias_a_z;
-    double last_arm_theta_e_bias_a_falling_x = arm_psi_e_bias_a_falling_x;
-    double last_arm_phi_e_bias_a_falling_y = arm_psi_e_bias_a_falling_y;
-    double last_arm_phi_e_bias_a_falling_z = arm_psi_e_bias_a_z;
-    double carried_15 = -t5;
-    double carried_18 = t4;
-    double carried_21 = t6;
-    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
-    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
-    double last_arm_phi_e_ground_x_z = column_psi_sin;
-    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
-    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
-    double last_arm_phi_e_ground_y_z = -column_psi_cos;
-    double last_arm_theta_e_ground_z_x = arm_psi_sin;
-    double last_arm_phi_e_ground_z_y = arm_psi_cos;
-    double last_arm_phi_e_ground_z_z = 0.0;
-    double last_arm_psi_e_position_x = arm_psi_e_position_x;
-    double last_arm_psi_e_position_y = arm_psi_e_position_y;
-    double last_arm_psi_e_position_z = arm_psi_e_position_z;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[2 + 3 * e];
-        const double arm_psi_e_cos = cosine[2 + 3 * e];
-        const double arm_theta_e_sin = sine[3 + 3 * e];
-        const double arm_theta_e_cos = cosine[3 + 3 * e];
-        const double arm_phi_e_sin = sine[4 + 3 * e];
-        const double arm_phi_e_cos = cosine[4 + 3 * e];
-        last_arm_phi_e_ground_x_z_at[e] = last_arm_phi_e_ground_x_z;
-        last_arm_phi_e_ground_y_z_at[e] = last_arm_phi_e_ground_y_z;
-        last_arm_phi_e_ground_z_z_at[e] = last_arm_phi_e_ground_z_z;
-        /* arm_psi_e: motion from arm_psi_e outward */
-        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
-        arm_psi_e_ground_x_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
-        arm_psi_e_ground_y_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
-        arm_psi_e_ground_z_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
-        arm_psi_e_position_x_2[e] = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
-        arm_psi_e_position_y_2[e] = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
-        arm_psi_e_position_z_2[e] = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
-        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
-        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
-        const double t8 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
-        const double arm_psi_e_v_x = arm_psi_e_sin * t8 + arm_psi_e_cos * last_arm_theta_e_v_x;
-        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t8 - arm_psi_e_sin * last_arm_theta_e_v_x;
-        const double t9 = p->derived.arm_element_length * carried_15;
-        const double t10 = p->derived.arm_element_length * carried_18;
-        const double t11 = p->derived.arm_element_length * carried_21;
-        const double t12 = last_arm_theta_e_bias_a_x + t9;
-        const double t13 = last_arm_phi_e_bias_a_y + t10;
-        const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + t11;
-        const double arm_psi_e_bias_a_x_2 = arm_psi_e_sin * t13 + arm_psi_e_cos * t12;
-        const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t13 - arm_psi_e_sin * t12;
-        const double t14 = last_arm_theta_e_bias_a_falling_x + t9;
-        const double t15 = last_arm_phi_e_bias_a_falling_y + t10;
-        const double arm_psi_e_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + t11;
-        const double arm_psi_e_bias_a_falling_x_2 = arm_psi_e_sin * t15 + arm_psi_e_cos * t14;
-        const double arm_psi_e_bias_a_falling_y_2 = arm_psi_e_cos * t15 - arm_psi_e_sin * t14;
-        const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
-        qd[3 + 3 * e] * arm_psi_e_w_y;
-        const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
-        qd[3 + 3 * e] * arm_psi_e_w_x;
-        const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
-        /* arm_theta_e: motion from arm_psi_e outward */
-        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
-        arm_theta_e_ground_x_x[e] = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
-        arm_theta_e_ground_y_x[e] = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
-        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
-        arm_theta_e_ground_z_x[e] = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
-        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
-        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
-        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
-        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
-        const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
-        const double arm_theta_e_bias_a_falling_z = arm_theta_e_sin * arm_psi_e_bias_a_falling_x_2 + arm_theta_e_cos *
-        arm_psi_e_bias_a_falling_z;
-        arm_theta_e_bias_a_falling_x[e] = arm_theta_e_cos * arm_psi_e_bias_a_falling_x_2 - arm_theta_e_sin *
-        arm_psi_e_bias_a_falling_z;
-        arm_theta_e_bias_wd_x[e] = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
-        qd[4 + 3 * e] * arm_theta_e_w_z;
-        const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
-        qd[4 + 3 * e] * arm_theta_e_w_x;
-        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
-        /* arm_phi_e: motion from arm_theta_e outward */
-        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
-        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
-        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y[e];
-        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y[e];
-        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y[e];
-        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y[e];
-        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
-        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
-        const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
-        const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
-        const double arm_phi_e_bias_a_y = arm_phi_e_sin * arm_theta_e_bias_a_z + arm_phi_e_cos * arm_psi_e_bias_a_y_2;
-        const double arm_phi_e_bias_a_z = arm_phi_e_cos * arm_theta_e_bias_a_z - arm_phi_e_sin * arm_psi_e_bias_a_y_2;
-        arm_phi_e_bias_a_falling_y[e] = arm_phi_e_sin * arm_theta_e_bias_a_falling_z + arm_phi_e_cos * arm_psi_e_bias_a_falling_y_2;
-        arm_phi_e_bias_a_falling_z[e] = arm_phi_e_cos * arm_theta_e_bias_a_falling_z - arm_phi_e_sin * arm_psi_e_bias_a_falling_y_2;
-        arm_phi_e_bias_wd_y[e] = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
-        qd[5 + 3 * e] * arm_phi_e_w_z;
-        arm_phi_e_bias_wd_z[e] = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
-        qd[5 + 3 * e] * arm_phi_e_w_y;
-        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
-        t16[e] = arm_phi_e_w_y * arm_phi_e_w_x;
-        t17[e] = arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y;
-        t18[e] = arm_phi_e_bias_wd_z[e] + t16[e];
-        t19[e] = arm_phi_e_w_z * arm_phi_e_w_x;
-        t20[e] = t19[e] - arm_phi_e_bias_wd_y[e];
-        const double next_carried_15 = -t17[e];
-        last_arm_phi_e_w_x = arm_phi_e_w_x;
-        last_arm_phi_e_w_y = arm_phi_e_w_y;
-        last_arm_phi_e_w_z = arm_phi_e_w_z;
-        last_arm_theta_e_v_x = arm_theta_e_v_x;
-        last_arm_phi_e_v_y = arm_phi_e_v_y;
-        last_arm_phi_e_v_z = arm_phi_e_v_z;
-        last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x[e];
-        last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y[e];
-        last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z[e];
-        last_arm_theta_e_bias_a_x = arm_theta_e_bias_a_x;
-        last_arm_phi_e_bias_a_y = arm_phi_e_bias_a_y;
-        last_arm_phi_e_bias_a_z = arm_phi_e_bias_a_z;
-        last_arm_theta_e_bias_a_falling_x = arm_theta_e_bias_a_falling_x[e];
-        last_arm_phi_e_bias_a_falling_y = arm_phi_e_bias_a_falling_y[e];
-        last_arm_phi_e_bias_a_falling_z = arm_phi_e_bias_a_falling_z[e];
-        carried_15 = next_carried_15;
-        carried_18 = t18[e];
-        carried_21 = t20[e];
-        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x[e];
-        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
-        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
-        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x[e];
-        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
-        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
-        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x[e];
-        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
-        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
-        last_arm_psi_e_position_x = arm_psi_e_position_x_2[e];
-        last_arm_psi_e_position_y = arm_psi_e_position_y_2[e];
-        last_arm_psi_e_position_z = arm_psi_e_position_z_2[e];
+    double u[26];
+    double lambda[2];
+    for (int i = 0; i < 13; i++)
+        force[i] = 0.0;
+    manipulator_flexible_u(p, x, t, q, qd, u);
+    struct manipulator_flexible_constrained_result constrained;
+    manipulator_flexible_constrained(p, x, t, q, qd, &constrained);
+    for (int i = 0; i < 2; i++)
+        lambda[i] = constrained.lambda[i];
+    { /* r = u^T lambda */
+        for (int k = 0; k < 2; k++)
+            for (int i = 0; i < 13; i++) {
+                const double left = 1.0 * u[k * 13 + i];
+                for (int j = 0; j < 1; j++)
+                    force[i * 1 + j] += left * lambda[k * 1 + j];
+            }
     }
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_sin = sine[8];
-    const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = last_arm_phi_e_ground_x_y * arm_psi_3_cos - last_arm_theta_e_ground_x_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = last_arm_phi_e_ground_y_y * arm_psi_3_cos - last_arm_theta_e_ground_y_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_z_y = last_arm_phi_e_ground_z_y * arm_psi_3_cos - last_arm_theta_e_ground_z_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
-    const double arm_psi_3_position_y = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
-    const double arm_psi_3_position_z = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
-    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
-    const double t21 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-    const double arm_psi_3_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t21 + last_arm_theta_e_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t21 - last_arm_theta_e_v_x * arm_psi_3_sin;
-    const double t22 = p->derived.arm_element_length * carried_15;
-    const double t23 = p->derived.arm_element_length * carried_18;
-    const double t24 = p->derived.arm_element_length * carried_21;
-    const double t25 = last_arm_theta_e_bias_a_x + t22;
-    const double t26 = last_arm_phi_e_bias_a_y + t23;
-    const double arm_psi_3_bias_a_z = last_arm_phi_e_bias_a_z + t24;
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t26 + arm_psi_3_cos * t25;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t26 - arm_psi_3_sin * t25;
-    const double t27 = last_arm_theta_e_bias_a_falling_x + t22;
-    const double t28 = last_arm_phi_e_bias_a_falling_y + t23;
-    const double arm_psi_3_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + t24;
-    const double arm_psi_3_bias_a_falling_x = arm_psi_3_sin * t28 + arm_psi_3_cos * t27;
-    const double arm_psi_3_bias_a_falling_y = arm_psi_3_cos * t28 - arm_psi_3_sin * t27;
-    const double arm_psi_3_bias_wd_x = last_arm_phi_e_bias_wd_y * arm_psi_3_sin + last_arm_theta_e_bias_wd_x *
-        arm_psi_3_cos + arm_psi_3_w_y * qd[9];
-    const double arm_psi_3_bias_wd_y = last_arm_phi_e_bias_wd_y * arm_psi_3_cos - last_arm_theta_e_bias_wd_x *
-        arm_psi_3_sin - arm_psi_3_w_x * qd[9];
-    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[9];
-    const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + last_arm_phi_e_ground_x_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + last_arm_phi_e_ground_y_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + last_arm_phi_e_ground_z_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
-    const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
-    const double arm_theta_3_v_z = arm_psi_3_v_x * arm_theta_3_sin + arm_psi_3_v_z * arm_theta_3_cos;
-    const double arm_theta_3_v_x = arm_psi_3_v_x * arm_theta_3_cos - arm_psi_3_v_z * arm_theta_3_sin;
-    const double arm_theta_3_bias_a_z = arm_psi_3_bias_a_x * arm_theta_3_sin + arm_psi_3_bias_a_z * arm_theta_3_cos;
-    const double arm_theta_3_bias_a_x = arm_psi_3_bias_a_x * arm_theta_3_cos - arm_psi_3_bias_a_z * arm_theta_3_sin;
-    const double arm_theta_3_bias_a_falling_z = arm_psi_3_bias_a_falling_x * arm_theta_3_sin + arm_psi_3_bias_a_falling_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_bias_a_falling_x = arm_psi_3_bias_a_falling_x * arm_theta_3_cos - arm_psi_3_bias_a_falling_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_bias_wd_x = arm_psi_3_bias_wd_x * arm_theta_3_cos - last_arm_phi_e_bias_wd_z *
-        arm_theta_3_sin - arm_theta_3_w_z * qd[10];
-    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + last_arm_phi_e_bias_wd_z *
-        arm_theta_3_cos + arm_theta_3_w_x * qd[10];
-    const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
-    /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sine[10];
-    const double arm_phi_3_cos = cosine[10];
-    const double arm_phi_3_ground_x_y = arm_theta_3_ground_x_z * arm_phi_3_sin + arm_psi_3_ground_x_y * arm_phi_3_cos;
-    const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
-    const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
-    const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t29 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t30 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t30 - t29;
-    const double arm_phi_3_v_y = arm_theta_3_v_z * arm_phi_3_sin + arm_psi_3_v_y * arm_phi_3_cos;
-    const double arm_phi_3_v_z = arm_theta_3_v_z * arm_phi_3_cos - arm_psi_3_v_y * arm_phi_3_sin;
-    const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
-    const double arm_phi_3_bias_a_z = arm_theta_3_bias_a_z * arm_phi_3_cos - arm_psi_3_bias_a_y * arm_phi_3_sin;
-    const double arm_phi_3_bias_a_falling_y = arm_theta_3_bias_a_falling_z * arm_phi_3_sin + arm_psi_3_bias_a_falling_y *
-        arm_phi_3_cos;
-    const double arm_phi_3_bias_a_falling_z = arm_theta_3_bias_a_falling_z * arm_phi_3_cos - arm_psi_3_bias_a_falling_y *
-        arm_phi_3_sin;
-    const double arm_phi_3_bias_wd_y = arm_theta_3_bias_wd_z * arm_phi_3_sin + arm_psi_3_bias_wd_y * arm_phi_3_cos +
-        arm_phi_3_w_z * qd[11];
-    const double arm_phi_3_bias_wd_z = arm_theta_3_bias_wd_z * arm_phi_3_cos - arm_psi_3_bias_wd_y * arm_phi_3_sin -
-        arm_phi_3_w_y * qd[11];
-    const double arm_phi_3_w_x = arm_theta_3_w_x + qd[11];
-    const double t31 = arm_phi_3_w_y * arm_phi_3_w_x;
-    const double t32 = arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y * arm_phi_3_w_y;
-    const double t33 = arm_phi_3_bias_wd_z + t31;
-    const double t34 = arm_phi_3_w_z * arm_phi_3_w_x;
-    const double t35 = t34 - arm_phi_3_bias_wd_y;
-    /* effector_z: motion from arm_phi_3 outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_ground_x_x = arm_psi_3_ground_x_y * arm_phi_3_sin - arm_theta_3_ground_x_z * arm_phi_3_cos;
-    const double effector_z_ground_y_x = arm_psi_3_ground_y_y * arm_phi_3_sin - arm_theta_3_ground_y_z * arm_phi_3_cos;
-    const double effector_z_ground_z_x = arm_psi_3_ground_z_y * arm_phi_3_sin - arm_theta_3_ground_z_z * arm_phi_3_cos;
-    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_shift_ground_y = arm_theta_3_ground_y_x * effector_z_shift_x;
-    const double effector_z_shift_ground_z = arm_theta_3_ground_z_x * effector_z_shift_x;
-    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
-    const double effector_z_position_y = arm_psi_3_position_y + effector_z_shift_ground_y;
-    const double effector_z_position_z = arm_psi_3_position_z + effector_z_shift_ground_z;
-    const double effector_z_w_x = t29 - t30;
-    const double effector_z_v_y = arm_phi_3_v_y + arm_phi_3_w_z * effector_z_shift_x;
-    const double effector_z_v_x = arm_phi_3_w_y * effector_z_shift_x - arm_phi_3_v_z;
-    const double t36 = t32 * effector_z_shift_x;
-    const double t37 = t33 * effector_z_shift_x;
-    const double t38 = t35 * effector_z_shift_x;
-    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - t36;
-    const double effector_z_bias_a_falling_z = arm_theta_3_bias_a_falling_x - t36;
-    const double t39 = arm_phi_3_w_y * qd[12];
-    const double t40 = effector_z_w_x * qd[12];
-    const double t41 = t39 + t39;
-    const double t42 = t40 + t40;
-    const double effector_z_v_z = arm_theta_3_v_x + qd[12];
-    const double effector_z_bias_a_x = t41 - (arm_phi_3_bias_a_z + t38);
-    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + t37 - t42;
-    const double effector_z_bias_a_falling_x = t41 - (arm_phi_3_bias_a_falling_z + t38);
-    const double effector_z_bias_a_falling_y = arm_phi_3_bias_a_falling_y + t37 - t42;
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double point_E_xd = effector_z_ground_x_x * effector_z_v_x + arm_phi_3_ground_x_y * effector_z_v_y +
-        arm_theta_3_ground_x_x * effector_z_v_z;
-    const double point_E_yd = effector_z_ground_y_x * effector_z_v_x + arm_phi_3_ground_y_y * effector_z_v_y +
-        arm_theta_3_ground_y_x * effector_z_v_z;
-    const double point_E_zd = effector_z_ground_z_x * effector_z_v_x + arm_phi_3_ground_z_y * effector_z_v_y +
-        arm_theta_3_ground_z_x * effector_z_v_z;
-    const double point_E_bias_x = effector_z_ground_x_x * effector_z_bias_a_x + arm_phi_3_ground_x_y * effector_z_bias_a_y +
-        arm_theta_3_ground_x_x * effector_z_bias_a_z;
-    const double point_E_bias_y = effector_z_ground_y_x * effector_z_bias_a_x + arm_phi_3_ground_y_y * effector_z_bias_a_y +
-        arm_theta_3_ground_y_x * effector_z_bias_a_z;
-    const double point_E_bias_z = effector_z_ground_z_x * effector_z_bias_a_x + arm_phi_3_ground_z_y * effector_z_bias_a_y +
-        arm_theta_3_ground_z_x * effector_z_bias_a_z;
-    const double t43 = effector_z_position_z - arm_psi_position_z;
-    const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    const double t44 = effector_z_position_x - arm_psi_3_position_x;
-    const double t45 = effector_z_position_y - arm_psi_3_position_y;
-    const double t46 = effector_z_position_z - arm_psi_3_position_z;
-    const double row_2_u_arm_psi_3 = last_arm_phi_e_ground_x_z * t45 - last_arm_phi_e_ground_y_z * t44;
-    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t45 - arm_psi_3_ground_y_y * t44;
-    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t45 - arm_theta_3_ground_y_x * t44;
-    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
-    /* arm_phi_3: bias forces c, inward */
-    const double arm_phi_3_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_theta_3_bias_wd_x;
-    /* arm_psi: bias forces c, inward */
-    const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t3 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t3;
-    /* springs -s (q - rest), dampers -d qd, and forces that the model names */
-    const double t47 = p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10];
-    const double t48 = p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi * qd[11];
-    /* row 1 (position level): u qdd + v = 0 */
-    const double t49 = (effector_z_position_x - p->xc) / p->a;
-    const double t50 = effector_z_position_y / p->b;
-    const double row_1_phi = t49 * t49 + t50 * t50 - 1.0;
-    const double t51 = point_E_xd * p->derived.constant_11;
-    const double t52 = t49 * t51;
-    const double t53 = point_E_yd * p->derived.constant_12;
-    const double t54 = t50 * t53;
-    const double row_1_psi = t52 + t52 + (t54 + t54);
-    const double t55 = t51 * t51 + t49 * (point_E_bias_x * p->derived.constant_11);
-    const double t56 = t53 * t53 + t50 * (point_E_bias_y * p->derived.constant_12);
-    const double row_1_v = t55 + t55 + (t56 + t56);
-    const double t57 = p->derived.constant_12 * (t50 + t50);
-    const double t58 = p->derived.constant_11 * (t49 + t49);
-    const double row_1_u_column_psi = effector_z_position_x * t57 - effector_z_position_y * t58;
-    const double t59 = column_psi_cos * t43 * t58 + column_psi_sin * t43 * t57;
-    const double row_1_u_arm_psi_3 = (last_arm_phi_e_ground_y_z * t46 - last_arm_phi_e_ground_z_z * t45) *
-        t58 + (last_arm_phi_e_ground_z_z * t44 - last_arm_phi_e_ground_x_z * t46) * t57;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t46 - arm_psi_3_ground_z_y * t45) * t58 + (arm_psi_3_ground_z_y *
-        t44 - arm_psi_3_ground_x_y * t46) * t57;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t46 - arm_theta_3_ground_z_x * t45) * t58 +
-        (arm_theta_3_ground_z_x * t44 - arm_theta_3_ground_x_x * t46) * t57;
-    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t58 + arm_theta_3_ground_y_x * t57;
-    /* row 2 (velocity level): u qdd + v = 0 */
-    const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t60 = t2 * (p->derived.constant_15 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t60 + t60);
-    /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = t4 * p->derived.constant_8 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
-    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t5;
-    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t4 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
-    /* arm_phi_3: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_3_load_moment_y = t34 * p->derived.constant_7 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y -
-        p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
-    const double arm_phi_3_load_moment_z = t31 * p->derived.constant_8 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z +
-        p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t32;
-    const double arm_phi_3_load_force_y = p->derived.arm_psi_moment_x * t33 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_z = p->derived.arm_psi_moment_x * t35 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
-    /* effector_z: inertia and gravity of the body at qdd = 0 */
-    const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
-    const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
-    const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    /* arm_phi_3 and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double t61 = 1.0 / (p->derived.arm_psi_inertia_yy + p->m_E * (effector_z_shift_x * effector_z_shift_x));
-    const double arm_theta_3_cos_inverse = 1.0 / arm_theta_3_cos;
-    const double arm_phi_3_turn_x_x = arm_psi_3_cos * arm_theta_3_cos;
-    const double arm_phi_3_turn_y_x = arm_psi_3_sin * arm_theta_3_cos;
-    const double arm_phi_3_turn_z_y = arm_theta_3_cos * arm_phi_3_sin;
-    const double t62 = arm_theta_3_sin * arm_phi_3_sin;
-    const double arm_phi_3_turn_x_y = arm_psi_3_cos * t62 - arm_psi_3_sin * arm_phi_3_cos;
-    const double arm_phi_3_turn_y_y = arm_psi_3_sin * t62 + arm_psi_3_cos * arm_phi_3_cos;
-    const double arm_phi_3_turn_z_z = arm_theta_3_cos * arm_phi_3_cos;
-    const double t63 = arm_theta_3_sin * arm_phi_3_cos;
-    const double arm_phi_3_turn_x_z = arm_psi_3_sin * arm_phi_3_sin + arm_psi_3_cos * t63;
-    const double arm_phi_3_turn_y_z = arm_psi_3_sin * t63 - arm_psi_3_cos * arm_phi_3_sin;
-    const double t64 = arm_phi_3_moment_beyond_x * t61;
-    const double t65 = p->derived.arm_phi_3_mass_beyond - arm_phi_3_moment_beyond_x * t64;
-    const double t66 = t65 - p->derived.arm_psi_mass;
-    const double t67 = arm_theta_3_sin * arm_theta_3_sin * t66;
-    const double t68 = t65 - t67;
-    const double t69 = p->derived.arm_psi_mass + t67;
-    const double t70 = arm_theta_3_sin * arm_theta_3_cos * t66;
-    const double t71 = t69 - t65;
-    const double t72 = arm_psi_3_sin * arm_psi_3_sin * t71;
-    const double t73 = arm_psi_3_cos * t70;
-    const double t74 = arm_psi_3_sin * t70;
-    const double t75 = t65 + t72;
-    const double t76 = arm_psi_3_sin * arm_psi_3_cos * t71;
-    const double t77 = p->derived.arm_element_length * t74;
-    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double t78 = arm_psi_sin * arm_psi_cos;
-    /* arm_phi_3: force left for the joint, inward */
-    const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
-    const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
-    const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
-    const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
-    const double t79 = arm_theta_3_sin * t48;
-    const double t80 = arm_theta_3_cos_inverse * (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi *
-        qd[9] + t79);
-    const double t81 = t61 * (arm_phi_3_carried_moment_y + (arm_phi_3_sin * t80 + arm_phi_3_cos * t47));
-    const double t82 = t61 * (arm_phi_3_sin * t47 - arm_phi_3_cos * t80 - arm_phi_3_carried_moment_z);
-    const double t83 = arm_phi_3_carried_force_y + arm_phi_3_moment_beyond_x * t82;
-    const double t84 = arm_phi_3_carried_force_z + arm_phi_3_moment_beyond_x * t81;
-    const double t85 = arm_theta_3_sin * t80 + arm_theta_3_cos * t48;
-    const double t86 = arm_phi_3_load_force_x * arm_phi_3_turn_y_x + arm_phi_3_turn_y_y * t83 + arm_phi_3_turn_y_z *
-        t84;
-    const double t87 = arm_phi_3_turn_z_y * t83 - arm_theta_3_sin * arm_phi_3_load_force_x + arm_phi_3_turn_z_z *
-        t84;
-    /* arm_phi_3: force left for the joint, inward */
-    const double t88 = arm_theta_3_sin * row_1_u_arm_phi_3;
-    const double t89 = arm_theta_3_cos_inverse * (row_1_u_arm_psi_3 + t88);
-    const double t90 = t61 * (arm_phi_3_sin * t89 + arm_phi_3_cos * row_1_u_arm_theta_3);
-    const double t91 = t61 * (arm_phi_3_cos * t89 - arm_phi_3_sin * row_1_u_arm_theta_3);
-    const double t92 = arm_phi_3_moment_beyond_x * t91;
-    const double t93 = arm_phi_3_moment_beyond_x * t90;
-    const double t94 = arm_theta_3_sin * t89 + arm_theta_3_cos * row_1_u_arm_phi_3;
-    const double t95 = row_1_u_effector_z * arm_phi_3_turn_y_x + arm_phi_3_turn_y_y * t92 - arm_phi_3_turn_y_z *
-        t93;
-    const double t96 = arm_phi_3_turn_z_y * t92 - arm_theta_3_sin * row_1_u_effector_z - arm_phi_3_turn_z_z *
-        t93;
-    /* arm_phi_3: force left for the joint, inward */
-    const double t97 = arm_theta_3_sin * row_2_u_arm_phi_3;
-    const double t98 = arm_theta_3_cos_inverse * (row_2_u_arm_psi_3 + t97);
-    const double t99 = t61 * (arm_phi_3_sin * t98 + arm_phi_3_cos * row_2_u_arm_theta_3);
-    const double t100 = t61 * (arm_phi_3_cos * t98 - arm_phi_3_sin * row_2_u_arm_theta_3);
-    const double t101 = arm_phi_3_moment_beyond_x * t100;
-    const double t102 = arm_phi_3_moment_beyond_x * t99;
-    const double t103 = arm_theta_3_sin * t98 + arm_theta_3_cos * row_2_u_arm_phi_3;
-    const double t104 = arm_theta_3_ground_z_x * arm_phi_3_turn_y_x + arm_phi_3_turn_y_y * t101 - arm_phi_3_turn_y_z *
-        t102;
-    const double t105 = arm_phi_3_turn_z_y * t101 - arm_theta_3_sin * arm_theta_3_ground_z_x - arm_phi_3_turn_z_z *
-        t102;
-    double row_2_u_arm_psi_e[2];
-    double row_2_u_arm_theta_e[2];
-    double row_2_u_arm_phi_e[2];
-    double row_1_u_arm_psi_e[2];
-    double row_1_u_arm_theta_e[2];
-    double row_1_u_arm_phi_e[2];
-    double arm_theta_e_cos_inverse[2];
-    double t125[2];
-    double t126[2];
-    double t129[2];
-    double t130[2];
-    double t133[2];
-    double t134[2];
-    double t166[2];
-    double t167[2];
-    double t168[2];
-    double t181[2];
-    double t182[2];
-    double t183[2];
-    double t196[2];
-    double t197[2];
-    double t198[2];
-    double carried_61 = p->derived.constant_2 * t68;
-    double carried_62 = p->derived.constant_2 * t75;
-    double carried_63 = -p->derived.constant_2 * t74;
-    double carried_64 = -p->derived.arm_element_length * t73;
-    double carried_65 = -t77;
-    double carried_66 = -p->derived.arm_element_length * t68;
-    double carried_67 = p->derived.arm_element_length * t76;
-    double carried_68 = p->derived.arm_element_length * t75;
-    double carried_69 = t77;
-    double carried_70 = t69 - t72;
-    double carried_71 = t75;
-    double carried_72 = t68;
-    double carried_73 = t76;
-    double carried_74 = t73;
-    double carried_75 = t74;
-    double carried_76 = arm_psi_3_sin * t47 - arm_psi_3_cos * t85;
-    double carried_77 = -(arm_psi_3_sin * t85 + arm_psi_3_cos * t47 + p->derived.arm_element_length * t87);
-    double carried_78 = t79 - arm_theta_3_cos * t80 + p->derived.arm_element_length * t86;
-    double carried_79 = arm_phi_3_load_force_x * arm_phi_3_turn_x_x + arm_phi_3_turn_x_y * t83 + arm_phi_3_turn_x_z *
-        t84;
-    double carried_80 = t86;
-    double carried_81 = t87;
-    double carried_88 = arm_psi_3_cos * t94 - arm_psi_3_sin * row_1_u_arm_theta_3;
-    double carried_89 = arm_psi_3_sin * t94 + arm_psi_3_cos * row_1_u_arm_theta_3 - p->derived.arm_element_length *
-        t96;
-    double carried_90 = arm_theta_3_cos * t89 - t88 + p->derived.arm_element_length * t95;
-    double carried_91 = row_1_u_effector_z * arm_phi_3_turn_x_x + arm_phi_3_turn_x_y * t92 - arm_phi_3_turn_x_z *
-        t93;
-    double carried_92 = t95;
-    double carried_93 = t96;
-    double carried_100 = arm_psi_3_cos * t103 - arm_psi_3_sin * row_2_u_arm_theta_3;
-    double carried_101 = arm_psi_3_sin * t103 + arm_psi_3_cos * row_2_u_arm_theta_3 - p->derived.arm_element_length *
-        t105;
-    double carried_102 = arm_theta_3_cos * t98 - t97 + p->derived.arm_element_length * t104;
-    double carried_103 = arm_theta_3_ground_z_x * arm_phi_3_turn_x_x + arm_phi_3_turn_x_y * t101 - arm_phi_3_turn_x_z *
-        t102;
-    double carried_104 = t104;
-    double carried_105 = t105;
-    for (int e = 1; e >= 0; e--) { /* arm_psi_e, inward */
-        const double arm_theta_e_cos = cosine[3 + 3 * e];
-        const double arm_phi_e_sin = sine[4 + 3 * e];
-        const double arm_phi_e_cos = cosine[4 + 3 * e];
-        const double arm_theta_e_sin = sine[3 + 3 * e];
-        const double arm_psi_e_sin = sine[2 + 3 * e];
-        const double arm_psi_e_cos = cosine[2 + 3 * e];
-        /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-        const double t106 = effector_z_position_x - arm_psi_e_position_x_2[e];
-        const double t107 = effector_z_position_y - arm_psi_e_position_y_2[e];
-        const double t108 = effector_z_position_z - arm_psi_e_position_z_2[e];
-        row_2_u_arm_psi_e[e] = last_arm_phi_e_ground_x_z_at[e] * t107 - last_arm_phi_e_ground_y_z_at[e] *
-        t106;
-        row_2_u_arm_theta_e[e] = arm_psi_e_ground_x_y[e] * t107 - arm_psi_e_ground_y_y[e] * t106;
-        row_2_u_arm_phi_e[e] = arm_theta_e_ground_x_x[e] * t107 - arm_theta_e_ground_y_x[e] * t106;
-        /* arm_phi_e: bias forces c, inward */
-        const double arm_phi_e_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_e_bias_wd_x[e];
-        /* springs -s (q - rest), dampers -d qd, and forces that the model names */
-        const double t109 = p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi * qd[4 + 3 * e];
-        const double t110 = p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e];
-        /* row 1 (position level): u qdd + v = 0 */
-        row_1_u_arm_psi_e[e] = (last_arm_phi_e_ground_y_z_at[e] * t108 - last_arm_phi_e_ground_z_z_at[e] *
-        t107) * t58 + (last_arm_phi_e_ground_z_z_at[e] * t106 - last_arm_phi_e_ground_x_z_at[e] * t108) *
-        t57;
-        row_1_u_arm_theta_e[e] = (arm_psi_e_ground_y_y[e] * t108 - arm_psi_e_ground_z_y[e] * t107) * t58 +
-        (arm_psi_e_ground_z_y[e] * t106 - arm_psi_e_ground_x_y[e] * t108) * t57;
-        row_1_u_arm_phi_e[e] = (arm_theta_e_ground_y_x[e] * t108 - arm_theta_e_ground_z_x[e] * t107) * t58 +
-        (arm_theta_e_ground_z_x[e] * t106 - arm_theta_e_ground_x_x[e] * t108) * t57;
-        /* arm_phi_e: inertia and gravity of the body at qdd = 0 */
-        const double arm_phi_e_load_moment_y = t19[e] * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_e_bias_wd_y[e] - p->derived.arm_phi_1_moment_x * arm_phi_e_bias_a_falling_z[e];
-        const double arm_phi_e_load_moment_z = t16[e] * p->derived.constant_10 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_e_bias_wd_z[e] + p->derived.arm_phi_1_moment_x * arm_phi_e_bias_a_falling_y[e];
-        const double arm_phi_e_load_force_x = p->derived.arm_phi_1_mass * arm_theta_e_bias_a_falling_x[e] -
-        p->derived.arm_phi_1_moment_x * t17[e];
-        const double arm_phi_e_load_force_y = p->derived.arm_phi_1_moment_x * t18[e] + p->derived.arm_phi_1_mass *
-        arm_phi_e_bias_a_falling_y[e];
-        const double arm_phi_e_load_force_z = p->derived.arm_phi_1_moment_x * t20[e] + p->derived.arm_phi_1_mass *
-        arm_phi_e_bias_a_falling_z[e];
-        /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-        arm_theta_e_cos_inverse[e] = 1.0 / arm_theta_e_cos;
-        const double t111 = arm_phi_e_sin * arm_phi_e_sin;
-        const double t112 = arm_phi_e_sin * arm_phi_e_cos;
-        const double t113 = arm_theta_e_sin * arm_theta_e_sin;
-        const double t114 = arm_theta_e_sin * arm_theta_e_cos;
-        const double t115 = arm_psi_e_sin * arm_psi_e_sin;
-        const double t116 = arm_psi_e_sin * arm_psi_e_cos;
-        /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-        const double t117 = p->derived.arm_phi_1_inertia_yy + carried_61;
-        const double t118 = carried_66 - p->derived.arm_phi_1_moment_x;
-        const double t119 = p->derived.arm_phi_1_moment_x + carried_68;
-        const double t120 = 1.0 / t117;
-        const double t121 = carried_63 * t120;
-        const double t122 = t117 * (1.0 / (t117 * (p->derived.arm_phi_1_inertia_yy + carried_62) - carried_63 *
-        carried_63));
-        const double t123 = carried_67 - carried_64 * t121;
-        const double t124 = carried_64 * t120;
-        t125[e] = t122 * t123;
-        t126[e] = t124 - t121 * t125[e];
-        const double t127 = t119 - carried_65 * t121;
-        const double t128 = carried_65 * t120;
-        t129[e] = t122 * t127;
-        t130[e] = t128 - t121 * t129[e];
-        const double t131 = carried_69 - t118 * t121;
-        const double t132 = t118 * t120;
-        t133[e] = t122 * t131;
-        t134[e] = t132 - t121 * t133[e];
-        const double t135 = p->derived.arm_phi_1_mass + carried_70 - carried_64 * t124 - t123 * t125[e];
-        const double t136 = carried_73 - carried_64 * t128 - t123 * t129[e];
-        const double t137 = carried_74 - carried_64 * t132 - t123 * t133[e];
-        const double t138 = p->derived.arm_phi_1_mass + carried_71 - carried_65 * t128 - t127 * t129[e];
-        const double t139 = carried_75 - carried_65 * t132 - t127 * t133[e];
-        const double t140 = p->derived.arm_phi_1_mass + carried_72 - t118 * t132 - t131 * t133[e];
-        const double t141 = t138 - t140;
-        const double t142 = (t112 + t112) * t139 + t111 * t141;
-        const double t143 = arm_phi_e_cos * t136 - arm_phi_e_sin * t137;
-        const double t144 = arm_phi_e_cos * t137 + arm_phi_e_sin * t136;
-        const double t145 = t138 - t142;
-        const double t146 = t140 + t142;
-        const double t147 = t112 * t141 + (1.0 - (t111 + t111)) * t139;
-        const double t148 = t146 - t135;
-        const double t149 = (t114 + t114) * t144 + t113 * t148;
-        const double t150 = arm_theta_e_cos * t147 - arm_theta_e_sin * t143;
-        const double t151 = arm_theta_e_cos * t143 + arm_theta_e_sin * t147;
-        const double t152 = t146 - t149;
-        const double t153 = t135 + t149;
-        const double t154 = t114 * t148 + (1.0 - (t113 + t113)) * t144;
-        const double t155 = t153 - t145;
-        const double t156 = (t116 + t116) * t151 + t115 * t155;
-        const double t157 = arm_psi_e_cos * t154 - arm_psi_e_sin * t150;
-        const double t158 = arm_psi_e_cos * t150 + arm_psi_e_sin * t154;
-        const double t159 = t145 + t156;
-        const double t160 = t116 * t155 + (1.0 - (t115 + t115)) * t151;
-        const double t161 = p->derived.arm_element_length * t158;
-        /* arm_phi_e: force left for the joint, inward */
-        const double t162 = arm_theta_e_sin * t110;
-        const double t163 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi *
-        qd[3 + 3 * e] + t162);
-        const double t164 = arm_theta_e_sin * t163 + arm_theta_e_cos * t110;
-        /* arm_phi_e: force left for the joint, inward */
-        const double t165 = arm_phi_e_sin * t163 + arm_phi_e_cos * t109 + (arm_phi_e_load_moment_y + carried_77);
-        t166[e] = p->derived.constant_20 * (t110 + (arm_phi_e_load_moment_x + carried_76));
-        t167[e] = t122 * (arm_phi_e_sin * t109 - arm_phi_e_cos * t163 - (arm_phi_e_load_moment_z + carried_78) +
-        t121 * t165);
-        t168[e] = t120 * t165 + t121 * t167[e];
-        const double t169 = arm_phi_e_load_force_x + carried_79 + (carried_67 * t167[e] - carried_64 * t168[e]);
-        const double t170 = arm_phi_e_load_force_y + carried_80 + (t119 * t167[e] - carried_65 * t168[e]);
-        const double t171 = arm_phi_e_load_force_z + carried_81 + (carried_69 * t167[e] - t118 * t168[e]);
-        const double t172 = arm_phi_e_cos * t170 - arm_phi_e_sin * t171;
-        const double t173 = arm_phi_e_sin * t170 + arm_phi_e_cos * t171;
-        const double t174 = arm_theta_e_cos * t173 - arm_theta_e_sin * t169;
-        const double t175 = arm_theta_e_sin * t173 + arm_theta_e_cos * t169;
-        const double t176 = arm_psi_e_sin * t175 + arm_psi_e_cos * t172;
-        /* arm_phi_e: force left for the joint, inward */
-        const double t177 = arm_theta_e_sin * row_1_u_arm_phi_e[e];
-        const double t178 = arm_theta_e_cos_inverse[e] * (row_1_u_arm_psi_e[e] + t177);
-        const double t179 = arm_theta_e_sin * t178 + arm_theta_e_cos * row_1_u_arm_phi_e[e];
-        /* arm_phi_e: force left for the joint, inward */
-        const double t180 = arm_phi_e_sin * t178 + arm_phi_e_cos * row_1_u_arm_theta_e[e] - carried_89;
-        t181[e] = p->derived.constant_20 * (row_1_u_arm_phi_e[e] - carried_88);
-        t182[e] = t122 * (arm_phi_e_cos * t178 - arm_phi_e_sin * row_1_u_arm_theta_e[e] - carried_90 - t121 *
-        t180);
-        t183[e] = t120 * t180 - t121 * t182[e];
-        const double t184 = carried_91 + (carried_64 * t183[e] + carried_67 * t182[e]);
-        const double t185 = carried_92 + (carried_65 * t183[e] + t119 * t182[e]);
-        const double t186 = carried_93 + (t118 * t183[e] + carried_69 * t182[e]);
-        const double t187 = arm_phi_e_cos * t185 - arm_phi_e_sin * t186;
-        const double t188 = arm_phi_e_sin * t185 + arm_phi_e_cos * t186;
-        const double t189 = arm_theta_e_cos * t188 - arm_theta_e_sin * t184;
-        const double t190 = arm_theta_e_sin * t188 + arm_theta_e_cos * t184;
-        const double t191 = arm_psi_e_sin * t190 + arm_psi_e_cos * t187;
-        /* arm_phi_e: force left for the joint, inward */
-        const double t192 = arm_theta_e_sin * row_2_u_arm_phi_e[e];
-        const double t193 = arm_theta_e_cos_inverse[e] * (row_2_u_arm_psi_e[e] + t192);
-        const double t194 = arm_theta_e_sin * t193 + arm_theta_e_cos * row_2_u_arm_phi_e[e];
-        /* arm_phi_e: force left for the joint, inward */
-        const double t195 = arm_phi_e_sin * t193 + arm_phi_e_cos * row_2_u_arm_theta_e[e] - carried_101;
-        t196[e] = p->derived.constant_20 * (row_2_u_arm_phi_e[e] - carried_100);
-        t197[e] = t122 * (arm_phi_e_cos * t193 - arm_phi_e_sin * row_2_u_arm_theta_e[e] - carried_102 - t121 *
-        t195);
-        t198[e] = t120 * t195 - t121 * t197[e];
-        const double t199 = carried_103 + (carried_64 * t198[e] + carried_67 * t197[e]);
-        const double t200 = carried_104 + (carried_65 * t198[e] + t119 * t197[e]);
-        const double t201 = carried_105 + (t118 * t198[e] + carried_69 * t197[e]);
-        const double t202 = arm_phi_e_cos * t200 - arm_phi_e_sin * t201;
-        const double t203 = arm_phi_e_sin * t200 + arm_phi_e_cos * t201;
-        const double t204 = arm_theta_e_cos * t203 - arm_theta_e_sin * t199;
-        const double t205 = arm_theta_e_sin * t203 + arm_theta_e_cos * t199;
-        const double t206 = arm_psi_e_sin * t205 + arm_psi_e_cos * t202;
-        const double next_carried_61 = p->derived.constant_2 * t152;
-        const double next_carried_62 = p->derived.constant_2 * t159;
-        const double next_carried_63 = -p->derived.constant_2 * t158;
-        const double next_carried_64 = -p->derived.arm_element_length * t157;
-        const double next_carried_65 = -t161;
-        const double next_carried_66 = -p->derived.arm_element_length * t152;
-        const double next_carried_67 = p->derived.arm_element_length * t160;
-        const double next_carried_68 = p->derived.arm_element_length * t159;
-        const double next_carried_70 = t153 - t156;
-        const double next_carried_76 = arm_psi_e_sin * t109 - arm_psi_e_cos * t164;
-        const double next_carried_77 = -(arm_psi_e_sin * t164 + arm_psi_e_cos * t109 + p->derived.arm_element_length *
-        t174);
-        const double next_carried_78 = t162 - arm_theta_e_cos * t163 + p->derived.arm_element_length * t176;
-        const double next_carried_79 = arm_psi_e_cos * t175 - arm_psi_e_sin * t172;
-        const double next_carried_88 = arm_psi_e_cos * t179 - arm_psi_e_sin * row_1_u_arm_theta_e[e];
-        const double next_carried_89 = arm_psi_e_sin * t179 + arm_psi_e_cos * row_1_u_arm_theta_e[e] - p->derived.arm_element_length *
-        t189;
-        const double next_carried_90 = arm_theta_e_cos * t178 - t177 + p->derived.arm_element_length * t191;
-        const double next_carried_91 = arm_psi_e_cos * t190 - arm_psi_e_sin * t187;
-        const double next_carried_100 = arm_psi_e_cos * t194 - arm_psi_e_sin * row_2_u_arm_theta_e[e];
-        const double next_carried_101 = arm_psi_e_sin * t194 + arm_psi_e_cos * row_2_u_arm_theta_e[e] - p->derived.arm_element_length *
-        t204;
-        const double next_carried_102 = arm_theta_e_cos * t193 - t192 + p->derived.arm_element_length * t206;
-        const double next_carried_103 = arm_psi_e_cos * t205 - arm_psi_e_sin * t202;
-        carried_61 = next_carried_61;
-        carried_62 = next_carried_62;
-        carried_63 = next_carried_63;
-        carried_64 = next_carried_64;
-        carried_65 = next_carried_65;
-        carried_66 = next_carried_66;
-        carried_67 = next_carried_67;
-        carried_68 = next_carried_68;
-        carried_69 = t161;
-        carried_70 = next_carried_70;
-        carried_71 = t159;
-        carried_72 = t152;
-        carried_73 = t160;
-        carried_74 = t157;
-        carried_75 = t158;
-        carried_76 = next_carried_76;
-        carried_77 = next_carried_77;
-        carried_78 = next_carried_78;
-        carried_79 = next_carried_79;
-        carried_80 = t176;
-        carried_81 = t174;
-        carried_88 = next_carried_88;
-        carried_89 = next_carried_89;
-        carried_90 = next_carried_90;
-        carried_91 = next_carried_91;
-        carried_92 = t191;
-        carried_93 = t189;
-        carried_100 = next_carried_100;
-        carried_101 = next_carried_101;
-        carried_102 = next_carried_102;
-        carried_103 = next_carried_103;
-        carried_104 = t206;
-        carried_105 = t204;
-    }
-    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double arm_psi_U_force_x = carried_67 + p->derived.constant_3 * carried_73;
-    const double t207 = p->derived.constant_3 * carried_66;
-    const double t208 = p->derived.constant_3 * carried_68;
-    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.constant_21 + p->derived.constant_3 *
-        carried_65 - p->derived.constant_3 * carried_69;
-    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + (t208 + (carried_62 + carried_71 * p->derived.constant_21 +
-        t208));
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + (carried_68 + p->derived.constant_3 * carried_71);
-    const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t209 = arm_psi_U_moment_y * arm_psi_D_inverse;
-    const double t210 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t211 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t212 = p->derived.arm_psi_inertia_yy + (carried_61 + carried_72 * p->derived.constant_21 -
-        t207 - t207) - arm_psi_U_moment_y * t209;
-    const double t213 = p->derived.arm_psi_mass + carried_71 - arm_psi_U_force_y * t211;
-    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (carried_64 - p->derived.constant_3 *
-        carried_74 - arm_psi_U_moment_y * t210)) + arm_psi_cos * (arm_psi_cos * (carried_65 - p->derived.constant_3 *
-        carried_75 - arm_psi_U_moment_y * t211));
-    const double t214 = t213 + ((carried_73 - arm_psi_U_force_x * t211) * (t78 + t78) + arm_psi_sin * arm_psi_sin *
-        (p->derived.arm_psi_mass + carried_70 - arm_psi_U_force_x * t210 - t213));
-    /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (t212 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
-        t212)));
-    const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t215 = column_psi_U_force_z * column_psi_D_inverse;
-    /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + t214 - column_psi_U_force_z * t215);
-    const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* arm_psi: force left for the joint, inward */
-    const double t216 = arm_psi_load_moment_z + (carried_78 + p->derived.constant_3 * carried_80);
-    /* column_psi: force left for the joint, inward */
-    const double t217 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + carried_76) + arm_psi_cos * (arm_psi_load_moment_y +
-        (carried_77 - p->derived.constant_3 * carried_81) - t209 * t216));
-    const double t218 = p->derived.column_psi_load_force_z + (arm_psi_sin * (arm_psi_load_force_x + carried_79 -
-        t210 * t216) + arm_psi_cos * (arm_psi_load_force_y + carried_80 - t211 * t216)) + t215 * t217;
-    /* base_z: acceleration, outward */
-    const double t219 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        t218));
-    /* column_psi: acceleration, outward */
-    const double t220 = t215 * t219 + column_psi_D_inverse * t217;
-    const double t221 = arm_psi_cos * t220;
-    const double t222 = arm_psi_sin * t219;
-    const double t223 = arm_psi_cos * t219;
-    /* arm_psi: acceleration, outward */
-    const double t224 = t209 * t221 - (t210 * t222 + t211 * t223) + arm_psi_D_inverse * t216;
-    /* arm_psi: force left for the joint, inward */
-    const double t225 = t59 + (carried_90 + p->derived.constant_3 * carried_92);
-    /* column_psi: force left for the joint, inward */
-    const double t226 = row_1_u_column_psi - (arm_psi_sin * carried_88 + arm_psi_cos * (carried_89 - p->derived.constant_3 *
-        carried_93 - t209 * t225));
-    /* base_z: acceleration, outward */
-    const double t227 = base_z_D_inverse * (arm_psi_sin * (carried_91 - t210 * t225) + arm_psi_cos * (carried_92 -
-        t211 * t225) + t215 * t226);
-    /* column_psi: acceleration, outward */
-    const double t228 = t215 * t227 + column_psi_D_inverse * t226;
-    const double t229 = arm_psi_cos * t228;
-    const double t230 = arm_psi_sin * t227;
-    const double t231 = arm_psi_cos * t227;
-    /* arm_psi: acceleration, outward */
-    const double t232 = t209 * t229 - (t210 * t230 + t211 * t231) + arm_psi_D_inverse * t225;
-    /* arm_psi: force left for the joint, inward */
-    const double t233 = row_2_u_arm_psi - (carried_102 + p->derived.constant_3 * carried_104);
-    const double t234 = arm_psi_sin * carried_100 + arm_psi_cos * (carried_101 - p->derived.constant_3 * carried_105 +
-        t209 * t233);
-    /* base_z: acceleration, outward */
-    const double t235 = base_z_D_inverse * (1.0 - (arm_psi_sin * (carried_103 + t210 * t233) + arm_psi_cos *
-        (carried_104 + t211 * t233) - t215 * t234));
-    /* column_psi: acceleration, outward */
-    const double t236 = t215 * t235 + column_psi_D_inverse * t234;
-    const double t237 = arm_psi_cos * t236;
-    const double t238 = arm_psi_sin * t235;
-    const double t239 = arm_psi_cos * t235;
-    /* arm_psi: acceleration, outward */
-    const double t240 = arm_psi_D_inverse * t233 - (t210 * t238 + t211 * t239 - t209 * t237);
-    double carried_82 = arm_psi_sin * t220;
-    double carried_83 = t221;
-    double carried_84 = -t224;
-    double carried_85 = -t222;
-    double carried_86 = -(t223 + p->derived.constant_3 * t224);
-    double carried_87 = -p->derived.constant_3 * t221;
-    double carried_94 = arm_psi_sin * t228;
-    double carried_95 = t229;
-    double carried_96 = -t232;
-    double carried_97 = -t230;
-    double carried_98 = -(t231 + p->derived.constant_3 * t232);
-    double carried_99 = -p->derived.constant_3 * t229;
-    double carried_106 = -arm_psi_sin * t236;
-    double carried_107 = -t237;
-    double carried_108 = t240;
-    double carried_109 = t238;
-    double carried_110 = t239 + p->derived.constant_3 * t240;
-    double carried_111 = p->derived.constant_3 * t237;
-    double carried_112 = row_1_u_column_psi * t220 + t59 * t224;
-    double carried_113 = row_1_u_column_psi * t228 + t59 * t232;
-    double carried_114 = -(t219 + row_2_u_arm_psi * t224);
-    double carried_115 = -(t227 + row_2_u_arm_psi * t232);
-    double carried_116 = t235 + row_2_u_arm_psi * t240;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[2 + 3 * e];
-        const double arm_psi_e_cos = cosine[2 + 3 * e];
-        const double arm_theta_e_sin = sine[3 + 3 * e];
-        const double arm_theta_e_cos = cosine[3 + 3 * e];
-        const double arm_phi_e_sin = sine[4 + 3 * e];
-        const double arm_phi_e_cos = cosine[4 + 3 * e];
-        /* arm_phi_e: acceleration, outward */
-        const double t241 = arm_psi_e_sin * carried_83 + arm_psi_e_cos * carried_82;
-        const double t242 = carried_86 + p->derived.arm_element_length * carried_84;
-        const double t243 = carried_87 - p->derived.arm_element_length * carried_83;
-        const double t244 = arm_psi_e_sin * t242 + arm_psi_e_cos * carried_85;
-        const double t245 = arm_psi_e_cos * t242 - arm_psi_e_sin * carried_85;
-        const double t246 = arm_theta_e_sin * t244 + arm_theta_e_cos * t243;
-        const double t247 = arm_theta_e_cos * t244 - arm_theta_e_sin * t243;
-        /* arm_phi_e: acceleration, outward */
-        const double t248 = arm_phi_e_sin * t246 + arm_phi_e_cos * t245;
-        const double t249 = arm_phi_e_cos * t246 - arm_phi_e_sin * t245;
-        const double t250 = t168[e] + (t126[e] * t247 + t130[e] * t248 + t134[e] * t249);
-        const double t251 = t167[e] - (t125[e] * t247 + t129[e] * t248 + t133[e] * t249);
-        const double t252 = arm_psi_e_cos * carried_83 - arm_psi_e_sin * carried_82 + (arm_phi_e_sin * t251 +
-        arm_phi_e_cos * t250);
-        const double t253 = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t251 - arm_phi_e_sin * t250 - (arm_theta_e_sin *
-        t241 + arm_theta_e_cos * carried_84));
-        const double t254 = arm_theta_e_sin * t253 - (t166[e] + (arm_theta_e_cos * t241 - arm_theta_e_sin *
-        carried_84));
-        /* arm_phi_e: acceleration, outward */
-        const double t255 = arm_psi_e_sin * carried_95 + arm_psi_e_cos * carried_94;
-        const double t256 = carried_98 + p->derived.arm_element_length * carried_96;
-        const double t257 = carried_99 - p->derived.arm_element_length * carried_95;
-        const double t258 = arm_psi_e_sin * t256 + arm_psi_e_cos * carried_97;
-        const double t259 = arm_psi_e_cos * t256 - arm_psi_e_sin * carried_97;
-        const double t260 = arm_theta_e_sin * t258 + arm_theta_e_cos * t257;
-        const double t261 = arm_theta_e_cos * t258 - arm_theta_e_sin * t257;
-        /* arm_phi_e: acceleration, outward */
-        const double t262 = arm_phi_e_sin * t260 + arm_phi_e_cos * t259;
-        const double t263 = arm_phi_e_cos * t260 - arm_phi_e_sin * t259;
-        const double t264 = t183[e] - (t126[e] * t261 + t130[e] * t262 + t134[e] * t263);
-        const double t265 = t182[e] - (t125[e] * t261 + t129[e] * t262 + t133[e] * t263);
-        const double t266 = arm_phi_e_cos * t264 - arm_phi_e_sin * t265 - (arm_psi_e_cos * carried_95 - arm_psi_e_sin *
-        carried_94);
-        const double t267 = arm_theta_e_cos_inverse[e] * (arm_phi_e_sin * t264 + arm_phi_e_cos * t265 - (arm_theta_e_sin *
-        t255 + arm_theta_e_cos * carried_96));
-        const double t268 = t181[e] - (arm_theta_e_cos * t255 - arm_theta_e_sin * carried_96) + arm_theta_e_sin *
-        t267;
-        /* arm_phi_e: acceleration, outward */
-        const double t269 = arm_psi_e_sin * carried_107 + arm_psi_e_cos * carried_106;
-        const double t270 = carried_110 + p->derived.arm_element_length * carried_108;
-        const double t271 = carried_111 - p->derived.arm_element_length * carried_107;
-        const double t272 = arm_psi_e_sin * t270 + arm_psi_e_cos * carried_109;
-        const double t273 = arm_psi_e_cos * t270 - arm_psi_e_sin * carried_109;
-        const double t274 = arm_theta_e_sin * t272 + arm_theta_e_cos * t271;
-        const double t275 = arm_theta_e_cos * t272 - arm_theta_e_sin * t271;
-        /* arm_phi_e: acceleration, outward */
-        const double t276 = arm_phi_e_sin * t274 + arm_phi_e_cos * t273;
-        const double t277 = arm_phi_e_cos * t274 - arm_phi_e_sin * t273;
-        const double t278 = t198[e] - (t126[e] * t275 + t130[e] * t276 + t134[e] * t277);
-        const double t279 = t197[e] - (t125[e] * t275 + t129[e] * t276 + t133[e] * t277);
-        const double t280 = arm_theta_e_cos_inverse[e] * (arm_phi_e_sin * t278 + arm_phi_e_cos * t279 - (arm_theta_e_sin *
-        t269 + arm_theta_e_cos * carried_108));
-        /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-        const double t281 = row_2_u_arm_phi_e[e] * (t196[e] - (arm_theta_e_cos * t269 - arm_theta_e_sin *
-        carried_108) + arm_theta_e_sin * t280) + (row_2_u_arm_theta_e[e] * (arm_phi_e_cos * t278 - arm_phi_e_sin *
-        t279 - (arm_psi_e_cos * carried_107 - arm_psi_e_sin * carried_106)) + (row_2_u_arm_psi_e[e] * t280 +
-        carried_116));
-        const double next_carried_82 = -t166[e];
-        const double next_carried_83 = -t250;
-        const double next_carried_112 = row_1_u_arm_phi_e[e] * t254 + (row_1_u_arm_psi_e[e] * t253 + carried_112 -
-        row_1_u_arm_theta_e[e] * t252);
-        const double next_carried_113 = row_1_u_arm_phi_e[e] * t268 + (row_1_u_arm_theta_e[e] * t266 + (row_1_u_arm_psi_e[e] *
-        t267 + carried_113));
-        const double next_carried_114 = row_2_u_arm_phi_e[e] * t254 + (row_2_u_arm_psi_e[e] * t253 + carried_114 -
-        row_2_u_arm_theta_e[e] * t252);
-        const double next_carried_115 = row_2_u_arm_phi_e[e] * t268 + (row_2_u_arm_theta_e[e] * t266 + (row_2_u_arm_psi_e[e] *
-        t267 + carried_115));
-        carried_82 = next_carried_82;
-        carried_83 = next_carried_83;
-        carried_84 = t251;
-        carried_85 = t247;
-        carried_86 = t248;
-        carried_87 = t249;
-        carried_94 = t181[e];
-        carried_95 = t264;
-        carried_96 = t265;
-        carried_97 = t261;
-        carried_98 = t262;
-        carried_99 = t263;
-        carried_106 = t196[e];
-        carried_107 = t278;
-        carried_108 = t279;
-        carried_109 = t275;
-        carried_110 = t276;
-        carried_111 = t277;
-        carried_112 = next_carried_112;
-        carried_113 = next_carried_113;
-        carried_114 = next_carried_114;
-        carried_115 = next_carried_115;
-        carried_116 = t281;
-    }
-    /* arm_phi_e: acceleration, outward */
-    const double t282 = arm_psi_3_sin * carried_83 + arm_psi_3_cos * carried_82;
-    const double t283 = carried_86 + p->derived.arm_element_length * carried_84;
-    const double t284 = carried_87 - p->derived.arm_element_length * carried_83;
-    /* arm_phi_3: acceleration, outward */
-    const double t285 = t64 * (arm_phi_3_turn_x_z * carried_85 + arm_phi_3_turn_y_z * t283 + arm_phi_3_turn_z_z *
-        t284) - t81;
-    const double t286 = t82 - t64 * (arm_phi_3_turn_x_y * carried_85 + arm_phi_3_turn_y_y * t283 + arm_phi_3_turn_z_y *
-        t284);
-    const double t287 = arm_phi_3_cos * t285 - arm_phi_3_sin * t286 - (arm_psi_3_cos * carried_83 - arm_psi_3_sin *
-        carried_82);
-    const double t288 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t285 + arm_phi_3_cos * t286 - (arm_theta_3_sin *
-        t282 + arm_theta_3_cos * carried_84));
-    const double t289 = arm_theta_3_sin * t288 - (p->derived.constant_19 * (arm_phi_3_bias_moment_x + t48) +
-        (arm_theta_3_cos * t282 - arm_theta_3_sin * carried_84));
-    /* effector_z: acceleration, outward */
-    const double t290 = arm_phi_3_turn_x_x * carried_85 + arm_phi_3_turn_y_x * t283 - arm_theta_3_sin * t284 +
-        effector_z_load_force_z * p->derived.effector_z_D_inverse;
-    /* arm_phi_e: acceleration, outward */
-    const double t291 = arm_psi_3_sin * carried_95 + arm_psi_3_cos * carried_94;
-    const double t292 = carried_98 + p->derived.arm_element_length * carried_96;
-    const double t293 = carried_99 - p->derived.arm_element_length * carried_95;
-    /* arm_phi_3: acceleration, outward */
-    const double t294 = t90 + t64 * (arm_phi_3_turn_x_z * carried_97 + arm_phi_3_turn_y_z * t292 + arm_phi_3_turn_z_z *
-        t293);
-    const double t295 = t91 - t64 * (arm_phi_3_turn_x_y * carried_97 + arm_phi_3_turn_y_y * t292 + arm_phi_3_turn_z_y *
-        t293);
-    const double t296 = arm_phi_3_cos * t294 - arm_phi_3_sin * t295 - (arm_psi_3_cos * carried_95 - arm_psi_3_sin *
-        carried_94);
-    const double t297 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t294 + arm_phi_3_cos * t295 - (arm_theta_3_sin *
-        t291 + arm_theta_3_cos * carried_96));
-    const double t298 = row_1_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos * t291 - arm_theta_3_sin *
-        carried_96) + arm_theta_3_sin * t297;
-    /* effector_z: acceleration, outward */
-    const double t299 = row_1_u_effector_z * p->derived.effector_z_D_inverse - (arm_phi_3_turn_x_x * carried_97 +
-        arm_phi_3_turn_y_x * t292 - arm_theta_3_sin * t293);
-    /* arm_phi_e: acceleration, outward */
-    const double t300 = arm_psi_3_sin * carried_107 + arm_psi_3_cos * carried_106;
-    const double t301 = carried_110 + p->derived.arm_element_length * carried_108;
-    const double t302 = carried_111 - p->derived.arm_element_length * carried_107;
-    /* arm_phi_3: acceleration, outward */
-    const double t303 = t99 + t64 * (arm_phi_3_turn_x_z * carried_109 + arm_phi_3_turn_y_z * t301 + arm_phi_3_turn_z_z *
-        t302);
-    const double t304 = t100 - t64 * (arm_phi_3_turn_x_y * carried_109 + arm_phi_3_turn_y_y * t301 + arm_phi_3_turn_z_y *
-        t302);
-    const double t305 = arm_theta_3_cos_inverse * (arm_phi_3_sin * t303 + arm_phi_3_cos * t304 - (arm_theta_3_sin *
-        t300 + arm_theta_3_cos * carried_108));
-    /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t306 = row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13) +
-        (carried_112 + row_1_u_arm_psi_3 * t288 + row_1_u_arm_theta_3 * t287 + row_1_u_arm_phi_3 * t289 -
-        row_1_u_effector_z * t290);
-    const double t307 = carried_113 + row_1_u_arm_psi_3 * t297 + row_1_u_arm_theta_3 * t296 + row_1_u_arm_phi_3 *
-        t298 + row_1_u_effector_z * t299;
-    const double t308 = carried_115 + row_2_u_arm_psi_3 * t297 + row_2_u_arm_theta_3 * t296 + row_2_u_arm_phi_3 *
-        t298 + arm_theta_3_ground_z_x * t299;
-    const double t309 = carried_116 + row_2_u_arm_psi_3 * t305 + row_2_u_arm_theta_3 * (arm_phi_3_cos * t303 -
-        arm_phi_3_sin * t304 - (arm_psi_3_cos * carried_107 - arm_psi_3_sin * carried_106)) + row_2_u_arm_phi_3 *
-        (row_2_u_arm_phi_3 * p->derived.constant_19 - (arm_theta_3_cos * t300 - arm_theta_3_sin * carried_108) +
-        arm_theta_3_sin * t305);
-    const double t310 = t309 + arm_theta_3_ground_z_x * (arm_theta_3_ground_z_x * p->derived.effector_z_D_inverse -
-        (arm_phi_3_turn_x_x * carried_109 + arm_phi_3_turn_y_x * t301 - arm_theta_3_sin * t302));
-    const double row_1_pivot_inverse = (t307 * 1e-12 < t307 ? 1.0 / t307 : 0.0);
-    const double t311 = t308 * row_1_pivot_inverse;
-    const double t312 = t310 - t308 * t311;
-    const double t313 = t306 * t311 - (row_2_v + p->derived.constant_13 * row_2_psi + (carried_114 + row_2_u_arm_psi_3 *
-        t288 + row_2_u_arm_theta_3 * t287 + row_2_u_arm_phi_3 * t289 - arm_theta_3_ground_z_x * t290));
-    const double row_2_pivot_inverse = (t310 * 1e-12 < t312 ? 1.0 / t312 : 0.0);
-    const double row_2_lambda = t313 * row_2_pivot_inverse;
-    const double t314 = row_1_pivot_inverse * (t306 + t308 * row_2_lambda);
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
-        force[3 + 3 * e] = row_2_u_arm_psi_e[e] * row_2_lambda - row_1_u_arm_psi_e[e] * t314;
-        force[4 + 3 * e] = row_2_u_arm_theta_e[e] * row_2_lambda - row_1_u_arm_theta_e[e] * t314;
-        force[5 + 3 * e] = row_2_u_arm_phi_e[e] * row_2_lambda - row_1_u_arm_phi_e[e] * t314;
-    }
-    force[0] = row_2_lambda;
-    force[1] = -row_1_u_column_psi * t314;
-    force[2] = t59 * t314 + row_2_u_arm_psi * row_2_lambda;
-    force[9] = row_2_u_arm_psi_3 * row_2_lambda - row_1_u_arm_psi_3 * t314;
-    force[10] = row_2_u_arm_theta_3 * row_2_lambda - row_1_u_arm_theta_3 * t314;
-    force[11] = row_2_u_arm_phi_3 * row_2_lambda - row_1_u_arm_phi_3 * t314;
-    force[12] = arm_theta_3_ground_z_x * row_2_lambda - row_1_u_effector_z * t314;
 }
 
 void manipulator_flexible_equations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], struct manipulator_flexible_equations_result *out) {
+    manipulator_flexible_M(p, x, t, q, qd, out->M);
+    manipulator_flexible_f(p, x, t, q, qd, out->f);
+    struct manipulator_flexible_row_terms_result row_terms;
+    manipulator_flexible_row_terms(p, x, t, q, qd, &row_terms);
+    for (int i = 0; i < 26; i++)
+        out->u[i] = row_terms.u[i];
+    for (int i = 0; i < 2; i++)
+        out->v[i] = row_terms.v[i];
+    for (int i = 0; i < 2; i++)
+        out->phi[i] = row_terms.phi[i];
+    for (int i = 0; i < 2; i++)
+        out->psi[i] = row_terms.psi[i];
+    for (int i = 0; i < 2; i++)
+        out->k[i] = row_terms.k[i];
+}
+
+void manipulator_flexible_f(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double f[13]) {
     (void)x;
-    double sine[11], cosine[11];
-    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
-    for (int i = 0; i < 169; i++)
-        out->M[i] = 0.0;
-    const double t1 = t * 3.141592653589793 / p->T;
-    const double t2 = sin(t1);
-    /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sine[0];
-    const double column_psi_cos = cosine[0];
+    double sine[10], cosine[10];
+    manipulator_flexible_sincos(q + 2, sine, cosine, 10);
     /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sine[1];
-    const double arm_psi_cos = cosine[1];
-    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double arm_psi_position_z = p->h + q[0];
+    const double arm_psi_sin = sine[0];
+    const double arm_psi_cos = cosine[0];
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
-    const double arm_psi_v_x = qd[0] * arm_psi_sin;
-    const double arm_psi_v_y = qd[0] * arm_psi_cos;
     const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
     const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
-    const double t3 = arm_psi_w_x * qd[2];
-    const double t4 = arm_psi_w_x * arm_psi_w_y;
-    const double t5 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
-    const double t6 = t3 + t3;
+    const double t1 = arm_psi_w_x * qd[2];
+    const double t2 = arm_psi_w_x * arm_psi_w_y;
+    const double t3 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
+    const double t4 = t1 + t1;
     /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
-    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
-    const double arm_psi_e_shift_ground_z = p->derived.constant_3 * arm_psi_sin;
-    const double arm_psi_e_position_z = arm_psi_position_z + arm_psi_e_shift_ground_z;
-    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
-    const double t7 = p->derived.constant_3 * t5;
-    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t4;
-    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t6;
-    const double arm_psi_e_bias_a_falling_x = arm_psi_bias_a_falling_x - t7;
+    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t2;
+    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t4;
+    const double arm_psi_e_bias_a_falling_x = arm_psi_bias_a_falling_x - p->derived.constant_3 * t3;
     const double arm_psi_e_bias_a_falling_y = arm_psi_bias_a_falling_y + arm_psi_e_bias_a_y;
-    double arm_psi_e_ground_x_y[2];
-    double arm_psi_e_ground_y_y[2];
-    double arm_psi_e_ground_z_y[2];
-    double arm_psi_e_position_x_2[2];
-    double arm_psi_e_position_y_2[2];
-    double arm_psi_e_position_z_2[2];
-    double arm_theta_e_ground_x_x[2];
-    double arm_theta_e_ground_y_x[2];
-    double arm_theta_e_ground_z_x[2];
-    double arm_theta_e_bias_a_falling_x[2];
-    double arm_theta_e_bias_wd_x[2];
-    double arm_phi_e_bias_a_falling_y[2];
-    double arm_phi_e_bias_a_falling_z[2];
-    double arm_phi_e_bias_wd_y[2];
-    double arm_phi_e_bias_wd_z[2];
-    double t16[2];
-    double t17[2];
-    double t18[2];
-    double t19[2];
-    double t20[2];
-    double last_arm_phi_e_ground_x_z_at[2];
-    double last_arm_phi_e_ground_y_z_at[2];
-    double last_arm_phi_e_ground_z_z_at[2];
+    /* effector_z: motion from arm_psi_e outward */
+    const double effector_z_shift_x = p->derived.constant_1 + q[12];
+    /* arm_psi: bias forces c, inward */
+    const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = t1 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t1;
+    /* arm_psi: inertia and gravity of the body at qdd = 0 */
+    const double arm_psi_load_moment_z = t2 * p->derived.constant_8 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
+        t3;
+    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t2 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+    double arm_phi_e_bias_moment_x[3];
+    double arm_phi_e_load_moment_y[3];
+    double arm_phi_e_load_moment_z[3];
+    double arm_phi_e_load_force_x[3];
+    double arm_phi_e_load_force_y[3];
+    double arm_phi_e_load_force_z[3];
     double last_arm_phi_e_w_x = arm_psi_w_x;
     double last_arm_phi_e_w_y = arm_psi_w_y;
     double last_arm_phi_e_w_z = qd[2];
-    double last_arm_theta_e_v_x = arm_psi_v_x;
-    double last_arm_phi_e_v_y = arm_psi_e_v_y;
-    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
     double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
-    double last_arm_phi_e_bias_wd_y = -t3;
+    double last_arm_phi_e_bias_wd_y = -t1;
     double last_arm_phi_e_bias_wd_z = 0.0;
-    double last_arm_theta_e_bias_a_x = -t7;
-    double last_arm_phi_e_bias_a_y = arm_psi_e_bias_a_y;
-    double last_arm_phi_e_bias_a_z = arm_psi_e_bias_a_z;
     double last_arm_theta_e_bias_a_falling_x = arm_psi_e_bias_a_falling_x;
     double last_arm_phi_e_bias_a_falling_y = arm_psi_e_bias_a_falling_y;
     double last_arm_phi_e_bias_a_falling_z = arm_psi_e_bias_a_z;
-    double carried_15 = -t5;
-    double carried_18 = t4;
-    double carried_21 = t6;
-    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
-    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
-    double last_arm_phi_e_ground_x_z = column_psi_sin;
-    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
-    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
-    double last_arm_phi_e_ground_y_z = -column_psi_cos;
-    double last_arm_theta_e_ground_z_x = arm_psi_sin;
-    double last_arm_phi_e_ground_z_y = arm_psi_cos;
-    double last_arm_phi_e_ground_z_z = 0.0;
-    double last_arm_psi_e_position_x = arm_psi_e_position_x;
-    double last_arm_psi_e_position_y = arm_psi_e_position_y;
-    double last_arm_psi_e_position_z = arm_psi_e_position_z;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[2 + 3 * e];
-        const double arm_psi_e_cos = cosine[2 + 3 * e];
-        const double arm_theta_e_sin = sine[3 + 3 * e];
-        const double arm_theta_e_cos = cosine[3 + 3 * e];
-        const double arm_phi_e_sin = sine[4 + 3 * e];
-        const double arm_phi_e_cos = cosine[4 + 3 * e];
-        last_arm_phi_e_ground_x_z_at[e] = last_arm_phi_e_ground_x_z;
-        last_arm_phi_e_ground_y_z_at[e] = last_arm_phi_e_ground_y_z;
-        last_arm_phi_e_ground_z_z_at[e] = last_arm_phi_e_ground_z_z;
+    double carried_15 = -t3;
+    double carried_18 = t2;
+    double carried_21 = t4;
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[1 + 3 * e];
+        const double arm_psi_e_cos = cosine[1 + 3 * e];
+        const double arm_theta_e_sin = sine[2 + 3 * e];
+        const double arm_theta_e_cos = cosine[2 + 3 * e];
+        const double arm_phi_e_sin = sine[3 + 3 * e];
+        const double arm_phi_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_psi_inertia_xx : p->derived.arm_phi_1_inertia_xx);
+        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_psi_inertia_yy : p->derived.arm_phi_1_inertia_yy);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
         /* arm_psi_e: motion from arm_psi_e outward */
-        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
-        arm_psi_e_ground_x_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
-        arm_psi_e_ground_y_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
-        arm_psi_e_ground_z_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
-        arm_psi_e_position_x_2[e] = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
-        arm_psi_e_position_y_2[e] = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
-        arm_psi_e_position_z_2[e] = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
         const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
-        const double t8 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
-        const double arm_psi_e_v_x = arm_psi_e_sin * t8 + arm_psi_e_cos * last_arm_theta_e_v_x;
-        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t8 - arm_psi_e_sin * last_arm_theta_e_v_x;
-        const double t9 = p->derived.arm_element_length * carried_15;
-        const double t10 = p->derived.arm_element_length * carried_18;
-        const double t11 = p->derived.arm_element_length * carried_21;
-        const double t12 = last_arm_theta_e_bias_a_x + t9;
-        const double t13 = last_arm_phi_e_bias_a_y + t10;
-        const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + t11;
-        const double arm_psi_e_bias_a_x_2 = arm_psi_e_sin * t13 + arm_psi_e_cos * t12;
-        const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t13 - arm_psi_e_sin * t12;
-        const double t14 = last_arm_theta_e_bias_a_falling_x + t9;
-        const double t15 = last_arm_phi_e_bias_a_falling_y + t10;
-        const double arm_psi_e_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + t11;
-        const double arm_psi_e_bias_a_falling_x_2 = arm_psi_e_sin * t15 + arm_psi_e_cos * t14;
-        const double arm_psi_e_bias_a_falling_y_2 = arm_psi_e_cos * t15 - arm_psi_e_sin * t14;
+        const double t5 = last_arm_theta_e_bias_a_falling_x + p->derived.arm_element_length * carried_15;
+        const double t6 = last_arm_phi_e_bias_a_falling_y + p->derived.arm_element_length * carried_18;
+        const double arm_psi_e_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + p->derived.arm_element_length *
+        carried_21;
+        const double arm_psi_e_bias_a_falling_x_2 = arm_psi_e_sin * t6 + arm_psi_e_cos * t5;
+        const double arm_psi_e_bias_a_falling_y_2 = arm_psi_e_cos * t6 - arm_psi_e_sin * t5;
         const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
         qd[3 + 3 * e] * arm_psi_e_w_y;
         const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
         qd[3 + 3 * e] * arm_psi_e_w_x;
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
         /* arm_theta_e: motion from arm_psi_e outward */
-        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
-        arm_theta_e_ground_x_x[e] = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
-        arm_theta_e_ground_y_x[e] = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
-        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
-        arm_theta_e_ground_z_x[e] = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
         const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
         const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
-        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
-        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
-        const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
         const double arm_theta_e_bias_a_falling_z = arm_theta_e_sin * arm_psi_e_bias_a_falling_x_2 + arm_theta_e_cos *
         arm_psi_e_bias_a_falling_z;
-        arm_theta_e_bias_a_falling_x[e] = arm_theta_e_cos * arm_psi_e_bias_a_falling_x_2 - arm_theta_e_sin *
+        const double arm_theta_e_bias_a_falling_x = arm_theta_e_cos * arm_psi_e_bias_a_falling_x_2 - arm_theta_e_sin *
         arm_psi_e_bias_a_falling_z;
-        arm_theta_e_bias_wd_x[e] = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
+        const double arm_theta_e_bias_wd_x = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
         qd[4 + 3 * e] * arm_theta_e_w_z;
         const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
         qd[4 + 3 * e] * arm_theta_e_w_x;
         const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
         /* arm_phi_e: motion from arm_theta_e outward */
-        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
-        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
-        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y[e];
-        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y[e];
-        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y[e];
-        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y[e];
         const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
         const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
-        const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
-        const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
-        const double arm_phi_e_bias_a_y = arm_phi_e_sin * arm_theta_e_bias_a_z + arm_phi_e_cos * arm_psi_e_bias_a_y_2;
-        const double arm_phi_e_bias_a_z = arm_phi_e_cos * arm_theta_e_bias_a_z - arm_phi_e_sin * arm_psi_e_bias_a_y_2;
-        arm_phi_e_bias_a_falling_y[e] = arm_phi_e_sin * arm_theta_e_bias_a_falling_z + arm_phi_e_cos * arm_psi_e_bias_a_falling_y_2;
-        arm_phi_e_bias_a_falling_z[e] = arm_phi_e_cos * arm_theta_e_bias_a_falling_z - arm_phi_e_sin * arm_psi_e_bias_a_falling_y_2;
-        arm_phi_e_bias_wd_y[e] = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
+        const double arm_phi_e_bias_a_falling_y = arm_phi_e_sin * arm_theta_e_bias_a_falling_z + arm_phi_e_cos *
+        arm_psi_e_bias_a_falling_y_2;
+        const double arm_phi_e_bias_a_falling_z = arm_phi_e_cos * arm_theta_e_bias_a_falling_z - arm_phi_e_sin *
+        arm_psi_e_bias_a_falling_y_2;
+        const double arm_phi_e_bias_wd_y = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
         qd[5 + 3 * e] * arm_phi_e_w_z;
-        arm_phi_e_bias_wd_z[e] = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
+        const double arm_phi_e_bias_wd_z = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
         qd[5 + 3 * e] * arm_phi_e_w_y;
         const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
-        t16[e] = arm_phi_e_w_y * arm_phi_e_w_x;
-        t17[e] = arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y;
-        t18[e] = arm_phi_e_bias_wd_z[e] + t16[e];
-        t19[e] = arm_phi_e_w_z * arm_phi_e_w_x;
-        t20[e] = t19[e] - arm_phi_e_bias_wd_y[e];
-        const double next_carried_15 = -t17[e];
+        const double t7 = arm_phi_e_w_y * arm_phi_e_w_x;
+        const double t8 = arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y;
+        const double t9 = arm_phi_e_bias_wd_z + t7;
+        const double t10 = arm_phi_e_w_z * arm_phi_e_w_x;
+        const double t11 = t10 - arm_phi_e_bias_wd_y;
+        /* arm_phi_e: bias forces c, inward */
+        arm_phi_e_bias_moment_x[e] = arm_theta_e_bias_wd_x * arm_phi_e_inertia_xx;
+        /* arm_phi_e: inertia and gravity of the body at qdd = 0 */
+        arm_phi_e_load_moment_y[e] = t10 * (arm_phi_e_inertia_xx - arm_phi_e_inertia_yy) + arm_phi_e_bias_wd_y *
+        arm_phi_e_inertia_yy - arm_phi_e_bias_a_falling_z * arm_phi_e_moment_x;
+        arm_phi_e_load_moment_z[e] = t7 * (arm_phi_e_inertia_yy - arm_phi_e_inertia_xx) + arm_phi_e_bias_wd_z *
+        arm_phi_e_inertia_yy + arm_phi_e_bias_a_falling_y * arm_phi_e_moment_x;
+        arm_phi_e_load_force_x[e] = arm_theta_e_bias_a_falling_x * arm_phi_e_mass - t8 * arm_phi_e_moment_x;
+        arm_phi_e_load_force_y[e] = t9 * arm_phi_e_moment_x + arm_phi_e_bias_a_falling_y * arm_phi_e_mass;
+        arm_phi_e_load_force_z[e] = t11 * arm_phi_e_moment_x + arm_phi_e_bias_a_falling_z * arm_phi_e_mass;
+        const double next_carried_15 = -t8;
         last_arm_phi_e_w_x = arm_phi_e_w_x;
         last_arm_phi_e_w_y = arm_phi_e_w_y;
         last_arm_phi_e_w_z = arm_phi_e_w_z;
-        last_arm_theta_e_v_x = arm_theta_e_v_x;
-        last_arm_phi_e_v_y = arm_phi_e_v_y;
-        last_arm_phi_e_v_z = arm_phi_e_v_z;
-        last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x[e];
-        last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y[e];
-        last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z[e];
-        last_arm_theta_e_bias_a_x = arm_theta_e_bias_a_x;
-        last_arm_phi_e_bias_a_y = arm_phi_e_bias_a_y;
-        last_arm_phi_e_bias_a_z = arm_phi_e_bias_a_z;
-        last_arm_theta_e_bias_a_falling_x = arm_theta_e_bias_a_falling_x[e];
-        last_arm_phi_e_bias_a_falling_y = arm_phi_e_bias_a_falling_y[e];
-        last_arm_phi_e_bias_a_falling_z = arm_phi_e_bias_a_falling_z[e];
+        last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x;
+        last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y;
+        last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z;
+        last_arm_theta_e_bias_a_falling_x = arm_theta_e_bias_a_falling_x;
+        last_arm_phi_e_bias_a_falling_y = arm_phi_e_bias_a_falling_y;
+        last_arm_phi_e_bias_a_falling_z = arm_phi_e_bias_a_falling_z;
         carried_15 = next_carried_15;
-        carried_18 = t18[e];
-        carried_21 = t20[e];
-        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x[e];
-        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
-        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
-        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x[e];
-        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
-        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
-        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x[e];
-        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
-        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
-        last_arm_psi_e_position_x = arm_psi_e_position_x_2[e];
-        last_arm_psi_e_position_y = arm_psi_e_position_y_2[e];
-        last_arm_psi_e_position_z = arm_psi_e_position_z_2[e];
+        carried_18 = t9;
+        carried_21 = t11;
     }
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_sin = sine[8];
-    const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = last_arm_phi_e_ground_x_y * arm_psi_3_cos - last_arm_theta_e_ground_x_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = last_arm_phi_e_ground_y_y * arm_psi_3_sin + last_arm_theta_e_ground_y_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = last_arm_phi_e_ground_y_y * arm_psi_3_cos - last_arm_theta_e_ground_y_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_ground_z_x = last_arm_phi_e_ground_z_y * arm_psi_3_sin + last_arm_theta_e_ground_z_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_ground_z_y = last_arm_phi_e_ground_z_y * arm_psi_3_cos - last_arm_theta_e_ground_z_x *
-        arm_psi_3_sin;
-    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
-    const double arm_psi_3_position_y = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
-    const double arm_psi_3_position_z = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
-    const double arm_psi_3_w_x = last_arm_phi_e_w_y * arm_psi_3_sin + last_arm_phi_e_w_x * arm_psi_3_cos;
-    const double arm_psi_3_w_y = last_arm_phi_e_w_y * arm_psi_3_cos - last_arm_phi_e_w_x * arm_psi_3_sin;
-    const double t21 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-    const double arm_psi_3_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
-    const double arm_psi_3_v_x = arm_psi_3_sin * t21 + last_arm_theta_e_v_x * arm_psi_3_cos;
-    const double arm_psi_3_v_y = arm_psi_3_cos * t21 - last_arm_theta_e_v_x * arm_psi_3_sin;
-    const double t22 = p->derived.arm_element_length * carried_15;
-    const double t23 = p->derived.arm_element_length * carried_18;
-    const double t24 = p->derived.arm_element_length * carried_21;
-    const double t25 = last_arm_theta_e_bias_a_x + t22;
-    const double t26 = last_arm_phi_e_bias_a_y + t23;
-    const double arm_psi_3_bias_a_z = last_arm_phi_e_bias_a_z + t24;
-    const double arm_psi_3_bias_a_x = arm_psi_3_sin * t26 + arm_psi_3_cos * t25;
-    const double arm_psi_3_bias_a_y = arm_psi_3_cos * t26 - arm_psi_3_sin * t25;
-    const double t27 = last_arm_theta_e_bias_a_falling_x + t22;
-    const double t28 = last_arm_phi_e_bias_a_falling_y + t23;
-    const double arm_psi_3_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + t24;
-    const double arm_psi_3_bias_a_falling_x = arm_psi_3_sin * t28 + arm_psi_3_cos * t27;
-    const double arm_psi_3_bias_a_falling_y = arm_psi_3_cos * t28 - arm_psi_3_sin * t27;
-    const double arm_psi_3_bias_wd_x = last_arm_phi_e_bias_wd_y * arm_psi_3_sin + last_arm_theta_e_bias_wd_x *
-        arm_psi_3_cos + arm_psi_3_w_y * qd[9];
-    const double arm_psi_3_bias_wd_y = last_arm_phi_e_bias_wd_y * arm_psi_3_cos - last_arm_theta_e_bias_wd_x *
-        arm_psi_3_sin - arm_psi_3_w_x * qd[9];
-    const double arm_psi_3_w_z = last_arm_phi_e_w_z + qd[9];
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[9];
-    const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + last_arm_phi_e_ground_x_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + last_arm_phi_e_ground_y_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - last_arm_phi_e_ground_y_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_z_z = arm_psi_3_ground_z_x * arm_theta_3_sin + last_arm_phi_e_ground_z_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_z_x = arm_psi_3_ground_z_x * arm_theta_3_cos - last_arm_phi_e_ground_z_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_w_z = arm_psi_3_w_x * arm_theta_3_sin + arm_psi_3_w_z * arm_theta_3_cos;
-    const double arm_theta_3_w_x = arm_psi_3_w_x * arm_theta_3_cos - arm_psi_3_w_z * arm_theta_3_sin;
-    const double arm_theta_3_v_z = arm_psi_3_v_x * arm_theta_3_sin + arm_psi_3_v_z * arm_theta_3_cos;
-    const double arm_theta_3_v_x = arm_psi_3_v_x * arm_theta_3_cos - arm_psi_3_v_z * arm_theta_3_sin;
-    const double arm_theta_3_bias_a_z = arm_psi_3_bias_a_x * arm_theta_3_sin + arm_psi_3_bias_a_z * arm_theta_3_cos;
-    const double arm_theta_3_bias_a_x = arm_psi_3_bias_a_x * arm_theta_3_cos - arm_psi_3_bias_a_z * arm_theta_3_sin;
-    const double arm_theta_3_bias_a_falling_z = arm_psi_3_bias_a_falling_x * arm_theta_3_sin + arm_psi_3_bias_a_falling_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_bias_a_falling_x = arm_psi_3_bias_a_falling_x * arm_theta_3_cos - arm_psi_3_bias_a_falling_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_bias_wd_x = arm_psi_3_bias_wd_x * arm_theta_3_cos - last_arm_phi_e_bias_wd_z *
-        arm_theta_3_sin - arm_theta_3_w_z * qd[10];
-    const double arm_theta_3_bias_wd_z = arm_psi_3_bias_wd_x * arm_theta_3_sin + last_arm_phi_e_bias_wd_z *
-        arm_theta_3_cos + arm_theta_3_w_x * qd[10];
-    const double arm_theta_3_w_y = arm_psi_3_w_y + qd[10];
-    /* arm_phi_3: motion from arm_theta_3 outward */
-    const double arm_phi_3_sin = sine[10];
-    const double arm_phi_3_cos = cosine[10];
-    const double arm_phi_3_ground_x_y = arm_theta_3_ground_x_z * arm_phi_3_sin + arm_psi_3_ground_x_y * arm_phi_3_cos;
-    const double arm_phi_3_ground_y_y = arm_theta_3_ground_y_z * arm_phi_3_sin + arm_psi_3_ground_y_y * arm_phi_3_cos;
-    const double arm_phi_3_ground_z_y = arm_theta_3_ground_z_z * arm_phi_3_sin + arm_psi_3_ground_z_y * arm_phi_3_cos;
-    const double arm_phi_3_w_y = arm_theta_3_w_z * arm_phi_3_sin + arm_theta_3_w_y * arm_phi_3_cos;
-    const double t29 = arm_theta_3_w_y * arm_phi_3_sin;
-    const double t30 = arm_theta_3_w_z * arm_phi_3_cos;
-    const double arm_phi_3_w_z = t30 - t29;
-    const double arm_phi_3_v_y = arm_theta_3_v_z * arm_phi_3_sin + arm_psi_3_v_y * arm_phi_3_cos;
-    const double arm_phi_3_v_z = arm_theta_3_v_z * arm_phi_3_cos - arm_psi_3_v_y * arm_phi_3_sin;
-    const double arm_phi_3_bias_a_y = arm_theta_3_bias_a_z * arm_phi_3_sin + arm_psi_3_bias_a_y * arm_phi_3_cos;
-    const double arm_phi_3_bias_a_z = arm_theta_3_bias_a_z * arm_phi_3_cos - arm_psi_3_bias_a_y * arm_phi_3_sin;
-    const double arm_phi_3_bias_a_falling_y = arm_theta_3_bias_a_falling_z * arm_phi_3_sin + arm_psi_3_bias_a_falling_y *
-        arm_phi_3_cos;
-    const double arm_phi_3_bias_a_falling_z = arm_theta_3_bias_a_falling_z * arm_phi_3_cos - arm_psi_3_bias_a_falling_y *
-        arm_phi_3_sin;
-    const double arm_phi_3_bias_wd_y = arm_theta_3_bias_wd_z * arm_phi_3_sin + arm_psi_3_bias_wd_y * arm_phi_3_cos +
-        arm_phi_3_w_z * qd[11];
-    const double arm_phi_3_bias_wd_z = arm_theta_3_bias_wd_z * arm_phi_3_cos - arm_psi_3_bias_wd_y * arm_phi_3_sin -
-        arm_phi_3_w_y * qd[11];
-    const double arm_phi_3_w_x = arm_theta_3_w_x + qd[11];
-    const double t31 = arm_phi_3_w_y * arm_phi_3_w_x;
-    const double t32 = arm_phi_3_w_z * arm_phi_3_w_z + arm_phi_3_w_y * arm_phi_3_w_y;
-    const double t33 = arm_phi_3_bias_wd_z + t31;
-    const double t34 = arm_phi_3_w_z * arm_phi_3_w_x;
-    const double t35 = t34 - arm_phi_3_bias_wd_y;
-    /* effector_z: motion from arm_phi_3 outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_ground_x_x = arm_psi_3_ground_x_y * arm_phi_3_sin - arm_theta_3_ground_x_z * arm_phi_3_cos;
-    const double effector_z_ground_y_x = arm_psi_3_ground_y_y * arm_phi_3_sin - arm_theta_3_ground_y_z * arm_phi_3_cos;
-    const double effector_z_ground_z_x = arm_psi_3_ground_z_y * arm_phi_3_sin - arm_theta_3_ground_z_z * arm_phi_3_cos;
-    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_shift_ground_y = arm_theta_3_ground_y_x * effector_z_shift_x;
-    const double effector_z_shift_ground_z = arm_theta_3_ground_z_x * effector_z_shift_x;
-    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
-    const double effector_z_position_y = arm_psi_3_position_y + effector_z_shift_ground_y;
-    const double effector_z_position_z = arm_psi_3_position_z + effector_z_shift_ground_z;
-    const double effector_z_w_x = t29 - t30;
-    const double effector_z_v_y = arm_phi_3_v_y + arm_phi_3_w_z * effector_z_shift_x;
-    const double effector_z_v_x = arm_phi_3_w_y * effector_z_shift_x - arm_phi_3_v_z;
-    const double t36 = t32 * effector_z_shift_x;
-    const double t37 = t33 * effector_z_shift_x;
-    const double t38 = t35 * effector_z_shift_x;
-    const double effector_z_bias_a_z = arm_theta_3_bias_a_x - t36;
-    const double effector_z_bias_a_falling_z = arm_theta_3_bias_a_falling_x - t36;
-    const double t39 = arm_phi_3_w_y * qd[12];
-    const double t40 = effector_z_w_x * qd[12];
-    const double t41 = t39 + t39;
-    const double t42 = t40 + t40;
-    const double effector_z_v_z = arm_theta_3_v_x + qd[12];
-    const double effector_z_bias_a_x = t41 - (arm_phi_3_bias_a_z + t38);
-    const double effector_z_bias_a_y = arm_phi_3_bias_a_y + t37 - t42;
-    const double effector_z_bias_a_falling_x = t41 - (arm_phi_3_bias_a_falling_z + t38);
-    const double effector_z_bias_a_falling_y = arm_phi_3_bias_a_falling_y + t37 - t42;
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double point_E_xd = effector_z_ground_x_x * effector_z_v_x + arm_phi_3_ground_x_y * effector_z_v_y +
-        arm_theta_3_ground_x_x * effector_z_v_z;
-    const double point_E_yd = effector_z_ground_y_x * effector_z_v_x + arm_phi_3_ground_y_y * effector_z_v_y +
-        arm_theta_3_ground_y_x * effector_z_v_z;
-    const double point_E_zd = effector_z_ground_z_x * effector_z_v_x + arm_phi_3_ground_z_y * effector_z_v_y +
-        arm_theta_3_ground_z_x * effector_z_v_z;
-    const double point_E_bias_x = effector_z_ground_x_x * effector_z_bias_a_x + arm_phi_3_ground_x_y * effector_z_bias_a_y +
-        arm_theta_3_ground_x_x * effector_z_bias_a_z;
-    const double point_E_bias_y = effector_z_ground_y_x * effector_z_bias_a_x + arm_phi_3_ground_y_y * effector_z_bias_a_y +
-        arm_theta_3_ground_y_x * effector_z_bias_a_z;
-    const double point_E_bias_z = effector_z_ground_z_x * effector_z_bias_a_x + arm_phi_3_ground_z_y * effector_z_bias_a_y +
-        arm_theta_3_ground_z_x * effector_z_bias_a_z;
-    const double t43 = effector_z_position_z - arm_psi_position_z;
-    const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    const double t44 = effector_z_position_x - arm_psi_3_position_x;
-    const double t45 = effector_z_position_y - arm_psi_3_position_y;
-    const double t46 = effector_z_position_z - arm_psi_3_position_z;
-    const double row_2_u_arm_psi_3 = last_arm_phi_e_ground_x_z * t45 - last_arm_phi_e_ground_y_z * t44;
-    const double row_2_u_arm_theta_3 = arm_psi_3_ground_x_y * t45 - arm_psi_3_ground_y_y * t44;
-    const double row_2_u_arm_phi_3 = arm_theta_3_ground_x_x * t45 - arm_theta_3_ground_y_x * t44;
-    /* effector_z: composite pseudo-inertia of all beyond, inward */
-    const double t47 = p->m_E * effector_z_shift_x;
-    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t47;
-    const double arm_phi_3_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t47;
-    /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
-    const double t48 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
-    const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
-    const double t49 = arm_theta_3_sin * (arm_phi_3_inertia_beyond_yy - p->derived.arm_psi_inertia_xx);
-    const double t50 = arm_theta_3_sin * t49;
-    const double arm_psi_3_inertia_beyond_zz = arm_phi_3_inertia_beyond_yy - t50;
-    const double arm_psi_3_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + t50;
-    const double arm_psi_3_inertia_beyond_xz = arm_theta_3_cos * t49;
-    /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
-    const double t51 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
-    const double arm_phi_e_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
-    const double t52 = arm_psi_3_sin * (arm_psi_3_inertia_beyond_xx - arm_phi_3_inertia_beyond_yy);
-    const double t53 = arm_psi_3_sin * t52;
-    const double t54 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xz;
-    const double arm_phi_e_inertia_beyond_yz = arm_psi_3_sin * arm_psi_3_inertia_beyond_xz;
-    const double t55 = t51 + p->derived.constant_4;
-    const double t56 = p->derived.arm_element_length * (t51 + t55);
-    const double arm_phi_e_inertia_beyond_xy = arm_psi_3_cos * t52 - p->derived.arm_element_length * arm_phi_e_moment_beyond_y;
-    const double arm_phi_e_inertia_beyond_xz = t54 + p->derived.arm_element_length * t48;
-    /* arm_phi_e: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_e_moment_beyond_x = p->derived.arm_phi_1_moment_x + t55;
-    const double arm_phi_e_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_3_inertia_beyond_xx -
-        t53);
-    const double arm_phi_e_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_phi_3_inertia_beyond_yy +
-        t53 + t56);
-    const double arm_phi_e_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_inertia_beyond_zz +
-        t56);
-    /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sine[2];
-    const double arm_psi_1_cos = cosine[2];
-    /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sine[3];
-    const double arm_theta_1_cos = cosine[3];
-    /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sine[4];
-    const double arm_phi_1_cos = cosine[4];
-    /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sine[5];
-    const double arm_psi_2_cos = cosine[5];
-    /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sine[6];
-    const double arm_theta_2_cos = cosine[6];
-    /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sine[7];
-    const double arm_phi_2_cos = cosine[7];
-    /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_theta_2_moment_beyond_y = t48 * arm_phi_2_sin + arm_phi_e_moment_beyond_y * arm_phi_2_cos;
-    const double t57 = arm_phi_e_moment_beyond_y * arm_phi_2_sin;
-    const double t58 = t48 * arm_phi_2_cos;
-    const double arm_theta_2_moment_beyond_z = t57 - t58;
-    const double t59 = (arm_phi_e_inertia_beyond_yz + arm_phi_e_inertia_beyond_yz) * arm_phi_2_cos + (arm_phi_e_inertia_beyond_yy -
-        arm_phi_e_inertia_beyond_zz) * arm_phi_2_sin;
-    const double t60 = arm_phi_2_sin * t59;
-    const double arm_theta_2_inertia_beyond_yy = arm_phi_e_inertia_beyond_yy - t60;
-    const double arm_theta_2_inertia_beyond_zz = arm_phi_e_inertia_beyond_zz + t60;
-    const double arm_theta_2_inertia_beyond_yz = arm_phi_2_cos * t59 - arm_phi_e_inertia_beyond_yz;
-    const double arm_theta_2_inertia_beyond_xy = arm_phi_e_inertia_beyond_xy * arm_phi_2_cos - arm_phi_e_inertia_beyond_xz *
-        arm_phi_2_sin;
-    const double arm_theta_2_inertia_beyond_xz = arm_phi_e_inertia_beyond_xz * arm_phi_2_cos + arm_phi_e_inertia_beyond_xy *
-        arm_phi_2_sin;
-    /* arm_theta_2: composite pseudo-inertia of all beyond, inward */
-    const double t61 = arm_phi_e_moment_beyond_x * arm_theta_2_sin;
-    const double t62 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
-    const double arm_psi_2_moment_beyond_z = t62 - t61;
-    const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_phi_e_moment_beyond_x *
-        arm_theta_2_cos;
-    const double t63 = arm_theta_2_cos * (arm_theta_2_inertia_beyond_xz + arm_theta_2_inertia_beyond_xz) +
-        arm_theta_2_sin * (arm_theta_2_inertia_beyond_zz - arm_phi_e_inertia_beyond_xx);
-    const double t64 = arm_theta_2_sin * t63;
-    const double arm_psi_2_inertia_beyond_zz = arm_theta_2_inertia_beyond_zz - t64;
-    const double arm_psi_2_inertia_beyond_xx = arm_phi_e_inertia_beyond_xx + t64;
-    const double arm_psi_2_inertia_beyond_xz = arm_theta_2_cos * t63 - arm_theta_2_inertia_beyond_xz;
-    const double arm_psi_2_inertia_beyond_yz = arm_theta_2_cos * arm_theta_2_inertia_beyond_yz - arm_theta_2_sin *
-        arm_theta_2_inertia_beyond_xy;
-    const double arm_psi_2_inertia_beyond_xy = arm_theta_2_cos * arm_theta_2_inertia_beyond_xy + arm_theta_2_sin *
-        arm_theta_2_inertia_beyond_yz;
-    /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
-    const double t65 = arm_psi_2_cos * arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y;
-    const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
-    const double t66 = arm_psi_2_cos * (arm_psi_2_inertia_beyond_xy + arm_psi_2_inertia_beyond_xy) + arm_psi_2_sin *
-        (arm_psi_2_inertia_beyond_xx - arm_theta_2_inertia_beyond_yy);
-    const double t67 = arm_psi_2_sin * t66;
-    const double t68 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xz - arm_psi_2_sin * arm_psi_2_inertia_beyond_yz;
-    const double arm_phi_1_inertia_beyond_yz = arm_psi_2_cos * arm_psi_2_inertia_beyond_yz + arm_psi_2_sin *
-        arm_psi_2_inertia_beyond_xz;
-    const double t69 = p->derived.constant_5 + t65;
-    const double t70 = p->derived.arm_element_length * (t65 + t69);
-    const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t66 - arm_psi_2_inertia_beyond_xy - p->derived.arm_element_length *
-        arm_phi_1_moment_beyond_y;
-    const double arm_phi_1_inertia_beyond_xz = t68 - p->derived.arm_element_length * arm_psi_2_moment_beyond_z;
-    /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + t69;
-    const double arm_phi_1_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_2_inertia_beyond_xx -
-        t67);
-    const double arm_phi_1_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_theta_2_inertia_beyond_yy +
-        t67 + t70);
-    const double arm_phi_1_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_2_inertia_beyond_zz +
-        t70);
-    const double t71 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
-    const double t72 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
-    const double arm_theta_1_moment_beyond_y = t72 - t71;
-    const double t73 = arm_phi_1_sin * arm_phi_1_moment_beyond_y;
-    const double arm_theta_1_moment_beyond_z = t73 + arm_phi_1_cos * arm_psi_2_moment_beyond_z;
-    const double t74 = arm_phi_1_cos * (arm_phi_1_inertia_beyond_yz + arm_phi_1_inertia_beyond_yz) + arm_phi_1_sin *
-        (arm_phi_1_inertia_beyond_yy - arm_phi_1_inertia_beyond_zz);
-    const double t75 = arm_phi_1_sin * t74;
-    const double arm_theta_1_inertia_beyond_yy = arm_phi_1_inertia_beyond_yy - t75;
-    const double arm_theta_1_inertia_beyond_zz = arm_phi_1_inertia_beyond_zz + t75;
-    const double arm_theta_1_inertia_beyond_yz = arm_phi_1_cos * t74 - arm_phi_1_inertia_beyond_yz;
-    const double arm_theta_1_inertia_beyond_xy = arm_phi_1_cos * arm_phi_1_inertia_beyond_xy - arm_phi_1_sin *
-        arm_phi_1_inertia_beyond_xz;
-    const double arm_theta_1_inertia_beyond_xz = arm_phi_1_cos * arm_phi_1_inertia_beyond_xz + arm_phi_1_sin *
-        arm_phi_1_inertia_beyond_xy;
-    /* arm_theta_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_1_moment_beyond_z = arm_theta_1_cos * arm_theta_1_moment_beyond_z - arm_theta_1_sin *
-        arm_phi_1_moment_beyond_x;
-    const double arm_psi_1_moment_beyond_x = arm_theta_1_sin * arm_theta_1_moment_beyond_z + arm_theta_1_cos *
-        arm_phi_1_moment_beyond_x;
-    const double t76 = arm_theta_1_cos * (arm_theta_1_inertia_beyond_xz + arm_theta_1_inertia_beyond_xz) +
-        arm_theta_1_sin * (arm_theta_1_inertia_beyond_zz - arm_phi_1_inertia_beyond_xx);
-    const double t77 = arm_theta_1_sin * t76;
-    const double arm_psi_1_inertia_beyond_zz = arm_theta_1_inertia_beyond_zz - t77;
-    const double arm_psi_1_inertia_beyond_xx = arm_phi_1_inertia_beyond_xx + t77;
-    const double arm_psi_1_inertia_beyond_xz = arm_theta_1_cos * t76 - arm_theta_1_inertia_beyond_xz;
-    const double arm_psi_1_inertia_beyond_yz = arm_theta_1_cos * arm_theta_1_inertia_beyond_yz - arm_theta_1_sin *
-        arm_theta_1_inertia_beyond_xy;
-    const double arm_psi_1_inertia_beyond_xy = arm_theta_1_cos * arm_theta_1_inertia_beyond_xy + arm_theta_1_sin *
-        arm_theta_1_inertia_beyond_yz;
-    /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
-    const double t78 = arm_psi_1_cos * arm_psi_1_moment_beyond_x;
-    const double t79 = t78 - arm_psi_1_sin * arm_theta_1_moment_beyond_y;
-    const double t80 = arm_psi_1_sin * arm_psi_1_moment_beyond_x;
-    const double arm_psi_moment_beyond_y = t80 + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
-    const double t81 = arm_psi_1_cos * (arm_psi_1_inertia_beyond_xy + arm_psi_1_inertia_beyond_xy) + arm_psi_1_sin *
-        (arm_psi_1_inertia_beyond_xx - arm_theta_1_inertia_beyond_yy);
-    const double t82 = arm_psi_1_sin * t81;
-    const double t83 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xz - arm_psi_1_sin * arm_psi_1_inertia_beyond_yz;
-    const double arm_psi_inertia_beyond_yz = arm_psi_1_cos * arm_psi_1_inertia_beyond_yz + arm_psi_1_sin *
-        arm_psi_1_inertia_beyond_xz;
-    const double t84 = t79 + p->derived.constant_6;
-    const double t85 = p->derived.constant_1 * (t79 + t84);
-    const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t81 - arm_psi_1_inertia_beyond_xy - p->derived.constant_1 *
-        arm_psi_moment_beyond_y;
-    const double arm_psi_inertia_beyond_xz = t83 - p->derived.constant_1 * arm_psi_1_moment_beyond_z;
-    /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x_2 = p->derived.arm_psi_moment_x + t84;
-    const double arm_psi_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + (arm_psi_1_inertia_beyond_xx -
-        t82);
-    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (arm_theta_1_inertia_beyond_yy +
-        t82 + t85);
-    const double arm_psi_inertia_beyond_zz = p->derived.arm_psi_inertia_yy + (arm_psi_1_inertia_beyond_zz +
-        t85);
-    const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x_2 - arm_psi_sin * arm_psi_moment_beyond_y;
-    const double t86 = arm_psi_cos * arm_psi_inertia_beyond_yz;
-    /* column_psi: composite pseudo-inertia of all beyond, inward */
-    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_cos *
-        (arm_psi_inertia_beyond_xy + arm_psi_inertia_beyond_xy) + arm_psi_sin * (arm_psi_inertia_beyond_xx -
-        arm_psi_inertia_beyond_yy)));
-    /* arm_psi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t87 = t71 - t72;
-    const double t88 = t78 + arm_psi_1_sin * t87;
-    /* arm_theta_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t89 = arm_psi_1_sin * arm_psi_1_moment_beyond_z;
-    /* arm_phi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t90 = t61 - t62;
-    const double t91 = arm_phi_1_cos * t90 - t73;
-    const double t92 = t72 + arm_phi_1_sin * t90;
-    const double t93 = arm_theta_1_cos * arm_theta_1_inertia_beyond_xz - arm_theta_1_sin * arm_phi_1_inertia_beyond_xx;
-    const double t94 = arm_theta_1_sin * arm_theta_1_inertia_beyond_xz + arm_theta_1_cos * arm_phi_1_inertia_beyond_xx;
-    const double t95 = arm_theta_1_sin * t92;
-    const double t96 = arm_psi_1_sin * t95 + arm_psi_1_cos * t91;
-    const double t97 = arm_psi_sin * (arm_psi_1_cos * t94 - arm_psi_1_sin * arm_theta_1_inertia_beyond_xy) +
-        arm_psi_cos * (arm_psi_1_sin * t94 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy - p->derived.constant_1 *
-        (arm_theta_1_cos * t92));
-    /* arm_psi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t98 = arm_psi_2_inertia_beyond_zz + p->derived.arm_element_length * t65;
-    const double t99 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yz - arm_phi_1_sin * t98;
-    const double t100 = arm_phi_1_sin * arm_phi_1_inertia_beyond_yz + arm_phi_1_cos * t98;
-    const double t101 = arm_phi_1_cos * t65;
-    const double t102 = arm_phi_1_sin * t65;
-    const double t103 = arm_theta_1_cos * t100 - arm_theta_1_sin * t68;
-    const double t104 = arm_theta_1_sin * t100 + arm_theta_1_cos * t68;
-    const double t105 = arm_theta_1_sin * t102 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
-    const double t106 = arm_psi_1_sin * t105 + arm_psi_1_cos * t101;
-    const double t107 = arm_psi_sin * (arm_psi_1_cos * t104 - arm_psi_1_sin * t99) + arm_psi_cos * (arm_psi_1_sin *
-        t104 + arm_psi_1_cos * t99 - p->derived.constant_1 * (arm_theta_1_sin * arm_phi_1_moment_beyond_y +
-        arm_theta_1_cos * t102));
-    /* arm_theta_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t108 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xy - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
-    const double t109 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
-    const double t110 = arm_psi_2_sin * arm_psi_2_moment_beyond_z;
-    const double t111 = arm_psi_2_sin * arm_psi_2_inertia_beyond_xy + arm_psi_2_cos * arm_theta_2_inertia_beyond_yy +
-        p->derived.arm_element_length * arm_psi_2_moment_beyond_x;
-    const double t112 = arm_psi_2_inertia_beyond_yz + p->derived.arm_element_length * t110;
-    const double t113 = arm_phi_1_cos * t111 - arm_phi_1_sin * t112;
-    const double t114 = arm_phi_1_sin * t111 + arm_phi_1_cos * t112;
-    const double t115 = arm_phi_1_sin * arm_psi_2_moment_beyond_x + arm_phi_1_cos * t110;
-    const double t116 = arm_phi_1_sin * t110 - arm_phi_1_cos * arm_psi_2_moment_beyond_x;
-    const double t117 = arm_theta_1_cos * t114 - arm_theta_1_sin * t108;
-    const double t118 = arm_theta_1_sin * t114 + arm_theta_1_cos * t108;
-    const double t119 = arm_theta_1_sin * t116 + arm_theta_1_cos * t109;
-    const double t120 = arm_psi_1_sin * t119 + arm_psi_1_cos * t115;
-    const double t121 = arm_psi_sin * (arm_psi_1_cos * t118 - arm_psi_1_sin * t113) + arm_psi_cos * (arm_psi_1_sin *
-        t118 + arm_psi_1_cos * t113 - p->derived.constant_1 * (arm_theta_1_cos * t116 - arm_theta_1_sin *
-        t109));
-    /* arm_phi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t122 = t58 - t57;
-    const double t123 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz - arm_phi_e_inertia_beyond_xx * arm_theta_2_sin;
-    const double t124 = arm_theta_2_sin * arm_theta_2_inertia_beyond_xz + arm_phi_e_inertia_beyond_xx * arm_theta_2_cos;
-    const double t125 = arm_theta_2_cos * arm_theta_2_moment_beyond_y;
-    const double t126 = arm_theta_2_sin * arm_theta_2_moment_beyond_y;
-    const double t127 = arm_psi_2_cos * t124 - arm_psi_2_sin * arm_theta_2_inertia_beyond_xy;
-    const double t128 = arm_psi_2_cos * t126 - arm_psi_2_sin * t122;
-    const double t129 = arm_psi_2_sin * t126 + arm_psi_2_cos * t122;
-    const double t130 = arm_psi_2_sin * t124 + arm_psi_2_cos * arm_theta_2_inertia_beyond_xy - p->derived.arm_element_length *
-        t125;
-    const double t131 = t123 + p->derived.arm_element_length * t129;
-    const double t132 = arm_phi_1_cos * t130 - arm_phi_1_sin * t131;
-    const double t133 = arm_phi_1_sin * t130 + arm_phi_1_cos * t131;
-    const double t134 = arm_phi_1_cos * t129 - arm_phi_1_sin * t125;
-    const double t135 = arm_phi_1_sin * t129 + arm_phi_1_cos * t125;
-    const double t136 = arm_theta_1_cos * t133 - arm_theta_1_sin * t127;
-    const double t137 = arm_theta_1_sin * t133 + arm_theta_1_cos * t127;
-    const double t138 = arm_theta_1_sin * t135 + arm_theta_1_cos * t128;
-    const double t139 = arm_psi_1_sin * t138 + arm_psi_1_cos * t134;
-    const double t140 = arm_psi_sin * (arm_psi_1_cos * t137 - arm_psi_1_sin * t132) + arm_psi_cos * (arm_psi_1_sin *
-        t137 + arm_psi_1_cos * t132 - p->derived.constant_1 * (arm_theta_1_cos * t135 - arm_theta_1_sin *
-        t128));
-    /* arm_psi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t141 = arm_psi_3_inertia_beyond_zz + p->derived.arm_element_length * t51;
-    const double t142 = arm_phi_e_inertia_beyond_yz * arm_phi_2_cos - arm_phi_2_sin * t141;
-    const double t143 = arm_phi_e_inertia_beyond_yz * arm_phi_2_sin + arm_phi_2_cos * t141;
-    const double t144 = t51 * arm_phi_2_cos;
-    const double t145 = t51 * arm_phi_2_sin;
-    const double t146 = arm_theta_2_cos * t143 - t54 * arm_theta_2_sin;
-    const double t147 = arm_theta_2_sin * t143 + t54 * arm_theta_2_cos;
-    const double t148 = arm_phi_e_moment_beyond_y * arm_theta_2_sin + arm_theta_2_cos * t145;
-    const double t149 = arm_theta_2_sin * t145 - arm_phi_e_moment_beyond_y * arm_theta_2_cos;
-    const double t150 = arm_psi_2_cos * t147 - arm_psi_2_sin * t142;
-    const double t151 = arm_psi_2_cos * t149 - arm_psi_2_sin * t144;
-    const double t152 = arm_psi_2_sin * t149 + arm_psi_2_cos * t144;
-    const double t153 = arm_psi_2_sin * t147 + arm_psi_2_cos * t142 - p->derived.arm_element_length * t148;
-    const double t154 = t146 + p->derived.arm_element_length * t152;
-    const double t155 = arm_phi_1_cos * t153 - arm_phi_1_sin * t154;
-    const double t156 = arm_phi_1_sin * t153 + arm_phi_1_cos * t154;
-    const double t157 = arm_phi_1_cos * t152 - arm_phi_1_sin * t148;
-    const double t158 = arm_phi_1_sin * t152 + arm_phi_1_cos * t148;
-    const double t159 = arm_theta_1_cos * t156 - arm_theta_1_sin * t150;
-    const double t160 = arm_theta_1_sin * t156 + arm_theta_1_cos * t150;
-    const double t161 = arm_theta_1_sin * t158 + arm_theta_1_cos * t151;
-    const double t162 = arm_psi_1_sin * t161 + arm_psi_1_cos * t157;
-    const double t163 = arm_psi_sin * (arm_psi_1_cos * t160 - arm_psi_1_sin * t155) + arm_psi_cos * (arm_psi_1_sin *
-        t160 + arm_psi_1_cos * t155 - p->derived.constant_1 * (arm_theta_1_cos * t158 - arm_theta_1_sin *
-        t151));
-    /* arm_theta_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t164 = arm_psi_3_sin * arm_phi_3_inertia_beyond_yy;
-    const double t165 = arm_psi_3_cos * t48;
-    const double t166 = arm_psi_3_sin * t48;
-    const double t167 = p->derived.arm_element_length * t166;
-    const double t168 = arm_psi_3_cos * arm_phi_3_inertia_beyond_yy + p->derived.arm_element_length * arm_psi_3_moment_beyond_x;
-    const double t169 = arm_phi_2_sin * t167 + arm_phi_2_cos * t168;
-    const double t170 = arm_phi_2_sin * t168 - arm_phi_2_cos * t167;
-    const double t171 = arm_psi_3_moment_beyond_x * arm_phi_2_sin - arm_phi_2_cos * t166;
-    const double t172 = arm_phi_2_sin * t166 + arm_psi_3_moment_beyond_x * arm_phi_2_cos;
-    const double t173 = arm_theta_2_sin * t164 + arm_theta_2_cos * t170;
-    const double t174 = arm_theta_2_sin * t170 - arm_theta_2_cos * t164;
-    const double t175 = arm_theta_2_sin * t165 - arm_theta_2_cos * t172;
-    const double t176 = arm_theta_2_sin * t172 + arm_theta_2_cos * t165;
-    const double t177 = arm_psi_2_cos * t174 - arm_psi_2_sin * t169;
-    const double t178 = arm_psi_2_sin * t171 + arm_psi_2_cos * t176;
-    const double t179 = arm_psi_2_cos * t171 - arm_psi_2_sin * t176;
-    const double t180 = arm_psi_2_sin * t174 + arm_psi_2_cos * t169 - p->derived.arm_element_length * t175;
-    const double t181 = t173 + p->derived.arm_element_length * t179;
-    const double t182 = arm_phi_1_cos * t180 - arm_phi_1_sin * t181;
-    const double t183 = arm_phi_1_sin * t180 + arm_phi_1_cos * t181;
-    const double t184 = arm_phi_1_cos * t179 - arm_phi_1_sin * t175;
-    const double t185 = arm_phi_1_sin * t179 + arm_phi_1_cos * t175;
-    const double t186 = arm_theta_1_cos * t183 - arm_theta_1_sin * t177;
-    const double t187 = arm_theta_1_sin * t183 + arm_theta_1_cos * t177;
-    const double t188 = arm_theta_1_sin * t185 - arm_theta_1_cos * t178;
-    const double t189 = arm_psi_1_sin * t188 + arm_psi_1_cos * t184;
-    const double t190 = arm_psi_sin * (arm_psi_1_cos * t187 - arm_psi_1_sin * t182) + arm_psi_cos * (arm_psi_1_sin *
-        t187 + arm_psi_1_cos * t182 - p->derived.constant_1 * (arm_theta_1_sin * t178 + arm_theta_1_cos *
-        t185));
-    /* arm_phi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t191 = p->derived.arm_psi_inertia_xx * arm_theta_3_sin;
-    const double t192 = p->derived.arm_psi_inertia_xx * arm_theta_3_cos;
-    const double t193 = arm_psi_3_cos * t192;
-    const double t194 = arm_psi_3_sin * t192;
-    const double t195 = arm_phi_2_sin * t191 + arm_phi_2_cos * t194;
-    const double t196 = arm_phi_2_sin * t194 - arm_phi_2_cos * t191;
-    const double t197 = arm_theta_2_cos * t196 - arm_theta_2_sin * t193;
-    const double t198 = arm_theta_2_sin * t196 + arm_theta_2_cos * t193;
-    const double t199 = arm_psi_2_cos * t198 - arm_psi_2_sin * t195;
-    const double t200 = arm_psi_2_sin * t198 + arm_psi_2_cos * t195;
-    const double t201 = arm_phi_1_cos * t200 - arm_phi_1_sin * t197;
-    const double t202 = arm_phi_1_sin * t200 + arm_phi_1_cos * t197;
-    const double t203 = arm_theta_1_cos * t202 - arm_theta_1_sin * t199;
-    const double t204 = arm_theta_1_sin * t202 + arm_theta_1_cos * t199;
-    /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t205 = p->m_E * arm_theta_3_sin;
-    const double t206 = p->m_E * arm_theta_3_cos;
-    const double t207 = arm_psi_3_cos * t206;
-    const double t208 = arm_psi_3_sin * t206;
-    const double t209 = p->derived.arm_element_length * t205;
-    const double t210 = p->derived.arm_element_length * t208;
-    const double t211 = arm_phi_2_cos * t209 - arm_phi_2_sin * t210;
-    const double t212 = arm_phi_2_sin * t209 + arm_phi_2_cos * t210;
-    const double t213 = arm_phi_2_sin * t205 + arm_phi_2_cos * t208;
-    const double t214 = arm_phi_2_sin * t208 - arm_phi_2_cos * t205;
-    const double t215 = arm_theta_2_cos * t212;
-    const double t216 = arm_theta_2_sin * t212;
-    const double t217 = arm_theta_2_cos * t214 - arm_theta_2_sin * t207;
-    const double t218 = arm_theta_2_sin * t214 + arm_theta_2_cos * t207;
-    const double t219 = arm_psi_2_cos * t216 - arm_psi_2_sin * t211;
-    const double t220 = arm_psi_2_cos * t218 - arm_psi_2_sin * t213;
-    const double t221 = arm_psi_2_sin * t218 + arm_psi_2_cos * t213;
-    const double t222 = arm_psi_2_sin * t216 + arm_psi_2_cos * t211 - p->derived.arm_element_length * t217;
-    const double t223 = t215 + p->derived.arm_element_length * t221;
-    const double t224 = arm_phi_1_cos * t222 - arm_phi_1_sin * t223;
-    const double t225 = arm_phi_1_sin * t222 + arm_phi_1_cos * t223;
-    const double t226 = arm_phi_1_cos * t221 - arm_phi_1_sin * t217;
-    const double t227 = arm_phi_1_sin * t221 + arm_phi_1_cos * t217;
-    const double t228 = arm_theta_1_cos * t225 - arm_theta_1_sin * t219;
-    const double t229 = arm_theta_1_sin * t225 + arm_theta_1_cos * t219;
-    const double t230 = arm_theta_1_sin * t227 + arm_theta_1_cos * t220;
-    const double t231 = arm_psi_1_sin * t230 + arm_psi_1_cos * t226;
-    const double t232 = arm_psi_sin * (arm_psi_1_cos * t229 - arm_psi_1_sin * t224) + arm_psi_cos * (arm_psi_1_sin *
-        t229 + arm_psi_1_cos * t224 - p->derived.constant_1 * (arm_theta_1_cos * t227 - arm_theta_1_sin *
-        t220));
-    /* arm_phi_3: bias forces c, inward */
-    const double arm_phi_3_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_theta_3_bias_wd_x;
-    /* arm_theta_3: bias forces c, inward */
-    const double t233 = arm_theta_3_sin * arm_phi_3_bias_moment_x;
-    /* arm_psi: bias forces c, inward */
-    const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t3 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t3;
-    /* row 1 (position level): u qdd + v = 0 */
-    const double t234 = (effector_z_position_x - p->xc) / p->a;
-    const double t235 = effector_z_position_y / p->b;
-    const double row_1_phi = t234 * t234 + t235 * t235 - 1.0;
-    const double t236 = point_E_xd * p->derived.constant_11;
-    const double t237 = t234 * t236;
-    const double t238 = point_E_yd * p->derived.constant_12;
-    const double t239 = t235 * t238;
-    const double row_1_psi = t237 + t237 + (t239 + t239);
-    const double t240 = t236 * t236 + t234 * (point_E_bias_x * p->derived.constant_11);
-    const double t241 = t238 * t238 + t235 * (point_E_bias_y * p->derived.constant_12);
-    const double row_1_v = t240 + t240 + (t241 + t241);
-    const double t242 = p->derived.constant_12 * (t235 + t235);
-    const double t243 = p->derived.constant_11 * (t234 + t234);
-    const double row_1_u_column_psi = effector_z_position_x * t242 - effector_z_position_y * t243;
-    const double row_1_u_arm_psi_3 = (last_arm_phi_e_ground_y_z * t46 - last_arm_phi_e_ground_z_z * t45) *
-        t243 + (last_arm_phi_e_ground_z_z * t44 - last_arm_phi_e_ground_x_z * t46) * t242;
-    const double row_1_u_arm_theta_3 = (arm_psi_3_ground_y_y * t46 - arm_psi_3_ground_z_y * t45) * t243 +
-        (arm_psi_3_ground_z_y * t44 - arm_psi_3_ground_x_y * t46) * t242;
-    const double row_1_u_arm_phi_3 = (arm_theta_3_ground_y_x * t46 - arm_theta_3_ground_z_x * t45) * t243 +
-        (arm_theta_3_ground_z_x * t44 - arm_theta_3_ground_x_x * t46) * t242;
-    const double row_1_u_effector_z = arm_theta_3_ground_x_x * t243 + arm_theta_3_ground_y_x * t242;
-    /* row 2 (velocity level): u qdd + v = 0 */
-    const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t244 = t2 * (p->derived.constant_15 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t244 + t244);
-    /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = t4 * p->derived.constant_8 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
-    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t5;
-    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t4 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
-    /* arm_phi_3: inertia and gravity of the body at qdd = 0 */
-    const double arm_phi_3_load_moment_y = t34 * p->derived.constant_7 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_y -
-        p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_z;
-    const double arm_phi_3_load_moment_z = t31 * p->derived.constant_8 + p->derived.arm_psi_inertia_yy * arm_phi_3_bias_wd_z +
-        p->derived.arm_psi_moment_x * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_x = p->derived.arm_psi_mass * arm_theta_3_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t32;
-    const double arm_phi_3_load_force_y = p->derived.arm_psi_moment_x * t33 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_y;
-    const double arm_phi_3_load_force_z = p->derived.arm_psi_moment_x * t35 + p->derived.arm_psi_mass * arm_phi_3_bias_a_falling_z;
+    /* effector_z: motion from arm_psi_e outward */
+    const double effector_z_bias_a_falling_z = last_arm_theta_e_bias_a_falling_x + carried_15 * effector_z_shift_x;
+    const double t12 = last_arm_phi_e_w_y * qd[12];
+    const double t13 = last_arm_phi_e_w_z * qd[12];
+    const double effector_z_bias_a_falling_x = t12 + t12 - (last_arm_phi_e_bias_a_falling_z + carried_21 *
+        effector_z_shift_x);
+    const double effector_z_bias_a_falling_y = last_arm_phi_e_bias_a_falling_y + carried_18 * effector_z_shift_x +
+        (t13 + t13);
     /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    /* arm_phi_3: force left for the joint, inward */
-    const double arm_phi_3_carried_moment_y = arm_phi_3_load_moment_y + effector_z_shift_x * effector_z_load_force_x;
-    const double arm_phi_3_carried_moment_z = arm_phi_3_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
-    const double arm_phi_3_carried_force_y = arm_phi_3_load_force_y + effector_z_load_force_y;
-    const double arm_phi_3_carried_force_z = arm_phi_3_load_force_z - effector_z_load_force_x;
-    /* arm_phi_3: bias and gravity forces c + g, inward */
-    const double arm_phi_3_carried_force_x = arm_phi_3_load_force_x + effector_z_load_force_z;
-    const double t245 = arm_phi_3_sin * arm_phi_3_carried_moment_z;
-    const double t246 = arm_phi_3_cos * arm_phi_3_carried_moment_y;
-    const double arm_theta_3_carried_moment_y = t246 - t245;
-    const double arm_theta_3_carried_moment_z = arm_phi_3_sin * arm_phi_3_carried_moment_y + arm_phi_3_cos *
-        arm_phi_3_carried_moment_z;
-    const double arm_theta_3_carried_force_y = arm_phi_3_cos * arm_phi_3_carried_force_y - arm_phi_3_sin *
-        arm_phi_3_carried_force_z;
-    const double arm_theta_3_carried_force_z = arm_phi_3_sin * arm_phi_3_carried_force_y + arm_phi_3_cos *
-        arm_phi_3_carried_force_z;
-    /* arm_theta_3: bias and gravity forces c + g, inward */
-    const double t247 = arm_theta_3_cos * arm_theta_3_carried_moment_z;
-    const double arm_psi_3_carried_moment_z = t247 - t233;
-    const double arm_psi_3_carried_moment_x = arm_theta_3_cos * arm_phi_3_bias_moment_x + arm_theta_3_sin *
-        arm_theta_3_carried_moment_z;
-    const double arm_psi_3_carried_force_z = arm_theta_3_cos * arm_theta_3_carried_force_z - arm_theta_3_sin *
-        arm_phi_3_carried_force_x;
-    const double arm_psi_3_carried_force_x = arm_theta_3_sin * arm_theta_3_carried_force_z + arm_theta_3_cos *
-        arm_phi_3_carried_force_x;
-    /* arm_psi_3: bias and gravity forces c + g, inward */
-    const double t248 = arm_psi_3_sin * arm_psi_3_carried_force_x + arm_psi_3_cos * arm_theta_3_carried_force_y;
-    double carried_117 = arm_psi_3_cos * arm_psi_3_carried_moment_x - arm_psi_3_sin * arm_theta_3_carried_moment_y;
-    double carried_118 = arm_psi_3_sin * arm_psi_3_carried_moment_x + arm_psi_3_cos * arm_theta_3_carried_moment_y -
-        p->derived.arm_element_length * arm_psi_3_carried_force_z;
-    double carried_119 = arm_psi_3_carried_moment_z + p->derived.arm_element_length * t248;
-    double carried_120 = arm_psi_3_cos * arm_psi_3_carried_force_x - arm_psi_3_sin * arm_theta_3_carried_force_y;
-    double carried_121 = t248;
-    double last_arm_psi_e_carried_force_z = arm_psi_3_carried_force_z;
-    for (int e = 1; e >= 0; e--) { /* arm_psi_e, inward */
-        const double arm_psi_e_cos = cosine[2 + 3 * e];
-        const double arm_psi_e_sin = sine[2 + 3 * e];
-        const double arm_phi_e_sin = sine[4 + 3 * e];
-        const double arm_phi_e_cos = cosine[4 + 3 * e];
-        const double arm_theta_e_sin = sine[3 + 3 * e];
-        const double arm_theta_e_cos = cosine[3 + 3 * e];
-        /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-        const double t249 = effector_z_position_x - arm_psi_e_position_x_2[e];
-        const double t250 = effector_z_position_y - arm_psi_e_position_y_2[e];
-        const double t251 = effector_z_position_z - arm_psi_e_position_z_2[e];
-        const double row_2_u_arm_psi_e = last_arm_phi_e_ground_x_z_at[e] * t250 - last_arm_phi_e_ground_y_z_at[e] *
-        t249;
-        const double row_2_u_arm_theta_e = arm_psi_e_ground_x_y[e] * t250 - arm_psi_e_ground_y_y[e] * t249;
-        const double row_2_u_arm_phi_e = arm_theta_e_ground_x_x[e] * t250 - arm_theta_e_ground_y_x[e] * t249;
-        /* arm_phi_e: bias forces c, inward */
-        const double arm_phi_e_load_moment_x = p->derived.arm_phi_1_inertia_xx * arm_theta_e_bias_wd_x[e];
-        /* row 1 (position level): u qdd + v = 0 */
-        const double row_1_u_arm_psi_e = (last_arm_phi_e_ground_y_z_at[e] * t251 - last_arm_phi_e_ground_z_z_at[e] *
-        t250) * t243 + (last_arm_phi_e_ground_z_z_at[e] * t249 - last_arm_phi_e_ground_x_z_at[e] * t251) *
-        t242;
-        const double row_1_u_arm_theta_e = (arm_psi_e_ground_y_y[e] * t251 - arm_psi_e_ground_z_y[e] * t250) *
-        t243 + (arm_psi_e_ground_z_y[e] * t249 - arm_psi_e_ground_x_y[e] * t251) * t242;
-        const double row_1_u_arm_phi_e = (arm_theta_e_ground_y_x[e] * t251 - arm_theta_e_ground_z_x[e] * t250) *
-        t243 + (arm_theta_e_ground_z_x[e] * t249 - arm_theta_e_ground_x_x[e] * t251) * t242;
-        /* arm_phi_e: inertia and gravity of the body at qdd = 0 */
-        const double arm_phi_e_load_moment_y = t19[e] * p->derived.constant_9 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_e_bias_wd_y[e] - p->derived.arm_phi_1_moment_x * arm_phi_e_bias_a_falling_z[e];
-        const double arm_phi_e_load_moment_z = t16[e] * p->derived.constant_10 + p->derived.arm_phi_1_inertia_yy *
-        arm_phi_e_bias_wd_z[e] + p->derived.arm_phi_1_moment_x * arm_phi_e_bias_a_falling_y[e];
-        const double arm_phi_e_load_force_x = p->derived.arm_phi_1_mass * arm_theta_e_bias_a_falling_x[e] -
-        p->derived.arm_phi_1_moment_x * t17[e];
-        const double arm_phi_e_load_force_y = p->derived.arm_phi_1_moment_x * t18[e] + p->derived.arm_phi_1_mass *
-        arm_phi_e_bias_a_falling_y[e];
-        const double arm_phi_e_load_force_z = p->derived.arm_phi_1_moment_x * t20[e] + p->derived.arm_phi_1_mass *
-        arm_phi_e_bias_a_falling_z[e];
+    double carried_110 = 0.0;
+    double carried_111 = effector_z_shift_x * effector_z_load_force_x;
+    double carried_112 = effector_z_shift_x * effector_z_load_force_y;
+    double carried_113 = effector_z_load_force_z;
+    double carried_114 = effector_z_load_force_y;
+    double last_arm_psi_e_carried_force_z = -effector_z_load_force_x;
+    for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
+        const double arm_psi_e_cos = cosine[1 + 3 * e];
+        const double arm_psi_e_sin = sine[1 + 3 * e];
+        const double arm_phi_e_sin = sine[3 + 3 * e];
+        const double arm_phi_e_cos = cosine[3 + 3 * e];
+        const double arm_theta_e_sin = sine[2 + 3 * e];
+        const double arm_theta_e_cos = cosine[2 + 3 * e];
         /* arm_phi_e: bias and gravity forces c + g, inward */
-        const double arm_phi_e_carried_moment_x = arm_phi_e_load_moment_x + carried_117;
-        const double arm_phi_e_carried_moment_y = arm_phi_e_load_moment_y + carried_118;
-        const double arm_phi_e_carried_moment_z = arm_phi_e_load_moment_z + carried_119;
-        const double arm_phi_e_carried_force_x = arm_phi_e_load_force_x + carried_120;
-        const double arm_phi_e_carried_force_y = arm_phi_e_load_force_y + carried_121;
-        const double arm_phi_e_carried_force_z = arm_phi_e_load_force_z + last_arm_psi_e_carried_force_z;
-        const double t252 = arm_phi_e_sin * arm_phi_e_carried_moment_z;
-        const double t253 = arm_phi_e_cos * arm_phi_e_carried_moment_y;
-        const double arm_theta_e_carried_moment_y = t253 - t252;
+        const double arm_phi_e_carried_moment_x = arm_phi_e_bias_moment_x[e] + carried_110;
+        const double arm_phi_e_carried_moment_y = arm_phi_e_load_moment_y[e] + carried_111;
+        const double arm_phi_e_carried_moment_z = arm_phi_e_load_moment_z[e] + carried_112;
+        const double arm_phi_e_carried_force_x = arm_phi_e_load_force_x[e] + carried_113;
+        const double arm_phi_e_carried_force_y = arm_phi_e_load_force_y[e] + carried_114;
+        const double arm_phi_e_carried_force_z = arm_phi_e_load_force_z[e] + last_arm_psi_e_carried_force_z;
+        const double t14 = arm_phi_e_sin * arm_phi_e_carried_moment_z;
+        const double t15 = arm_phi_e_cos * arm_phi_e_carried_moment_y;
+        const double arm_theta_e_carried_moment_y = t15 - t14;
         const double arm_theta_e_carried_moment_z = arm_phi_e_sin * arm_phi_e_carried_moment_y + arm_phi_e_cos *
         arm_phi_e_carried_moment_z;
         const double arm_theta_e_carried_force_y = arm_phi_e_cos * arm_phi_e_carried_force_y - arm_phi_e_sin *
@@ -6568,9 +3743,9 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         const double arm_theta_e_carried_force_z = arm_phi_e_sin * arm_phi_e_carried_force_y + arm_phi_e_cos *
         arm_phi_e_carried_force_z;
         /* arm_theta_e: bias and gravity forces c + g, inward */
-        const double t254 = arm_theta_e_sin * arm_phi_e_carried_moment_x;
-        const double t255 = arm_theta_e_cos * arm_theta_e_carried_moment_z;
-        const double arm_psi_e_carried_moment_z = t255 - t254;
+        const double t16 = arm_theta_e_sin * arm_phi_e_carried_moment_x;
+        const double t17 = arm_theta_e_cos * arm_theta_e_carried_moment_z;
+        const double arm_psi_e_carried_moment_z = t17 - t16;
         const double arm_psi_e_carried_moment_x = arm_theta_e_sin * arm_theta_e_carried_moment_z + arm_theta_e_cos *
         arm_phi_e_carried_moment_x;
         const double arm_psi_e_carried_force_z = arm_theta_e_cos * arm_theta_e_carried_force_z - arm_theta_e_sin *
@@ -6578,165 +3753,43 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         const double arm_psi_e_carried_force_x = arm_theta_e_sin * arm_theta_e_carried_force_z + arm_theta_e_cos *
         arm_phi_e_carried_force_x;
         /* arm_psi_e: bias and gravity forces c + g, inward */
-        const double t256 = arm_psi_e_sin * arm_psi_e_carried_force_x + arm_psi_e_cos * arm_theta_e_carried_force_y;
-        out->f[3 + 3 * e] = t254 - t255 - (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi *
+        const double t18 = arm_psi_e_sin * arm_psi_e_carried_force_x + arm_psi_e_cos * arm_theta_e_carried_force_y;
+        f[3 + 3 * e] = t16 - t17 - (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi *
         qd[3 + 3 * e]);
-        out->f[4 + 3 * e] = t252 - t253 - (p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi *
+        f[4 + 3 * e] = t14 - t15 - (p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi *
         qd[4 + 3 * e]);
-        out->f[5 + 3 * e] = -(p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e] +
+        f[5 + 3 * e] = -(p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e] +
         arm_phi_e_carried_moment_x);
-        out->u[3 + 3 * e] = row_1_u_arm_psi_e;
-        out->u[4 + 3 * e] = row_1_u_arm_theta_e;
-        out->u[5 + 3 * e] = row_1_u_arm_phi_e;
-        out->u[16 + 3 * e] = row_2_u_arm_psi_e;
-        out->u[17 + 3 * e] = row_2_u_arm_theta_e;
-        out->u[18 + 3 * e] = row_2_u_arm_phi_e;
-        const double next_carried_117 = arm_psi_e_cos * arm_psi_e_carried_moment_x - arm_psi_e_sin * arm_theta_e_carried_moment_y;
-        const double next_carried_118 = arm_psi_e_sin * arm_psi_e_carried_moment_x + arm_psi_e_cos * arm_theta_e_carried_moment_y -
+        const double next_carried_110 = arm_psi_e_cos * arm_psi_e_carried_moment_x - arm_psi_e_sin * arm_theta_e_carried_moment_y;
+        const double next_carried_111 = arm_psi_e_sin * arm_psi_e_carried_moment_x + arm_psi_e_cos * arm_theta_e_carried_moment_y -
         p->derived.arm_element_length * arm_psi_e_carried_force_z;
-        const double next_carried_119 = arm_psi_e_carried_moment_z + p->derived.arm_element_length * t256;
-        const double next_carried_120 = arm_psi_e_cos * arm_psi_e_carried_force_x - arm_psi_e_sin * arm_theta_e_carried_force_y;
-        carried_117 = next_carried_117;
-        carried_118 = next_carried_118;
-        carried_119 = next_carried_119;
-        carried_120 = next_carried_120;
-        carried_121 = t256;
+        const double next_carried_112 = arm_psi_e_carried_moment_z + p->derived.arm_element_length * t18;
+        const double next_carried_113 = arm_psi_e_cos * arm_psi_e_carried_force_x - arm_psi_e_sin * arm_theta_e_carried_force_y;
+        carried_110 = next_carried_110;
+        carried_111 = next_carried_111;
+        carried_112 = next_carried_112;
+        carried_113 = next_carried_113;
+        carried_114 = t18;
         last_arm_psi_e_carried_force_z = arm_psi_e_carried_force_z;
     }
     /* arm_psi: bias and gravity forces c + g, inward */
-    const double arm_psi_carried_moment_x = arm_psi_load_moment_x + carried_117;
-    const double arm_psi_carried_moment_y = arm_psi_load_moment_y + (carried_118 - p->derived.constant_3 *
+    const double arm_psi_carried_moment_x = arm_psi_load_moment_x + carried_110;
+    const double arm_psi_carried_moment_y = arm_psi_load_moment_y + (carried_111 - p->derived.constant_3 *
         last_arm_psi_e_carried_force_z);
-    const double arm_psi_carried_moment_z = arm_psi_load_moment_z + (carried_119 + p->derived.constant_3 *
-        carried_121);
-    const double arm_psi_carried_force_x = arm_psi_load_force_x + carried_120;
-    const double arm_psi_carried_force_y = arm_psi_load_force_y + carried_121;
+    const double arm_psi_carried_moment_z = arm_psi_load_moment_z + (carried_112 + p->derived.constant_3 *
+        carried_114);
+    const double arm_psi_carried_force_x = arm_psi_load_force_x + carried_113;
+    const double arm_psi_carried_force_y = arm_psi_load_force_y + carried_114;
     const double column_psi_carried_moment_z = arm_psi_sin * arm_psi_carried_moment_x + arm_psi_cos * arm_psi_carried_moment_y;
     /* column_psi: bias and gravity forces c + g, inward */
     const double column_psi_carried_force_z = p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_carried_force_x +
         arm_psi_cos * arm_psi_carried_force_y);
     /* base_z: bias and gravity forces c + g, inward */
     const double base_z_carried_force_z = p->derived.base_z_load_force_z + column_psi_carried_force_z;
-    out->M[0 * 13 + 0] = p->derived.base_z_mass_beyond_2;
-    out->M[1 * 13 + 1] = column_psi_inertia_beyond_zz;
-    out->M[2 * 13 + 0] = column_psi_moment_beyond_x;
-    out->M[2 * 13 + 1] = t86 + arm_psi_sin * arm_psi_inertia_beyond_xz;
-    out->M[2 * 13 + 2] = arm_psi_inertia_beyond_zz;
-    out->M[3 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t87 - t80) + arm_psi_cos * t88;
-    out->M[3 * 13 + 1] = t86 + arm_psi_sin * t83;
-    out->M[3 * 13 + 2] = arm_psi_1_inertia_beyond_zz + p->derived.constant_1 * t88;
-    out->M[3 * 13 + 3] = arm_psi_1_inertia_beyond_zz;
-    out->M[4 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z) + arm_psi_cos * t89;
-    out->M[4 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_inertia_beyond_xy - arm_psi_1_sin * arm_theta_1_inertia_beyond_yy) +
-        arm_psi_cos * (arm_psi_1_sin * arm_psi_1_inertia_beyond_xy + arm_psi_1_cos * arm_theta_1_inertia_beyond_yy +
-        p->derived.constant_1 * arm_psi_1_moment_beyond_x);
-    out->M[4 * 13 + 2] = arm_psi_1_inertia_beyond_yz + p->derived.constant_1 * t89;
-    out->M[4 * 13 + 3] = arm_psi_1_inertia_beyond_yz;
-    out->M[4 * 13 + 4] = arm_theta_1_inertia_beyond_yy;
-    out->M[5 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t95 - arm_psi_1_sin * t91) + arm_psi_cos * t96;
-    out->M[5 * 13 + 1] = t97;
-    out->M[5 * 13 + 2] = t93 + p->derived.constant_1 * t96;
-    out->M[5 * 13 + 3] = t93;
-    out->M[5 * 13 + 4] = arm_theta_1_inertia_beyond_xy;
-    out->M[5 * 13 + 5] = arm_phi_1_inertia_beyond_xx;
-    out->M[6 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t105 - arm_psi_1_sin * t101) + arm_psi_cos * t106;
-    out->M[6 * 13 + 1] = t107;
-    out->M[6 * 13 + 2] = t103 + p->derived.constant_1 * t106;
-    out->M[6 * 13 + 3] = t103;
-    out->M[6 * 13 + 4] = t99;
-    out->M[6 * 13 + 5] = t68;
-    out->M[6 * 13 + 6] = arm_psi_2_inertia_beyond_zz;
-    out->M[7 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t119 - arm_psi_1_sin * t115) + arm_psi_cos * t120;
-    out->M[7 * 13 + 1] = t121;
-    out->M[7 * 13 + 2] = t117 + p->derived.constant_1 * t120;
-    out->M[7 * 13 + 3] = t117;
-    out->M[7 * 13 + 4] = t113;
-    out->M[7 * 13 + 5] = t108;
-    out->M[7 * 13 + 6] = arm_psi_2_inertia_beyond_yz;
-    out->M[7 * 13 + 7] = arm_theta_2_inertia_beyond_yy;
-    out->M[8 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t138 - arm_psi_1_sin * t134) + arm_psi_cos * t139;
-    out->M[8 * 13 + 1] = t140;
-    out->M[8 * 13 + 2] = t136 + p->derived.constant_1 * t139;
-    out->M[8 * 13 + 3] = t136;
-    out->M[8 * 13 + 4] = t132;
-    out->M[8 * 13 + 5] = t127;
-    out->M[8 * 13 + 6] = t123;
-    out->M[8 * 13 + 7] = arm_theta_2_inertia_beyond_xy;
-    out->M[8 * 13 + 8] = arm_phi_e_inertia_beyond_xx;
-    out->M[9 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t161 - arm_psi_1_sin * t157) + arm_psi_cos * t162;
-    out->M[9 * 13 + 1] = t163;
-    out->M[9 * 13 + 2] = t159 + p->derived.constant_1 * t162;
-    out->M[9 * 13 + 3] = t159;
-    out->M[9 * 13 + 4] = t155;
-    out->M[9 * 13 + 5] = t150;
-    out->M[9 * 13 + 6] = t146;
-    out->M[9 * 13 + 7] = t142;
-    out->M[9 * 13 + 8] = t54;
-    out->M[9 * 13 + 9] = arm_psi_3_inertia_beyond_zz;
-    out->M[10 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t188 - arm_psi_1_sin * t184) + arm_psi_cos * t189;
-    out->M[10 * 13 + 1] = t190;
-    out->M[10 * 13 + 2] = t186 + p->derived.constant_1 * t189;
-    out->M[10 * 13 + 3] = t186;
-    out->M[10 * 13 + 4] = t182;
-    out->M[10 * 13 + 5] = t177;
-    out->M[10 * 13 + 6] = t173;
-    out->M[10 * 13 + 7] = t169;
-    out->M[10 * 13 + 8] = -t164;
-    out->M[10 * 13 + 10] = arm_phi_3_inertia_beyond_yy;
-    out->M[11 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * t204 - arm_psi_1_sin * t201) + arm_psi_cos * (arm_psi_1_sin *
-        t204 + arm_psi_1_cos * t201);
-    out->M[11 * 13 + 2] = t203;
-    out->M[11 * 13 + 3] = t203;
-    out->M[11 * 13 + 4] = t201;
-    out->M[11 * 13 + 5] = t199;
-    out->M[11 * 13 + 6] = t197;
-    out->M[11 * 13 + 7] = t195;
-    out->M[11 * 13 + 8] = t193;
-    out->M[11 * 13 + 9] = -t191;
-    out->M[11 * 13 + 11] = p->derived.arm_psi_inertia_xx;
-    out->M[12 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t230 - arm_psi_1_sin * t226) + arm_psi_cos * t231;
-    out->M[12 * 13 + 1] = t232;
-    out->M[12 * 13 + 2] = t228 + p->derived.constant_1 * t231;
-    out->M[12 * 13 + 3] = t228;
-    out->M[12 * 13 + 4] = t224;
-    out->M[12 * 13 + 5] = t219;
-    out->M[12 * 13 + 6] = t215;
-    out->M[12 * 13 + 7] = t211;
-    out->M[12 * 13 + 12] = p->m_E;
-    out->f[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + base_z_carried_force_z);
-    out->f[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1] -
-        column_psi_carried_moment_z;
-    out->f[2] = -arm_psi_carried_moment_z;
-    out->f[9] = t233 - t247 - (p->derived.arm_stiffness_psi * q[9] + p->derived.arm_damping_psi * qd[9]);
-    out->f[10] = t245 - t246 - (p->derived.arm_stiffness_psi * q[10] + p->derived.arm_damping_psi * qd[10]);
-    out->f[11] = -(arm_phi_3_bias_moment_x + (p->derived.arm_stiffness_phi * q[11] + p->derived.arm_damping_phi *
-        qd[11]));
-    out->f[12] = -effector_z_load_force_z;
-    out->u[0 * 13 + 0] = 0.0;
-    out->u[0 * 13 + 1] = row_1_u_column_psi;
-    out->u[0 * 13 + 2] = -(column_psi_cos * t43 * t243 + column_psi_sin * t43 * t242);
-    out->u[0 * 13 + 9] = row_1_u_arm_psi_3;
-    out->u[0 * 13 + 10] = row_1_u_arm_theta_3;
-    out->u[0 * 13 + 11] = row_1_u_arm_phi_3;
-    out->u[0 * 13 + 12] = row_1_u_effector_z;
-    out->u[1 * 13 + 0] = 1.0;
-    out->u[1 * 13 + 1] = 0.0;
-    out->u[1 * 13 + 2] = row_2_u_arm_psi;
-    out->u[1 * 13 + 9] = row_2_u_arm_psi_3;
-    out->u[1 * 13 + 10] = row_2_u_arm_theta_3;
-    out->u[1 * 13 + 11] = row_2_u_arm_phi_3;
-    out->u[1 * 13 + 12] = arm_theta_3_ground_z_x;
-    out->v[0] = row_1_v;
-    out->v[1] = row_2_v;
-    out->phi[0] = row_1_phi;
-    out->phi[1] = 0.0;
-    out->psi[0] = row_1_psi;
-    out->psi[1] = row_2_psi;
-    out->k[0] = -(row_1_phi * p->derived.constant_14 + (row_1_v + row_1_psi * p->derived.constant_13));
-    out->k[1] = -(row_2_v + p->derived.constant_13 * row_2_psi);
-    for (int i = 0; i < 13; i++)
-        for (int j = 0; j < i; j++)
-            out->M[j * 13 + i] = out->M[i * 13 + j];
+    f[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + base_z_carried_force_z);
+    f[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1] - column_psi_carried_moment_z;
+    f[2] = -arm_psi_carried_moment_z;
+    f[12] = -effector_z_load_force_z;
 }
 
 void manipulator_flexible_course(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -6764,8 +3817,8 @@ void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p
     (void)x;
     (void)t;
     (void)qd;
-    double sine[10], cosine[10];
-    manipulator_flexible_sincos(q + 1, sine, cosine, 10);
+    double sine[11], cosine[11];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
     /* column_psi: motion from base_z outward */
     const double column_psi_sin = sine[0];
     const double column_psi_cos = cosine[0];
@@ -6779,7 +3832,7 @@ void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p
     double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
     double last_arm_phi_e_ground_x_z = column_psi_sin;
     double last_arm_psi_e_position_x = arm_psi_e_position_x;
-    for (int e = 0; e < 2; e++) { /* arm_psi_e */
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
@@ -6802,21 +3855,9 @@ void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p
         last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
         last_arm_psi_e_position_x = arm_psi_e_position_x_2;
     }
-    /* arm_psi_3: motion from arm_psi_e outward */
-    const double arm_psi_3_sin = sine[8];
-    const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = last_arm_phi_e_ground_x_y * arm_psi_3_sin + last_arm_theta_e_ground_x_x *
-        arm_psi_3_cos;
-    const double arm_psi_3_position_x = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[9];
-    const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - last_arm_phi_e_ground_x_z *
-        arm_theta_3_sin;
-    /* effector_z: motion from arm_phi_3 outward */
+    /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_shift_ground_x = arm_theta_3_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_x = arm_psi_3_position_x + effector_z_shift_ground_x;
+    const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
     anchored[0] = effector_z_position_x - p->a;
 }
 
@@ -6954,6 +3995,12 @@ static void manipulator_flexible_v_doubles(const double *p, const double *x, dou
         (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
+static void manipulator_flexible_row_terms_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_flexible_row_terms((const struct manipulator_flexible_parameters *)(const void *)p,
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, (struct manipulator_flexible_row_terms_result *)(void *)out);
+}
+
 static void manipulator_flexible_phi_doubles(const double *p, const double *x, double t, const double *q,
         const double *qd, double *out) {
     manipulator_flexible_phi((const struct manipulator_flexible_parameters *)(const void *)p,
@@ -7026,6 +4073,12 @@ static void manipulator_flexible_qdd_doubles(const double *p, const double *x, d
         (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
+static void manipulator_flexible_constrained_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_flexible_constrained((const struct manipulator_flexible_parameters *)(const void *)p,
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, (struct manipulator_flexible_constrained_result *)(void *)out);
+}
+
 static void manipulator_flexible_force_doubles(const double *p, const double *x, double t, const double *q,
         const double *qd, double *out) {
     manipulator_flexible_force((const struct manipulator_flexible_parameters *)(const void *)p,
@@ -7036,6 +4089,12 @@ static void manipulator_flexible_equations_doubles(const double *p, const double
         const double *qd, double *out) {
     manipulator_flexible_equations((const struct manipulator_flexible_parameters *)(const void *)p,
         (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, (struct manipulator_flexible_equations_result *)(void *)out);
+}
+
+static void manipulator_flexible_f_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_flexible_f((const struct manipulator_flexible_parameters *)(const void *)p,
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_flexible_course_doubles(const double *p, const double *x, double t, const double *q,
@@ -7071,11 +4130,11 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "cafc41b7ddba893d",
+    SET(hash) "9f7cc937fec7cbc6",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,
-    SET(derived_count) 40,
+    SET(derived_count) 37,
     SET(input_count) 0,
     SET(point_count) 1,
     SET(course_count) 2,
@@ -7114,6 +4173,10 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(qdd) manipulator_flexible_qdd_doubles,
     SET(force) manipulator_flexible_force_doubles,
     SET(equations) manipulator_flexible_equations_doubles,
+    SET(M_h) 0,
+    SET(f) manipulator_flexible_f_doubles,
+    SET(row_terms) manipulator_flexible_row_terms_doubles,
+    SET(constrained) manipulator_flexible_constrained_doubles,
     SET(tangent) 0,
     SET(d_qdd) 0,
     SET(d_qdd_free) 0,

@@ -22,29 +22,32 @@
  *
  * Operations of one call (additions, multiplications, divisions, functions):
  *   M             292    462    0   18
- *   h             206    296    0   20
- *   Q              70    108    1   21
- *   u             113    193    2   20
- *   v             216    356    3   24
- *   phi            40     72    2   20
- *   psi           127    222    3   23
- *   k             227    368    3   24
- *   r              57    103    0   20
- *   rd            114    205    0   22
- *   C              98    167    0   20
- *   d             168    280    0   22
- *   energy        137    216    0   20
+ *   h             212    296    0   20
+ *   Q              83    125    1   23
+ *   u             122    211    2   22
+ *   v             286    460    3   24
+ *   row_terms     286    460    3   24
+ *   phi            48     88    2   22
+ *   psi           129    224    3   23
+ *   k             286    460    3   24
+ *   r              69    127    0   22
+ *   rd            116    207    0   22
+ *   C             107    185    0   22
+ *   d             169    283    0   22
+ *   energy        144    225    0   20
  *   power          12     25    1    3
  *   Q_q           121    239    0   20
- *   qdd_free      488    666   12   23
- *   qdd          1085   1539   17   27
- *   force        1070   1536   17   27
- *   equations     736   1121    4   39
+ *   qdd_free      548    714   13   23
+ *   qdd          1002   1420   18   27
+ *   constrained   1002   1420   18   27
+ *   force        1150   1657   20   49
+ *   equations     820   1247    4   65
+ *   f             242    325    1   23
  *   course          2      7    2    4
  *   breaks          0      0    0    0
- *   anchor         20     35    0   20
+ *   anchor         24     43    0   22
  *   start           0      0    0    0
- * Choices by counted operations: M written out, 754 (loops 1073); qdd_free recursive, 1202 operations; qdd recursive, 2692 operations.
+ * Choices by counted operations: M written out, 754 (loops 1198); qdd_free recursive, 1314 operations; qdd recursive, 2494 operations.
  */
 #ifndef REFDYN_GENERATED_manipulator_flexible_H
 #define REFDYN_GENERATED_manipulator_flexible_H
@@ -96,7 +99,6 @@ struct manipulator_flexible_parameters {
         double arm_phi_1_inertia_xx;
         double arm_phi_1_inertia_yy;
         double constant_3;
-        double arm_phi_3_mass_beyond;
         double constant_4;
         double constant_5;
         double constant_6;
@@ -111,18 +113,29 @@ struct manipulator_flexible_parameters {
         double constant_14;
         double constant_15;
         double constant_16;
-        double constant_17;
-        double constant_18;
         double base_z_load_force_z;
         double column_psi_load_force_z;
         double effector_z_D_inverse;
+        double constant_17;
+        double constant_18;
         double constant_19;
-        double constant_20;
-        double constant_21;
     } derived; /* what depends on parameters alone, set by manipulator_flexible_prepare */
 };
 
 struct manipulator_flexible_inputs; /* there are none: pass NULL */
+
+struct manipulator_flexible_row_terms_result {
+    double u[26]; /* (m x n) row coefficients, u qdd + v = 0 */
+    double v[2]; /* (m) rest of the rows */
+    double phi[2]; /* (m) residuals of position rows, 0 for others */
+    double psi[2]; /* (m) velocity-level residuals, 0 for acceleration rows */
+    double k[2]; /* (m) stabilised right side, u qdd = k */
+};
+
+struct manipulator_flexible_constrained_result {
+    double qdd[13]; /* (n) accelerations with stabilised constraints */
+    double lambda[2]; /* (m) multipliers, r = u^T lambda */
+};
 
 struct manipulator_flexible_equations_result {
     double M[169]; /* (n x n) mass matrix [kg, kg m, kg m^2] */
@@ -159,6 +172,10 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
 /* rest of the rows, u qdd + v = 0: (m) rest of the rows */
 void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double v[2]);
+
+/* u, v, phi, psi and k in one call */
+void manipulator_flexible_row_terms(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], struct manipulator_flexible_row_terms_result *out);
 
 /* position-level residuals: (m) residuals of position rows, 0 for others */
 void manipulator_flexible_phi(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -208,13 +225,21 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
 void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double qdd[13]);
 
-/* programme force r = M qdd - h - Q: (n) programme force r = M qdd - h - Q [N, N m] */
+/* qdd and multipliers in one call */
+void manipulator_flexible_constrained(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], struct manipulator_flexible_constrained_result *out);
+
+/* programme force r = M qdd - h - Q: (n) programme force r = M qdd - h - Q = u^T lambda [N, N m] */
 void manipulator_flexible_force(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double force[13]);
 
 /* M, h + Q and the rows in one call, work shared */
 void manipulator_flexible_equations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], struct manipulator_flexible_equations_result *out);
+
+/* h + Q in one recursion: (n) h + Q [N, N m] */
+void manipulator_flexible_f(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double f[13]);
 
 /* values that the model records with a motion: values that the model records, by NAME_model.courses */
 void manipulator_flexible_course(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,

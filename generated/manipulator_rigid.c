@@ -171,8 +171,17 @@ void manipulator_rigid_u(const struct manipulator_rigid_parameters *p, const str
 
 void manipulator_rigid_v(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double v[2]) {
+    struct manipulator_rigid_row_terms_result row_terms;
+    manipulator_rigid_row_terms(p, x, t, q, qd, &row_terms);
+    for (int i = 0; i < 2; i++)
+        v[i] = row_terms.v[i];
+}
+
+void manipulator_rigid_row_terms(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], struct manipulator_rigid_row_terms_result *out) {
     (void)x;
     const double t1 = t * 3.141592653589793 / p->T;
+    const double t2 = sin(t1);
     /* column_psi: motion from base_z outward */
     const double column_psi_sin = sin(q[1]);
     const double column_psi_cos = cos(q[1]);
@@ -180,46 +189,77 @@ void manipulator_rigid_v(const struct manipulator_rigid_parameters *p, const str
     const double arm_psi_sin = sin(q[2]);
     const double arm_psi_cos = cos(q[2]);
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double t2 = column_psi_cos * arm_psi_sin;
+    const double t3 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double t3 = column_psi_sin * arm_psi_sin;
+    const double t4 = column_psi_sin * arm_psi_sin;
+    const double arm_psi_position_z = p->h + q[0];
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
     const double arm_psi_v_y = qd[0] * arm_psi_cos;
-    const double t4 = arm_psi_w_x * qd[2];
+    const double t5 = arm_psi_w_x * qd[2];
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
+    const double effector_z_shift_ground_z = arm_psi_sin * effector_z_shift_x;
+    const double effector_z_position_z = arm_psi_position_z + effector_z_shift_ground_z;
     const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
     const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
-    const double t5 = (qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y) * effector_z_shift_x;
-    const double t6 = arm_psi_w_y * qd[3];
-    const double t7 = qd[2] * qd[3];
+    const double t6 = (qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y) * effector_z_shift_x;
+    const double t7 = arm_psi_w_y * qd[3];
+    const double t8 = qd[2] * qd[3];
     const double effector_z_v_z = arm_psi_v_x + qd[3];
-    const double effector_z_bias_a_x = t6 + t6 - (t4 + t4) * effector_z_shift_x;
-    const double effector_z_bias_a_y = arm_psi_w_x * arm_psi_w_y * effector_z_shift_x + (t7 + t7);
+    const double effector_z_bias_a_x = t7 + t7 - (t5 + t5) * effector_z_shift_x;
+    const double effector_z_bias_a_y = arm_psi_w_x * arm_psi_w_y * effector_z_shift_x + (t8 + t8);
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + t2 *
+    const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + t3 *
         effector_z_v_y);
-    const double point_E_yd = column_psi_cos * effector_z_v_x - t3 * effector_z_v_y + arm_psi_ground_y_x *
+    const double point_E_yd = column_psi_cos * effector_z_v_x - t4 * effector_z_v_y + arm_psi_ground_y_x *
         effector_z_v_z;
-    const double point_E_bias_y = column_psi_cos * effector_z_bias_a_x - t3 * effector_z_bias_a_y - arm_psi_ground_y_x *
-        t5;
-    const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t5;
+    const double point_E_zd = arm_psi_cos * effector_z_v_y + arm_psi_sin * effector_z_v_z;
+    const double point_E_bias_y = column_psi_cos * effector_z_bias_a_x - t4 * effector_z_bias_a_y - arm_psi_ground_y_x *
+        t6;
+    const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t6;
+    const double t9 = effector_z_position_z - arm_psi_position_z;
+    const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t8 = point_E_xd * p->derived.constant_5;
-    const double t9 = point_E_yd * p->derived.constant_6;
-    const double t10 = t8 * t8 - (effector_z_position_x - p->xc) / p->a * ((column_psi_sin * effector_z_bias_a_x +
-        t2 * effector_z_bias_a_y + arm_psi_ground_x_x * t5) * p->derived.constant_5);
-    const double t11 = t9 * t9 + effector_z_position_y / p->b * (point_E_bias_y * p->derived.constant_6);
-    const double row_1_v = t10 + t10 + (t11 + t11);
+    const double t10 = (effector_z_position_x - p->xc) / p->a;
+    const double t11 = effector_z_position_y / p->b;
+    const double row_1_phi = t10 * t10 + t11 * t11 - 1.0;
+    const double t12 = point_E_xd * p->derived.constant_5;
+    const double t13 = t10 * t12;
+    const double t14 = point_E_yd * p->derived.constant_6;
+    const double t15 = t11 * t14;
+    const double row_1_psi = t13 + t13 + (t15 + t15);
+    const double t16 = t12 * t12 - t10 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
+        arm_psi_ground_x_x * t6) * p->derived.constant_5);
+    const double t17 = t14 * t14 + t11 * (point_E_bias_y * p->derived.constant_6);
+    const double row_1_v = t16 + t16 + (t17 + t17);
+    const double t18 = p->derived.constant_6 * (t11 + t11);
+    const double t19 = p->derived.constant_5 * (t10 + t10);
+    const double row_1_u_column_psi = effector_z_position_x * t18 - effector_z_position_y * t19;
+    const double row_1_u_effector_z = arm_psi_ground_x_x * t19 + arm_psi_ground_y_x * t18;
     /* row 2 (velocity level): u qdd + v = 0 */
-    const double t12 = sin(t1) * (p->derived.constant_9 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t12 + t12);
-    v[0] = row_1_v;
-    v[1] = row_2_v;
+    const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
+    const double t20 = t2 * (p->derived.constant_9 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t20 + t20);
+    out->u[0 * 4 + 0] = 0.0;
+    out->u[0 * 4 + 1] = row_1_u_column_psi;
+    out->u[0 * 4 + 2] = -(column_psi_cos * t9 * t19 + column_psi_sin * t9 * t18);
+    out->u[0 * 4 + 3] = row_1_u_effector_z;
+    out->u[1 * 4 + 0] = 1.0;
+    out->u[1 * 4 + 1] = 0.0;
+    out->u[1 * 4 + 2] = row_2_u_arm_psi;
+    out->u[1 * 4 + 3] = arm_psi_sin;
+    out->v[0] = row_1_v;
+    out->v[1] = row_2_v;
+    out->phi[0] = row_1_phi;
+    out->phi[1] = 0.0;
+    out->psi[0] = row_1_psi;
+    out->psi[1] = row_2_psi;
+    out->k[0] = -(row_1_phi * p->derived.constant_8 + (row_1_v + row_1_psi * p->derived.constant_7));
+    out->k[1] = -(row_2_v + p->derived.constant_7 * row_2_psi);
 }
 
 void manipulator_rigid_phi(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -286,64 +326,10 @@ void manipulator_rigid_psi(const struct manipulator_rigid_parameters *p, const s
 
 void manipulator_rigid_k(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double k[2]) {
-    (void)x;
-    const double t1 = t * 3.141592653589793 / p->T;
-    const double t2 = sin(t1);
-    /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
-    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double t3 = column_psi_cos * arm_psi_sin;
-    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double t4 = column_psi_sin * arm_psi_sin;
-    const double arm_psi_w_x = qd[1] * arm_psi_sin;
-    const double arm_psi_w_y = qd[1] * arm_psi_cos;
-    const double arm_psi_v_x = qd[0] * arm_psi_sin;
-    const double arm_psi_v_y = qd[0] * arm_psi_cos;
-    const double t5 = arm_psi_w_x * qd[2];
-    /* effector_z: motion from arm_psi outward */
-    const double effector_z_shift_x = p->L + q[3];
-    const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
-    const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
-    const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
-    const double t6 = (qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y) * effector_z_shift_x;
-    const double t7 = arm_psi_w_y * qd[3];
-    const double t8 = qd[2] * qd[3];
-    const double effector_z_v_z = arm_psi_v_x + qd[3];
-    const double effector_z_bias_a_x = t7 + t7 - (t5 + t5) * effector_z_shift_x;
-    const double effector_z_bias_a_y = arm_psi_w_x * arm_psi_w_y * effector_z_shift_x + (t8 + t8);
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + t3 *
-        effector_z_v_y);
-    const double point_E_yd = column_psi_cos * effector_z_v_x - t4 * effector_z_v_y + arm_psi_ground_y_x *
-        effector_z_v_z;
-    const double point_E_zd = arm_psi_cos * effector_z_v_y + arm_psi_sin * effector_z_v_z;
-    const double point_E_bias_y = column_psi_cos * effector_z_bias_a_x - t4 * effector_z_bias_a_y - arm_psi_ground_y_x *
-        t6;
-    const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t6;
-    /* row 1 (position level): u qdd + v = 0 */
-    const double t9 = (effector_z_position_x - p->xc) / p->a;
-    const double t10 = effector_z_position_y / p->b;
-    const double row_1_phi = t9 * t9 + t10 * t10 - 1.0;
-    const double t11 = point_E_xd * p->derived.constant_5;
-    const double t12 = t9 * t11;
-    const double t13 = point_E_yd * p->derived.constant_6;
-    const double t14 = t10 * t13;
-    const double row_1_psi = t12 + t12 + (t14 + t14);
-    const double t15 = t11 * t11 - t9 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
-        arm_psi_ground_x_x * t6) * p->derived.constant_5);
-    const double t16 = t13 * t13 + t10 * (point_E_bias_y * p->derived.constant_6);
-    const double row_1_v = t15 + t15 + (t16 + t16);
-    /* row 2 (velocity level): u qdd + v = 0 */
-    const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t17 = t2 * (p->derived.constant_9 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t17 + t17);
-    k[0] = -(row_1_phi * p->derived.constant_8 + (row_1_v + row_1_psi * p->derived.constant_7));
-    k[1] = -(row_2_v + p->derived.constant_7 * row_2_psi);
+    struct manipulator_rigid_row_terms_result row_terms;
+    manipulator_rigid_row_terms(p, x, t, q, qd, &row_terms);
+    for (int i = 0; i < 2; i++)
+        k[i] = row_terms.k[i];
 }
 
 void manipulator_rigid_r(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -601,7 +587,7 @@ void manipulator_rigid_qdd_free(const struct manipulator_rigid_parameters *p, co
     const double base_z_U_force_z = p->m_base + (p->m_col + (t7 + arm_psi_sin * arm_psi_sin * (p->derived.arm_psi_mass -
         t7)));
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* arm_psi: force left for the joint, inward */
+    /* effector_z: force left for the joint, inward */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* base_z: acceleration, outward */
@@ -619,6 +605,14 @@ void manipulator_rigid_qdd_free(const struct manipulator_rigid_parameters *p, co
 
 void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double qdd[4]) {
+    struct manipulator_rigid_constrained_result constrained;
+    manipulator_rigid_constrained(p, x, t, q, qd, &constrained);
+    for (int i = 0; i < 4; i++)
+        qdd[i] = constrained.qdd[i];
+}
+
+void manipulator_rigid_constrained(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], struct manipulator_rigid_constrained_result *out) {
     (void)x;
     const double t1 = t * 3.141592653589793 / p->T;
     const double t2 = sin(t1);
@@ -632,7 +626,6 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
     const double t3 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
     const double t4 = column_psi_sin * arm_psi_sin;
-    const double arm_psi_position_z = p->h + q[0];
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
@@ -647,8 +640,6 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
-    const double effector_z_shift_ground_z = arm_psi_sin * effector_z_shift_x;
-    const double effector_z_position_z = arm_psi_position_z + effector_z_shift_ground_z;
     const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
     const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
     const double t8 = t7 * effector_z_shift_x;
@@ -670,8 +661,6 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
     const double point_E_bias_y = column_psi_cos * effector_z_bias_a_x - t4 * effector_z_bias_a_y - arm_psi_ground_y_x *
         t8;
     const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t8;
-    const double t13 = effector_z_position_z - arm_psi_position_z;
-    const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
     /* effector_z: bias forces c, inward */
@@ -682,27 +671,25 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
     const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
     const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t14 = (effector_z_position_x - p->xc) / p->a;
-    const double t15 = effector_z_position_y / p->b;
-    const double row_1_phi = t14 * t14 + t15 * t15 - 1.0;
-    const double t16 = point_E_xd * p->derived.constant_5;
-    const double t17 = t14 * t16;
-    const double t18 = point_E_yd * p->derived.constant_6;
-    const double t19 = t15 * t18;
-    const double row_1_psi = t17 + t17 + (t19 + t19);
-    const double t20 = t16 * t16 - t14 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
+    const double t13 = (effector_z_position_x - p->xc) / p->a;
+    const double t14 = effector_z_position_y / p->b;
+    const double row_1_phi = t13 * t13 + t14 * t14 - 1.0;
+    const double t15 = point_E_xd * p->derived.constant_5;
+    const double t16 = t13 * t15;
+    const double t17 = point_E_yd * p->derived.constant_6;
+    const double t18 = t14 * t17;
+    const double row_1_psi = t16 + t16 + (t18 + t18);
+    const double t19 = t15 * t15 - t13 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
         arm_psi_ground_x_x * t8) * p->derived.constant_5);
-    const double t21 = t18 * t18 + t15 * (point_E_bias_y * p->derived.constant_6);
-    const double row_1_v = t20 + t20 + (t21 + t21);
-    const double t22 = p->derived.constant_6 * (t15 + t15);
-    const double t23 = p->derived.constant_5 * (t14 + t14);
-    const double row_1_u_column_psi = effector_z_position_x * t22 - effector_z_position_y * t23;
-    const double t24 = column_psi_cos * t13 * t23 + column_psi_sin * t13 * t22;
-    const double row_1_u_effector_z = arm_psi_ground_x_x * t23 + arm_psi_ground_y_x * t22;
+    const double t20 = t17 * t17 + t14 * (point_E_bias_y * p->derived.constant_6);
+    const double row_1_v = t19 + t19 + (t20 + t20);
+    const double t21 = p->derived.constant_6 * (t14 + t14);
+    const double t22 = p->derived.constant_5 * (t13 + t13);
+    const double row_1_u_effector_z = arm_psi_ground_x_x * t22 + arm_psi_ground_y_x * t21;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t25 = t2 * (p->derived.constant_9 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t25 + t25);
+    const double t23 = t2 * (p->derived.constant_9 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t23 + t23);
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
     const double arm_psi_load_moment_z = t6 * p->derived.constant_3 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
     const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
@@ -714,318 +701,162 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->m_E * (effector_z_shift_x * effector_z_shift_x);
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t26 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
-    const double t27 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t26;
-    const double t28 = arm_psi_sin * arm_psi_sin;
+    const double t24 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
+    const double t25 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t24;
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     const double column_psi_U_moment_z = p->Izz_col + (arm_psi_U_moment_z + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
         arm_psi_U_moment_z)));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + (t27 + t28 * (p->derived.arm_psi_mass - t27)));
+    const double base_z_U_force_z = p->m_base + (p->m_col + (t25 + arm_psi_sin * arm_psi_sin * (p->derived.arm_psi_mass -
+        t25)));
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* arm_psi: force left for the joint, inward */
+    /* effector_z: force left for the joint, inward */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* base_z: acceleration, outward */
-    const double t29 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+    const double t26 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
         (p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
-        t26 * arm_psi_carried_moment_z)))));
+        t24 * arm_psi_carried_moment_z)))));
     /* column_psi: acceleration, outward */
-    const double t30 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
+    const double t27 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
         0.5 * qd[1] - column_psi_bias_moment_z);
+    const double t28 = arm_psi_sin * t26;
+    const double t29 = arm_psi_cos * t26;
     /* arm_psi: acceleration, outward */
-    const double t31 = t26 * (arm_psi_cos * t29) - arm_psi_D_inverse * arm_psi_carried_moment_z;
+    const double t30 = t24 * t29 - arm_psi_D_inverse * arm_psi_carried_moment_z;
+    const double t31 = effector_z_shift_x * t30 - t29;
     /* effector_z: acceleration, outward */
-    const double t32 = arm_psi_sin * t29 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
-    /* base_z: acceleration, outward */
-    const double t33 = base_z_D_inverse * (arm_psi_cos * (t24 * t26) - arm_psi_sin * row_1_u_effector_z);
-    /* column_psi: acceleration, outward */
-    const double t34 = row_1_u_column_psi * column_psi_D_inverse;
-    /* arm_psi: acceleration, outward */
-    const double t35 = t26 * (arm_psi_cos * t33) + t24 * arm_psi_D_inverse;
-    /* effector_z: acceleration, outward */
-    const double t36 = row_1_u_effector_z * p->derived.effector_z_D_inverse - arm_psi_sin * t33;
-    /* base_z: acceleration, outward */
-    const double t37 = base_z_D_inverse * (1.0 - (t28 + arm_psi_cos * (row_2_u_arm_psi * t26)));
-    /* arm_psi: acceleration, outward */
-    const double t38 = row_2_u_arm_psi * arm_psi_D_inverse - t26 * (arm_psi_cos * t37);
-    /* effector_z: acceleration, outward */
-    const double t39 = arm_psi_sin * p->derived.effector_z_D_inverse - arm_psi_sin * t37;
+    const double t32 = t28 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t33 = t32 - t28;
     /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t40 = row_1_phi * p->derived.constant_8 + (row_1_v + row_1_psi * p->derived.constant_7) +
-        (row_1_u_column_psi * t30 - t24 * t31 + row_1_u_effector_z * t32);
-    const double t41 = row_1_u_column_psi * t34 + t24 * t35 + row_1_u_effector_z * t36;
-    const double t42 = t33 - row_2_u_arm_psi * t35 + arm_psi_sin * t36;
-    const double t43 = t37 + row_2_u_arm_psi * t38 + arm_psi_sin * t39;
-    const double row_1_pivot_inverse = (t41 * 1e-12 < t41 ? 1.0 / t41 : 0.0);
-    const double t44 = t42 * row_1_pivot_inverse;
-    const double t45 = t43 - t42 * t44;
-    const double row_2_pivot_inverse = (t43 * 1e-12 < t45 ? 1.0 / t45 : 0.0);
-    const double row_2_lambda = (t40 * t44 - (row_2_v + p->derived.constant_7 * row_2_psi + (row_2_u_arm_psi *
-        t31 - t29 + arm_psi_sin * t32))) * row_2_pivot_inverse;
-    const double t46 = row_1_pivot_inverse * (t40 + t42 * row_2_lambda);
-    qdd[0] = t37 * row_2_lambda - (t29 + t33 * t46);
-    qdd[1] = t30 - t34 * t46;
-    qdd[2] = t31 + t35 * t46 + t38 * row_2_lambda;
-    qdd[3] = t32 - t36 * t46 + t39 * row_2_lambda;
+    const double t34 = column_psi_sin * t22;
+    const double t35 = column_psi_cos * t21;
+    const double t36 = t3 * t22 + t4 * t21;
+    const double t37 = t34 - t35;
+    /* effector_z: force left for the joint, inward */
+    const double t38 = effector_z_shift_x * t36;
+    /* base_z: acceleration, outward */
+    const double t39 = base_z_D_inverse * (arm_psi_cos * (t36 - t24 * t38));
+    /* column_psi: acceleration, outward */
+    const double t40 = column_psi_D_inverse * (arm_psi_cos * (effector_z_shift_x * (t35 - t34)));
+    const double t41 = arm_psi_sin * t39;
+    const double t42 = arm_psi_cos * t39;
+    /* arm_psi: acceleration, outward */
+    const double t43 = t24 * t42 - arm_psi_D_inverse * t38;
+    /* effector_z: acceleration, outward */
+    const double t44 = t41 + row_1_u_effector_z * p->derived.effector_z_D_inverse;
+    const double t45 = row_1_u_effector_z * (t44 - t41) - (t37 * (effector_z_shift_x * (arm_psi_cos * t40)) +
+        t36 * (effector_z_shift_x * t43 - t42));
+    /* effector_z: force left for the joint, inward */
+    const double t46 = arm_psi_cos * effector_z_shift_x;
+    /* base_z: acceleration, outward */
+    const double t47 = base_z_D_inverse * (arm_psi_cos * (t24 * t46 - arm_psi_cos));
+    /* column_psi: acceleration, outward */
+    const double t48 = arm_psi_sin * t47;
+    const double t49 = arm_psi_cos * t47;
+    /* arm_psi: acceleration, outward */
+    const double t50 = t24 * t49 + arm_psi_D_inverse * t46;
+    const double t51 = effector_z_shift_x * t50 - t49;
+    /* effector_z: acceleration, outward */
+    const double t52 = t48 + arm_psi_sin * p->derived.effector_z_D_inverse;
+    const double t53 = t52 - t48;
+    const double t54 = row_1_u_effector_z * t53 - t36 * t51;
+    const double t55 = arm_psi_cos * t51 + arm_psi_sin * t53;
+    const double t56 = row_1_phi * p->derived.constant_8 + (row_1_v + row_1_psi * p->derived.constant_7) +
+        (row_1_u_effector_z * t33 - (effector_z_shift_x * (arm_psi_cos * t27) * t37 + t31 * t36));
+    const double row_1_pivot_inverse = (t45 * 1e-12 < t45 ? 1.0 / t45 : 0.0);
+    const double t57 = t54 * row_1_pivot_inverse;
+    const double t58 = t55 - t54 * t57;
+    const double row_2_pivot_inverse = (t55 * 1e-12 < t58 ? 1.0 / t58 : 0.0);
+    const double row_2_lambda = (t56 * t57 - (row_2_v + p->derived.constant_7 * row_2_psi + (arm_psi_cos *
+        t31 + arm_psi_sin * t33))) * row_2_pivot_inverse;
+    const double t59 = row_1_pivot_inverse * (t56 + t54 * row_2_lambda);
+    out->qdd[0] = t39 * t59 - t26 - t47 * row_2_lambda;
+    out->qdd[1] = t27 - t40 * t59;
+    out->qdd[2] = t30 - t43 * t59 + t50 * row_2_lambda;
+    out->qdd[3] = t32 - t44 * t59 + t52 * row_2_lambda;
+    out->lambda[0] = -t59;
+    out->lambda[1] = row_2_lambda;
 }
 
 void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double force[4]) {
-    (void)x;
-    const double t1 = t * 3.141592653589793 / p->T;
-    const double t2 = sin(t1);
-    /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
-    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double t3 = column_psi_cos * arm_psi_sin;
-    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double t4 = column_psi_sin * arm_psi_sin;
-    const double arm_psi_position_z = p->h + q[0];
-    const double arm_psi_w_x = qd[1] * arm_psi_sin;
-    const double arm_psi_w_y = qd[1] * arm_psi_cos;
-    const double arm_psi_v_x = qd[0] * arm_psi_sin;
-    const double arm_psi_v_y = qd[0] * arm_psi_cos;
-    const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
-    const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
-    const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
-    const double t5 = arm_psi_w_x * qd[2];
-    const double t6 = arm_psi_w_x * arm_psi_w_y;
-    const double t7 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
-    /* effector_z: motion from arm_psi outward */
-    const double effector_z_shift_x = p->L + q[3];
-    const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
-    const double effector_z_shift_ground_z = arm_psi_sin * effector_z_shift_x;
-    const double effector_z_position_z = arm_psi_position_z + effector_z_shift_ground_z;
-    const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
-    const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
-    const double t8 = t7 * effector_z_shift_x;
-    const double t9 = t6 * effector_z_shift_x;
-    const double effector_z_bias_a_falling_z = arm_psi_bias_a_falling_x - t8;
-    const double t10 = arm_psi_w_y * qd[3];
-    const double t11 = qd[2] * qd[3];
-    const double t12 = t11 + t11;
-    const double effector_z_v_z = arm_psi_v_x + qd[3];
-    const double effector_z_bias_a_x = t10 + t10 - (t5 + t5) * effector_z_shift_x;
-    const double effector_z_bias_a_y = t9 + t12;
-    const double effector_z_bias_a_falling_y = arm_psi_bias_a_falling_y + t9 + t12;
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + t3 *
-        effector_z_v_y);
-    const double point_E_yd = column_psi_cos * effector_z_v_x - t4 * effector_z_v_y + arm_psi_ground_y_x *
-        effector_z_v_z;
-    const double point_E_zd = arm_psi_cos * effector_z_v_y + arm_psi_sin * effector_z_v_z;
-    const double point_E_bias_y = column_psi_cos * effector_z_bias_a_x - t4 * effector_z_bias_a_y - arm_psi_ground_y_x *
-        t8;
-    const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t8;
-    const double t13 = effector_z_position_z - arm_psi_position_z;
-    const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
-    /* effector_z: bias forces c, inward */
-    const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
-    /* arm_psi: bias forces c, inward */
-    const double arm_psi_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t5 * p->derived.constant_2 - p->derived.arm_psi_inertia_yy * t5;
-    const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
-    const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
-    /* row 1 (position level): u qdd + v = 0 */
-    const double t14 = (effector_z_position_x - p->xc) / p->a;
-    const double t15 = effector_z_position_y / p->b;
-    const double row_1_phi = t14 * t14 + t15 * t15 - 1.0;
-    const double t16 = point_E_xd * p->derived.constant_5;
-    const double t17 = t14 * t16;
-    const double t18 = point_E_yd * p->derived.constant_6;
-    const double t19 = t15 * t18;
-    const double row_1_psi = t17 + t17 + (t19 + t19);
-    const double t20 = t16 * t16 - t14 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
-        arm_psi_ground_x_x * t8) * p->derived.constant_5);
-    const double t21 = t18 * t18 + t15 * (point_E_bias_y * p->derived.constant_6);
-    const double row_1_v = t20 + t20 + (t21 + t21);
-    const double t22 = p->derived.constant_6 * (t15 + t15);
-    const double t23 = p->derived.constant_5 * (t14 + t14);
-    const double row_1_u_column_psi = effector_z_position_x * t22 - effector_z_position_y * t23;
-    const double t24 = column_psi_cos * t13 * t23 + column_psi_sin * t13 * t22;
-    const double row_1_u_effector_z = arm_psi_ground_x_x * t23 + arm_psi_ground_y_x * t22;
-    /* row 2 (velocity level): u qdd + v = 0 */
-    const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t25 = t2 * (p->derived.constant_9 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t25 + t25);
-    /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = t6 * p->derived.constant_3 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
-    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t7;
-    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t6 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
-    /* effector_z: inertia and gravity of the body at qdd = 0 */
-    const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
-    const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->m_E * (effector_z_shift_x * effector_z_shift_x);
-    const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t26 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
-    const double t27 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t26;
-    const double t28 = arm_psi_sin * arm_psi_sin;
-    /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (arm_psi_U_moment_z + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
-        arm_psi_U_moment_z)));
-    const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + (t27 + t28 * (p->derived.arm_psi_mass - t27)));
-    const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* arm_psi: force left for the joint, inward */
-    const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
-    const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
-    /* base_z: acceleration, outward */
-    const double t29 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        (p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
-        t26 * arm_psi_carried_moment_z)))));
-    /* column_psi: acceleration, outward */
-    const double t30 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
-        0.5 * qd[1] - column_psi_bias_moment_z);
-    /* arm_psi: acceleration, outward */
-    const double t31 = t26 * (arm_psi_cos * t29) - arm_psi_D_inverse * arm_psi_carried_moment_z;
-    /* effector_z: acceleration, outward */
-    const double t32 = arm_psi_sin * t29 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
-    /* base_z: acceleration, outward */
-    const double t33 = base_z_D_inverse * (arm_psi_cos * (t24 * t26) - arm_psi_sin * row_1_u_effector_z);
-    /* arm_psi: acceleration, outward */
-    const double t34 = t26 * (arm_psi_cos * t33) + t24 * arm_psi_D_inverse;
-    /* effector_z: acceleration, outward */
-    const double t35 = row_1_u_effector_z * p->derived.effector_z_D_inverse - arm_psi_sin * t33;
-    /* base_z: acceleration, outward */
-    const double t36 = base_z_D_inverse * (1.0 - (t28 + arm_psi_cos * (row_2_u_arm_psi * t26)));
-    /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t37 = row_1_phi * p->derived.constant_8 + (row_1_v + row_1_psi * p->derived.constant_7) +
-        (row_1_u_column_psi * t30 - t24 * t31 + row_1_u_effector_z * t32);
-    const double t38 = row_1_u_column_psi * (row_1_u_column_psi * column_psi_D_inverse) + t24 * t34 + row_1_u_effector_z *
-        t35;
-    const double t39 = t33 - row_2_u_arm_psi * t34 + arm_psi_sin * t35;
-    const double t40 = t36 + row_2_u_arm_psi * (row_2_u_arm_psi * arm_psi_D_inverse - t26 * (arm_psi_cos *
-        t36)) + arm_psi_sin * (arm_psi_sin * p->derived.effector_z_D_inverse - arm_psi_sin * t36);
-    const double row_1_pivot_inverse = (t38 * 1e-12 < t38 ? 1.0 / t38 : 0.0);
-    const double t41 = t39 * row_1_pivot_inverse;
-    const double t42 = t40 - t39 * t41;
-    const double row_2_pivot_inverse = (t40 * 1e-12 < t42 ? 1.0 / t42 : 0.0);
-    const double row_2_lambda = (t37 * t41 - (row_2_v + p->derived.constant_7 * row_2_psi + (row_2_u_arm_psi *
-        t31 - t29 + arm_psi_sin * t32))) * row_2_pivot_inverse;
-    const double t43 = row_1_pivot_inverse * (t37 + t39 * row_2_lambda);
-    force[0] = row_2_lambda;
-    force[1] = -row_1_u_column_psi * t43;
-    force[2] = t24 * t43 + row_2_u_arm_psi * row_2_lambda;
-    force[3] = arm_psi_sin * row_2_lambda - row_1_u_effector_z * t43;
+    double u[8];
+    double lambda[2];
+    for (int i = 0; i < 4; i++)
+        force[i] = 0.0;
+    manipulator_rigid_u(p, x, t, q, qd, u);
+    struct manipulator_rigid_constrained_result constrained;
+    manipulator_rigid_constrained(p, x, t, q, qd, &constrained);
+    for (int i = 0; i < 2; i++)
+        lambda[i] = constrained.lambda[i];
+    { /* r = u^T lambda */
+        for (int k = 0; k < 2; k++)
+            for (int i = 0; i < 4; i++) {
+                const double left = 1.0 * u[k * 4 + i];
+                for (int j = 0; j < 1; j++)
+                    force[i * 1 + j] += left * lambda[k * 1 + j];
+            }
+    }
 }
 
 void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], struct manipulator_rigid_equations_result *out) {
+    manipulator_rigid_M(p, x, t, q, qd, out->M);
+    manipulator_rigid_f(p, x, t, q, qd, out->f);
+    struct manipulator_rigid_row_terms_result row_terms;
+    manipulator_rigid_row_terms(p, x, t, q, qd, &row_terms);
+    for (int i = 0; i < 8; i++)
+        out->u[i] = row_terms.u[i];
+    for (int i = 0; i < 2; i++)
+        out->v[i] = row_terms.v[i];
+    for (int i = 0; i < 2; i++)
+        out->phi[i] = row_terms.phi[i];
+    for (int i = 0; i < 2; i++)
+        out->psi[i] = row_terms.psi[i];
+    for (int i = 0; i < 2; i++)
+        out->k[i] = row_terms.k[i];
+}
+
+void manipulator_rigid_f(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], double f[4]) {
     (void)x;
-    for (int i = 0; i < 16; i++)
-        out->M[i] = 0.0;
-    const double t1 = t * 3.141592653589793 / p->T;
-    const double t2 = sin(t1);
-    /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
     /* arm_psi: motion from column_psi outward */
     const double arm_psi_sin = sin(q[2]);
     const double arm_psi_cos = cos(q[2]);
-    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double t3 = column_psi_cos * arm_psi_sin;
-    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double t4 = column_psi_sin * arm_psi_sin;
-    const double arm_psi_position_z = p->h + q[0];
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
-    const double arm_psi_v_x = qd[0] * arm_psi_sin;
-    const double arm_psi_v_y = qd[0] * arm_psi_cos;
     const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
     const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
-    const double t5 = arm_psi_w_x * qd[2];
-    const double t6 = arm_psi_w_x * arm_psi_w_y;
-    const double t7 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
+    const double t1 = arm_psi_w_x * qd[2];
+    const double t2 = arm_psi_w_x * arm_psi_w_y;
+    const double t3 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
-    const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
-    const double effector_z_shift_ground_z = arm_psi_sin * effector_z_shift_x;
-    const double effector_z_position_z = arm_psi_position_z + effector_z_shift_ground_z;
-    const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
-    const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
-    const double t8 = t7 * effector_z_shift_x;
-    const double t9 = t6 * effector_z_shift_x;
-    const double effector_z_bias_a_falling_z = arm_psi_bias_a_falling_x - t8;
-    const double t10 = arm_psi_w_y * qd[3];
-    const double t11 = qd[2] * qd[3];
-    const double t12 = t11 + t11;
-    const double effector_z_v_z = arm_psi_v_x + qd[3];
-    const double effector_z_bias_a_x = t10 + t10 - (t5 + t5) * effector_z_shift_x;
-    const double effector_z_bias_a_y = t9 + t12;
-    const double effector_z_bias_a_falling_y = arm_psi_bias_a_falling_y + t9 + t12;
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + t3 *
-        effector_z_v_y);
-    const double point_E_yd = column_psi_cos * effector_z_v_x - t4 * effector_z_v_y + arm_psi_ground_y_x *
-        effector_z_v_z;
-    const double point_E_zd = arm_psi_cos * effector_z_v_y + arm_psi_sin * effector_z_v_z;
-    const double point_E_bias_y = column_psi_cos * effector_z_bias_a_x - t4 * effector_z_bias_a_y - arm_psi_ground_y_x *
-        t8;
-    const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t8;
-    const double t13 = effector_z_position_z - arm_psi_position_z;
-    const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    /* effector_z: composite pseudo-inertia of all beyond, inward */
-    const double t14 = p->m_E * effector_z_shift_x;
-    /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + t14;
-    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t14;
-    const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x;
-    /* column_psi: composite pseudo-inertia of all beyond, inward */
-    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
-        (p->derived.arm_psi_inertia_xx - arm_psi_inertia_beyond_yy)));
-    /* axes, and wrenches that accelerate all beyond, in the ground's axes */
-    const double effector_z_moment_change_z = p->m_E * arm_psi_sin;
+    const double effector_z_bias_a_falling_z = arm_psi_bias_a_falling_x - t3 * effector_z_shift_x;
+    const double t4 = arm_psi_w_y * qd[3];
+    const double t5 = qd[2] * qd[3];
+    const double effector_z_bias_a_x = t4 + t4 - (t1 + t1) * effector_z_shift_x;
+    const double effector_z_bias_a_falling_y = arm_psi_bias_a_falling_y + t2 * effector_z_shift_x + (t5 +
+        t5);
     /* effector_z: bias forces c, inward */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     /* arm_psi: bias forces c, inward */
     const double arm_psi_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t5 * p->derived.constant_2 - p->derived.arm_psi_inertia_yy * t5;
+    const double arm_psi_load_moment_y = t1 * p->derived.constant_2 - p->derived.arm_psi_inertia_yy * t1;
     const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
     const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
-    /* row 1 (position level): u qdd + v = 0 */
-    const double t15 = (effector_z_position_x - p->xc) / p->a;
-    const double t16 = effector_z_position_y / p->b;
-    const double row_1_phi = t15 * t15 + t16 * t16 - 1.0;
-    const double t17 = point_E_xd * p->derived.constant_5;
-    const double t18 = t15 * t17;
-    const double t19 = point_E_yd * p->derived.constant_6;
-    const double t20 = t16 * t19;
-    const double row_1_psi = t18 + t18 + (t20 + t20);
-    const double t21 = t17 * t17 - t15 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
-        arm_psi_ground_x_x * t8) * p->derived.constant_5);
-    const double t22 = t19 * t19 + t16 * (point_E_bias_y * p->derived.constant_6);
-    const double row_1_v = t21 + t21 + (t22 + t22);
-    const double t23 = p->derived.constant_6 * (t16 + t16);
-    const double t24 = p->derived.constant_5 * (t15 + t15);
-    const double row_1_u_column_psi = effector_z_position_x * t23 - effector_z_position_y * t24;
-    const double row_1_u_effector_z = arm_psi_ground_x_x * t24 + arm_psi_ground_y_x * t23;
-    /* row 2 (velocity level): u qdd + v = 0 */
-    const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t25 = t2 * (p->derived.constant_9 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t25 + t25);
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = t6 * p->derived.constant_3 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
+    const double arm_psi_load_moment_z = t2 * p->derived.constant_3 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
     const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t7;
-    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t6 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
+        t3;
+    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t2 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
     /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    /* arm_psi: force left for the joint, inward */
+    /* effector_z: force left for the joint, inward */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* arm_psi: bias and gravity forces c + g, inward */
@@ -1035,36 +866,10 @@ void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, c
         arm_psi_cos * arm_psi_carried_force_y);
     /* base_z: bias and gravity forces c + g, inward */
     const double base_z_carried_force_z = p->derived.base_z_load_force_z + column_psi_carried_force_z;
-    out->M[0 * 4 + 0] = p->derived.base_z_mass_beyond;
-    out->M[1 * 4 + 1] = column_psi_inertia_beyond_zz;
-    out->M[2 * 4 + 0] = column_psi_moment_beyond_x;
-    out->M[2 * 4 + 2] = arm_psi_inertia_beyond_yy;
-    out->M[3 * 4 + 0] = effector_z_moment_change_z;
-    out->M[3 * 4 + 3] = p->m_E;
-    out->f[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + base_z_carried_force_z);
-    out->f[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1] -
-        column_psi_bias_moment_z;
-    out->f[2] = -arm_psi_carried_moment_z;
-    out->f[3] = -effector_z_load_force_z;
-    out->u[0 * 4 + 0] = 0.0;
-    out->u[0 * 4 + 1] = row_1_u_column_psi;
-    out->u[0 * 4 + 2] = -(column_psi_cos * t13 * t24 + column_psi_sin * t13 * t23);
-    out->u[0 * 4 + 3] = row_1_u_effector_z;
-    out->u[1 * 4 + 0] = 1.0;
-    out->u[1 * 4 + 1] = 0.0;
-    out->u[1 * 4 + 2] = row_2_u_arm_psi;
-    out->u[1 * 4 + 3] = arm_psi_sin;
-    out->v[0] = row_1_v;
-    out->v[1] = row_2_v;
-    out->phi[0] = row_1_phi;
-    out->phi[1] = 0.0;
-    out->psi[0] = row_1_psi;
-    out->psi[1] = row_2_psi;
-    out->k[0] = -(row_1_phi * p->derived.constant_8 + (row_1_v + row_1_psi * p->derived.constant_7));
-    out->k[1] = -(row_2_v + p->derived.constant_7 * row_2_psi);
-    for (int i = 0; i < 4; i++)
-        for (int j = 0; j < i; j++)
-            out->M[j * 4 + i] = out->M[i * 4 + j];
+    f[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + base_z_carried_force_z);
+    f[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1] - column_psi_bias_moment_z;
+    f[2] = -arm_psi_carried_moment_z;
+    f[3] = -effector_z_load_force_z;
 }
 
 void manipulator_rigid_course(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -1222,6 +1027,12 @@ static void manipulator_rigid_v_doubles(const double *p, const double *x, double
         (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, out);
 }
 
+static void manipulator_rigid_row_terms_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_rigid_row_terms((const struct manipulator_rigid_parameters *)(const void *)p,
+        (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, (struct manipulator_rigid_row_terms_result *)(void *)out);
+}
+
 static void manipulator_rigid_phi_doubles(const double *p, const double *x, double t, const double *q,
         const double *qd, double *out) {
     manipulator_rigid_phi((const struct manipulator_rigid_parameters *)(const void *)p,
@@ -1294,6 +1105,12 @@ static void manipulator_rigid_qdd_doubles(const double *p, const double *x, doub
         (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, out);
 }
 
+static void manipulator_rigid_constrained_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_rigid_constrained((const struct manipulator_rigid_parameters *)(const void *)p,
+        (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, (struct manipulator_rigid_constrained_result *)(void *)out);
+}
+
 static void manipulator_rigid_force_doubles(const double *p, const double *x, double t, const double *q,
         const double *qd, double *out) {
     manipulator_rigid_force((const struct manipulator_rigid_parameters *)(const void *)p,
@@ -1304,6 +1121,12 @@ static void manipulator_rigid_equations_doubles(const double *p, const double *x
         const double *qd, double *out) {
     manipulator_rigid_equations((const struct manipulator_rigid_parameters *)(const void *)p,
         (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, (struct manipulator_rigid_equations_result *)(void *)out);
+}
+
+static void manipulator_rigid_f_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_rigid_f((const struct manipulator_rigid_parameters *)(const void *)p,
+        (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_rigid_course_doubles(const double *p, const double *x, double t, const double *q,
@@ -1339,7 +1162,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "4ca11b7c3da77ecf",
+    SET(hash) "4fafb4e551ddcb91",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,
@@ -1382,6 +1205,10 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(qdd) manipulator_rigid_qdd_doubles,
     SET(force) manipulator_rigid_force_doubles,
     SET(equations) manipulator_rigid_equations_doubles,
+    SET(M_h) 0,
+    SET(f) manipulator_rigid_f_doubles,
+    SET(row_terms) manipulator_rigid_row_terms_doubles,
+    SET(constrained) manipulator_rigid_constrained_doubles,
     SET(tangent) 0,
     SET(d_qdd) 0,
     SET(d_qdd_free) 0,

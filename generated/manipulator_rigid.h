@@ -16,10 +16,11 @@
  *   h              14     27    0    2
  *   Q               6     11    1    5
  *   u              11     17    2    4
- *   v              26     47    3    6
+ *   v              45     71    3    6
+ *   row_terms      45     71    3    6
  *   phi             4      6    2    3
  *   psi            13     26    3    5
- *   k              36     58    3    6
+ *   k              45     71    3    6
  *   r               3      5    0    4
  *   rd              8     17    0    4
  *   C               5      9    0    4
@@ -28,14 +29,16 @@
  *   power           3      7    1    3
  *   Q_q             4     15    0    4
  *   qdd_free       38     55    4    5
- *   qdd           106    160    9    9
- *   force         101    158    9    9
- *   equations      70    104    4    9
+ *   qdd           105    165    9    9
+ *   constrained    105    165    9    9
+ *   force         124    190   11   13
+ *   equations      77    115    4   13
+ *   f              26     38    1    5
  *   course          2      7    2    4
  *   breaks          0      0    0    0
  *   anchor          2      2    0    2
  *   start           0      0    0    0
- * Choices by counted operations: M written out, 12 (loops 80); qdd_free recursive, 109 operations (dense 109); qdd recursive, 302 operations (dense 299).
+ * Choices by counted operations: M written out, 12 (loops 80); qdd_free recursive, 109 operations (dense 109); qdd recursive, 306 operations (dense 299).
  */
 #ifndef REFDYN_GENERATED_manipulator_rigid_H
 #define REFDYN_GENERATED_manipulator_rigid_H
@@ -92,6 +95,19 @@ struct manipulator_rigid_parameters {
 
 struct manipulator_rigid_inputs; /* there are none: pass NULL */
 
+struct manipulator_rigid_row_terms_result {
+    double u[8]; /* (m x n) row coefficients, u qdd + v = 0 */
+    double v[2]; /* (m) rest of the rows */
+    double phi[2]; /* (m) residuals of position rows, 0 for others */
+    double psi[2]; /* (m) velocity-level residuals, 0 for acceleration rows */
+    double k[2]; /* (m) stabilised right side, u qdd = k */
+};
+
+struct manipulator_rigid_constrained_result {
+    double qdd[4]; /* (n) accelerations with stabilised constraints */
+    double lambda[2]; /* (m) multipliers, r = u^T lambda */
+};
+
 struct manipulator_rigid_equations_result {
     double M[16]; /* (n x n) mass matrix [kg, kg m, kg m^2] */
     double f[4]; /* (n) h + Q [N, N m] */
@@ -127,6 +143,10 @@ void manipulator_rigid_u(const struct manipulator_rigid_parameters *p, const str
 /* rest of the rows, u qdd + v = 0: (m) rest of the rows */
 void manipulator_rigid_v(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double v[2]);
+
+/* u, v, phi, psi and k in one call */
+void manipulator_rigid_row_terms(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], struct manipulator_rigid_row_terms_result *out);
 
 /* position-level residuals: (m) residuals of position rows, 0 for others */
 void manipulator_rigid_phi(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -176,13 +196,21 @@ void manipulator_rigid_qdd_free(const struct manipulator_rigid_parameters *p, co
 void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double qdd[4]);
 
-/* programme force r = M qdd - h - Q: (n) programme force r = M qdd - h - Q [N, N m] */
+/* qdd and multipliers in one call */
+void manipulator_rigid_constrained(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], struct manipulator_rigid_constrained_result *out);
+
+/* programme force r = M qdd - h - Q: (n) programme force r = M qdd - h - Q = u^T lambda [N, N m] */
 void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double force[4]);
 
 /* M, h + Q and the rows in one call, work shared */
 void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], struct manipulator_rigid_equations_result *out);
+
+/* h + Q in one recursion: (n) h + Q [N, N m] */
+void manipulator_rigid_f(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], double f[4]);
 
 /* values that the model records with a motion: values that the model records, by NAME_model.courses */
 void manipulator_rigid_course(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
