@@ -11,12 +11,12 @@
 
 static const char sandbox_source[] =
     "local rd, is_expression, compile_beside = ...\n"
-    "local next, type, error, ipairs, rawget, select = next, type, error, ipairs, rawget, select\n"
+    "local each, type, error, ipairs, rawget, select = next, type, error, ipairs, rawget, select\n"
     "local sort = table.sort\n"
     "\n"
     "local function sorted_keys(t)\n"
     "  local keys, names = {}, {}\n"
-    "  for key in next, t do\n"
+    "  for key in each, t do\n"
     "    local kind = type(key)\n"
     "    if kind ~= 'number' and kind ~= 'string' then\n"
     "      error('pairs: a key of type ' .. kind .. ', numbers and names have an order', 3)\n"

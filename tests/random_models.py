@@ -246,7 +246,95 @@ def random_links(rng, few):
     return links, ways
 
 
+# ---- runs of equal elements ----
+
+def equal_links(rng, name, on):
+    """A chain of links that differ in their names alone."""
+    kinds = rng.sample(KINDS, rng.choice([1, 1, 2, 3]))
+    given = {**at_random(rng, kinds), **(massive(rng) if rng.random() < 0.8 else solid(rng))}
+    place = placing(rng)
+    chain = []
+    for number in range(1, rng.randint(2, 8 if len(kinds) == 1 else 5) + 1):
+        chain.append({"name": f"{name}_{number}", **filled(on=on), **place, "joint": kinds, **given})
+        on = chain[-1]["name"]
+    if rng.random() < 0.3:
+        chain[0] = {**chain[0], **placing(rng)}
+    return chain
+
+
+def long_beam(rng, most):
+    """A beam of many elements; most of all: about so many of them."""
+    dofs = rng.choice([("psi",), ("theta",), ("psi", "theta"), ("theta", "phi"), TURNS, TURNS])
+    common = {"section": section(rng), "E": 2.1e9, "nu": 0.31, "rho": value(rng, 1000, 3000), "rfe": rng.randint(2, most)}
+    if len(dofs) < 3:
+        common["dofs"] = dofs
+    single = rng.random() < 0.65
+    common.update(stiffening(rng, list(dofs), single))
+    if single:
+        return {"length": value(rng, 0.8, 2), **common}
+    segments = [{"length": value(rng, 0.3, 0.8)} for _ in range(rng.randint(2, 3))]
+    for segment in segments:
+        segment["rfe"] = rng.randint(1, max(2, most // 2 + 1))
+        if rng.random() < 0.4:
+            segment["section"] = section(rng)
+        if rng.random() < 0.3 and not {"eta", "damping"} & set(common):
+            segment.update(stiffening(rng, list(dofs), False))
+    return {"segments": segments, **common}
+
+
+def add_long_beam(rng, links, on, name, most):
+    """A beam on `on`, and what it carries in the middle and at its tip; the names of all that carries more."""
+    rod = jointed(rng, name, rng.choice([["theta"], ["psi"], [], [], ["phi", "psi"]]), **filled(on=on), **placing(rng, 0.3),
+                  **(solid(rng) if rng.random() < 0.2 else {}))
+    rod["beam"] = long_beam(rng, most)
+    links.append(rod)
+    carriers = [name + ".tip"]
+    for number in range(rng.choice([0, 1, 1, 2])):
+        links.append(jointed(rng, f"{name}_load{number}", rng.choice([["x"], [], ["psi"]]), on=name + ".tip", **placing(rng, 0.2), **massive(rng)))
+        carriers.append(links[-1]["name"])
+    if rng.random() < 0.3:
+        place = filled(on=name, along=round(rng.uniform(0.05, 0.95) * beam_length(rod["beam"]), 6), **placing(rng, 0.1))
+        links.append(jointed(rng, name + "_rider", rng.choice([["x"], [], ["theta"]]), **place, **massive(rng)))
+    return carriers
+
+
+def interleaved(rng, links):
+    """The same links in another order, carriers before what they carry."""
+    left, placed, result = list(links), set(), []
+    while left:
+        ready = [link for link in left if "on" not in link or link["on"].split(".")[0] in placed]
+        result.append(rng.choice(ready) if rng.random() < 0.5 else ready[0])
+        placed.add(result[-1]["name"])
+        left = [link for link in left if link is not result[-1]]
+    return result
+
+
+def run_links(rng, most):
+    """Beams of many elements and chains of equal links, one on the other or side by side."""
+    links, carriers = [], [None]
+    if rng.random() < 0.15:
+        links.append(jointed(rng, "base", ["free"], **massive(rng)))
+        links[-1] = {name: entry for name, entry in links[-1].items() if name not in ("spring", "rest", "damper", "start")}
+        carriers = ["base"]
+    for number in range(rng.randint(1, 3)):
+        on, kind = rng.choice(carriers[-3:]), rng.random()
+        if kind < 0.25:
+            kinds = rng.sample(KINDS, rng.randint(1, 2))
+            links.append(jointed(rng, f"part{number}", kinds, **filled(on=on), **placing(rng), **massive(rng)))
+            carriers.append(f"part{number}")
+        elif kind < 0.5:
+            links += equal_links(rng, f"chain{number}", on)
+            carriers += [link["name"] for link in links[-2:]]
+        else:
+            carriers += add_long_beam(rng, links, on, f"rod{number}", most)
+    return (interleaved(rng, links) if rng.random() < 0.3 else links), []
+
+
 # ---- what the model says of its state ----
+
+def beam_names(links):
+    return [link["name"] for link in links if "beam" in link]
+
 
 class Scene:
     """Names and places of a random model's links, to choose from."""
@@ -260,6 +348,15 @@ class Scene:
 
     def coordinate(self):
         return self.rng.choice(self.coordinates)
+
+    def name_few(self):
+        """Most elements stay without names and points, which would take them out of runs."""
+        own = [name for name in self.coordinates if not re.search(r"_\d+$|^chain", name)]
+        chosen = set(self.rng.sample(self.coordinates, min(2, len(self.coordinates))) + self.rng.sample(own, min(3, len(own))))
+        self.coordinates = [name for name in self.coordinates if name in chosen]
+        self.beams = {name: length for name, length in self.beams.items() if self.rng.random() < 0.3}
+        self.names += [name + ".tip" for name in beam_names(self.links) if name + ".tip" not in self.names]
+        self.names = [name for name in self.names if name == self.names[-1] or not re.match(r"chain\d_", name) or self.rng.random() < 0.3]
 
     def place(self, on=None):
         rng, on = self.rng, on or self.rng.choice(self.names + ["ground"])
@@ -399,20 +496,24 @@ def random_rows(rng, scene):
     return result
 
 
-def random_model(seed, few=True):
-    """few: about ten coordinates at the most."""
+def random_model(seed, few=True, elements=0):
+    """few: about ten coordinates at the most. elements: of beams, and chains of equal links, which loops run over."""
     rng = random.Random(seed)
-    links, ways = random_links(rng, few)
-    while not (3 <= len(coordinate_names(links)) <= (11 if few else 30)):
-        links, ways = random_links(rng, few)
+    make = (lambda: run_links(rng, elements)) if elements else (lambda: random_links(rng, few))
+    links, ways = make()
+    least, most = (min(8, elements), 4 * elements) if elements else (3, 11 if few else 30)
+    while not least <= len(coordinate_names(links)) <= most:
+        links, ways = make()
     scene = Scene(rng, links)
+    if elements:
+        scene.name_few()
     model = {"name": f"random_{seed}", "gravity": vector(rng, 9.81), "links": links, "ways": ways}
     model["points"] = {"E": {"on": rng.choice(scene.names[-2:]), "at": vector(rng, 0.5)}, "F": scene.place(rng.choice(scene.names))}
     if rng.random() < 0.3:
         model["points"]["G"] = {"on": "ground", "at": vector(rng, 0.5)}
     model["inputs"] = {"u": 1.25}
     model["curves"] = {"course": [(0.0, 0.2), (0.7, -0.4), (1.1, 0.3), (2.5, 0.1), (2.75, 0.5)]}
-    if rng.random() < 0.2:
+    if rng.random() < 0.2 and not elements:
         model["form"] = "printed"
     model["forces"] = {"by_coordinate": coordinate_forces(rng, scene), "list": force_list(rng, scene, few)}
     model["rows"] = random_rows(rng, scene)
@@ -487,7 +588,7 @@ def at_rest(data):
 # ---- as Lua ----
 
 class Writer:
-    """Data as Lua; parameters get names in the order in which they occur."""
+    """Data as Lua; parameters get names in the order in which they occur, the same one the same name."""
 
     def __init__(self):
         self.parameters = []
@@ -498,8 +599,10 @@ class Writer:
         if isinstance(data, str):
             return f'"{data}"'
         if isinstance(data, Parameter):
-            self.parameters.append(data)
-            return f"p.p{len(self.parameters)}"
+            known = [i for i, other in enumerate(self.parameters) if other is data]
+            if not known:
+                self.parameters.append(data)
+            return f"p.p{known[0] + 1 if known else len(self.parameters)}"
         if isinstance(data, dict):
             return "{ " + ", ".join(f"{name} = {self.text(entry)}" for name, entry in data.items()) + " }"
         if isinstance(data, (list, tuple)):

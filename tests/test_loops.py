@@ -1,0 +1,88 @@
+"""Runs of equal elements as loops, as straight code, with M as a matrix: every quantity is the same."""
+import random
+import re
+
+import numpy
+import pytest
+
+from compiled import Compiled
+from program import TESTS, check, close, refdyn
+from random_models import as_lua, random_model, random_state
+
+RUNS = TESTS / "models" / "runs.lua"
+KINDS = re.findall(r"^  (\w+) *= \{ links", RUNS.read_text(), re.M)
+QUANTITIES = ("M", "h", "Q", "u", "v", "phi", "psi", "k", "r", "rd", "C", "d", "energy", "power", "Q_q")
+LOOPS = ["--accelerations", "recursive", "--loops", "always"]
+STRAIGHT = ["--accelerations", "recursive", "--loops", "never"]
+OTHERS = {"chosen": [], "dense": ["--accelerations", "dense"]}
+EXACT = 1e-12
+# Each kind with the smallest run and with one other count; all counts from 2 to 9 occur.
+COUNTS = [(kind, count) for i, kind in enumerate(KINDS) for count in (2, 3 + i % 7)]
+
+
+def loops_of(path, folder, *options):
+    """Elements of each loop, as `refdyn gen` prints them."""
+    printed = refdyn("gen", path, *options, "-o", folder).stdout
+    return [(int(count), int(period)) for count, period in re.findall(r"^loop over (\d+) elements of (\d+) ", printed, re.M)]
+
+
+def sizes(found, expected):
+    return max(1e-9, float(abs(expected).max(initial=0)))
+
+
+def compare(found, expected, state):
+    """Lines where one variant differs from the other; accelerations in the sense of M, as its condition allows no other."""
+    lines = []
+    for name in QUANTITIES:
+        one, other = found(name, state), expected(name, state)
+        assert (one is None) == (other is None), name
+        if other is not None and other.size:
+            lines.append(close(name, one, other, EXACT, sizes(one, other)))
+    M = expected("M", state)
+    for name, tolerance in (("qdd_free", EXACT), ("qdd", 1e-9)):
+        one, other = found(name, state), expected(name, state)
+        assert (one is None) == (other is None), name
+        if other is not None:
+            assert numpy.isfinite(other).all(), name
+            lines.append(close("M " + name, M @ one, M @ other, tolerance, float((abs(M) @ abs(other)).max())))
+    one, other = found("force", state), expected("force", state)
+    return lines + ([close("force", one, other, 1e-9, float((abs(M) @ abs(expected("qdd", state))).max()))] if other is not None else [])
+
+
+def state_of(model, seed):
+    return random_state(random.Random(seed), model.n, 0.3)
+
+
+@pytest.mark.parametrize("kind, rfe", COUNTS)
+def test_loops_are_straight_code(kind, rfe, tmp_path):
+    options = ["--set", f"kind={kind}", "--set", f"rfe={rfe}"] + ["--fold"] * (rfe % 3 == 0)
+    loops, straight = (Compiled(RUNS, tmp_path / name, *options, *variant) for name, variant in (("loops", LOOPS), ("straight", STRAIGHT)))
+    check(compare(loops, straight, state_of(straight, rfe)))
+
+
+@pytest.mark.parametrize("other", OTHERS)
+@pytest.mark.parametrize("kind", KINDS[::3])
+def test_other_variants(kind, other, tmp_path):
+    options = ["--set", f"kind={kind}", "--set", "rfe=5"]
+    found, loops = (Compiled(RUNS, tmp_path / name, *options, *variant) for name, variant in (("other", OTHERS[other]), ("loops", LOOPS)))
+    check(compare(found, loops, state_of(loops, 3)))
+
+
+# (elements, coordinates of one) of each loop at rfe = 4: at the root and the tip of a tree, split by what is named or carried.
+EXPECTED = {
+    "beam": [(2, 3)], "weighted": [(2, 3)], "sides": [(2, 3), (3, 2)], "segments": [(2, 3), (2, 3), (4, 3)], "tree": [],
+    "middle": [(3, 3), (2, 3)], "chain": [(3, 1)], "slides": [(3, 2)], "swinging": [(4, 1)], "named": [(3, 3), (3, 3)],
+    "friction": [], "spread": [(3, 3), (2, 3), (3, 3)], "driven": [(2, 1), (4, 1)], "floating": [(2, 3), (2, 3)],
+}
+
+
+@pytest.mark.parametrize("kind", EXPECTED)
+def test_where_loops_run(kind, tmp_path):
+    options = ["--set", f"kind={kind}", "--emit", "Q"]
+    assert loops_of(RUNS, tmp_path, *options, "--loops", "always") == EXPECTED[kind]
+    assert loops_of(RUNS, tmp_path, *options, "--loops", "never") == []
+    assert loops_of(RUNS, tmp_path, *options, "--loops", "always", "--accelerations", "dense") == []
+
+
+def test_printed_form_has_no_loops(tmp_path):
+    assert loops_of(TESTS.parent / "models" / "manipulator.lua", tmp_path, "--set", "n_rfe=8", "--set", "form=printed", "--loops", "always") == []
