@@ -49,7 +49,7 @@ struct function {
     struct field *fields; /* parts of the result, then local arrays, which loops read */
     int field_count, local_count, field_capacity;
     expression *out; /* values of all fields; loops add to them */
-    int out_count, local_out_count;
+    int out_count, local_out_count, out_capacity;
     struct run_result *run_results;
     int run_result_count, run_result_capacity;
     struct loop *loops;
