@@ -5,64 +5,11 @@
  * computed by loops (loops.h): products of vectors of two coordinates, and products of arrays where forces
  * depend on the state.
  */
-#include "pairs.h"
-#include "quantities.h"
+#include "pull_pairs.h"
 #include "sensitivity.h"
 
 #include <stddef.h>
 #include <string.h>
-
-/* What becomes of derivatives in one function: fields that they are added to, by number; NOTHING: left out.
- */
-struct targets {
-    int by_q, by_qd, mass;
-    bool has_inertia;
-    double sign; /* of the pulls: -1 where they stand on the other side */
-};
-
-struct builder {
-    struct derivation *d;
-    struct function *f;
-    struct held *held;
-    const struct pulls *pulls;
-    struct pair_arrays arrays;
-    const struct vector *shifts; /* by frame, ground axes */
-};
-
-/* ---- Geometry: pulls that stay what they are while the columns of C turn ---- */
-
-static struct vector placed(const struct builder *b, struct vector v) {
-    for (int a = 0; a < 3; a++)
-        v.at[a] = place_held(b->held, v.at[a]);
-    return v;
-}
-
-/* C_i x F by coordinate, i beyond j: e_j . (C_i x F) = (e_j x C_i) . F, how joint j turns the column of i. */
-static struct vector *turned_pulls(const struct builder *b, double sign) {
-    const struct kinematics *k = &b->d->kinematics;
-    struct graph *g = k->g;
-    struct vector *turned = memory_get(k->memory, ((size_t)b->d->n + 1) * sizeof *turned);
-    for (int p = 0; p < k->model->marker_count; p++) {
-        const struct vector force = vector_scale(g, number(g, sign), placed(b, b->pulls->points[p]));
-        for (int i = k->tree->points[p].frame; i >= 0; i = k->tree->frames[i].parent)
-            turned[i] = vector_add(g, turned[i], vector_cross(g, k->points[p].columns[i], force));
-    }
-    return turned;
-}
-
-/* e_i x T: a torque's axis is turned by the nearer joints alone. */
-static struct vector *turned_torques(const struct builder *b, double sign) {
-    const struct kinematics *k = &b->d->kinematics;
-    struct graph *g = k->g;
-    struct vector *turned = memory_get(k->memory, ((size_t)b->d->n + 1) * sizeof *turned);
-    for (int p = 0; p < k->model->marker_count; p++) {
-        const struct vector torque = vector_scale(g, number(g, sign), placed(b, b->pulls->torques[p]));
-        for (int i = k->tree->points[p].frame; i >= 0; i = k->tree->frames[i].parent)
-            if (k->tree->frames[i].joint.is_turn)
-                turned[i] = vector_add(g, turned[i], vector_cross(g, joint_axis(k, i), torque));
-    }
-    return turned;
-}
 
 /* ---- Pairs ---- */
 
@@ -170,137 +117,14 @@ static void add_inertia_products(struct pairs *pairs, const struct inertia_array
             pairs->move_count = sizeof moves / sizeof *moves;
 }
 
-static void add_pair_loop(struct builder *b, const struct targets *targets) {
-    const struct vector *turned = turned_pulls(b, targets->sign);
-    const struct vector *torques = turned_torques(b, targets->sign);
+static void add_inertia_pairs(struct builder *b, const struct turned_pulls *turned,
+                              const struct targets *targets) {
     const struct vector_arrays axis = axis_arrays(b, "axis", offsetof(struct held_frame, axis));
-    struct vector *rows = memory_get(b->d->memory, ((size_t)b->d->n + 1) * sizeof *rows);
-    for (int i = 0; i < b->d->n; i++)
-        rows[i] = vector_add(b->d->g, turned[i], torques[i]);
-    const struct vector_arrays pull = add_arrays(&b->arrays, "pull_rows", rows);
-    if (targets->has_inertia) {
-        const struct inertia_arrays inertia = add_inertia_arrays(b, turned);
-        struct pairs *pairs =
-            add_pairs(&b->arrays, "pairs of coordinates: j, and i beyond it, from the tips");
-        add_inertia_products(pairs, &inertia, axis, targets);
-        add_term(&pairs->products[0].turn.rows, 1, axis, pull);
-        return;
-    }
-    const struct vector_arrays columns = add_arrays(&b->arrays, "pull_columns", turned);
-    struct pairs *pairs =
-        add_pairs(&b->arrays, "pairs of coordinates: how j turns the columns of i beyond it");
-    struct pair_product *product = &pairs->products[pairs->product_count++];
-    *product = (struct pair_product){.field = targets->by_q};
-    add_term(&product->turn.rows, 1, axis, pull);
-    add_term(&product->turn.columns, 1, axis, columns);
-}
-
-/* ---- Pulls that depend on the state ---- */
-
-static bool is_all_zero(const expression *values, int count) {
-    for (int i = 0; i < count; i++)
-        if (values[i])
-            return false;
-    return true;
-}
-
-/* A pull on one column of C, and its derivatives. */
-struct slope {
-    const expression *column, *by_q, *by_qd; /* n each */
-};
-
-struct slopes {
-    struct slope *list;
-    int count, capacity;
-};
-
-static void add_slope(struct builder *b, struct slopes *slopes, expression pull, const expression *column) {
-    const int n = b->d->n;
-    const struct slope slope = {column, held_slopes(b->held, pull, 0), held_slopes(b->held, pull, 1)};
-    if (is_all_zero(slope.by_q, n) && is_all_zero(slope.by_qd, n))
-        return;
-    slopes->list = memory_room(b->d->memory, slopes->list, slopes->count, &slopes->capacity, sizeof slope);
-    slopes->list[slopes->count++] = slope;
-}
-
-/* One axis of the columns of a point, or of a body's turns. */
-static expression *column_axis(const struct builder *b, int point, bool is_torque, int axis) {
-    const struct kinematics *k = &b->d->kinematics;
-    expression *column = new_values(b->d, b->d->n);
-    for (int i = k->tree->points[point].frame; i >= 0; i = k->tree->frames[i].parent)
-        if (!is_torque)
-            column[i] = k->points[point].columns[i].at[axis];
-        else if (k->tree->frames[i].joint.is_turn)
-            column[i] = joint_axis(k, i).at[axis];
-    return column;
-}
-
-static struct slopes slopes_of_points(struct builder *b) {
-    struct slopes slopes = {0};
-    for (int p = 0; p < b->d->model->marker_count; p++)
-        for (int axis = 0; axis < 3; axis++) {
-            const expression force = b->pulls->points[p].at[axis], torque = b->pulls->torques[p].at[axis];
-            if (force)
-                add_slope(b, &slopes, force, column_axis(b, p, false, axis));
-            if (torque)
-                add_slope(b, &slopes, torque, column_axis(b, p, true, axis));
-        }
-    return slopes;
-}
-
-static int add_slope_array(struct builder *b, const struct slopes *slopes, const char *name, size_t member) {
-    const int n = b->d->n;
-    int field;
-    expression *values = add_local(b->d->memory, b->f, name, slopes->count * n, n, &field);
-    for (int s = 0; s < slopes->count; s++) {
-        const expression *row;
-        memcpy(&row, (const char *)&slopes->list[s] + member, sizeof row);
-        memcpy(values + s * n, row, (size_t)n * sizeof *row);
-    }
-    return field;
-}
-
-static void add_product(struct builder *b, int target, int left, int right, double factor,
-                        const char *about) {
-    add_loop(b->d->memory, b->f, LOOP_PRODUCT, about)->of.product =
-        (struct product){target, left, right, factor};
-}
-
-static bool has_slope(const struct builder *b, const struct slopes *slopes, size_t member) {
-    bool has = false;
-    for (int s = 0; s < slopes->count; s++) {
-        const expression *row;
-        memcpy(&row, (const char *)&slopes->list[s] + member, sizeof row);
-        has |= !is_all_zero(row, b->d->n);
-    }
-    return has;
-}
-
-/* Entries += sign C^T dF: as products of arrays, because a force at a point reaches n x n entries. */
-static void add_slope_loops(struct builder *b, const struct targets *targets) {
-    const struct slopes slopes = slopes_of_points(b);
-    const size_t members[] = {offsetof(struct slope, by_q), offsetof(struct slope, by_qd)};
-    const int fields[] = {targets->by_q, targets->by_qd};
-    if (!slopes.count)
-        return;
-    const int left = add_slope_array(b, &slopes, "pulled", offsetof(struct slope, column));
-    for (int k = 0; k < 2; k++)
-        if (has_slope(b, &slopes, members[k])) {
-            const int right = add_slope_array(b, &slopes, k ? "pull_by_qd" : "pull_by_q", members[k]);
-            add_product(b, fields[k], left, right, targets->sign,
-                        k ? "forces at points that depend on qd" : "forces at points that depend on q");
-        }
-}
-
-/* Straight-line entries of pulls on coordinates: dF_i/dq_j in row i. */
-static void fill_coordinate_slopes(struct builder *b, int order, double sign, expression *field) {
-    const int n = b->d->n;
-    for (int i = 0; i < n; i++) {
-        const expression *row =
-            b->pulls->coordinates[i] ? held_slopes(b->held, b->pulls->coordinates[i], order) : NULL;
-        for (int j = 0; row && j < n; j++)
-            field[i * n + j] = mul(b->d->g, number(b->d->g, sign), row[j]);
-    }
+    const struct vector_arrays rows = add_arrays(&b->arrays, "turned_rows", turned->rows);
+    const struct inertia_arrays inertia = add_inertia_arrays(b, turned->columns);
+    struct pairs *pairs = add_pairs(&b->arrays, "pairs of coordinates: j, and i beyond it, from the tips");
+    add_inertia_products(pairs, &inertia, axis, targets);
+    add_term(&pairs->products[0].turn.rows, 1, axis, rows);
 }
 
 /* ---- The tangent ---- */
@@ -311,11 +135,14 @@ static expression *field_values(const struct function *f, int field) {
 
 /* All loops and straight-line entries of one set of derivatives by q and qd. */
 static void add_derivatives(struct builder *b, const struct targets *targets) {
-    fill_coordinate_slopes(b, 0, targets->sign, field_values(b->f, targets->by_q));
-    fill_coordinate_slopes(b, 1, targets->sign, field_values(b->f, targets->by_qd));
+    const struct turned_pulls turned = derive_turned_pulls(b, targets->sign);
+    give_coordinate_slopes(b, targets);
     b->shifts = derive_ground_shifts(&b->d->kinematics);
     b->arrays = open_pairs(b->d->plan, &b->d->kinematics, b->f, b->shifts);
-    add_pair_loop(b, targets);
+    if (targets->has_inertia)
+        add_inertia_pairs(b, &turned, targets);
+    else
+        add_turning_pairs(b, &turned, targets->by_q);
     add_slope_loops(b, targets);
 }
 
@@ -670,9 +497,9 @@ void build_d_statics(struct derivation *d, struct function *f) {
     block_widths(d, &(struct terms){Q, d->n}, widths);
     widths[BY_QD] = 0;
     add_block_results(d, f, "", "d(Q)", d->n, widths, fields);
-    fill(f, fields[BY_Q], statics_tangent(d));
     for (int k = BY_T; k < BLOCK_COUNT; k++)
         fill_block(&b, Q, d->n, k, 1, fields[k]);
+    fill_statics_tangent(d, f, fields[BY_Q]);
 }
 
 /* Residuals and k of all rows, in symbols and in terms of the state. */

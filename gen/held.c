@@ -1,6 +1,7 @@
 /* The motion at given accelerations: see held.h. */
 #include "held.h"
 #include "memory.h"
+#include "recursion.h"
 #include "sensitivity.h"
 
 static struct vector to_ground(const struct kinematics *k, int i, struct vector a) {
@@ -119,55 +120,79 @@ struct held *hold(const struct kinematics *k, const expression *accelerations,
     return held;
 }
 
+struct held *hold_still(const struct kinematics *k) {
+    struct held *held = memory_get(k->memory, sizeof *held);
+    *held = (struct held){.k = k, .is_resting = true};
+    return held;
+}
+
+/* One point's columns. */
+struct column_derivation {
+    const struct held *held;
+    struct column_rates *rates;
+    int point;
+};
+
 /* C_j = e x rho for a turn, e for a slide; rho the arm from the joint, or the direction itself. */
-static void derive_column(const struct held *held, struct column_rates *rates, int point, int j) {
+static void derive_column(void *context, int j) {
+    const struct column_derivation *x = context;
+    const struct held *held = x->held;
     const struct kinematics *k = held->k;
     struct graph *g = k->g;
     const struct held_frame *frame = &held->frames[j];
-    const bool is_direction = k->model->points[point].is_direction;
+    const struct point_motion *point = &k->points[x->point];
+    struct vector **by_order = x->rates->by_order;
+    const bool is_direction = k->model->points[x->point].is_direction;
     const struct vector axis[3] = {frame->axis, frame->axis_rate, frame->axis_rate2};
-    struct vector arm[3] = {k->points[point].r, k->points[point].rd, held->points[point]};
+    struct vector arm[3] = {point->r, point->rd, held->points[x->point]};
     const struct vector origin[3] = {k->frames[j].position, frame->velocity, frame->acceleration};
+    if (!is_on_path(k, j, k->tree->points[x->point].frame))
+        return;
     for (int o = 0; o < 3 && !is_direction; o++)
         arm[o] = vector_sub(g, arm[o], origin[o]);
     if (!k->tree->frames[j].joint.is_turn) {
-        for (int o = 0; o < 3 && !is_direction; o++)
-            rates->by_order[o][j] = axis[o];
+        for (int o = 1; o < 3 && !is_direction; o++)
+            by_order[o][j] = axis[o];
         return;
     }
     const struct vector middle = vector_cross(g, axis[1], arm[1]);
-    rates->by_order[0][j] = k->points[point].columns[j];
-    rates->by_order[1][j] = vector_add(g, vector_cross(g, axis[1], arm[0]), vector_cross(g, axis[0], arm[1]));
-    rates->by_order[2][j] =
+    by_order[1][j] = vector_add(g, vector_cross(g, axis[1], arm[0]), vector_cross(g, axis[0], arm[1]));
+    by_order[2][j] =
         vector_add(g, vector_add(g, vector_cross(g, axis[2], arm[0]), vector_cross(g, axis[0], arm[2])),
                    vector_add(g, middle, middle));
 }
 
-const struct column_rates *held_columns(struct held *held, int point) {
+static const struct column_rates *column_rates(struct held *held, int point) {
     const struct kinematics *k = held->k;
     struct column_rates *rates = &held->columns[point];
     if (rates->by_order[0])
         return rates;
-    remark(k->g, memory_format(k->memory, "%s: C_j, dC_j/dt and d2C_j/dt2", k->model->points[point].name));
-    for (int o = 0; o < 3; o++)
+    remark(k->g, memory_format(k->memory, "%s: dC_j/dt and d2C_j/dt2", k->model->points[point].name));
+    rates->by_order[0] = k->points[point].columns;
+    for (int o = 1; o < 3; o++)
         rates->by_order[o] = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof(struct vector));
-    for (int j = k->tree->points[point].frame; j >= 0; j = k->tree->frames[j].parent)
-        derive_column(held, rates, point, j);
+    struct column_derivation x = {held, rates, point};
+    visit_joints(k->g, k->tree, derive_column, &x);
     return rates;
 }
 
 static expression place_symbol(void *context, struct graph *g, expression e) {
     const struct held *held = context;
+    const struct kinematics *k = held->k;
     const struct symbol s = *as_symbol(g, e);
+    const bool moves = s.kind == SYMBOL_COORDINATE || s.kind == SYMBOL_POINT;
+    if (held->is_resting && moves && s.order > 0)
+        return zero(g);
     if (s.kind == SYMBOL_MULTIPLIER && held->multipliers)
         return held->multipliers[s.index];
     if (s.kind == SYMBOL_COORDINATE && s.order == 2)
-        return held->accelerations[s.index];
+        return held->accelerations[k->tree->frame_of[s.index]];
     if (s.kind != SYMBOL_POINT)
         return e;
-    const struct point_motion *point = &held->k->points[s.index / 3];
-    const struct vector by_order[3] = {point->r, point->rd, held->points[s.index / 3]};
-    return by_order[s.order].at[s.index % 3];
+    const struct point_motion *point = &k->points[s.index / 3];
+    if (s.order == 2)
+        return held->points[s.index / 3].at[s.index % 3];
+    return (s.order ? point->rd : point->r).at[s.index % 3];
 }
 
 expression place_held(const struct held *held, expression e) {
@@ -175,30 +200,52 @@ expression place_held(const struct held *held, expression e) {
     return e;
 }
 
-/* slopes_j += factor (weight . column_j) */
-static void add_column_slopes(const struct held *held, struct vector weight, const struct vector *columns,
-                              double factor, expression *slopes) {
-    struct graph *g = held->k->g;
-    const struct vector scaled = vector_scale(g, number(g, factor), weight);
-    for (int j = 0; j < held->k->tree->count; j++)
-        slopes[j] = add(g, slopes[j], vector_dot(g, scaled, columns[j]));
+struct vector place_vector(const struct held *held, struct vector v) {
+    for (int a = 0; a < 3; a++)
+        v.at[a] = place_held(held, v.at[a]);
+    return v;
+}
+
+/* What a pull on one point adds: weight . column_j */
+struct column_slopes {
+    const struct kinematics *k;
+    struct vector weight;
+    const struct vector *columns;
+    expression *slopes;
+};
+
+static void add_column_slope(void *context, int j) {
+    const struct column_slopes *x = context;
+    struct graph *g = x->k->g;
+    x->slopes[j] = add(g, x->slopes[j], vector_dot(g, x->weight, x->columns[j]));
+}
+
+/* At rest the columns have no rates. */
+static void add_point_slopes(struct held *held, int point, struct vector weight, int rate_order,
+                             expression *slopes) {
+    const struct kinematics *k = held->k;
+    if (vector_is_zero(weight) || (held->is_resting && rate_order > 0))
+        return;
+    const struct vector *columns =
+        rate_order ? column_rates(held, point)->by_order[rate_order] : k->points[point].columns;
+    struct column_slopes x = {k, weight, columns, slopes};
+    visit_joints(k->g, k->tree, add_column_slope, &x);
 }
 
 expression *held_slopes(struct held *held, expression e, int order) {
     static const double over[3][3] = {{1, 0, 0}, {1, 1, 0}, {1, 2, 1}}; /* (i over o) */
     const struct kinematics *k = held->k;
+    struct graph *g = k->g;
     const int n = k->tree->count, markers = k->model->marker_count;
     expression *slopes = memory_get(k->memory, ((size_t)n + 1) * sizeof *slopes);
     for (int i = order; i < 3; i++) {
         expression *partial = symbol_gradient(k, e, i);
-        substitute(k->g, place_symbol, held, partial, partial, n + 3 * markers);
+        substitute(g, place_symbol, held, partial, partial, n + 3 * markers);
         for (int j = 0; j < n && i == order; j++)
-            slopes[j] = add(k->g, slopes[j], partial[j]);
+            slopes[j] = add(g, slopes[j], partial[j]); /* of frames that stand alone */
         for (int p = 0; p < markers; p++) {
             const struct vector weight = vector_of(partial + n + 3 * p);
-            if (!vector_is_zero(weight))
-                add_column_slopes(held, weight, held_columns(held, p)->by_order[i - order], over[i][order],
-                                  slopes);
+            add_point_slopes(held, p, vector_scale(g, number(g, over[i][order]), weight), i - order, slopes);
         }
     }
     return slopes;

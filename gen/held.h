@@ -22,13 +22,14 @@ struct held_frame {
     struct vector velocity, acceleration;      /* of the origin in the ground frame */
 };
 
-/* C_j, dC_j/dt and d2C_j/dt2 of one point or direction: n columns each. */
+/* C_j, dC_j/dt and d2C_j/dt2 of one point or direction: a column a frame. */
 struct column_rates {
     struct vector *by_order[3];
 };
 
 struct held {
     const struct kinematics *k;
+    bool is_resting;                               /* no velocities and accelerations: no frames either */
     const expression *accelerations, *multipliers; /* multipliers: what their symbols stand for, or NULL */
     struct held_frame *frames;
     struct vector *points;        /* accelerations */
@@ -37,10 +38,12 @@ struct held {
 
 struct held *hold(const struct kinematics *k, const expression *accelerations, const expression *multipliers);
 
-const struct column_rates *held_columns(struct held *held, int point);
+/* At rest. */
+struct held *hold_still(const struct kinematics *k);
 /* Symbols replaced by the motion: points, accelerations of coordinates, multipliers. */
 expression place_held(const struct held *held, expression e);
-/* Derivatives of e, in symbols, by the n coordinates' values (order 0) or rates (order 1). */
+struct vector place_vector(const struct held *held, struct vector v);
+/* Derivatives of e, in symbols, by the coordinates' values (order 0) or rates (order 1), by frame. */
 expression *held_slopes(struct held *held, expression e, int order);
 
 #endif

@@ -31,7 +31,7 @@ static void mark_joints(struct pair_arrays *p, const struct vector *shifts) {
         for (int e = 0; e < count; e++) {
             const int at = p->position[frame->coordinate + e * frame->step];
             p->is_turn[at] = frame->joint.is_turn;
-            p->moves_on[at] = frame->parent >= 0 && !vector_is_zero(shifts[i]);
+            p->moves_on[at] = shifts && frame->parent >= 0 && !vector_is_zero(shifts[i]);
         }
     }
 }

@@ -19,7 +19,7 @@ struct pair_arrays {
     bool *is_turn, *moves_on;
 };
 
-/* shifts: by frame, from the origin of the joint before, ground axes. */
+/* shifts: by frame, from the origin of the joint before, ground axes; NULL: no moment is moved. */
 struct pair_arrays open_pairs(struct plan *plan, const struct kinematics *k, struct function *function,
                               const struct vector *shifts);
 /* A local array; its values, to be filled in before the next field, and its number in *field. */

@@ -22,12 +22,21 @@ int value_count(const struct function *function) {
     return function->out_count + function->local_out_count;
 }
 
+/* A few more than asked for: small arrays stand behind matrices, which are not copied for each of them. */
+static void make_room(struct memory *memory, struct function *function, int count) {
+    const size_t used = (size_t)value_count(function);
+    if (count <= function->out_capacity)
+        return;
+    function->out_capacity = count + count / 4;
+    function->out = memory_grow(memory, function->out, used * sizeof(expression),
+                                ((size_t)function->out_capacity + 1) * sizeof(expression));
+}
+
 expression *open_field(struct memory *memory, struct function *function, struct field field) {
     const int index = function->field_count + function->local_count, count = value_count(function);
     function->fields =
         memory_room(memory, function->fields, index, &function->field_capacity, sizeof *function->fields);
-    function->out = memory_grow(memory, function->out, (size_t)count * sizeof(expression),
-                                ((size_t)(count + field.count) + 1) * sizeof(expression));
+    make_room(memory, function, count + field.count);
     field.offset = count;
     function->fields[index] = field;
     return function->out + count;

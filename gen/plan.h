@@ -57,7 +57,7 @@ struct function {
     struct field *fields; /* parts of the result, then local arrays, which loops read */
     int field_count, local_count, field_capacity;
     expression *out; /* values of all fields; loops add to them */
-    int out_count, local_out_count;
+    int out_count, local_out_count, out_capacity;
     struct part
         *parts; /* of a composed function, which computes nothing itself; parts of one function in a row */
     int part_count, part_capacity;

@@ -365,15 +365,15 @@ typedef const expression *solve_by(struct derivation *d, struct solution *soluti
 /* One more choice for the summary and the header. */
 static void say(struct derivation *d, const char *choice) {
     struct plan *plan = d->plan;
+    if (d->is_second)
+        return;
     plan->choices = plan->choices ? memory_format(plan->memory, "%s; %s", plan->choices, choice) : choice;
 }
 
 /* "qdd_free recursive, 1055 operations (dense 1512)" */
 static void say_choice(struct derivation *d, const char *quantity, const struct solution *chosen,
                        const char *costs) {
-    if (!d->is_second)
-        say(d,
-            memory_format(d->memory, "%s %s%s", quantity, chosen->is_dense ? "dense" : "recursive", costs));
+    say(d, memory_format(d->memory, "%s %s%s", quantity, chosen->is_dense ? "dense" : "recursive", costs));
 }
 
 /*
@@ -488,26 +488,53 @@ static long weigh_loops(const struct derivation *d, const struct function *f) {
     return weigh(d, values, kept) + (count.adds + count.muls) / LOOP_ADVANTAGE;
 }
 
-/* Sets d->mass_by_loops, once. */
-static void choose_mass_form(struct derivation *d) {
-    struct function trial = {.quantity = "M"};
-    if (d->has_mass_form)
-        return;
-    d->has_mass_form = d->mass_by_loops = true;
-    add_field(d, &trial, "M", "", d->n * d->n, d->n);
-    add_mass_pairs(d, &trial, 0);
+/* A matrix, n x n, in both forms. */
+struct chosen_matrix {
+    const char *name;
+    void (*add_loops)(struct derivation *d, struct function *f, int field);
+    const expression *(*write_out)(struct derivation *d); /* of a tree without runs */
+};
+
+static enum matrix_form cheaper_form(struct derivation *d, const struct chosen_matrix *matrix) {
+    struct function trial = {.quantity = matrix->name};
+    const char *name = matrix->name;
+    add_field(d, &trial, name, "", d->n * d->n, d->n);
+    matrix->add_loops(d, &trial, 0);
     drop_unread(d->memory, &trial);
     const long loops = weigh_loops(d, &trial);
     if (d->n > MOST_WRITTEN_OUT) {
-        say(d, memory_format(d->memory, "M in loops, %ld", loops));
+        say(d, memory_format(d->memory, "%s in loops, %ld", name, loops));
+        return FORM_LOOPS;
+    }
+    const long written = weigh(d, matrix->write_out(without_runs(d)), d->n * d->n);
+    if (loops < written) {
+        say(d, memory_format(d->memory, "%s in loops, %ld (written out %ld)", name, loops, written));
+        return FORM_LOOPS;
+    }
+    say(d, memory_format(d->memory, "%s written out, %ld (loops %ld)", name, written, loops));
+    return FORM_WRITTEN;
+}
+
+static bool is_symmetric(const expression *matrix, int n) {
+    for (int i = 0; i < n * n; i++)
+        if (matrix[i] != matrix[i % n * n + i / n])
+            return false;
+    return true;
+}
+
+/* When all other fields are there: loops and their local arrays stand behind them. */
+static void fill_matrix(struct derivation *d, struct function *f, int field,
+                        const struct chosen_matrix *matrix, enum matrix_form *form) {
+    if (*form == FORM_OPEN)
+        *form = cheaper_form(d, matrix);
+    if (*form == FORM_LOOPS) {
+        matrix->add_loops(d, f, field);
+        drop_unread(d->memory, f);
         return;
     }
-    struct derivation *flat = without_runs(d);
-    const long written = weigh(d, mass_matrix(flat), d->n * d->n);
-    d->mass_by_loops = loops < written;
-    say(d, memory_format(d->memory, "M %s, %ld (%s %ld)", d->mass_by_loops ? "in loops" : "written out",
-                         d->mass_by_loops ? loops : written, d->mass_by_loops ? "written out" : "loops",
-                         d->mass_by_loops ? written : loops));
+    const expression *entries = matrix->write_out(without_runs(d));
+    memcpy(f->out + f->fields[field].offset, entries, (size_t)(d->n * d->n) * sizeof(expression));
+    f->fields[field].symmetric = is_symmetric(entries, d->n) ? d->n : 0;
 }
 
 static int add_mass_field(struct derivation *d, struct function *f) {
@@ -515,17 +542,26 @@ static int add_mass_field(struct derivation *d, struct function *f) {
     return f->field_count - 1;
 }
 
-/* When all other fields are there: loops and their local arrays stand behind them. */
 static void fill_mass_field(struct derivation *d, struct function *f, int field) {
-    choose_mass_form(d);
-    if (d->mass_by_loops) {
-        add_mass_pairs(d, f, field);
-        drop_unread(d->memory, f);
-        return;
-    }
-    const expression *M = mass_matrix(without_runs(d));
-    memcpy(f->out + f->fields[field].offset, M, (size_t)(d->n * d->n) * sizeof(expression));
-    f->fields[field].symmetric = d->n;
+    static const struct chosen_matrix mass = {"M", add_mass_pairs, mass_matrix};
+    fill_matrix(d, f, field, &mass, &d->mass_form);
+}
+
+static const expression *statics_tangent(struct derivation *d) {
+    const int n = d->n;
+    if (d->statics_tangent)
+        return d->statics_tangent;
+    d->statics_tangent = new_values(d, n * n);
+    const expression *gravity = derive_gravity_tangent(&d->kinematics, composites(d));
+    const expression *forces = derive_applied_tangent(&d->kinematics);
+    for (int i = 0; i < n * n; i++)
+        d->statics_tangent[i] = sub(d->g, forces[i], gravity[i]);
+    return d->statics_tangent;
+}
+
+void fill_statics_tangent(struct derivation *d, struct function *f, int field) {
+    static const struct chosen_matrix tangent = {"Q_q", add_statics_pairs, statics_tangent};
+    fill_matrix(d, f, field, &tangent, &d->statics_form);
 }
 
 static void build_M(struct derivation *d, struct function *f) {
@@ -672,24 +708,9 @@ static void build_power(struct derivation *d, struct function *f) {
     out[0] = sum_over_joints(d->g, d->kinematics.tree, power_of_joint, d);
 }
 
-const expression *statics_tangent(struct derivation *d) {
-    const int n = d->n;
-    expression *tangent = new_values(d, n * n);
-    const expression *gravity = derive_gravity_tangent(&d->kinematics, composites(d));
-    const expression *forces = derive_applied_tangent(&d->kinematics);
-    for (int i = 0; i < n * n; i++)
-        tangent[i] = sub(d->g, forces[i], gravity[i]);
-    return tangent;
-}
-
 static void build_Q_q(struct derivation *d, struct function *f) {
-    const int n = d->n;
-    const expression *tangent = statics_tangent(d);
-    bool symmetric = true; /* all forces have a potential */
-    for (int i = 0; i < n * n; i++)
-        symmetric = symmetric && tangent[i] == tangent[i % n * n + i / n];
-    fill_field(d, f, "Q_q", "(n x n) dQ_i/dq_j at qd = 0", tangent, n * n);
-    f->fields[f->field_count - 1].symmetric = symmetric ? n : 0;
+    add_field(d, f, "Q_q", "(n x n) dQ_i/dq_j at qd = 0", d->n * d->n, d->n);
+    fill_statics_tangent(d, f, 0);
 }
 
 static void build_qdd_free(struct derivation *d, struct function *f) {
@@ -845,7 +866,7 @@ static const struct quantity quantities[] = {
     {"energy", "kinetic and potential energy", always, "", build_energy, false, false},
     {"power", "power of all forces in Q that have no potential", has_work, "forces without a potential",
      build_power, false, false},
-    {"Q_q", "tangent of statics, dQ/dq at qd = 0", always, "", build_Q_q, false, true},
+    {"Q_q", "tangent of statics, dQ/dq at qd = 0", always, "", build_Q_q, false, false},
     {"M_h", "M and h in one call, work shared", always, "", build_M_h, true, false},
     {"qdd_free", "accelerations without constraints, O(n)", always, "", build_qdd_free, false, false},
     {"qdd", "accelerations with stabilised constraints, O(n m)", has_rows, "constraints", build_qdd, false,

@@ -19,10 +19,13 @@ struct solution {
     struct acceleration *frames; /* of qdd_free, by the recursion */
 };
 
+/* How a matrix is computed. */
+enum matrix_form { FORM_OPEN, FORM_LOOPS, FORM_WRITTEN };
+
 struct derivation {
     struct derivation *flat; /* the same without runs, once asked for */
     bool is_second;          /* it is one: what it chooses is not said */
-    bool has_mass_form, mass_by_loops;
+    enum matrix_form mass_form, statics_form;
     struct plan *plan;
     struct memory *memory;
     struct graph *g;
@@ -31,7 +34,7 @@ struct derivation {
     int frames;       /* of the rolled tree: values of coordinates are kept by frame */
     struct kinematics kinematics;
     struct inertia *composites;
-    expression *M, *bias, *falling, *qdd;
+    expression *M, *statics_tangent, *bias, *falling, *qdd;
     struct applied applied;
     struct row_terms *rows;
     expression **responses, *S, *lambda; /* M^-1 u^T by row, u M^-1 u^T, multipliers */
@@ -48,9 +51,8 @@ expression *new_values(const struct derivation *d, int count);
 const struct inertia *composites(struct derivation *d);
 const struct row_terms *rows(struct derivation *d);
 const struct wrench *loads(struct derivation *d);
-/* Q, and dQ/dq at qd = 0 (n x n). */
+/* Q by frame. */
 expression *generalized_forces(struct derivation *d);
-const expression *statics_tangent(struct derivation *d);
 const expression *free_accelerations(struct derivation *d);
 /* Sets qdd, lambda, responses and S. */
 void constrained_accelerations(struct derivation *d);
@@ -62,6 +64,10 @@ expression *add_field(struct derivation *d, struct function *f, const char *name
 
 /* mass_pairs.c: M into a field of f, n x n, as loops over pairs; drop_unread in the end. */
 void add_mass_pairs(struct derivation *d, struct function *f, int field);
+/* statics_pairs.c: dQ/dq at qd = 0, in the same way. */
+void add_statics_pairs(struct derivation *d, struct function *f, int field);
+/* dQ/dq at qd = 0 in the cheaper form: when all other fields of the result are there. */
+void fill_statics_tangent(struct derivation *d, struct function *f, int field);
 /* derivatives.c: what is emitted on request alone. */
 void build_tangent(struct derivation *d, struct function *f);
 void build_d_qdd(struct derivation *d, struct function *f);

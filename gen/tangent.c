@@ -20,13 +20,7 @@ struct pulls *no_pulls(const struct kinematics *k) {
 void add_applied_pulls(const struct kinematics *k, struct pulls *pulls) {
     struct graph *g = k->g;
     const struct named_forces named = collect_forces(k);
-    for (int i = 0; i < k->tree->count; i++) {
-        const struct joint *joint = &k->tree->frames[i].joint;
-        const expression stretch = sub(g, coordinate_of(k, i, 0), joint->rest);
-        const expression spring = mul(g, joint->stiffness, stretch);
-        const expression damper = mul(g, joint->damping, coordinate_of(k, i, 1));
-        pulls->coordinates[i] = sub(g, sub(g, pulls->coordinates[i], spring), damper);
-    }
+    pulls->has_springs = true;
     for (int f = 0; f < named.force_count; f++) {
         expression *into = &pulls->coordinates[named.forces[f].coordinate];
         *into = add(g, *into, named.forces[f].value);
@@ -89,29 +83,50 @@ expression *row_balances(const struct kinematics *k) {
     return balances;
 }
 
-static struct vector place_vector(const struct held *held, struct vector v) {
-    for (int a = 0; a < 3; a++)
-        v.at[a] = place_held(held, v.at[a]);
-    return v;
+/* What the pulls do on the columns of one frame. */
+struct pulling {
+    const struct kinematics *k;
+    const struct pulls *pulls;
+    struct vector *forces, *torques; /* by point, in terms of the motion */
+    expression *Q;
+};
+
+static expression spring_and_damper(const struct kinematics *k, int i) {
+    struct graph *g = k->g;
+    const struct joint *joint = &k->tree->frames[i].joint;
+    const expression stretch = sub(g, coordinate_of(k, i, 0), joint->rest);
+    const expression damper = mul(g, joint->damping, coordinate_of(k, i, 1));
+    return neg(g, add(g, mul(g, joint->stiffness, stretch), damper));
+}
+
+static void pull(void *context, int j) {
+    const struct pulling *x = context;
+    const struct kinematics *k = x->k;
+    struct graph *g = k->g;
+    if (x->pulls->has_springs)
+        x->Q[j] = add(g, x->Q[j], spring_and_damper(k, j));
+    for (int p = 0; p < k->model->marker_count; p++) {
+        x->Q[j] = add(g, x->Q[j], vector_dot(g, x->forces[p], k->points[p].columns[j]));
+        if (k->tree->frames[j].joint.is_turn && is_on_path(k, j, k->tree->points[p].frame))
+            x->Q[j] = add(g, x->Q[j], vector_dot(g, x->torques[p], joint_axis(k, j)));
+    }
 }
 
 expression *pulled(const struct held *held, const struct pulls *pulls) {
     const struct kinematics *k = held->k;
-    struct graph *g = k->g;
-    const int n = k->tree->count;
-    expression *Q = memory_get(k->memory, ((size_t)n + 1) * sizeof *Q);
-    for (int i = 0; i < n; i++)
-        Q[i] = place_held(held, pulls->coordinates[i]);
+    const size_t markers = (size_t)k->model->marker_count + 1;
+    struct pulling x = {.k = k, .pulls = pulls};
+    x.forces = memory_get(k->memory, markers * sizeof *x.forces);
+    x.torques = memory_get(k->memory, markers * sizeof *x.torques);
+    x.Q = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *x.Q);
     for (int p = 0; p < k->model->marker_count; p++) {
-        const struct vector force = place_vector(held, pulls->points[p]);
-        const struct vector torque = place_vector(held, pulls->torques[p]);
-        for (int j = k->tree->points[p].frame; j >= 0; j = k->tree->frames[j].parent) {
-            Q[j] = add(g, Q[j], vector_dot(g, force, k->points[p].columns[j]));
-            if (k->tree->frames[j].joint.is_turn)
-                Q[j] = add(g, Q[j], vector_dot(g, torque, joint_axis(k, j)));
-        }
+        x.forces[p] = place_vector(held, pulls->points[p]);
+        x.torques[p] = place_vector(held, pulls->torques[p]);
     }
-    return Q;
+    for (int i = 0; i < k->tree->count; i++)
+        x.Q[i] = place_held(held, pulls->coordinates[i]);
+    visit_joints(k->g, k->tree, pull, &x);
+    return x.Q;
 }
 
 /* ---- What lies beyond a joint ---- */

@@ -15,10 +15,11 @@
 #include "dynamics.h"
 #include "held.h"
 
-/* What pulls at coordinates, points and bodies; in symbols. Generalized forces are what they do on columns of
- * C. */
+/* What pulls at coordinates, points and bodies; in symbols, but for springs and dampers. Generalized forces
+ * are what they do on columns of C. */
 struct pulls {
-    expression *coordinates; /* n forces */
+    bool has_springs;        /* and dampers, on all coordinates */
+    expression *coordinates; /* forces by frame that stands alone */
     struct vector *points;   /* by point: a force there, or the pull on a direction */
     struct vector *torques;  /* by point: on the body that carries it */
 };
@@ -36,7 +37,7 @@ struct row_symbols {
 struct row_symbols row_symbols(const struct kinematics *k, int row);
 /* The balances of all rows. */
 expression *row_balances(const struct kinematics *k);
-/* sum pull . column (n): generalized forces of the pulls. */
+/* sum pull . column by frame: generalized forces of the pulls. */
 expression *pulled(const struct held *held, const struct pulls *pulls);
 
 /* Vectors of one coordinate, own origin and ground axes: see loops.h. Near ones move joint j, far ones are

@@ -1,0 +1,240 @@
+/* Derivatives of pulls by q and qd: see pull_pairs.h. */
+#include "pull_pairs.h"
+
+#include <string.h>
+
+/* ---- Geometry: pulls that stay what they are while the columns of C turn ---- */
+
+struct turning {
+    const struct kinematics *k;
+    struct vector *forces, *torques; /* by point */
+    struct turned_pulls turned;
+};
+
+static void turn_pulls(void *context, int i) {
+    const struct turning *x = context;
+    const struct kinematics *k = x->k;
+    struct graph *g = k->g;
+    struct vector *rows = &x->turned.rows[i], *columns = &x->turned.columns[i];
+    for (int p = 0; p < k->model->marker_count; p++) {
+        if (!is_on_path(k, i, k->tree->points[p].frame))
+            continue;
+        *columns = vector_add(g, *columns, vector_cross(g, k->points[p].columns[i], x->forces[p]));
+        if (k->tree->frames[i].joint.is_turn)
+            *rows = vector_add(g, *rows, vector_cross(g, joint_axis(k, i), x->torques[p]));
+    }
+    *rows = vector_add(g, *columns, *rows);
+}
+
+static struct vector *new_vectors(const struct derivation *d, int count) {
+    return memory_get(d->memory, ((size_t)count + 1) * sizeof(struct vector));
+}
+
+struct turned_pulls derive_turned_pulls(const struct builder *b, double sign) {
+    const struct derivation *d = b->d;
+    const int markers = d->model->marker_count;
+    const expression factor = number(d->g, sign);
+    struct turning x = {&d->kinematics,
+                        new_vectors(d, markers),
+                        new_vectors(d, markers),
+                        {new_vectors(d, d->frames), new_vectors(d, d->frames)}};
+    for (int p = 0; p < markers; p++) {
+        x.forces[p] = vector_scale(d->g, factor, place_vector(b->held, b->pulls->points[p]));
+        x.torques[p] = vector_scale(d->g, factor, place_vector(b->held, b->pulls->torques[p]));
+    }
+    visit_joints(d->g, d->kinematics.tree, turn_pulls, &x);
+    return x.turned;
+}
+
+struct axes {
+    const struct kinematics *k;
+    struct vector *axes;
+};
+
+static void take_joint_axis(void *context, int i) {
+    const struct axes *x = context;
+    x->axes[i] = joint_axis(x->k, i);
+}
+
+static const struct vector *joint_axes(const struct derivation *d) {
+    struct axes x = {&d->kinematics, new_vectors(d, d->frames)};
+    visit_joints(d->g, d->kinematics.tree, take_joint_axis, &x);
+    return x.axes;
+}
+
+static bool has_vector(const struct vector *by_frame, int frames) {
+    for (int i = 0; i < frames; i++)
+        if (!vector_is_zero(by_frame[i]))
+            return true;
+    return false;
+}
+
+void add_turning_pairs(struct builder *b, const struct turned_pulls *turned, int field) {
+    const int frames = b->d->frames;
+    struct pair_product product = {.field = field};
+    if (!has_vector(turned->rows, frames) && !has_vector(turned->columns, frames))
+        return;
+    product.is_mirrored = !memcmp(turned->rows, turned->columns, (size_t)frames * sizeof *turned->rows);
+    const struct vector_arrays axis = add_arrays(&b->arrays, "axis", joint_axes(b->d));
+    add_term(&product.turn.rows, 1, axis, add_arrays(&b->arrays, "turned_rows", turned->rows));
+    if (!product.is_mirrored)
+        add_term(&product.turn.columns, 1, axis, add_arrays(&b->arrays, "turned_columns", turned->columns));
+    struct pairs *pairs =
+        add_pairs(&b->arrays, "pairs of coordinates: how j turns what is felt by i beyond it");
+    pairs->products[pairs->product_count++] = product;
+}
+
+/* ---- Pulls on coordinates ---- */
+
+/* dF_i/dq_j of the pull on frame i, which stands alone, by frame j. */
+struct pull_row {
+    struct graph *g;
+    int frame;
+    expression factor, own;
+    expression *slopes;
+};
+
+static void finish_slope(void *context, int j) {
+    const struct pull_row *x = context;
+    const expression own = j == x->frame ? x->own : 0;
+    x->slopes[j] = add(x->g, mul(x->g, x->factor, x->slopes[j]), own);
+}
+
+/* Values by frame into entries begin + coordinate. */
+static void give_frames(struct builder *b, int field, int begin, const expression *by_frame) {
+    const struct tree *tree = b->d->kinematics.tree;
+    for (int j = 0; j < tree->count; j++)
+        if (tree->frames[j].kind == FRAME_JOINT)
+            give(b->d->memory, tree, b->f, field, begin + tree->frames[j].coordinate, tree->frames[j].step, j,
+                 by_frame[j]);
+}
+
+/* The row of frame i; where no named force pulls on it, the diagonal term of spring or damper alone. */
+static void give_slopes_of(struct builder *b, int i, int order, double sign, int field) {
+    struct derivation *d = b->d;
+    const struct frame *frame = &d->kinematics.tree->frames[i];
+    const expression factor = number(d->g, sign), pull = b->pulls->coordinates[i];
+    const expression slope = order ? frame->joint.damping : frame->joint.stiffness;
+    const expression own = b->pulls->has_springs ? neg(d->g, mul(d->g, factor, slope)) : 0;
+    struct pull_row row = {d->g, i, factor, own, NULL};
+    if (!pull) {
+        give(d->memory, d->kinematics.tree, b->f, field, frame->coordinate * (d->n + 1),
+             frame->step * (d->n + 1), i, own);
+        return;
+    }
+    row.slopes = held_slopes(b->held, pull, order);
+    visit_joints(d->g, d->kinematics.tree, finish_slope, &row);
+    give_frames(b, field, frame->coordinate * d->n, row.slopes);
+}
+
+void give_coordinate_slopes(struct builder *b, const struct targets *targets) {
+    const struct tree *tree = b->d->kinematics.tree;
+    const int fields[] = {targets->by_q, targets->by_qd};
+    for (int order = 0; order < 2; order++)
+        for (int i = 0; i < tree->count && fields[order] != NOTHING; i++)
+            if (tree->frames[i].kind == FRAME_JOINT)
+                give_slopes_of(b, i, order, targets->sign, fields[order]);
+}
+
+/* ---- Pulls at points that depend on the state ---- */
+
+/* A pull on one column of C, and its derivatives, by frame. */
+struct slope {
+    const expression *column, *by[2]; /* by q, by qd */
+};
+
+struct slopes {
+    struct slope *list;
+    int count, capacity;
+};
+
+static bool is_all_zero(const expression *values, int count) {
+    for (int i = 0; i < count; i++)
+        if (values[i])
+            return false;
+    return true;
+}
+
+/* One axis of the columns of a point, or of a body's turns. */
+struct column_axis {
+    const struct kinematics *k;
+    int point, axis;
+    bool is_torque;
+    expression *column;
+};
+
+static void take_axis(void *context, int i) {
+    const struct column_axis *x = context;
+    const struct kinematics *k = x->k;
+    if (!x->is_torque)
+        x->column[i] = k->points[x->point].columns[i].at[x->axis];
+    else if (k->tree->frames[i].joint.is_turn && is_on_path(k, i, k->tree->points[x->point].frame))
+        x->column[i] = joint_axis(k, i).at[x->axis];
+}
+
+static void add_slope(struct builder *b, const struct targets *targets, struct slopes *slopes,
+                      struct column_axis of) {
+    const expression pull = (of.is_torque ? b->pulls->torques : b->pulls->points)[of.point].at[of.axis];
+    const int fields[] = {targets->by_q, targets->by_qd};
+    struct slope slope = {.by = {NULL}};
+    if (!pull)
+        return;
+    for (int order = 0; order < 2; order++)
+        slope.by[order] =
+            fields[order] == NOTHING ? new_values(b->d, b->d->frames) : held_slopes(b->held, pull, order);
+    if (is_all_zero(slope.by[0], b->d->frames) && is_all_zero(slope.by[1], b->d->frames))
+        return;
+    slope.column = of.column = new_values(b->d, b->d->frames);
+    visit_joints(b->d->g, b->d->kinematics.tree, take_axis, &of);
+    slopes->list = memory_room(b->d->memory, slopes->list, slopes->count, &slopes->capacity, sizeof slope);
+    slopes->list[slopes->count++] = slope;
+}
+
+static struct slopes slopes_of_points(struct builder *b, const struct targets *targets) {
+    struct slopes slopes = {0};
+    for (int p = 0; p < b->d->model->marker_count; p++)
+        for (int axis = 0; axis < 3; axis++)
+            for (int is_torque = 0; is_torque < 2; is_torque++)
+                add_slope(b, targets, &slopes,
+                          (struct column_axis){&b->d->kinematics, p, axis, is_torque, NULL});
+    return slopes;
+}
+
+/* order -1: the columns. */
+static const expression *values_of(const struct slope *slope, int order) {
+    return order < 0 ? slope->column : slope->by[order];
+}
+
+static int add_slope_array(struct builder *b, const struct slopes *slopes, const char *name, int order) {
+    const int n = b->d->n;
+    int field;
+    add_local(b->d->memory, b->f, name, slopes->count * n, n, &field);
+    for (int s = 0; s < slopes->count; s++)
+        give_frames(b, field, s * n, values_of(&slopes->list[s], order));
+    return field;
+}
+
+void add_product(struct builder *b, int target, int left, int right, double factor, const char *about) {
+    add_loop(b->d->memory, b->f, LOOP_PRODUCT, about)->of.product =
+        (struct product){target, left, right, factor};
+}
+
+static bool has_slope(const struct builder *b, const struct slopes *slopes, int order) {
+    for (int s = 0; s < slopes->count; s++)
+        if (!is_all_zero(slopes->list[s].by[order], b->d->frames))
+            return true;
+    return false;
+}
+
+void add_slope_loops(struct builder *b, const struct targets *targets) {
+    static const char *const names[] = {"pull_by_q", "pull_by_qd"};
+    static const char *const about[] = {"forces at points that depend on q",
+                                        "forces at points that depend on qd"};
+    const struct slopes slopes = slopes_of_points(b, targets);
+    const int fields[] = {targets->by_q, targets->by_qd};
+    const int left = slopes.count ? add_slope_array(b, &slopes, "pulled", -1) : NOTHING;
+    for (int order = 0; order < 2; order++)
+        if (has_slope(b, &slopes, order))
+            add_product(b, fields[order], left, add_slope_array(b, &slopes, names[order], order),
+                        targets->sign, about[order]);
+}
