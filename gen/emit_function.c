@@ -388,6 +388,9 @@ static void number_statements(struct writer *w) {
         if (!x->value_names[e])
             x->temporary[e] = ++temporary;
     }
+    for (int i = 0; i < w->function->repeat_count; i++)
+        if (!x->value_names[w->function->repeats[i].value])
+            x->temporary[w->function->repeats[i].value] = ++temporary;
 }
 
 static void emit_locals(struct writer *w) {
