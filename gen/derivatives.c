@@ -675,11 +675,11 @@ static void keep_columns(struct function *f, const bool *is_emitted) {
 void keep_emitted_parameters(struct plan *plan) {
     const int count = plan->model->parameter_count;
     bool *is_emitted = memory_get(plan->memory, ((size_t)count + 1) * sizeof *is_emitted);
+    for (int i = 0; i < count; i++)
+        symbol(plan->g, SYMBOL_PARAMETER, i, 0); /* all handles exist before an array by handle is made */
     const bool *needed = nodes_of_functions(plan);
-    for (int i = 0; i < count; i++) {
-        const expression e = symbol(plan->g, SYMBOL_PARAMETER, i, 0);
-        is_emitted[i] = needed[e];
-    }
+    for (int i = 0; i < count; i++)
+        is_emitted[i] = needed[symbol(plan->g, SYMBOL_PARAMETER, i, 0)];
     for (int f = 0; f < plan->function_count; f++) {
         keep_run_results(&plan->functions[f], is_emitted);
         keep_columns(&plan->functions[f], is_emitted);
