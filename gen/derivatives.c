@@ -13,11 +13,11 @@
 
 /* ---- Pairs ---- */
 
-/* One member of every coordinate's vectors. */
+/* One member of every frame's vectors. */
 static const struct vector *gather(const struct builder *b, const struct pair_vectors *vectors,
                                    size_t offset) {
-    struct vector *list = memory_get(b->d->memory, ((size_t)b->d->n + 1) * sizeof *list);
-    for (int i = 0; i < b->d->n; i++)
+    struct vector *list = memory_get(b->d->memory, ((size_t)b->d->frames + 1) * sizeof *list);
+    for (int i = 0; i < b->d->frames; i++)
         memcpy(&list[i], (const char *)&vectors[i] + offset, sizeof *list);
     return list;
 }
@@ -27,9 +27,10 @@ static struct vector_arrays arrays_of(struct builder *b, const struct pair_vecto
     return add_arrays(&b->arrays, name, gather(b, vectors, offset));
 }
 
-static struct vector_arrays axis_arrays(struct builder *b, const char *name, size_t offset) {
-    struct vector *list = memory_get(b->d->memory, ((size_t)b->d->n + 1) * sizeof *list);
-    for (int i = 0; i < b->d->n; i++)
+/* The same of the held motion. */
+static struct vector_arrays motion_arrays(struct builder *b, const char *name, size_t offset) {
+    struct vector *list = memory_get(b->d->memory, ((size_t)b->d->frames + 1) * sizeof *list);
+    for (int i = 0; i < b->d->frames; i++)
         memcpy(&list[i], (const char *)&b->held->frames[i] + offset, sizeof *list);
     return add_arrays(&b->arrays, name, list);
 }
@@ -48,18 +49,30 @@ struct inertia_arrays {
     struct pair_move mass, spin, stiffness, damping;
 };
 
+struct turned_columns {
+    struct graph *g;
+    const struct vector *turned;
+    struct pair_vectors *vectors;
+};
+
+static void add_turned(void *context, int i) {
+    const struct turned_columns *x = context;
+    struct vector *moment = &x->vectors[i].stiffness.moment;
+    *moment = vector_add(x->g, *moment, x->turned[i]);
+}
+
 static struct inertia_arrays add_inertia_arrays(struct builder *b, const struct vector *turned) {
     struct derivation *d = b->d;
     struct pair_vectors *v = derive_pair_vectors(b->held, composites(d), loads(d));
     struct inertia_arrays a;
-    for (int i = 0; i < d->n; i++)
-        v[i].stiffness.moment = vector_add(d->g, v[i].stiffness.moment, turned[i]);
-    a.rate = axis_arrays(b, "axis_rate", offsetof(struct held_frame, axis_rate));
-    a.rate2 = axis_arrays(b, "axis_rate2", offsetof(struct held_frame, axis_rate2));
+    struct turned_columns columns = {d->g, turned, v};
+    visit_joints(d->g, d->kinematics.tree, add_turned, &columns);
+    a.rate = motion_arrays(b, "axis_rate", offsetof(struct held_frame, axis_rate));
+    a.rate2 = motion_arrays(b, "axis_rate2", offsetof(struct held_frame, axis_rate2));
     a.lever = arrays_of(b, v, offsetof(struct pair_vectors, falling_lever), "lever");
     const struct vector_arrays shift = add_arrays(&b->arrays, "shift", b->shifts);
     const struct vector_arrays shift_rate =
-        arrays_of(b, v, offsetof(struct pair_vectors, shift_rate), "shift_rate");
+        motion_arrays(b, "shift_rate", offsetof(struct held_frame, way_rate));
     a.mass_force = arrays_of(b, v, offsetof(struct pair_vectors, mass.force), "mass_force");
     a.stiffness_force = arrays_of(b, v, offsetof(struct pair_vectors, stiffness.force), "stiffness_force");
     a.damping_force = arrays_of(b, v, offsetof(struct pair_vectors, damping.force), "damping_force");
@@ -119,7 +132,7 @@ static void add_inertia_products(struct pairs *pairs, const struct inertia_array
 
 static void add_inertia_pairs(struct builder *b, const struct turned_pulls *turned,
                               const struct targets *targets) {
-    const struct vector_arrays axis = axis_arrays(b, "axis", offsetof(struct held_frame, axis));
+    const struct vector_arrays axis = motion_arrays(b, "axis", offsetof(struct held_frame, axis));
     const struct vector_arrays rows = add_arrays(&b->arrays, "turned_rows", turned->rows);
     const struct inertia_arrays inertia = add_inertia_arrays(b, turned->columns);
     struct pairs *pairs = add_pairs(&b->arrays, "pairs of coordinates: j, and i beyond it, from the tips");
@@ -146,59 +159,6 @@ static void add_derivatives(struct builder *b, const struct targets *targets) {
     add_slope_loops(b, targets);
 }
 
-/* Accelerations and multipliers as symbols, so that they stay while all else changes. */
-static expression *symbols_of(struct derivation *d, enum symbol_kind kind, int count, int order) {
-    expression *symbols = new_values(d, count);
-    for (int i = 0; i < count; i++)
-        symbols[i] = symbol(d->g, kind, i, order);
-    return symbols;
-}
-
-/* What stands for a term while only t, inputs and parameters change: qdd and lambda are symbols. */
-struct terms {
-    expression *values; /* n: M qdd - h - Q - u^T lambda; m: u qdd - k; n: u^T lambda */
-    int count;
-};
-
-static struct terms terms_at_symbols(struct derivation *d, const struct pulls *pulls) {
-    const int n = d->n, m = d->m;
-    const expression *qdd = symbols_of(d, SYMBOL_COORDINATE, n, 2);
-    struct held *held = hold(&d->kinematics, qdd, NULL);
-    struct pulls *rows_alone = no_pulls(&d->kinematics);
-    struct terms terms = {new_values(d, 2 * n + m), 2 * n + m};
-    add_row_pulls(&d->kinematics, rows_alone);
-    const expression *inertia = derive_inertia_forces(held, loads(d)), *Q = pulled(held, pulls);
-    const expression *row = row_balances(&d->kinematics), *force = pulled(held, rows_alone);
-    for (int i = 0; i < n; i++) {
-        terms.values[i] = sub(d->g, inertia[i], Q[i]);
-        terms.values[n + m + i] = force[i];
-    }
-    for (int i = 0; i < m; i++)
-        terms.values[n + i] = place_held(held, row[i]);
-    return terms;
-}
-
-/* One symbol that terms are differentiated by. */
-struct variable {
-    enum symbol_kind kind;
-    int index;
-};
-
-static expression slope_by_variable(void *context, struct graph *g, expression e) {
-    const struct variable *by = context;
-    const struct symbol *s = as_symbol(g, e);
-    return s->kind == by->kind && s->index == by->index ? one(g) : zero(g);
-}
-
-/* Derivatives of `count` values by one symbol, then qdd and lambda for their symbols. */
-static expression *slopes_by(struct builder *b, const expression *values, int count, struct variable by) {
-    expression *slopes = new_values(b->d, count);
-    differentiate_all(b->d->g, values, slopes, count, slope_by_variable, &by);
-    for (int i = 0; i < count; i++)
-        slopes[i] = slopes[i] ? place_held(b->held, slopes[i]) : 0;
-    return slopes;
-}
-
 /* ---- Blocks: derivatives by q, qd, t, inputs and parameters, side by side in one function ---- */
 
 enum block { BY_Q, BY_QD, BY_T, BY_X, BY_P, BLOCK_COUNT };
@@ -216,9 +176,55 @@ static const struct block_kind blocks[BLOCK_COUNT] = {
     [BY_P] = {"p", "by the parameters, in the order of the table", SYMBOL_PARAMETER},
 };
 
+/* ---- Terms that are differentiated by t, inputs and parameters ---- */
+
+/* Values at held accelerations and multipliers, and their derivatives: one row of `count` for each variable.
+ */
+struct terms {
+    expression *values;
+    int count;
+    expression *slopes[BLOCK_COUNT];
+};
+
+/* One symbol that terms are differentiated by. */
+struct variable {
+    enum symbol_kind kind;
+    int index;
+};
+
+static expression slope_by_variable(void *context, struct graph *g, expression e) {
+    const struct variable *by = context;
+    const struct symbol *s = as_symbol(g, e);
+    return s->kind == by->kind && s->index == by->index ? one(g) : zero(g);
+}
+
+/* Sets the slopes of all blocks of variables that have a width: in one sweep. */
+static void differentiate_terms(struct derivation *d, struct terms *terms, const int widths[BLOCK_COUNT]) {
+    int total = 0;
+    for (int k = BY_T; k < BLOCK_COUNT; k++)
+        total += widths[k];
+    struct variable *variables = memory_get(d->memory, ((size_t)total + 1) * sizeof *variables);
+    void **contexts = memory_get(d->memory, ((size_t)total + 1) * sizeof *contexts);
+    expression *slopes = new_values(d, total * terms->count);
+    int at = 0;
+    for (int k = BY_T; k < BLOCK_COUNT; k++) {
+        terms->slopes[k] = slopes + at * terms->count;
+        for (int index = 0; index < widths[k]; index++, at++) {
+            variables[at] = (struct variable){blocks[k].kind, index};
+            contexts[at] = &variables[at];
+        }
+    }
+    differentiate_all(d->g, terms->values, slopes, terms->count, slope_by_variable, contexts, total);
+}
+
 static bool reads_parameters(const struct derivation *d, const expression *values, int count) {
+    const struct graph *g = d->g;
+    bool *needed = memory_get(d->memory, g->count * sizeof *needed);
     for (int i = 0; i < count; i++)
-        if (d->g->nodes[values[i]].depends & ON_PARAMETER)
+        needed[values[i]] = true;
+    mark_operands(g, needed, g->count);
+    for (expression e = 0; e < g->count; e++)
+        if (needed[e] && as_symbol(g, e) && as_symbol(g, e)->kind == SYMBOL_PARAMETER)
             return true;
     return false;
 }
@@ -274,44 +280,65 @@ static void add_block_locals(struct derivation *d, struct function *f, const cha
     }
 }
 
-static void fill(const struct function *f, int field, const expression *values) {
-    memcpy(field_values(f, field), values, (size_t)f->fields[field].count * sizeof *values);
+/* Derivatives of terms [first, first + frames), by frame, one column a variable. */
+static void spread_block(struct builder *b, const struct terms *terms, int first, enum block block,
+                         int field) {
+    const int width = field == NOTHING ? 0 : b->f->fields[field].columns;
+    for (int column = 0; column < width; column++)
+        spread(b->d, b->f, field, column, width, terms->slopes[block] + column * terms->count + first);
 }
 
-/* values = factor * the slopes of rows [first, first + rows) of the terms, one column a variable. */
-static void fill_block(struct builder *b, const expression *values, int rows, enum block block, double factor,
-                       int field) {
+/* factor * derivatives of terms [first, first + m), by row. */
+static void fill_block(struct builder *b, const struct terms *terms, int first, enum block block,
+                       double factor, int field) {
     struct graph *g = b->d->g;
-    if (field == NOTHING)
-        return;
-    const int width = b->f->fields[field].columns;
-    expression *into = field_values(b->f, field);
-    for (int column = 0; column < width; column++) {
-        const expression *slopes = slopes_by(b, values, rows, (struct variable){blocks[block].kind, column});
-        for (int i = 0; i < rows; i++)
-            into[i * width + column] = mul(g, number(g, factor), slopes[i]);
-    }
+    const int width = field == NOTHING ? 0 : b->f->fields[field].columns;
+    for (int column = 0; column < width; column++)
+        for (int i = 0; i < b->d->m; i++)
+            field_values(b->f, field)[i * width + column] =
+                mul(g, number(g, factor), terms->slopes[block][column * terms->count + first + i]);
 }
 
-/* d(u qdd - k) by q or qd, m x n. */
-static void fill_row_slopes(struct builder *b, const expression *rows_in_symbols, int order, double factor,
-                            int field) {
-    struct derivation *d = b->d;
-    expression *values = field_values(b->f, field);
-    for (int i = 0; i < d->m; i++) {
-        const expression *slopes =
-            rows_in_symbols[i] ? held_slopes(b->held, rows_in_symbols[i], order) : NULL;
-        for (int j = 0; slopes && j < d->n; j++)
-            values[i * d->n + j] = mul(d->g, number(d->g, factor), slopes[j]);
-    }
+/* factor * derivatives of rows by q or qd, m x n. */
+static void spread_row_slopes(struct builder *b, const expression *rows_in_symbols, int order, double factor,
+                              int field) {
+    for (int i = 0; i < b->d->m; i++)
+        if (rows_in_symbols[i])
+            spread(b->d, b->f, field, i * b->d->n, 1,
+                   scaled(b->d, factor, held_slopes(b->held, rows_in_symbols[i], order)));
 }
 
-static void fill_u(struct derivation *d, const struct function *f, int field) {
+static void spread_u(struct derivation *d, struct function *f, int field) {
     for (int i = 0; i < d->m; i++)
-        memcpy(field_values(f, field) + i * d->n, rows(d)[i].u, (size_t)d->n * sizeof(expression));
+        spread(d, f, field, i * d->n, 1, rows(d)[i].u);
 }
 
 /* ---- The tangent and what follows from it ---- */
+
+/* Values that stay what they are while all else changes. */
+struct holding {
+    struct graph *g;
+    const expression *values;
+    expression *held;
+};
+
+static void hold_value(void *context, int i) {
+    const struct holding *x = context;
+    x->held[i] = apply1(x->g, OP_HOLD, x->values[i]);
+}
+
+static const expression *held_accelerations(struct derivation *d, const expression *by_frame) {
+    struct holding x = {d->g, by_frame, new_values(d, d->frames)};
+    visit_joints(d->g, d->kinematics.tree, hold_value, &x);
+    return x.held;
+}
+
+static const expression *held_multipliers(struct derivation *d) {
+    expression *held = new_values(d, d->m);
+    for (int i = 0; i < d->m; i++)
+        held[i] = apply1(d->g, OP_HOLD, d->lambda[i]);
+    return held;
+}
 
 static struct builder start(struct derivation *d, struct function *f, bool has_rows) {
     struct pulls *pulls = no_pulls(&d->kinematics);
@@ -321,8 +348,53 @@ static struct builder start(struct derivation *d, struct function *f, bool has_r
         add_row_pulls(&d->kinematics, pulls);
         constrained_accelerations(d);
     }
-    b.held = hold(&d->kinematics, has_rows ? d->qdd : free_accelerations(d), d->lambda);
+    const expression *accelerations = held_accelerations(d, has_rows ? d->qdd : free_accelerations(d));
+    b.held = hold(&d->kinematics, accelerations, has_rows ? held_multipliers(d) : NULL);
     return b;
+}
+
+/* Where the parts of motion_terms begin: M qdd - h - Q - u^T lambda and u^T lambda by frame, u qdd - k by
+ * row. */
+struct parts {
+    int motion, rows, force;
+};
+
+static struct parts parts_of(const struct derivation *d) {
+    return (struct parts){0, d->frames, d->frames + d->m};
+}
+
+struct difference {
+    struct graph *g;
+    expression *into;
+    const expression *minus;
+};
+
+static void subtract(void *context, int i) {
+    const struct difference *x = context;
+    x->into[i] = sub(x->g, x->into[i], x->minus[i]);
+}
+
+static expression *difference(struct derivation *d, const expression *of, const expression *minus) {
+    struct difference x = {d->g, new_values(d, d->frames), minus};
+    memcpy(x.into, of, (size_t)d->frames * sizeof *of);
+    visit_joints(d->g, d->kinematics.tree, subtract, &x);
+    return x.into;
+}
+
+static struct terms motion_terms(const struct builder *b) {
+    struct derivation *d = b->d;
+    const struct parts parts = parts_of(d);
+    struct pulls *rows_alone = no_pulls(&d->kinematics);
+    struct terms terms = {.values = new_values(d, 2 * d->frames + d->m), .count = 2 * d->frames + d->m};
+    add_row_pulls(&d->kinematics, rows_alone);
+    const expression *motion =
+        difference(d, derive_inertia_forces(b->held, loads(d)), pulled(b->held, b->pulls));
+    const expression *row = row_balances(&d->kinematics), *force = pulled(b->held, rows_alone);
+    memcpy(terms.values + parts.motion, motion, (size_t)d->frames * sizeof *motion);
+    memcpy(terms.values + parts.force, force, (size_t)d->frames * sizeof *force);
+    for (int i = 0; i < d->m; i++)
+        terms.values[parts.rows + i] = place_held(b->held, row[i]);
+    return terms;
 }
 
 void build_tangent(struct derivation *d, struct function *f) {
@@ -345,31 +417,35 @@ void build_tangent(struct derivation *d, struct function *f) {
     const int M = add_result(d, f, "M", "(n x n) mass matrix", n * n, n);
     if (m)
         u = add_result(d, f, "u", "(m x n) row coefficients", m * n, n);
-    const struct terms terms = terms_at_symbols(d, b.pulls);
-    fill(f, qdd, b.held->accelerations);
-    fill_block(&b, terms.values, n, BY_T, 1, f_t);
-    fill_block(&b, terms.values + n, m, BY_T, 1, g_t);
+    const struct parts parts = parts_of(d);
+    struct terms terms = motion_terms(&b);
+    differentiate_terms(d, &terms, (const int[BLOCK_COUNT]){[BY_T] = 1});
+    spread(d, f, qdd, 0, 1, m ? d->qdd : free_accelerations(d));
+    spread_block(&b, &terms, parts.motion, BY_T, f_t);
     if (m) {
-        fill(f, lambda, d->lambda);
-        fill_row_slopes(&b, row_balances(&d->kinematics), 0, 1, G_q);
-        fill_row_slopes(&b, row_balances(&d->kinematics), 1, 1, G_qd);
-        fill_u(d, f, u);
+        memcpy(field_values(f, lambda), d->lambda, (size_t)m * sizeof *d->lambda);
+        fill_block(&b, &terms, parts.rows, BY_T, 1, g_t);
+        spread_row_slopes(&b, row_balances(&d->kinematics), 0, 1, G_q);
+        spread_row_slopes(&b, row_balances(&d->kinematics), 1, 1, G_qd);
+        spread_u(d, f, u);
     }
     add_derivatives(&b, &(struct targets){K, D, M, true, -1});
     drop_unread(d->memory, f);
 }
 
-static void block_widths(const struct derivation *d, const struct terms *terms, int widths[BLOCK_COUNT]) {
+/* Columns of all blocks, and the derivatives that they hold. */
+static void open_blocks(struct derivation *d, struct terms *terms, int widths[BLOCK_COUNT]) {
     const bool has_parameters = reads_parameters(d, terms->values, terms->count);
     for (int k = 0; k < BLOCK_COUNT; k++)
         widths[k] = width_of(d, k, has_parameters);
+    differentiate_terms(d, terms, widths);
 }
 
 /* Straight-line entries of t, inputs and parameters, and the loops of q and qd. */
-static void add_block_derivatives(struct builder *b, const expression *values, const int fields[BLOCK_COUNT],
-                                  struct targets targets) {
+static void add_block_derivatives(struct builder *b, const struct terms *terms, int first,
+                                  const int fields[BLOCK_COUNT], struct targets targets) {
     for (int k = BY_T; k < BLOCK_COUNT; k++)
-        fill_block(b, values, b->d->n, k, 1, fields[k]);
+        spread_block(b, terms, first, k, fields[k]);
     targets.by_q = fields[BY_Q];
     targets.by_qd = fields[BY_QD];
     add_derivatives(b, &targets);
@@ -385,10 +461,10 @@ static struct row_arrays add_row_arrays(struct builder *b) {
     const int n = d->n, m = d->m;
     struct row_arrays a;
     a.u = add_matrix(d, b->f, "u", m, n);
-    fill_u(d, b->f, a.u);
+    spread_u(d, b->f, a.u);
     a.responses = add_matrix(d, b->f, "responses", n, m);
-    for (int i = 0; i < n * m; i++)
-        field_values(b->f, a.responses)[i] = d->responses[i % m][i / m];
+    for (int i = 0; i < m; i++)
+        spread(d, b->f, a.responses, i, m, d->responses[i]);
     a.inverse = add_matrix(d, b->f, "inverse", m, m);
     for (int row = 0; row < m; row++) {
         expression *unit = field_values(b->f, a.inverse) + row * m;
@@ -415,10 +491,10 @@ static void add_multiplier_loops(struct builder *b, const struct row_arrays *a, 
 
 static void fill_minus_g(struct builder *b, const struct terms *terms, const int minus_g[BLOCK_COUNT]) {
     const expression *balance = row_balances(&b->d->kinematics);
-    fill_row_slopes(b, balance, 0, -1, minus_g[BY_Q]);
-    fill_row_slopes(b, balance, 1, -1, minus_g[BY_QD]);
+    spread_row_slopes(b, balance, 0, -1, minus_g[BY_Q]);
+    spread_row_slopes(b, balance, 1, -1, minus_g[BY_QD]);
     for (int k = BY_T; k < BLOCK_COUNT; k++)
-        fill_block(b, terms->values + b->d->n, b->d->m, k, -1, minus_g[k]);
+        fill_block(b, terms, parts_of(b->d).rows, k, -1, minus_g[k]);
 }
 
 /* Derivatives of lambda, m x width each, from those of the equations of motion in `r`. */
@@ -438,11 +514,12 @@ static struct row_arrays add_multiplier_blocks(struct builder *b, const struct t
 static void build_acceleration_derivatives(struct derivation *d, struct function *f, bool has_rows) {
     int widths[BLOCK_COUNT], r[BLOCK_COUNT], dlambda[BLOCK_COUNT];
     struct builder b = start(d, f, has_rows);
-    const struct terms terms = terms_at_symbols(d, b.pulls);
-    block_widths(d, &terms, widths);
+    struct terms terms = motion_terms(&b);
+    open_blocks(d, &terms, widths);
     add_block_results(d, f, "", "d(qdd)", d->n, widths, r);
     const int M = add_matrix(d, f, "M", d->n, d->n);
-    add_block_derivatives(&b, terms.values, r, (struct targets){.mass = M, .has_inertia = true, .sign = -1});
+    add_block_derivatives(&b, &terms, parts_of(d).motion, r,
+                          (struct targets){.mass = M, .has_inertia = true, .sign = -1});
     if (has_rows) {
         const struct row_arrays arrays = add_multiplier_blocks(&b, &terms, widths, r, dlambda);
         for (int k = 0; k < BLOCK_COUNT; k++)
@@ -468,82 +545,116 @@ void build_d_qdd_free(struct derivation *d, struct function *f) {
 void build_d_force(struct derivation *d, struct function *f) {
     int widths[BLOCK_COUNT], force[BLOCK_COUNT], r[BLOCK_COUNT], dlambda[BLOCK_COUNT];
     struct builder b = start(d, f, true);
-    const struct terms terms = terms_at_symbols(d, b.pulls);
+    struct terms terms = motion_terms(&b);
     struct pulls *rows_alone = no_pulls(&d->kinematics);
-    block_widths(d, &terms, widths);
+    open_blocks(d, &terms, widths);
     add_block_results(d, f, "", "d(force)", d->n, widths, force);
     add_block_locals(d, f, "motion_", d->n, widths, r);
     const int M = add_matrix(d, f, "M", d->n, d->n);
-    add_block_derivatives(&b, terms.values, r, (struct targets){.mass = M, .has_inertia = true, .sign = -1});
+    add_block_derivatives(&b, &terms, parts_of(d).motion, r,
+                          (struct targets){.mass = M, .has_inertia = true, .sign = -1});
     const struct row_arrays arrays = add_multiplier_blocks(&b, &terms, widths, r, dlambda);
     add_row_pulls(&d->kinematics, rows_alone);
     b.pulls = rows_alone;
-    add_block_derivatives(&b, terms.values + d->n + d->m, force, (struct targets){.sign = 1});
+    add_block_derivatives(&b, &terms, parts_of(d).force, force, (struct targets){.sign = 1});
     for (int k = 0; k < BLOCK_COUNT; k++)
         if (force[k] != NOTHING)
             add_product(&b, force[k], arrays.u, dlambda[k], 1, "programme forces u^T dlambda");
     drop_unread(d->memory, f);
 }
 
-/* ---- Statics and rows: straight-line alone ---- */
+/* ---- Statics and rows ---- */
+
+/* Q at qd = 0, by frame. */
+static const expression *resting_forces(struct derivation *d) {
+    struct pulls *pulls = no_pulls(&d->kinematics);
+    add_applied_pulls(&d->kinematics, pulls);
+    const expression *applied = pulled(hold_still(&d->kinematics), pulls);
+    return difference(d, applied, derive_gravity_forces(&d->kinematics, composites(d)));
+}
 
 void build_d_statics(struct derivation *d, struct function *f) {
     int widths[BLOCK_COUNT], fields[BLOCK_COUNT];
     struct builder b = {.d = d, .f = f};
-    expression *Q = generalized_forces(d);
-    b.held = hold(&d->kinematics, new_values(d, d->n), NULL);
-    for (int i = 0; i < d->n; i++)
-        Q[i] = at_rest(&d->kinematics, Q[i]);
-    block_widths(d, &(struct terms){Q, d->n}, widths);
+    struct terms terms = {.values = (expression *)resting_forces(d), .count = d->frames};
+    open_blocks(d, &terms, widths);
     widths[BY_QD] = 0;
     add_block_results(d, f, "", "d(Q)", d->n, widths, fields);
     for (int k = BY_T; k < BLOCK_COUNT; k++)
-        fill_block(&b, Q, d->n, k, 1, fields[k]);
+        spread_block(&b, &terms, 0, k, fields[k]);
     fill_statics_tangent(d, f, fields[BY_Q]);
 }
 
-/* Residuals and k of all rows, in symbols and in terms of the state. */
+/* Residuals or k of all rows, in symbols. */
 struct row_values {
     const char *before, *what;
-    expression *in_symbols, *values;
+    expression *in_symbols;
+    int first; /* of its terms */
 };
 
-static void add_row_derivatives(struct builder *b, const struct row_values *row,
+static void add_row_derivatives(struct builder *b, const struct row_values *row, const struct terms *terms,
                                 const int widths[BLOCK_COUNT]) {
     struct derivation *d = b->d;
     int fields[BLOCK_COUNT];
     add_block_results(d, b->f, row->before, row->what, d->m, widths, fields);
-    fill_row_slopes(b, row->in_symbols, 0, 1, fields[BY_Q]);
+    spread_row_slopes(b, row->in_symbols, 0, 1, fields[BY_Q]);
     if (fields[BY_QD] != NOTHING)
-        fill_row_slopes(b, row->in_symbols, 1, 1, fields[BY_QD]);
+        spread_row_slopes(b, row->in_symbols, 1, 1, fields[BY_QD]);
     for (int k = BY_T; k < BLOCK_COUNT; k++)
-        fill_block(b, row->values, d->m, k, 1, fields[k]);
+        fill_block(b, terms, row->first, k, 1, fields[k]);
 }
 
 void build_d_rows(struct derivation *d, struct function *f) {
     const int m = d->m;
     int widths[BLOCK_COUNT];
-    struct builder b = {.d = d, .f = f, .held = hold(&d->kinematics, new_values(d, d->n), NULL)};
-    struct row_values parts[] = {{"phi_", "d(phi)", new_values(d, m), new_values(d, m)},
-                                 {"psi_", "d(psi)", new_values(d, m), new_values(d, m)},
-                                 {"k_", "d(k)", new_values(d, m), new_values(d, m)}};
-    expression *all = new_values(d, 3 * m);
+    struct builder b = {.d = d, .f = f, .held = hold(&d->kinematics, new_values(d, d->frames), NULL)};
+    struct row_values parts[] = {{"phi_", "d(phi)", new_values(d, m), 0},
+                                 {"psi_", "d(psi)", new_values(d, m), m},
+                                 {"k_", "d(k)", new_values(d, m), 2 * m}};
+    struct terms terms = {.values = new_values(d, 3 * m), .count = 3 * m};
     for (int i = 0; i < m; i++) {
         const struct row_symbols symbols = row_symbols(&d->kinematics, i);
         const expression in_symbols[] = {symbols.phi, symbols.psi, neg(d->g, symbols.balance)};
         for (int part = 0; part < 3; part++) {
             parts[part].in_symbols[i] = in_symbols[part];
-            all[part * m + i] = parts[part].values[i] = place_held(b.held, in_symbols[part]);
+            terms.values[parts[part].first + i] = place_held(b.held, in_symbols[part]);
         }
     }
-    block_widths(d, &(struct terms){all, 3 * m}, widths);
-    add_row_derivatives(&b, &parts[1], widths);
-    add_row_derivatives(&b, &parts[2], widths);
+    open_blocks(d, &terms, widths);
+    add_row_derivatives(&b, &parts[1], &terms, widths);
+    add_row_derivatives(&b, &parts[2], &terms, widths);
     widths[BY_QD] = 0;
-    add_row_derivatives(&b, &parts[0], widths);
+    add_row_derivatives(&b, &parts[0], &terms, widths);
 }
 
 /* ---- Parameters that are not emitted ---- */
+
+/* Columns before `column` that are emitted. */
+static int columns_before(const bool *is_emitted, int column) {
+    int count = 0;
+    for (int i = 0; i < column; i++)
+        count += is_emitted[i];
+    return count;
+}
+
+/* What loops give: a whole column each. */
+static void keep_run_results(struct function *f, const bool *is_emitted) {
+    int kept = 0;
+    for (int i = 0; i < f->run_result_count; i++) {
+        struct run_result result = f->run_results[i];
+        const struct field *field = &f->fields[result.field];
+        if (field->by_parameter) {
+            const int row = result.entry / field->columns, column = result.entry % field->columns;
+            const int width = columns_before(is_emitted, field->columns);
+            if (!is_emitted[column])
+                continue;
+            result.entry = row * width + columns_before(is_emitted, column);
+            result.stride = result.stride / field->columns * width;
+        }
+        f->run_results[kept++] = result;
+    }
+    f->run_result_count = kept;
+}
 
 static void keep_columns(struct function *f, const bool *is_emitted) {
     int kept = 0;
@@ -564,11 +675,13 @@ static void keep_columns(struct function *f, const bool *is_emitted) {
 void keep_emitted_parameters(struct plan *plan) {
     const int count = plan->model->parameter_count;
     bool *is_emitted = memory_get(plan->memory, ((size_t)count + 1) * sizeof *is_emitted);
+    for (int i = 0; i < count; i++)
+        symbol(plan->g, SYMBOL_PARAMETER, i, 0); /* all handles exist before an array by handle is made */
     const bool *needed = nodes_of_functions(plan);
-    for (int i = 0; i < count; i++) {
-        const expression e = symbol(plan->g, SYMBOL_PARAMETER, i, 0);
-        is_emitted[i] = needed[e];
-    }
-    for (int f = 0; f < plan->function_count; f++)
+    for (int i = 0; i < count; i++)
+        is_emitted[i] = needed[symbol(plan->g, SYMBOL_PARAMETER, i, 0)];
+    for (int f = 0; f < plan->function_count; f++) {
+        keep_run_results(&plan->functions[f], is_emitted);
         keep_columns(&plan->functions[f], is_emitted);
+    }
 }

@@ -38,7 +38,15 @@ static bool is_named(const struct emission *x, expression e) {
     return x->plan->is_statement[e] || x->plan->is_derived[e];
 }
 
+/* What is held in derivatives is the same value. */
+static expression behind_hold(const struct emission *x, expression e) {
+    while (x->g->nodes[e].operation == OP_HOLD)
+        e = x->g->nodes[e].operand[0];
+    return e;
+}
+
 static void emit_operand(struct emission *x, struct text *text, expression e, enum binding at_least) {
+    e = behind_hold(x, e);
     const bool bare = is_named(x, e) || binding_of(&x->g->nodes[e]) >= at_least;
     text_add(text, bare ? "" : "(");
     emit_value(x, text, e);
@@ -200,6 +208,7 @@ void emit_name(struct emission *x, struct text *text, expression e) {
 }
 
 void emit_value(struct emission *x, struct text *text, expression e) {
+    e = behind_hold(x, e);
     if (x->plan->is_derived[e]) {
         x->uses_p = true;
         text_add(text, "p->derived.%s", x->value_names[e]);

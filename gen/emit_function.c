@@ -316,8 +316,9 @@ static void emit_results(struct writer *w, int piece) {
 static void emit_fills(struct writer *w) {
     for (int f = 0; f < count_fields(w); f++) {
         const struct field *field = &w->function->fields[f];
-        if (is_prepare(w) || (w->function->part_count && is_local(w, f)) ||
-            !fills_zeros(w->function, field) || is_written_by_loops(w->function, f))
+        const bool is_composed = w->function->part_count > 0; /* then no statement writes single zeros */
+        if (is_prepare(w) || (is_composed ? is_local(w, f) : !fills_zeros(w->function, field)) ||
+            is_written_by_loops(w->function, f))
             continue;
         text_add(w->text, "    for (int i = 0; i < %d; i++)\n        ", field->count);
         emit_field_name(w, f);
@@ -388,6 +389,9 @@ static void number_statements(struct writer *w) {
         if (!x->value_names[e])
             x->temporary[e] = ++temporary;
     }
+    for (int i = 0; i < w->function->repeat_count; i++)
+        if (!x->value_names[w->function->repeats[i].value])
+            x->temporary[w->function->repeats[i].value] = ++temporary;
 }
 
 static void emit_locals(struct writer *w) {

@@ -363,6 +363,7 @@ static bool fold_parity(struct graph *g, enum operation operation, expression a,
     case OP_ATAN:
     case OP_SINH:
     case OP_TANH:
+    case OP_HOLD:
         *result = neg(g, apply1(g, operation, inside(g, a)));
         return true;
     case OP_COS:

@@ -180,9 +180,13 @@ void substitute(struct graph *g, leaf_rule *leaf, void *context, const expressio
 expression replace(struct graph *g, expression e, expression node, expression by);
 /* Directional derivative (one forward sweep): `leaf` returns the derivative of the symbol `e`. */
 expression differentiate(struct graph *g, expression e, leaf_rule *leaf, void *context);
-/* The same of several expressions in one sweep. */
+/*
+ * The same of several expressions in several directions, in one sweep: `leaf` is called with one context for
+ * each direction, `to` has `count` entries for each. Expressions of elements have theirs in new loops over
+ * the same runs, so that no loop may be open. What OP_HOLD holds does not change.
+ */
 void differentiate_all(struct graph *g, const expression *from, expression *to, int count, leaf_rule *leaf,
-                       void *context);
+                       void *const *contexts, int directions);
 /* Derivatives of e by each symbol in `by` (one backward sweep); 0 by handle 0. */
 void gradient(struct graph *g, expression e, const expression *by, expression *result, int count);
 

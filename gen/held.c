@@ -1,31 +1,35 @@
 /* The motion at given accelerations: see held.h. */
 #include "held.h"
+#include "dynamics.h"
 #include "memory.h"
-#include "recursion.h"
 #include "sensitivity.h"
 
 static struct vector to_ground(const struct kinematics *k, int i, struct vector a) {
     return matrix_times(k->g, k->frames[i].rotation.at, a);
 }
 
-/* What the coordinates' accelerations add to the bias: wd += e qdd for a turn, a += e qdd for a slide. */
-static void accelerate_frame(struct held *held, int i, const struct held_frame *parent) {
+/*
+ * What the coordinates' accelerations add to the bias: wd += e qdd for a turn, a += e qdd for a slide. A
+ * frame without a joint turns as its parent does.
+ */
+static void accelerate_frame(struct held *held, int i, const struct held_motion *parent) {
     const struct kinematics *k = held->k;
     struct graph *g = k->g;
-    struct held_frame *frame = &held->frames[i];
+    struct held_motion *motion = &held->motions[i];
     const struct joint *joint = &k->tree->frames[i].joint;
-    const struct vector gain = vector_scale(g, held->accelerations[i], unit_vector(g, joint->axis));
     const struct vector lever = vector_cross(g, parent->gained_angular, k->joints[i].shift);
-    frame->gained_angular = to_child(k, i, parent->gained_angular);
-    frame->gained_linear = to_child(k, i, vector_add(g, parent->gained_linear, lever));
-    if (joint->is_turn)
-        frame->gained_angular = vector_add(g, frame->gained_angular, gain);
-    else
-        frame->gained_linear = vector_add(g, frame->gained_linear, gain);
-    frame->angular = vector_add(g, k->frames[i].bias_angular, frame->gained_angular);
-    frame->falling = vector_add(g, k->frames[i].bias_falling, frame->gained_linear);
-    name_vector(k, i, "wd", frame->angular);
-    name_vector(k, i, "a_falling", frame->falling);
+    motion->gained_angular = to_child(k, i, parent->gained_angular);
+    motion->gained_linear = to_child(k, i, vector_add(g, parent->gained_linear, lever));
+    motion->angular = to_child(k, i, parent->angular);
+    if (k->tree->frames[i].kind != FRAME_JOINT)
+        return;
+    const struct vector gain = vector_scale(g, held->accelerations[i], unit_vector(g, joint->axis));
+    struct vector *gained = joint->is_turn ? &motion->gained_angular : &motion->gained_linear;
+    *gained = vector_add(g, *gained, gain);
+    motion->angular = vector_add(g, k->frames[i].bias_angular, motion->gained_angular);
+    held->frames[i].falling = vector_add(g, k->frames[i].bias_falling, motion->gained_linear);
+    name_vector(k, i, "wd", motion->angular);
+    name_vector(k, i, "a_falling", held->frames[i].falling);
 }
 
 /* de/dt = w x e, d2e/dt2 = wd x e + w x (w x e). */
@@ -36,8 +40,8 @@ static void turn_axis(struct held *held, int i) {
     const struct frame_motion *m = &k->frames[i];
     const struct vector e = unit_vector(g, k->tree->frames[i].joint.axis);
     frame->own_rate = vector_cross(g, m->angular, e);
-    frame->own_rate2 =
-        vector_add(g, vector_cross(g, frame->angular, e), vector_cross(g, m->angular, frame->own_rate));
+    frame->own_rate2 = vector_add(g, vector_cross(g, held->motions[i].angular, e),
+                                  vector_cross(g, m->angular, frame->own_rate));
     frame->axis = joint_axis(k, i);
     frame->axis_rate = to_ground(k, i, frame->own_rate);
     frame->axis_rate2 = to_ground(k, i, frame->own_rate2);
@@ -55,9 +59,9 @@ static void move_shift(struct held *held, int i) {
     const struct frame *frame = &k->tree->frames[i];
     const struct vector s = k->joints[i].shift, still = {{0, 0, 0}};
     const struct vector w = frame->parent < 0 ? still : k->frames[frame->parent].angular;
-    const struct vector wd = frame->parent < 0 ? still : held->frames[frame->parent].angular;
+    const struct vector wd = frame->parent < 0 ? still : held->motions[frame->parent].angular;
     struct vector slide = still, speed = still, gain = still;
-    if (!frame->joint.is_turn) {
+    if (frame->kind == FRAME_JOINT && !frame->joint.is_turn) {
         slide = matrix_times(g, frame->placement.rotation, unit_vector(g, frame->joint.axis));
         speed = vector_scale(g, coordinate_of(k, i, 1), slide);
         gain = vector_scale(g, held->accelerations[i], slide);
@@ -73,15 +77,20 @@ static void move_shift(struct held *held, int i) {
 static void move_origin(struct held *held, int i) {
     const struct kinematics *k = held->k;
     struct graph *g = k->g;
+    struct held_motion *motion = &held->motions[i];
     struct held_frame *frame = &held->frames[i];
     const int parent = k->tree->frames[i].parent;
-    frame->velocity = frame->shift_rate;
-    frame->acceleration = frame->shift_rate2;
+    motion->velocity = frame->shift_rate;
+    motion->acceleration = frame->shift_rate2;
     if (parent < 0)
         return;
-    const struct held_frame *base = &held->frames[parent];
-    frame->velocity = vector_add(g, base->velocity, to_ground(k, parent, frame->shift_rate));
-    frame->acceleration = vector_add(g, base->acceleration, to_ground(k, parent, frame->shift_rate2));
+    const struct held_motion *base = &held->motions[parent];
+    const struct vector shift_rate = to_ground(k, parent, frame->shift_rate);
+    frame->way_rate = vector_add(g, base->pending_rate, shift_rate);
+    if (k->tree->frames[i].kind != FRAME_JOINT)
+        motion->pending_rate = frame->way_rate;
+    motion->velocity = vector_add(g, base->velocity, shift_rate);
+    motion->acceleration = vector_add(g, base->acceleration, to_ground(k, parent, frame->shift_rate2));
 }
 
 /* rdd = C qdd + d, by the frame that carries the point. */
@@ -91,30 +100,40 @@ static struct vector accelerate_point(const struct held *held, int index) {
     const struct vector rho = vector_of(fixed->placement.position);
     if (fixed->frame < 0)
         return k->points[index].d;
-    const struct held_frame *frame = &held->frames[fixed->frame];
-    struct vector gain = vector_cross(k->g, frame->gained_angular, rho);
+    const struct held_motion *motion = &held->motions[fixed->frame];
+    struct vector gain = vector_cross(k->g, motion->gained_angular, rho);
     if (!k->model->points[index].is_direction)
-        gain = vector_add(k->g, gain, frame->gained_linear);
+        gain = vector_add(k->g, gain, motion->gained_linear);
     return vector_add(k->g, k->points[index].d, to_ground(k, fixed->frame, gain));
+}
+
+/* The motion of frame i, one step from its parent's. */
+static void hold_frame(void *context, int i) {
+    struct held *held = context;
+    const struct kinematics *k = held->k;
+    const struct held_motion ground = {.angular = {{0, 0, 0}}};
+    const int parent = k->tree->frames[i].parent;
+    remark(k->g, memory_format(k->memory, "%s: motion at the accelerations found, outward",
+                               k->tree->frames[i].name));
+    held->motions[i] = ground;
+    accelerate_frame(held, i, parent < 0 ? &ground : &held->motions[parent]);
+    if (k->tree->frames[i].kind == FRAME_JOINT)
+        turn_axis(held, i);
+    move_shift(held, i);
+    move_origin(held, i);
 }
 
 struct held *hold(const struct kinematics *k, const expression *accelerations,
                   const expression *multipliers) {
-    const struct held_frame ground = {.axis = {{0, 0, 0}}};
     struct held *held = memory_get(k->memory, sizeof *held);
     *held = (struct held){.k = k, .accelerations = accelerations, .multipliers = multipliers};
     held->frames = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *held->frames);
+    held->motions = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *held->motions);
     held->points = memory_get(k->memory, ((size_t)k->model->marker_count + 1) * sizeof *held->points);
     held->columns = memory_get(k->memory, ((size_t)k->model->marker_count + 1) * sizeof *held->columns);
-    for (int i = 0; i < k->tree->count; i++) {
-        const int parent = k->tree->frames[i].parent;
-        remark(k->g, memory_format(k->memory, "%s: motion at the accelerations found, outward",
-                                   k->tree->frames[i].name));
-        accelerate_frame(held, i, parent < 0 ? &ground : &held->frames[parent]);
-        turn_axis(held, i);
-        move_shift(held, i);
-        move_origin(held, i);
-    }
+    const struct recursion motions =
+        recursion_over(k, held->motions, sizeof *held->motions, hold_frame, held);
+    recur_outward(&motions);
     for (int i = 0; i < k->model->marker_count; i++)
         held->points[i] = accelerate_point(held, i);
     return held;
@@ -140,12 +159,13 @@ static void derive_column(void *context, int j) {
     const struct kinematics *k = held->k;
     struct graph *g = k->g;
     const struct held_frame *frame = &held->frames[j];
+    const struct held_motion *motion = &held->motions[j];
     const struct point_motion *point = &k->points[x->point];
     struct vector **by_order = x->rates->by_order;
     const bool is_direction = k->model->points[x->point].is_direction;
     const struct vector axis[3] = {frame->axis, frame->axis_rate, frame->axis_rate2};
     struct vector arm[3] = {point->r, point->rd, held->points[x->point]};
-    const struct vector origin[3] = {k->frames[j].position, frame->velocity, frame->acceleration};
+    const struct vector origin[3] = {k->frames[j].position, motion->velocity, motion->acceleration};
     if (!is_on_path(k, j, k->tree->points[x->point].frame))
         return;
     for (int o = 0; o < 3 && !is_direction; o++)

@@ -2,24 +2,30 @@
  * The motion at given accelerations of the coordinates, and how it changes with one coordinate alone while
  * those are held: what exact derivatives of the equations are made of.
  *
- * Takes kinematics and n accelerations, gives the accelerations of frames and points and, for an expression
- * in symbols, its derivatives by q and qd. The columns of C and their first two time derivatives carry all of
- * that: a point's symbol of order i has the derivative (i over o) d^(i-o)C_j/dt^(i-o) by coordinate j's
- * symbol of order o, because r = r(q, t) makes derivatives by q and by t commute.
+ * Takes kinematics and accelerations by frame, gives the accelerations of frames and points and, for an
+ * expression in symbols, its derivatives by q and qd. The columns of C and their first two time derivatives
+ * carry all of that: a point's symbol of order i has the derivative (i over o) d^(i-o)C_j/dt^(i-o) by
+ * coordinate j's symbol of order o, because r = r(q, t) makes derivatives by q and by t commute.
  */
 #ifndef REFDYN_GEN_HELD_H
 #define REFDYN_GEN_HELD_H
 
 #include "kinematics.h"
 
-struct held_frame {
+/* What a frame passes on to those that it carries. */
+struct held_motion {
     struct vector gained_angular, gained_linear; /* accelerations beyond the bias ones, own axes */
     struct vector angular;                       /* dw/dt, own axes [rad/s^2] */
+    struct vector velocity, acceleration;        /* of the origin in the ground frame */
+    struct vector pending_rate; /* of a frame without a joint: added to the next one's way_rate */
+};
+
+struct held_frame {
     struct vector falling;                 /* acceleration of the origin minus gravity, own axes [m/s^2] */
     struct vector shift_rate, shift_rate2; /* of the shift from the parent, its axes; 0 on the ground */
+    struct vector way_rate;                /* of the way from the joint before, ground axes */
     struct vector own_rate, own_rate2;     /* de/dt, d2e/dt2, own axes */
     struct vector axis, axis_rate, axis_rate2; /* the joint's axis e, de/dt, d2e/dt2 in the ground frame */
-    struct vector velocity, acceleration;      /* of the origin in the ground frame */
 };
 
 /* C_j, dC_j/dt and d2C_j/dt2 of one point or direction: a column a frame. */
@@ -29,8 +35,10 @@ struct column_rates {
 
 struct held {
     const struct kinematics *k;
-    bool is_resting;                               /* no velocities and accelerations: no frames either */
-    const expression *accelerations, *multipliers; /* multipliers: what their symbols stand for, or NULL */
+    bool is_resting;                 /* no velocities and accelerations: no frames either */
+    const expression *accelerations; /* by frame */
+    const expression *multipliers;   /* what their symbols stand for, or NULL */
+    struct held_motion *motions;     /* by frame */
     struct held_frame *frames;
     struct vector *points;        /* accelerations */
     struct column_rates *columns; /* by point, made when first asked for */

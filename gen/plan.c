@@ -57,10 +57,15 @@ void give(struct memory *memory, const struct tree *tree, struct function *f, in
     f->run_results[f->run_result_count++] = (struct run_result){value, field, first, step, run, 0};
 }
 
+/* Signs are free: -x, and a value held in derivatives, stand wherever they are used. */
+static bool is_sign(const struct graph *g, expression e) {
+    return g->nodes[e].operation == OP_NEG || g->nodes[e].operation == OP_HOLD;
+}
+
 /* Moved out of all functions but `prepare`; a sign stays where it is. */
 static bool is_parameter_only(const struct graph *g, expression e) {
     return g->nodes[e].depends == ON_PARAMETER && operation_arity(g->nodes[e].operation) > 0 &&
-           g->nodes[e].operation != OP_NEG;
+           !is_sign(g, e);
 }
 
 static bool is_moved(const struct plan *plan, const struct function *function, expression e) {
@@ -121,11 +126,6 @@ static void mark_function(const struct plan *plan, struct function *function) {
             if (needed[e])
                 again |= need_operands(plan, function, needed, e);
     }
-}
-
-/* Signs are free: -x stands wherever it is used. */
-static bool is_sign(const struct graph *g, expression e) {
-    return g->nodes[e].operation == OP_NEG;
 }
 
 /* Uses by results and by loops, which set slots. */

@@ -86,45 +86,39 @@ void add_turning_pairs(struct builder *b, const struct turned_pulls *turned, int
 
 /* ---- Pulls on coordinates ---- */
 
-/* dF_i/dq_j of the pull on frame i, which stands alone, by frame j. */
-struct pull_row {
+struct scaling {
     struct graph *g;
-    int frame;
-    expression factor, own;
-    expression *slopes;
+    expression factor;
+    const expression *values;
+    expression *scaled;
 };
 
-static void finish_slope(void *context, int j) {
-    const struct pull_row *x = context;
-    const expression own = j == x->frame ? x->own : 0;
-    x->slopes[j] = add(x->g, mul(x->g, x->factor, x->slopes[j]), own);
+static void scale(void *context, int i) {
+    const struct scaling *x = context;
+    x->scaled[i] = mul(x->g, x->factor, x->values[i]);
 }
 
-/* Values by frame into entries begin + coordinate. */
-static void give_frames(struct builder *b, int field, int begin, const expression *by_frame) {
-    const struct tree *tree = b->d->kinematics.tree;
-    for (int j = 0; j < tree->count; j++)
-        if (tree->frames[j].kind == FRAME_JOINT)
-            give(b->d->memory, tree, b->f, field, begin + tree->frames[j].coordinate, tree->frames[j].step, j,
-                 by_frame[j]);
+expression *scaled(struct derivation *d, double factor, const expression *by_frame) {
+    struct scaling x = {d->g, number(d->g, factor), by_frame, new_values(d, d->frames)};
+    visit_joints(d->g, d->kinematics.tree, scale, &x);
+    return x.scaled;
 }
 
 /* The row of frame i; where no named force pulls on it, the diagonal term of spring or damper alone. */
 static void give_slopes_of(struct builder *b, int i, int order, double sign, int field) {
     struct derivation *d = b->d;
     const struct frame *frame = &d->kinematics.tree->frames[i];
-    const expression factor = number(d->g, sign), pull = b->pulls->coordinates[i];
+    const expression pull = b->pulls->coordinates[i];
     const expression slope = order ? frame->joint.damping : frame->joint.stiffness;
-    const expression own = b->pulls->has_springs ? neg(d->g, mul(d->g, factor, slope)) : 0;
-    struct pull_row row = {d->g, i, factor, own, NULL};
+    const expression own = b->pulls->has_springs ? mul(d->g, number(d->g, -sign), slope) : 0;
     if (!pull) {
         give(d->memory, d->kinematics.tree, b->f, field, frame->coordinate * (d->n + 1),
              frame->step * (d->n + 1), i, own);
         return;
     }
-    row.slopes = held_slopes(b->held, pull, order);
-    visit_joints(d->g, d->kinematics.tree, finish_slope, &row);
-    give_frames(b, field, frame->coordinate * d->n, row.slopes);
+    expression *row = scaled(d, sign, held_slopes(b->held, pull, order));
+    row[i] = add(d->g, row[i], own);
+    spread(d, b->f, field, frame->coordinate * d->n, 1, row);
 }
 
 void give_coordinate_slopes(struct builder *b, const struct targets *targets) {
@@ -210,7 +204,7 @@ static int add_slope_array(struct builder *b, const struct slopes *slopes, const
     int field;
     add_local(b->d->memory, b->f, name, slopes->count * n, n, &field);
     for (int s = 0; s < slopes->count; s++)
-        give_frames(b, field, s * n, values_of(&slopes->list[s], order));
+        spread(b->d, b->f, field, s * n, 1, values_of(&slopes->list[s], order));
     return field;
 }
 

@@ -37,6 +37,8 @@ struct turned_pulls {
     struct vector *rows, *columns;
 };
 
+/* factor * values, by frame. */
+expression *scaled(struct derivation *d, double factor, const expression *by_frame);
 struct turned_pulls derive_turned_pulls(const struct builder *b, double sign);
 /* The loop of these alone, once b->arrays are open. */
 void add_turning_pairs(struct builder *b, const struct turned_pulls *turned, int field);

@@ -445,21 +445,26 @@ static void fill_field(struct derivation *d, struct function *f, const char *nam
     memcpy(out, values, (size_t)count * sizeof *out);
 }
 
-/* Values by frame into entries begin + coordinate of the last field. */
-static void spread(struct derivation *d, struct function *f, int begin, const expression *by_frame) {
+void spread(struct derivation *d, struct function *f, int field, int first, int stride,
+            const expression *by_frame) {
     for (int i = 0; i < d->frames; i++) {
         const struct frame *frame = &d->kinematics.tree->frames[i];
         if (frame->kind == FRAME_JOINT)
-            give(d->memory, d->kinematics.tree, f, f->field_count - 1, begin + frame->coordinate, frame->step,
-                 i, by_frame[i]);
+            give(d->memory, d->kinematics.tree, f, field, first + stride * frame->coordinate,
+                 stride * frame->step, i, by_frame[i]);
     }
+}
+
+/* Into entries begin + coordinate of the last field. */
+static void spread_last(struct derivation *d, struct function *f, int begin, const expression *by_frame) {
+    spread(d, f, f->field_count - 1, begin, 1, by_frame);
 }
 
 /* A field with a value for each coordinate. */
 static void spread_field(struct derivation *d, struct function *f, const char *name, const char *about,
                          const expression *by_frame) {
     add_field(d, f, name, about, d->n, 0);
-    spread(d, f, 0, by_frame);
+    spread_last(d, f, 0, by_frame);
 }
 
 static void build_h(struct derivation *d, struct function *f) {
@@ -581,7 +586,7 @@ static void build_Q(struct derivation *d, struct function *f) {
 static void build_u(struct derivation *d, struct function *f) {
     add_field(d, f, "u", "(m x n) row coefficients, u qdd + v = 0", d->m * d->n, d->n);
     for (int i = 0; i < d->m; i++)
-        spread(d, f, i * d->n, rows(d)[i].u);
+        spread_last(d, f, i * d->n, rows(d)[i].u);
 }
 
 /* The function of a quantity, built when it is not there yet. */
@@ -685,7 +690,7 @@ static void build_C(struct derivation *d, struct function *f) {
         for (int a = 0; a < 3; a++) {
             for (int j = 0; j < d->frames; j++)
                 row[j] = d->kinematics.points[p].columns[j].at[a];
-            spread(d, f, (3 * p + a) * d->n, row);
+            spread_last(d, f, (3 * p + a) * d->n, row);
         }
 }
 
@@ -767,8 +772,8 @@ static void build_start(struct derivation *d, struct function *f) {
         start[i] = frames[i].joint.start;
         rate[i] = frames[i].joint.start_rate;
     }
-    spread(d, f, 0, start);
-    spread(d, f, d->n, rate);
+    spread_last(d, f, 0, start);
+    spread_last(d, f, d->n, rate);
 }
 
 static bool is_set_by_anchor(const struct derivation *d, int parameter) {
@@ -843,57 +848,50 @@ struct quantity {
     const char *reason; /* why a scene has it not */
     void (*build)(struct derivation *d, struct function *f);
     bool on_request; /* emitted when it is named, not by default */
-    bool is_flat;    /* derived without runs */
 };
 
 /* `anchor` and `start` stand last: they set what the others read. */
 static const struct quantity quantities[] = {
-    {"M", "mass matrix", always, "", build_M, false, false},
-    {"h", "bias forces h = -c (Coriolis, centrifugal)", always, "", build_h, false, false},
+    {"M", "mass matrix", always, "", build_M, false},
+    {"h", "bias forces h = -c (Coriolis, centrifugal)", always, "", build_h, false},
     {"Q", "generalized forces: gravity, springs, dampers and those that the model names", always, "", build_Q,
-     false, false},
-    {"u", "row coefficients, u qdd + v = 0", has_rows, "constraints", build_u, false, false},
-    {"v", "rest of the rows, u qdd + v = 0", has_rows, "constraints", build_v, false, false},
-    {"phi", "position-level residuals", has_position_rows, "position rows", build_phi, false, false},
-    {"psi", "velocity-level residuals", has_velocity_rows, "position or velocity rows", build_psi, false,
      false},
-    {"k", "stabilised right side k = -v - 2 alpha psi - beta^2 phi", has_rows, "constraints", build_k, false,
-     false},
-    {"r", "positions of the points", has_points, "points", build_r, false, false},
-    {"rd", "velocities of the points", has_points, "points", build_rd, false, false},
-    {"C", "columns of the points, rd = C qd", has_points, "points", build_C, false, false},
-    {"d", "bias accelerations of the points, rdd = C qdd + d", has_points, "points", build_d, false, false},
-    {"energy", "kinetic and potential energy", always, "", build_energy, false, false},
+    {"u", "row coefficients, u qdd + v = 0", has_rows, "constraints", build_u, false},
+    {"v", "rest of the rows, u qdd + v = 0", has_rows, "constraints", build_v, false},
+    {"phi", "position-level residuals", has_position_rows, "position rows", build_phi, false},
+    {"psi", "velocity-level residuals", has_velocity_rows, "position or velocity rows", build_psi, false},
+    {"k", "stabilised right side k = -v - 2 alpha psi - beta^2 phi", has_rows, "constraints", build_k, false},
+    {"r", "positions of the points", has_points, "points", build_r, false},
+    {"rd", "velocities of the points", has_points, "points", build_rd, false},
+    {"C", "columns of the points, rd = C qd", has_points, "points", build_C, false},
+    {"d", "bias accelerations of the points, rdd = C qdd + d", has_points, "points", build_d, false},
+    {"energy", "kinetic and potential energy", always, "", build_energy, false},
     {"power", "power of all forces in Q that have no potential", has_work, "forces without a potential",
-     build_power, false, false},
-    {"Q_q", "tangent of statics, dQ/dq at qd = 0", always, "", build_Q_q, false, false},
-    {"M_h", "M and h in one call, work shared", always, "", build_M_h, true, false},
-    {"qdd_free", "accelerations without constraints, O(n)", always, "", build_qdd_free, false, false},
-    {"qdd", "accelerations with stabilised constraints, O(n m)", has_rows, "constraints", build_qdd, false,
-     false},
-    {"force", "programme force r = M qdd - h - Q", has_rows, "constraints", build_force, false, false},
-    {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations, false,
-     false},
+     build_power, false},
+    {"Q_q", "tangent of statics, dQ/dq at qd = 0", always, "", build_Q_q, false},
+    {"M_h", "M and h in one call, work shared", always, "", build_M_h, true},
+    {"qdd_free", "accelerations without constraints, O(n)", always, "", build_qdd_free, false},
+    {"qdd", "accelerations with stabilised constraints, O(n m)", has_rows, "constraints", build_qdd, false},
+    {"force", "programme force r = M qdd - h - Q", has_rows, "constraints", build_force, false},
+    {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations, false},
     {"tangent", "derivatives of M qdd - h - Q - u^T lambda and u qdd - k at held qdd and lambda",
-     is_corrected, "corrected form", build_tangent, true, true},
+     is_corrected, "corrected form", build_tangent, true},
     {"d_qdd", "derivatives of qdd", is_corrected_with_rows, "constraints in the corrected form", build_d_qdd,
-     true, true},
-    {"d_qdd_free", "derivatives of qdd_free", is_corrected, "corrected form", build_d_qdd_free, true, true},
+     true},
+    {"d_qdd_free", "derivatives of qdd_free", is_corrected, "corrected form", build_d_qdd_free, true},
     {"d_force", "derivatives of the programme force", is_corrected_with_rows,
-     "constraints in the corrected form", build_d_force, true, true},
-    {"d_statics", "derivatives of Q at qd = 0", is_corrected, "corrected form", build_d_statics, true, true},
-    {"d_rows", "derivatives of phi, psi and k", has_rows, "constraints", build_d_rows, true, true},
-    {"f", "h + Q in one recursion", always, "", build_f, true, false},
-    {"row_terms", "u, v, phi, psi and k in one call", has_rows, "constraints", build_row_terms, true, false},
-    {"constrained", "qdd and multipliers in one call", has_rows, "constraints", build_constrained, true,
-     false},
-    {"course", "values that the model records with a motion", has_courses, "courses", build_course, false,
-     false},
+     "constraints in the corrected form", build_d_force, true},
+    {"d_statics", "derivatives of Q at qd = 0", is_corrected, "corrected form", build_d_statics, true},
+    {"d_rows", "derivatives of phi, psi and k", has_rows, "constraints", build_d_rows, true},
+    {"f", "h + Q in one recursion", always, "", build_f, true},
+    {"row_terms", "u, v, phi, psi and k in one call", has_rows, "constraints", build_row_terms, true},
+    {"constrained", "qdd and multipliers in one call", has_rows, "constraints", build_constrained, true},
+    {"course", "values that the model records with a motion", has_courses, "courses", build_course, false},
     {"breaks", "times at which formulas of time alone have kinks", has_breaks, "kinks in time", build_breaks,
-     false, false},
+     false},
     {"anchor", "parameters whose default is a value at the start of a motion", has_anchors,
-     "anchored parameters", build_anchor, false, false},
-    {"start", "coordinates and rates at the start of a motion", always, "", build_start, false, false},
+     "anchored parameters", build_anchor, false},
+    {"start", "coordinates and rates at the start of a motion", always, "", build_start, false},
 };
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof *quantities };
@@ -978,7 +976,7 @@ static struct function *function_of(const struct plan *plan, const char *quantit
 static struct function *build_quantity(struct derivation *d, const struct quantity *quantity) {
     struct function *function = &d->plan->functions[d->plan->function_count++];
     *function = (struct function){.quantity = quantity->name, .about = quantity->about};
-    quantity->build(quantity->is_flat ? without_runs(d) : d, function);
+    quantity->build(d, function);
     return function;
 }
 

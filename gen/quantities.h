@@ -58,6 +58,9 @@ const expression *free_accelerations(struct derivation *d);
 void constrained_accelerations(struct derivation *d);
 /* S x = rest in place of rest; `what` names x. */
 void solve_rows(struct derivation *d, const expression *S, expression *rest, const char *what);
+/* Values by frame into entries first + stride * coordinate of a field. */
+void spread(struct derivation *d, struct function *f, int field, int first, int stride,
+            const expression *by_frame);
 /* One more part of a function's result. */
 expression *add_field(struct derivation *d, struct function *f, const char *name, const char *about,
                       int count, int columns);

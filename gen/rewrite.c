@@ -38,17 +38,21 @@ static bool mark_slot(const struct graph *g, bool *needed, uint32_t limit, expre
     return slot->next > e;
 }
 
-void mark_operands(const struct graph *g, bool *needed, uint32_t limit) {
+static void mark_all(const struct graph *g, bool *needed, uint32_t limit, bool held_too) {
     for (bool again = true; again;) {
         again = false;
         for (expression e = limit; e-- > 0;) {
-            if (!needed[e])
+            if (!needed[e] || (g->nodes[e].operation == OP_HOLD && !held_too))
                 continue;
             for (int k = 0; k < operation_arity(g->nodes[e].operation); k++)
                 needed[g->nodes[e].operand[k]] = true;
             again |= mark_slot(g, needed, limit, e);
         }
     }
+}
+
+void mark_operands(const struct graph *g, bool *needed, uint32_t limit) {
+    mark_all(g, needed, limit, true);
 }
 
 /* marks[e] for all that the `count` roots need; the array has `limit` entries, limit the largest root + 1. */
@@ -94,27 +98,152 @@ expression replace(struct graph *g, expression in, expression node, expression b
     return image[in];
 }
 
-void differentiate_all(struct graph *g, const expression *from, expression *to, int count, leaf_rule *leaf,
-                       void *context) {
+/* ---- Derivatives in several directions ---- */
+
+struct sweep {
+    struct graph *g;
+    leaf_rule *leaf;
+    void *const *contexts;
+    int directions;
     uint32_t limit;
-    bool *needed = mark_needed(g, from, count, &limit);
-    expression *rate = memory_get(g->memory, (limit + 1) * sizeof *rate);
-    for (expression e = 0; e < limit; e++) {
-        if (!needed[e])
-            continue;
-        const struct node node = g->nodes[e];
-        if (node.operation == OP_SYMBOL)
-            rate[e] = leaf(context, g, e);
-        for (int k = 0; k < operation_arity(node.operation); k++)
-            if (rate[node.operand[k]])
-                rate[e] = add(g, rate[e], mul(g, operation_partial(g, e, k), rate[node.operand[k]]));
+    bool *needed;
+    expression *rates; /* by handle, one for each direction */
+    int *slots;        /* by slot, one for each direction: that of its rate, -1: its rate does not change */
+};
+
+static expression *rates_of(const struct sweep *x, expression e) {
+    return x->rates + (size_t)e * (size_t)x->directions;
+}
+
+static void differentiate_node(struct sweep *x, expression e) {
+    struct graph *g = x->g;
+    const struct node node = g->nodes[e];
+    expression *rates = rates_of(x, e);
+    for (int d = 0; d < x->directions; d++) {
+        if (node.operation == OP_SYMBOL && !as_slot(g, e))
+            rates[d] = x->leaf(x->contexts[d], g, e);
+        if (node.operation == OP_WHERE)
+            rates[d] =
+                choose(g, node.operand[0], rates_of(x, node.operand[1])[d], rates_of(x, node.operand[2])[d]);
+        for (int k = 0; k < operation_arity(node.operation) && node.operation != OP_WHERE; k++) {
+            const expression rate = rates_of(x, node.operand[k])[d];
+            if (rate)
+                rates[d] = add(g, rates[d], mul(g, operation_partial(g, e, k), rate));
+        }
     }
+}
+
+static bool is_carried_of(const struct sweep *x, int slot, int loop) {
+    const struct slot *s = &x->g->slots[slot];
+    return s->loop == loop && (x->needed[s->carried] || x->needed[s->final]);
+}
+
+/* Rates of what the loop carries when an iteration begins, or behind it. */
+static void begin_rates(struct sweep *x, int slot, bool behind) {
+    const struct slot s = x->g->slots[slot];
+    for (int d = 0; d < x->directions; d++) {
+        const int own = x->slots[slot * x->directions + d];
+        const struct slot *rate = &x->g->slots[own < 0 ? 0 : own];
+        rates_of(x, behind ? s.final : s.carried)[d] = own < 0  ? rates_of(x, s.initial)[d]
+                                                       : behind ? rate->final
+                                                                : rate->carried;
+    }
+}
+
+/* True when a rate that was taken for constant is not. */
+static bool end_rates(struct sweep *x, int slot) {
+    const struct slot s = x->g->slots[slot];
+    bool changed = false;
+    for (int d = 0; d < x->directions; d++) {
+        int *own = &x->slots[slot * x->directions + d];
+        const expression initial = rates_of(x, s.initial)[d], next = rates_of(x, s.next)[d];
+        if (*own >= 0) {
+            set_next(x->g, *own, next);
+        } else if (next != initial) {
+            *own = new_slot(x->g, initial);
+            changed = true;
+        }
+    }
+    return changed;
+}
+
+static void differentiate_body(struct sweep *x, int loop) {
+    const struct element_loop body = x->g->loops[loop];
+    for (expression e = body.begin; e < body.end; e++) {
+        if (!x->needed[e] || x->g->nodes[e].loop != loop || as_slot(x->g, e))
+            continue;
+        for (int d = 0; d < x->directions; d++)
+            rates_of(x, e)[d] = 0;
+        differentiate_node(x, e);
+    }
+}
+
+static bool has_needed(const struct sweep *x, int loop) {
+    for (expression e = x->g->loops[loop].begin; e < x->g->loops[loop].end; e++)
+        if (x->needed[e] && x->g->nodes[e].loop == loop)
+            return true;
+    return false;
+}
+
+/* One loop for the rates of all that another computes: slots for them are found by trying, as in recursions.
+ */
+static void differentiate_loop(struct sweep *x, int loop) {
+    const int slots = x->g->slot_count;
+    const struct element_loop of = x->g->loops[loop];
+    if (!has_needed(x, loop))
+        return;
+    open_loop(x->g, of.run, of.inward);
+    for (bool again = true; again;) {
+        again = false;
+        for (int s = 0; s < slots; s++)
+            if (is_carried_of(x, s, loop))
+                begin_rates(x, s, false);
+        differentiate_body(x, loop);
+        for (int s = 0; s < slots; s++)
+            if (is_carried_of(x, s, loop))
+                again |= end_rates(x, s);
+    }
+    close_loop(x->g);
+    for (int s = 0; s < slots; s++)
+        if (is_carried_of(x, s, loop))
+            begin_rates(x, s, true);
+}
+
+/* What stands in no loop in the order of handles, each loop where it ends. */
+static void differentiate_needed(struct sweep *x) {
+    const int loops = x->g->loop_count;
+    int loop = 1;
+    for (expression e = 0; e < x->limit; e++) {
+        for (; loop < loops && x->g->loops[loop].end <= e; loop++)
+            differentiate_loop(x, loop);
+        const uint16_t home = x->g->nodes[e].loop;
+        if (x->needed[e] && (!home || home == ANY_LOOP))
+            differentiate_node(x, e);
+    }
+    for (; loop < loops; loop++)
+        differentiate_loop(x, loop);
+}
+
+void differentiate_all(struct graph *g, const expression *from, expression *to, int count, leaf_rule *leaf,
+                       void *const *contexts, int directions) {
+    struct sweep x = {g, leaf, contexts, directions, g->count, NULL, NULL, NULL};
+    const size_t width = (size_t)directions;
+    x.needed = memory_get(g->memory, (x.limit + 1) * sizeof *x.needed);
+    x.rates = memory_get(g->memory, (x.limit + 1) * width * sizeof *x.rates);
+    x.slots = memory_get(g->memory, ((size_t)g->slot_count * width + 1) * sizeof *x.slots);
+    for (int s = 0; s < g->slot_count * directions; s++)
+        x.slots[s] = -1;
     for (int i = 0; i < count; i++)
-        to[i] = rate[from[i]];
+        x.needed[from[i]] = true;
+    mark_all(g, x.needed, x.limit, false);
+    differentiate_needed(&x);
+    for (int d = 0; d < directions; d++)
+        for (int i = 0; i < count; i++)
+            to[d * count + i] = rates_of(&x, from[i])[d];
 }
 
 expression differentiate(struct graph *g, expression e, leaf_rule *leaf, void *context) {
-    differentiate_all(g, &e, &e, 1, leaf, context);
+    differentiate_all(g, &e, &e, 1, leaf, &context, 1);
     return e;
 }
 

@@ -85,26 +85,27 @@ expression *row_balances(const struct kinematics *k) {
 
 /* What the pulls do on the columns of one frame. */
 struct pulling {
-    const struct kinematics *k;
+    const struct held *held;
     const struct pulls *pulls;
     struct vector *forces, *torques; /* by point, in terms of the motion */
     expression *Q;
 };
 
-static expression spring_and_damper(const struct kinematics *k, int i) {
+static expression spring_and_damper(const struct held *held, int i) {
+    const struct kinematics *k = held->k;
     struct graph *g = k->g;
     const struct joint *joint = &k->tree->frames[i].joint;
     const expression stretch = sub(g, coordinate_of(k, i, 0), joint->rest);
-    const expression damper = mul(g, joint->damping, coordinate_of(k, i, 1));
+    const expression damper = held->is_resting ? 0 : mul(g, joint->damping, coordinate_of(k, i, 1));
     return neg(g, add(g, mul(g, joint->stiffness, stretch), damper));
 }
 
 static void pull(void *context, int j) {
     const struct pulling *x = context;
-    const struct kinematics *k = x->k;
+    const struct kinematics *k = x->held->k;
     struct graph *g = k->g;
     if (x->pulls->has_springs)
-        x->Q[j] = add(g, x->Q[j], spring_and_damper(k, j));
+        x->Q[j] = add(g, x->Q[j], spring_and_damper(x->held, j));
     for (int p = 0; p < k->model->marker_count; p++) {
         x->Q[j] = add(g, x->Q[j], vector_dot(g, x->forces[p], k->points[p].columns[j]));
         if (k->tree->frames[j].joint.is_turn && is_on_path(k, j, k->tree->points[p].frame))
@@ -115,7 +116,7 @@ static void pull(void *context, int j) {
 expression *pulled(const struct held *held, const struct pulls *pulls) {
     const struct kinematics *k = held->k;
     const size_t markers = (size_t)k->model->marker_count + 1;
-    struct pulling x = {.k = k, .pulls = pulls};
+    struct pulling x = {.held = held, .pulls = pulls};
     x.forces = memory_get(k->memory, markers * sizeof *x.forces);
     x.torques = memory_get(k->memory, markers * sizeof *x.torques);
     x.Q = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *x.Q);
@@ -179,15 +180,15 @@ static struct matrix cross_columns(struct graph *g, struct vector w, const struc
 /* The load at qdd = 0, and J wd + mc x a, m a + wd x mc for what the accelerations gain. */
 static struct wrench held_load(const struct held *held, int i, struct wrench at_rest) {
     struct graph *g = held->k->g;
-    const struct held_frame *frame = &held->frames[i];
+    const struct held_motion *motion = &held->motions[i];
     const struct inertia own = own_inertia(held->k, i), *inertia = &own;
     const struct vector mc = vector_of(inertia->moment);
     struct tensor J;
     memcpy(J.at, inertia->tensor, sizeof J.at);
     const struct wrench gained = {
-        vector_add(g, tensor_times(g, J, frame->gained_angular), vector_cross(g, mc, frame->gained_linear)),
-        vector_add(g, vector_scale(g, inertia->mass, frame->gained_linear),
-                   vector_cross(g, frame->gained_angular, mc))};
+        vector_add(g, tensor_times(g, J, motion->gained_angular), vector_cross(g, mc, motion->gained_linear)),
+        vector_add(g, vector_scale(g, inertia->mass, motion->gained_linear),
+                   vector_cross(g, motion->gained_angular, mc))};
     return wrench_add(g, at_rest, gained);
 }
 
@@ -300,16 +301,12 @@ static void turn_to_ground(const struct kinematics *k, int i, struct vector *v) 
     *v = matrix_times(k->g, k->frames[i].rotation.at, *v);
 }
 
-/* All to ground axes; the rate of the shift stands in the parent's. */
 static void vectors_to_ground(const struct kinematics *k, int i, struct pair_vectors *v) {
     struct vector *const own[] = {&v->falling_lever,  &v->mass.moment,      &v->mass.force,
                                   &v->spin,           &v->stiffness.moment, &v->stiffness.force,
                                   &v->damping.moment, &v->damping.force};
     for (size_t a = 0; a < sizeof own / sizeof *own; a++)
         turn_to_ground(k, i, own[a]);
-    const int parent = k->tree->frames[i].parent;
-    if (parent >= 0)
-        turn_to_ground(k, parent, &v->shift_rate);
 }
 
 static struct pair_vectors vectors_of_joint(const struct held *held, int i, const struct inertia *beyond,
@@ -324,44 +321,72 @@ static struct pair_vectors vectors_of_joint(const struct held *held, int i, cons
     } else {
         slide_vectors(g, beyond, flow, &axis, &v);
     }
-    if (k->tree->frames[i].parent >= 0)
-        v.shift_rate = held->frames[i].shift_rate;
     vectors_to_ground(k, i, &v);
     return v;
+}
+
+/* Sums over all beyond, and what they make of each joint. */
+struct flow_sum {
+    const struct held *held;
+    const struct inertia *composites;
+    const struct wrench *loads;
+    struct flow *flows;
+    struct pair_vectors *vectors;
+};
+
+static void flow_inward(void *context, int i) {
+    const struct flow_sum *x = context;
+    const struct kinematics *k = x->held->k;
+    const struct frame *frame = &k->tree->frames[i];
+    remark(k->g, memory_format(k->memory, "%s: momentum, growth of inertia and load of all beyond, inward",
+                               frame->name));
+    if (frame->kind == FRAME_JOINT) {
+        x->flows[i] = flow_add(k->g, own_flow(x->held, i, x->loads[i]), x->flows[i]);
+        name_flow(k, i, &x->flows[i]);
+        x->vectors[i] = vectors_of_joint(x->held, i, &x->composites[i], &x->flows[i]);
+    }
+    if (frame->parent >= 0)
+        x->flows[frame->parent] = flow_add(k->g, x->flows[frame->parent],
+                                           flow_to_parent(x->held, i, &x->composites[i], x->flows[i]));
 }
 
 struct pair_vectors *derive_pair_vectors(const struct held *held, const struct inertia *composites,
                                          const struct wrench *loads) {
     const struct kinematics *k = held->k;
-    const int n = k->tree->count;
-    struct pair_vectors *vectors = memory_get(k->memory, ((size_t)n + 1) * sizeof *vectors);
-    struct flow *flows = memory_get(k->memory, ((size_t)n + 1) * sizeof *flows);
-    for (int i = n - 1; i >= 0; i--) {
-        const int parent = k->tree->frames[i].parent;
-        remark(k->g,
-               memory_format(k->memory, "%s: momentum, growth of inertia and load of all beyond, inward",
-                             k->tree->frames[i].name));
-        flows[i] = flow_add(k->g, own_flow(held, i, loads[i]), flows[i]);
-        name_flow(k, i, &flows[i]);
-        vectors[i] = vectors_of_joint(held, i, &composites[i], &flows[i]);
-        if (parent >= 0)
-            flows[parent] = flow_add(k->g, flows[parent], flow_to_parent(held, i, &composites[i], flows[i]));
+    const size_t n = (size_t)k->tree->count + 1;
+    struct flow_sum x = {held, composites, loads, memory_get(k->memory, n * sizeof *x.flows),
+                         memory_get(k->memory, n * sizeof *x.vectors)};
+    const struct recursion recursion = recursion_over(k, x.flows, sizeof *x.flows, flow_inward, &x);
+    recur_inward(&recursion);
+    return x.vectors;
+}
+
+struct load_sum {
+    const struct held *held;
+    const struct wrench *loads;
+    struct wrench *sums;
+    expression *forces;
+};
+
+static void carry_inward(void *context, int i) {
+    const struct load_sum *x = context;
+    const struct kinematics *k = x->held->k;
+    const struct frame *frame = &k->tree->frames[i];
+    struct wrench *sum = &x->sums[i];
+    if (frame->kind == FRAME_JOINT) {
+        *sum = wrench_add(k->g, *sum, held_load(x->held, i, x->loads[i]));
+        x->forces[i] = (frame->joint.is_turn ? sum->moment : sum->force).at[frame->joint.axis];
     }
-    return vectors;
+    if (frame->parent >= 0)
+        x->sums[frame->parent] = wrench_add(k->g, x->sums[frame->parent], wrench_to_parent(k, i, *sum));
 }
 
 expression *derive_inertia_forces(const struct held *held, const struct wrench *loads) {
     const struct kinematics *k = held->k;
-    const int n = k->tree->count;
-    expression *forces = memory_get(k->memory, ((size_t)n + 1) * sizeof *forces);
-    struct wrench *sums = memory_get(k->memory, ((size_t)n + 1) * sizeof *sums);
-    for (int i = n - 1; i >= 0; i--) {
-        const struct joint *joint = &k->tree->frames[i].joint;
-        const int parent = k->tree->frames[i].parent;
-        sums[i] = wrench_add(k->g, sums[i], held_load(held, i, loads[i]));
-        forces[i] = (joint->is_turn ? sums[i].moment : sums[i].force).at[joint->axis];
-        if (parent >= 0)
-            sums[parent] = wrench_add(k->g, sums[parent], wrench_to_parent(k, i, sums[i]));
-    }
-    return forces;
+    const size_t n = (size_t)k->tree->count + 1;
+    struct load_sum x = {held, loads, memory_get(k->memory, n * sizeof *x.sums),
+                         memory_get(k->memory, n * sizeof *x.forces)};
+    const struct recursion recursion = recursion_over(k, x.sums, sizeof *x.sums, carry_inward, &x);
+    recur_inward(&recursion);
+    return x.forces;
 }

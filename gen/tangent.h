@@ -44,7 +44,6 @@ expression *pulled(const struct held *held, const struct pulls *pulls);
  * felt. */
 struct pair_vectors {
     struct vector falling_lever;      /* near: (acceleration - gravity) x e */
-    struct vector shift_rate;         /* from the parent's origin, ground axes */
     struct wrench mass;               /* int C_i, int rho x C_i */
     struct vector spin;               /* int rho' x C_i */
     struct wrench stiffness, damping; /* int ddC_i and int dC_i, with what turns C_j along */
@@ -54,7 +53,7 @@ struct pair_vectors {
 struct pair_vectors *derive_pair_vectors(const struct held *held, const struct inertia *composites,
                                          const struct wrench *loads);
 
-/* M qdd + c + g at the held accelerations, n: what the derivatives are of. */
+/* M qdd + c + g at the held accelerations, by frame: what the derivatives are of. */
 expression *derive_inertia_forces(const struct held *held, const struct wrench *loads);
 
 #endif
