@@ -1,7 +1,7 @@
 -- Runs of equal elements, on which loops run: beams of `rfe` elements and chains of as many equal links, with what lies
 -- before, between and behind them. Each case is a model of its own; test_loops.py compares loops with straight code.
 local rd   = require "refdyn"
-local kind = rd.option("kind", "tree")
+local kind = rd.option("kind", "order")
 local rfe  = rd.option("rfe", 4, { from = 2, to = 64 })
 local p    = rd.parameters { { "g", 9.81, "m/s^2" }, { "E", 2e9, "Pa" }, { "rho", 1200, "kg/m^3" }, { "d", 0.02, "m" }, { "m", 0.4, "kg" } }
 local tau  = rd.input("tau", 0.7, "N m")
