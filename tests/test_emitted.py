@@ -13,6 +13,8 @@ COMPILERS = [["gcc", "-std=c11"], ["clang", "-std=c11"], ["g++", "-std=c++17", "
 SCENES = [(path, []) for path in all_models() + sorted((TESTS / "models").glob("*.lua"))]
 SCENES += [(REFERENCE, ["--set", "n_rfe=1"]), (REFERENCE, ["--set", "form=printed"]), (REFERENCE, ["--set", "dofs=psi"]),
            (REFERENCE, ["--set", "program=none"]), (REFERENCE, ["--set", "drive=input"])]
+RUNS = TESTS / "models" / "runs.lua"
+SCENES += [(RUNS, ["--set", f"kind={kind}", "--set", f"rfe={rfe}", "--loops", "always"]) for kind, rfe in (("rods", 3), ("slides", 6))]
 SCENES = [(path, options + fold) for path, options in SCENES for fold in ([], ["--fold"])]
 
 

@@ -6,7 +6,7 @@ import numpy
 import pytest
 
 from compiled import Compiled
-from program import TESTS, check, close, refdyn
+from program import REFERENCE, TESTS, check, close, refdyn
 from random_models import as_lua, random_model, random_state
 
 RUNS = TESTS / "models" / "runs.lua"
@@ -85,4 +85,53 @@ def test_where_loops_run(kind, tmp_path):
 
 
 def test_printed_form_has_no_loops(tmp_path):
-    assert loops_of(TESTS.parent / "models" / "manipulator.lua", tmp_path, "--set", "n_rfe=8", "--set", "form=printed", "--loops", "always") == []
+    assert loops_of(REFERENCE, tmp_path, "--set", "n_rfe=8", "--set", "form=printed", "--loops", "always") == []
+
+
+# All but Q_q, which is written out for each element.
+ROLLED = "M,h,Q,u,v,phi,psi,k,r,rd,C,d,energy,power,qdd_free,qdd,force,equations,course,start"
+
+
+def functions(folder):
+    """Bodies of the emitted functions by name: numbers as 0, tables of them as one, blanks and line ends as one blank."""
+    text = "\n".join(path.read_text() for path in sorted(folder.glob("*.c")))
+    text = re.sub(r"/\*.*?\*/", "", text, flags=re.S)
+    found = {}
+    for name, body in re.findall(r"^(?:static )?\w+ (\w+)\([^;{]*\) \{\n(.*?)^\}", text, re.M | re.S):
+        found[name] = re.sub(r"(0, )+0,?", "0", re.sub(r"\s+", " ", re.sub(r"\d+(\.\d+)?(e-?\d+)?", "0", body)))
+    return found
+
+
+def test_text_does_not_grow(tmp_path):
+    """16 elements against 64: functions differ in numbers and in the length of tables."""
+    for n_rfe in (16, 64):
+        refdyn("gen", REFERENCE, "--set", f"n_rfe={n_rfe}", "--emit", ROLLED, "-o", tmp_path / str(n_rfe))
+    few, many = (functions(tmp_path / name) for name in ("16", "64"))
+    assert few.keys() == many.keys() and len(few) > 15
+    assert [name for name in few if few[name] != many[name]] == []
+
+
+# Sixteen flexible links in a tree: functions so long that they are cut into pieces.
+FOREST = """local rd = require "refdyn"
+local p = rd.parameters { { "g", 9.75, "m/s^2" }, { "E", 2e9, "Pa" }, { "rho", 1200, "kg/m^3" }, { "d", 0.02, "m" } }
+local links = {}
+for i = 1, 16 do
+  links[i] = { "arm" .. i, on = i > 1 and "arm" .. (i // 2) .. ".tip" or nil, turn = { { "z", 0.2 * i } }, joint = "theta",
+               beam = { length = 0.5 + 0.05 * i, section = rd.round(p.d), E = p.E, nu = 0.3, rho = p.rho, rfe = 3 + i % 2, eta = 1e-3 } }
+end
+return rd.model { name = "forest", gravity = { 0, 0, -p.g }, links = links, points = { E = "arm16.tip", F = "arm9.tip" },
+  constraints = function(s)
+    return { rd.distance { "E", "F", 1.5, alpha = 2, beta = 3 }, rd.velocity { s.points.E.xd - s.points.F.zd },
+             rd.on_plane { "arm7.tip", { "ground", { 1, 2, 3 } }, alpha = 1, beta = 1 } }
+  end }
+"""
+
+
+def test_loops_in_pieces(tmp_path):
+    """Values of loops that cross the cut of a function."""
+    (tmp_path / "forest.lua").write_text(FOREST)
+    emit = ["--emit", "M,qdd,start"]
+    loops, straight = (Compiled(tmp_path / "forest.lua", tmp_path / name, *emit, *variant) for name, variant in (("loops", LOOPS), ("straight", STRAIGHT)))
+    text = "\n".join(path.read_text() for path in (tmp_path / "loops").glob("forest*.c"))
+    assert re.search(r"^struct forest_qdd_carried \{[^}]*\[\d+\];", text, re.M | re.S), "nothing of a loop is carried"
+    check(compare(loops, straight, state_of(straight, 12)))

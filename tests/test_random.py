@@ -17,8 +17,10 @@ from random_models import KINDS, as_lua, features, random_model, random_state, s
 SEEDS = [20, 33, 38, 48, 60, 77, 117, 118, 127, 131, 173, 279, 301, 376, 379, 462]
 STATICS = [1, 2, 4]
 INTERPRETED = [33, 118, 279]
+# Beams of up to ELEMENTS elements and chains of equal links, which loops run over.
+RUNS, ELEMENTS = [8, 9, 11, 15, 20, 22, 23, 27, 30, 36, 40, 46], 7
 if "REFDYN_SEEDS" in os.environ:
-    SEEDS = STATICS = range(*map(int, os.environ["REFDYN_SEEDS"].split(":")))
+    SEEDS = STATICS = RUNS = range(*map(int, os.environ["REFDYN_SEEDS"].split(":")))
 NEEDED = """
     free, one link, links, euler, two, apart, turned, child, weight, slide, box, cylinder, tube, sphere, density, mass, center,
     inertia, turn, axis, round, rectangle, area, segments, rfe, dofs, curvature, eta, damping, ratio, mode, frequency, tip_mass,
@@ -90,11 +92,11 @@ def is_redundant(u):
     return size.min() < 1e-9 or numpy.linalg.svd(u / size[:, None])[1][-1] < 1e-5
 
 
-def comparisons(seed, folder):
-    model = random_model(seed)
+def comparisons(seed, folder, elements=0, *options):
+    model = random_model(seed, elements=elements)
     path = folder / "model.lua"
     path.write_text(as_lua(model))
-    tree, found = Tree(model), Compiled(path, folder / "emitted")
+    tree, found = Tree(model), Compiled(path, folder / "emitted", *options)
     assert found.names == tree.names
     state = random_state(random.Random(1000 + seed), tree.n)
     expected, expected_rows = dynamics(tree, state["t"], state["q"], state["qd"]), rows(tree, state["t"], state["q"], state["qd"])
@@ -110,6 +112,13 @@ def test_random_model(seed, tmp_path):
     check(comparisons(seed, tmp_path))
 
 
+@pytest.mark.parametrize("seed", RUNS)
+def test_runs_of_equal_elements(seed, tmp_path):
+    check(comparisons(seed, tmp_path, ELEMENTS, "--loops", "always", "--accelerations", "recursive"))
+    if "REFDYN_SEEDS" not in os.environ:
+        assert re.search(r"^    for \(int e = ", (tmp_path / "emitted" / f"random_{seed}.c").read_text(), re.M)
+
+
 @pytest.mark.skipif("REFDYN_SEEDS" in os.environ, reason="chosen seeds")
 def test_all_of_the_language_occurs():
     found = set().union(*(features(random_model(seed)) for seed in SEEDS))
@@ -117,10 +126,10 @@ def test_all_of_the_language_occurs():
     assert not set(re.split(r",\s+", NEEDED.strip())) - found
 
 
-@pytest.mark.parametrize("seed", SEEDS[::5])
-def test_is_clean_c_plus_plus(seed, tmp_path):
-    (tmp_path / "model.lua").write_text(as_lua(random_model(seed)))
-    refdyn("gen", tmp_path / "model.lua", *["--fold"] * (seed % 2), "-o", tmp_path)
+@pytest.mark.parametrize("seed, elements", [(seed, 0) for seed in SEEDS[::5]] + [(seed, ELEMENTS) for seed in RUNS[::5]])
+def test_is_clean_c_plus_plus(seed, elements, tmp_path):
+    (tmp_path / "model.lua").write_text(as_lua(random_model(seed, elements=elements)))
+    refdyn("gen", tmp_path / "model.lua", *["--fold"] * (seed % 2), "--loops", "always", "-o", tmp_path)
     subprocess.run(["g++", "-std=c++17", "-x", "c++", "-fsyntax-only", *WARNINGS, "-I", SOURCE / "runtime", *tmp_path.glob("*.c")],
                    check=True)
 
@@ -139,9 +148,10 @@ def test_singular_mass_compiles(tmp_path):
 
 def test_interpreter_agrees(tmp_path):
     """Random parameters, inputs and states; there, too, accelerations as the runtime solves them, Q_q and power by differences."""
-    files = [tmp_path / f"model_{seed}.lua" for seed in INTERPRETED]
-    for seed, path in zip(INTERPRETED, files):
-        path.write_text(as_lua(random_model(seed)))
+    cases = [(seed, 0) for seed in INTERPRETED] + [(11, ELEMENTS)]
+    files = [tmp_path / f"model_{seed}.lua" for seed, _ in cases]
+    for (seed, elements), path in zip(cases, files):
+        path.write_text(as_lua(random_model(seed, elements=elements)))
     done = subprocess.run([BUILD / "bin" / "test_interpreter", *files], capture_output=True, text=True)
     assert done.returncode == 0, done.stdout
 

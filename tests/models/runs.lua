@@ -1,7 +1,7 @@
 -- Runs of equal elements, on which loops run: beams of `rfe` elements and chains of as many equal links, with what lies
 -- before, between and behind them. Each case is a model of its own; test_loops.py compares loops with straight code.
 local rd   = require "refdyn"
-local kind = rd.option("kind", "tree")
+local kind = rd.option("kind", "order")
 local rfe  = rd.option("rfe", 4, { from = 2, to = 64 })
 local p    = rd.parameters { { "g", 9.81, "m/s^2" }, { "E", 2e9, "Pa" }, { "rho", 1200, "kg/m^3" }, { "d", 0.02, "m" }, { "m", 0.4, "kg" } }
 local tau  = rd.input("tau", 0.7, "N m")
@@ -29,6 +29,31 @@ local function joined(first, second)
   for _, link in ipairs(first) do all[#all + 1] = link end
   for _, link in ipairs(second) do all[#all + 1] = link end
   return all
+end
+
+-- The first link where what carries the chain is, the others at its end.
+local function at_root(links)
+  links[1].on, links[1].at = "link0", nil
+  return links
+end
+
+-- Two turns at one point, in links of their own, the first without mass.
+local function universal(count)
+  local links = {}
+  for i = 1, count do
+    links[2 * i - 1] = { "a" .. i, on = i > 1 and "b" .. (i - 1) or nil, at = { 0.3, 0, 0 }, joint = "psi", spring = { psi = 3 } }
+    links[2 * i] = { "b" .. i, on = "a" .. i, joint = "theta", mass = 0.4, center = { 0.15, 0.01, 0 }, inertia = { xx = 1e-3, yy = 4e-3, zz = 4e-3 } }
+  end
+  return links
+end
+
+-- Equal beams, each on a hinge at the end of the one before.
+local function arms(count, fields)
+  local links = {}
+  for i = 1, count do
+    links[i] = { "part" .. i, on = i > 1 and "part" .. (i - 1) .. ".tip" or nil, joint = "theta", spring = { theta = 5 }, beam = beam(fields) }
+  end
+  return links
 end
 
 local slides = { joint = { "x", "psi" }, spring = { x = 90, psi = 4 }, rest = { x = 0.01 }, damper = { x = 0.5, psi = 0.02 },
@@ -67,6 +92,11 @@ local cases = {
   chain    = { links = chain("link", rfe), points = { E = { on = "link" .. rfe, at = { 0.2, 0, 0 } } } },
   slides   = { links = chain("link", rfe, slides), points = { E = "link" .. rfe } },
   swinging = { links = joined({ { "link0", joint = "free", mass = 1, inertia = { xx = 0.1, yy = 0.2, zz = 0.15 } } }, chain("link", rfe)) },
+  balls    = { links = chain("link", rfe, { joint = "psi, theta, phi", spring = { psi = 2, phi = 1 }, damper = {} }) },
+  same     = { links = joined({ { "link0", joint = "psi", mass = 0.5, center = { 0.1, 0, 0.1 }, inertia = { zz = 0.01 } } }, at_root(chain("link", rfe))) },
+  hooke    = { links = universal(rfe), points = { E = "b" .. rfe } },
+  beams    = { links = arms(rfe, { dofs = "psi, theta", rfe = 3 }), points = { E = "part" .. rfe .. ".tip" } },
+  tools    = { links = joined(arms(rfe, { rfe = 2 }), { { "tool", on = "part" .. rfe .. ".tip", joint = "psi, theta, phi", mass = p.m, inertia = { xx = 0.01, yy = 0.02, zz = 0.02 } } }) },
   -- forces
   named    = { links = { { "arm", beam = beam { rfe = 2 * rfe } }, load },
                forces = function(s) return { ["arm_psi_" .. rfe] = tau * rd.sin(s.t) - 0.1 * s.qd["arm_psi_" .. rfe] } end },
