@@ -20,14 +20,30 @@ static void emit_description(struct emission *x, struct text *text) {
     text_add(text, "%s *\n", model->option_count ? ".\n" : "");
 }
 
+/* The run that begins with coordinate i, or NULL. */
+static const struct element_run *run_at(const struct emission *x, int i) {
+    for (int r = 0; r < x->plan->rolled->run_count; r++)
+        if (x->plan->rolled->runs[r].first == i)
+            return &x->plan->rolled->runs[r];
+    return NULL;
+}
+
 static void emit_coordinate_list(struct emission *x, struct text *text) {
     const struct tree *tree = x->plan->tree;
     text_add(text, " * Coordinates q and their rates qd, in this order:\n");
-    for (int i = 0; i < tree->count; i++) {
-        const struct frame *frame = &tree->frames[i];
-        text_add(text, " *   %d %s [%s], %s local %c, on %s\n", i, frame->name, coordinate_unit(frame),
-                 frame->joint.is_turn ? "turn about" : "slide along", "xyz"[frame->joint.axis],
-                 frame -> parent < 0 ? "the ground" : tree->frames[frame->parent].name);
+    for (int i = 0; i < tree->count;) {
+        const struct element_run *run = run_at(x, i);
+        const int period = run ? run->period : 1, count = run ? run->count : 1;
+        for (int k = i; k < i + period; k++) {
+            const struct frame *frame = &tree->frames[k];
+            text_add(text, " *   %d %s [%s], %s local %c, on %s\n", k, frame->name, coordinate_unit(frame),
+                     frame->joint.is_turn ? "turn about" : "slide along", "xyz"[frame->joint.axis],
+                     frame -> parent < 0 ? "the ground" : tree->frames[frame->parent].name);
+        }
+        if (run)
+            text_add(text, " *   and so on, %d such elements, to %d %s\n", count, i + count * period - 1,
+                     tree->frames[i + count * period - 1].name);
+        i += count * period;
     }
     for (int i = 0; i < x->plan->model->row_count; i++)
         text_add(text, "%s %d %s", i ? "," : " * Rows:", i + 1, x->plan->model->rows[i].name);

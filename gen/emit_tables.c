@@ -4,6 +4,7 @@
  */
 #include "emit.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 static void emit_name_entry(struct text *text, const char *name, const char *unit, double value) {
@@ -15,16 +16,82 @@ static void open_names(struct emission *x, struct text *text, const char *what) 
     text_add(text, "static const struct refdyn_name %s_%s[] = {\n", x->name, what);
 }
 
-static void emit_names(struct emission *x, struct text *text) {
-    const struct model *model = x->plan->model;
-    const struct tree *tree = x->plan->tree;
+/* Length of a name without the number at its end. */
+static size_t stem_length(const char *name) {
+    size_t length = strlen(name);
+    while (length > 0 && name[length - 1] >= '0' && name[length - 1] <= '9')
+        length--;
+    return length;
+}
+
+/* Are the names of a run's elements those of the first one, numbered on? Its number, else -1. */
+static int numbered_from(const struct emission *x, const struct element_run *run) {
+    const struct frame *frames = x->plan->tree->frames;
+    const char *first = frames[run->first].name;
+    const int number = atoi(first + stem_length(first));
+    for (int i = 0; i < run->count * run->period; i++) {
+        const char *stem = frames[run->first + i % run->period].name, *name = frames[run->first + i].name;
+        const char *expected =
+            memory_format(x->plan->memory, "%.*s%d", (int)stem_length(stem), stem, number + i / run->period);
+        if (strcmp(name, expected))
+            return -1;
+    }
+    return number;
+}
+
+static void emit_coordinate(struct emission *x, struct text *text, int i) {
+    const struct frame *frame = &x->plan->tree->frames[i];
+    const double start = value_at_parameters(x->g, x->plan->model->parameters, frame->joint.start);
+    emit_name_entry(text, frame->name, frame->joint.is_turn ? "rad" : "m", start);
+}
+
+/* One macro for the names of an element. */
+static void emit_run_macro(struct emission *x, struct text *text, const struct element_run *run, int index) {
+    char digits[32];
+    text_add(text, "#define ELEMENT_%d(e)", index + 1);
+    for (int k = 0; k < run->period; k++) {
+        const struct frame *frame = &x->plan->tree->frames[run->first + k];
+        const double start = value_at_parameters(x->g, x->plan->model->parameters, frame->joint.start);
+        text_add(text, "%s {\"%.*s\" #e, \"%s\", %s}", k ? "," : "", (int)stem_length(frame->name),
+                 frame->name, frame->joint.is_turn ? "rad" : "m", number_text(start, digits));
+    }
+    text_add(text, "\n");
+}
+
+static void emit_run_names(struct text *text, const struct element_run *run, int index, int number) {
+    for (int e = 0; e < run->count; e++)
+        text_add(text, "%sELEMENT_%d(%d),%s", e % 8 ? " " : "    ", index + 1, number + e,
+                 e % 8 == 7 || e == run->count - 1 ? "\n" : "");
+}
+
+/* The run that begins at coordinate i and has numbered names, else -1. */
+static int named_run(const struct emission *x, int i) {
+    for (int r = 0; r < x->plan->rolled->run_count; r++)
+        if (x->plan->rolled->runs[r].first == i && numbered_from(x, &x->plan->rolled->runs[r]) >= 0)
+            return r;
+    return -1;
+}
+
+static void emit_coordinate_names(struct emission *x, struct text *text) {
+    const struct tree *rolled = x->plan->rolled;
+    for (int r = 0; r < rolled->run_count; r++)
+        if (named_run(x, rolled->runs[r].first) == r)
+            emit_run_macro(x, text, &rolled->runs[r], r);
     open_names(x, text, "coordinate_names");
-    for (int i = 0; i < tree->count; i++) {
-        const struct joint *joint = &tree->frames[i].joint;
-        const double start = value_at_parameters(x->g, model->parameters, joint->start);
-        emit_name_entry(text, tree->frames[i].name, joint->is_turn ? "rad" : "m", start);
+    for (int i = 0; i < x->plan->tree->count;) {
+        const int r = named_run(x, i);
+        if (r >= 0)
+            emit_run_names(text, &rolled->runs[r], r, numbered_from(x, &rolled->runs[r]));
+        else
+            emit_coordinate(x, text, i);
+        i += r < 0 ? 1 : rolled->runs[r].count * rolled->runs[r].period;
     }
     text_add(text, "};\n\n");
+}
+
+static void emit_names(struct emission *x, struct text *text) {
+    const struct model *model = x->plan->model;
+    emit_coordinate_names(x, text);
     if (x->plan->parameter_count) {
         open_names(x, text, "parameter_names");
         for (int i = 0; i < x->plan->parameter_count; i++) {

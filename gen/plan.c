@@ -36,7 +36,7 @@ expression *open_field(struct memory *memory, struct function *function, struct 
     const int index = function->field_count + function->local_count, count = value_count(function);
     function->fields =
         memory_room(memory, function->fields, index, &function->field_capacity, sizeof *function->fields);
-    make_room(memory, function, count + field.count);
+    make_room(memory, function, count + field.count + 1); /* never nothing: callers copy into it */
     field.offset = count;
     function->fields[index] = field;
     return function->out + count;

@@ -3904,19 +3904,12 @@ void manipulator_flexible_defaults(struct manipulator_flexible_parameters *p) {
     manipulator_flexible_prepare(p);
 }
 
+#define ELEMENT_1(e) {"arm_psi_" #e, "rad", 0.0}, {"arm_theta_" #e, "rad", 0.0}, {"arm_phi_" #e, "rad", 0.0}
 static const struct refdyn_name manipulator_flexible_coordinate_names[] = {
     {"base_z", "m", 0.0},
     {"column_psi", "rad", 0.0},
     {"arm_psi", "rad", 0.7853981633974483},
-    {"arm_psi_1", "rad", 0.0},
-    {"arm_theta_1", "rad", 0.0},
-    {"arm_phi_1", "rad", 0.0},
-    {"arm_psi_2", "rad", 0.0},
-    {"arm_theta_2", "rad", 0.0},
-    {"arm_phi_2", "rad", 0.0},
-    {"arm_psi_3", "rad", 0.0},
-    {"arm_theta_3", "rad", 0.0},
-    {"arm_phi_3", "rad", 0.0},
+    ELEMENT_1(1), ELEMENT_1(2), ELEMENT_1(3),
     {"effector_z", "m", 0.0},
 };
 
@@ -4130,7 +4123,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "9f7cc937fec7cbc6",
+    SET(hash) "a2d7608a612de19d",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

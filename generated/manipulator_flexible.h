@@ -11,12 +11,7 @@
  *   3 arm_psi_1 [rad], turn about local z, on arm_psi
  *   4 arm_theta_1 [rad], turn about local y, on arm_psi_1
  *   5 arm_phi_1 [rad], turn about local x, on arm_theta_1
- *   6 arm_psi_2 [rad], turn about local z, on arm_phi_1
- *   7 arm_theta_2 [rad], turn about local y, on arm_psi_2
- *   8 arm_phi_2 [rad], turn about local x, on arm_theta_2
- *   9 arm_psi_3 [rad], turn about local z, on arm_phi_2
- *   10 arm_theta_3 [rad], turn about local y, on arm_psi_3
- *   11 arm_phi_3 [rad], turn about local x, on arm_theta_3
+ *   and so on, 3 such elements, to 11 arm_phi_3
  *   12 effector_z [m], slide along local z, on arm_phi_3
  * Rows: 1 ellipse, 2 rise.
  *
@@ -47,7 +42,7 @@
  *   breaks          0      0    0    0
  *   anchor         24     43    0   22
  *   start           0      0    0    0
- * Choices by counted operations: M written out, 754 (loops 1198); qdd_free recursive, 1314 operations; qdd recursive, 2494 operations.
+ * Choices by counted operations: M written out, 754 (loops 1198); Q_q written out, 360 (loops 435); qdd_free recursive, 1314 operations; qdd recursive, 2494 operations.
  */
 #ifndef REFDYN_GENERATED_manipulator_flexible_H
 #define REFDYN_GENERATED_manipulator_flexible_H

@@ -1162,7 +1162,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "4fafb4e551ddcb91",
+    SET(hash) "82ab731b14fd5db1",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,

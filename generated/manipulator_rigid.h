@@ -38,7 +38,7 @@
  *   breaks          0      0    0    0
  *   anchor          2      2    0    2
  *   start           0      0    0    0
- * Choices by counted operations: M written out, 12 (loops 80); qdd_free recursive, 109 operations (dense 109); qdd recursive, 306 operations (dense 299).
+ * Choices by counted operations: M written out, 12 (loops 80); Q_q written out, 19 (loops 30); qdd_free recursive, 109 operations (dense 109); qdd recursive, 306 operations (dense 299).
  */
 #ifndef REFDYN_GENERATED_manipulator_rigid_H
 #define REFDYN_GENERATED_manipulator_rigid_H
