@@ -441,7 +441,7 @@ expression *add_field(struct derivation *d, struct function *f, const char *name
 
 static void fill_field(struct derivation *d, struct function *f, const char *name, const char *about,
                        const expression *values, int count) {
-    expression *out = add_field(d, f, name, about, count, count > d->n ? d->n : 0);
+    expression *out = add_field(d, f, name, about, count, 0);
     memcpy(out, values, (size_t)count * sizeof *out);
 }
 
@@ -761,7 +761,6 @@ static void build_course(struct derivation *d, struct function *f) {
 static void build_breaks(struct derivation *d, struct function *f) {
     fill_field(d, f, "breaks", "times at which formulas of time alone have kinks, in no order [s]",
                d->plan->breaks, d->plan->break_count);
-    f->fields[f->field_count - 1].columns = 0;
 }
 
 static void build_start(struct derivation *d, struct function *f) {
