@@ -422,6 +422,7 @@ static void emit_carried(struct writer *w) {
     struct emission *x = w->x;
     text_add(w->text, "/* Values of %s_%s that later pieces read. */\nstruct %s_%s_carried {\n", x->name,
              w->function->quantity, x->name, w->function->quantity);
+    const size_t begin = w->text->length;
     for (int i = 0; i < w->function->statement_count; i++) {
         const expression e = w->function->statements[i];
         if (!x->is_carried[e])
@@ -441,6 +442,8 @@ static void emit_carried(struct writer *w) {
     }
     emit_locals(w);
     emit_angle_arrays(x, w->text);
+    if (w->text->length == begin)
+        text_add(w->text, "    double none;\n"); /* C has no empty struct */
     text_add(w->text, "};\n\n");
 }
 

@@ -38,7 +38,10 @@ static const struct scene scenes[] = {
     {.file = TEST_MODEL("programme")},
     {.file = TEST_MODEL("runs"), .settings = {{"kind", "segments"}, {"rfe", "3"}}, .loops = LOOPS_ALWAYS},
     {.file = TEST_MODEL("runs"), .settings = {{"kind", "rods"}, {"rfe", "2"}}, .loops = LOOPS_ALWAYS},
-    {.file = TEST_MODEL("runs"), .settings = {{"kind", "closed"}, {"rfe", "5"}}, .loops = LOOPS_ALWAYS, .fold = true},
+    {.file = TEST_MODEL("runs"),
+     .settings = {{"kind", "closed"}, {"rfe", "5"}},
+     .loops = LOOPS_ALWAYS,
+     .fold = true},
     {.file = TEST_MODEL("runs"), .settings = {{"kind", "swinging"}, {"rfe", "3"}}, .loops = LOOPS_ALWAYS},
 };
 
