@@ -102,19 +102,21 @@ def test_committed_times_are_drawn(tmp_path):
 
 
 def test_emitted_is_timed(tmp_path):
-    """The bench's model compiles and gives the accelerations that `refdyn eval` gives for the same inputs."""
+    """The bench's models compile and give the accelerations that `refdyn eval` gives for the same inputs."""
     emitted.prepare(tmp_path)
     names = ["base_z", "column_psi", "arm_psi", "effector_z"]
     q, qd, tau = [0.02, -0.8, 0.7, 0.07], [0.3, -0.8, -0.7, -0.6], [-0.7, 1.0, 0.5, -0.5]
     (tmp_path / "state.txt").write_text("\n".join(" ".join(map(str, row)) for row in (q, qd, tau)))
-    state = {"q": q, "qd": qd, "inputs": {f"tau_{name}": value for name, value in zip(names, tau)}}
+    driven = {"q": q, "qd": qd, "inputs": {f"tau_{name}": value for name, value in zip(names, tau)}}
     records = {record["what"]: record for record in emitted.build(REFDYN, tmp_path, 1)}
     variants = [level + fold for level in emitted.LEVELS for fold in emitted.FOLDS]
-    assert set(records) == {f"{quantity}/{variant}" for quantity in emitted.QUANTITIES for variant in variants}
+    assert set(records) == {f"{quantity}/{variant}" for quantity in emitted.QUANTITIES for variant in variants} | {"driven/O2", "driven/O2_fold"}
     lines = []
-    for quantity, program in (("qdd_free", "none"), ("qdd", "consistent")):
-        expected = evaluate(tmp_path / "driven.lua", state, "--set", "n_rfe=1", "--set", f"program={program}")[quantity]
-        for what in (f"{quantity}/{variant}" for variant in variants):
+    for quantity, model, state, program in (("qdd_free", "manipulator.lua", {"q": q, "qd": qd}, "none"), ("qdd", "manipulator.lua", {"q": q, "qd": qd}, "consistent"),
+                                            ("driven", "driven.lua", driven, "none")):
+        settings = ["--set", "n_rfe=1", "--set", f"program={program}", "--set", "drive=input"]
+        expected = evaluate(tmp_path / model, state, *settings)["qdd" if quantity == "qdd" else "qdd_free"]
+        for what in (what for what in records if what.startswith(quantity + "/")):
             line = emitted.time_one(tmp_path, records[what], tmp_path / "state.txt", tmp_path / "result.txt", None)
             assert line["us"] > 0 and line["n"] == 4
             lines.append(close(what, [float(text) for text in (tmp_path / "result.txt").read_text().split()], expected, 1e-12))

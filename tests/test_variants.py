@@ -15,11 +15,10 @@ MODELS = all_models() + sorted((TESTS / "models").glob("*.lua"))
 def choice(folder, model, *options):
     """quantity -> (method, operations by method), as `refdyn gen` prints it and the header says; {} without accelerations."""
     printed = refdyn("gen", model, *options, "-o", folder).stdout
-    line = re.search(r"^accelerations: (.*)$", printed, re.M).group(1)
-    assert f"Accelerations: {line}." in next(folder.glob("*.h")).read_text()
+    line = re.search(r"^choices: (.*)$", printed, re.M).group(1)
+    assert f"Choices by counted operations: {line}." in next(folder.glob("*.h")).read_text()
     chosen = {}
-    for part in line.split("; "):
-        name, method = re.match(r"(\w+) (\w+)", part).groups()
+    for name, method, part in re.findall(r"(qdd\w*) (\w+)([^;]*)", line):
         counts = {method: int(count) for count in re.findall(r", (\d+) operations", part)}
         counts.update((other, int(count)) for other, count in re.findall(r"\((dense|recursive) (\d+)\)", part))
         chosen[name] = method, counts

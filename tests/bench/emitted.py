@@ -12,7 +12,9 @@ SOURCE = HERE.parent.parent
 NAME = "manipulator"
 LEVELS = {"O2": ["-O2"], "O3n": ["-O3", "-march=native"]}
 FOLDS = ("", "_fold")  # parameters symbolic or numbers
+# Program and functions of what is timed: the reference manipulator with an input on its column.
 QUANTITIES = {"qdd_free": ("none", "qdd_free"), "M_and_h": ("none", "M,h"), "qdd": ("consistent", "qdd,anchor,start")}
+DRIVEN = "driven"  # the same accelerations with an input on each coordinate, as the peers have them: compared, not timed
 TOGETHER = {"M,h": "M_h"}  # one function for both, where the generator has it
 PATIENCE = 150  # seconds for one run of gcc, as the peers'
 
@@ -36,13 +38,14 @@ def prepare(folder):
 
 def emit(refdyn, folder, quantity, n_rfe, fold):
     """Writes the C; the functions that give the quantity, what generating took, counted operations."""
-    program, functions = QUANTITIES[quantity]
+    program, functions = QUANTITIES["qdd_free" if quantity == DRIVEN else quantity]
+    model = ["driven.lua"] if quantity == DRIVEN else ["manipulator.lua", "--set", "drive=input"]
     target = folder / f"{quantity}{fold}_{n_rfe}"
     for wanted in (TOGETHER.get(functions), functions):
         if not wanted:
             continue
         shutil.rmtree(target, ignore_errors=True)
-        status, seconds, text = measured([refdyn, "gen", folder / "driven.lua", "--set", f"n_rfe={n_rfe}", "--set", f"program={program}",
+        status, seconds, text = measured([refdyn, "gen", folder / model[0], *model[1:], "--set", f"n_rfe={n_rfe}", "--set", f"program={program}",
                                           "--emit", wanted, "-o", target, *(["--fold"] if fold else [])],
                                          stderr=None if wanted == functions else subprocess.DEVNULL)
         if status == 0:
@@ -78,16 +81,25 @@ def compile_c(source, level, library):
 def build(refdyn, folder, n_rfe):
     """Every quantity and variant for one n_rfe: records of what it took, each with its library and functions."""
     records = []
-    for quantity in QUANTITIES:
+    for quantity in [*QUANTITIES, DRIVEN]:
         for fold in FOLDS:
             source, called, facts = emit(refdyn, folder, quantity, n_rfe, fold)
             size = sum(path.stat().st_size for path in source.glob("*.c")) / 1024
-            for level in LEVELS:
+            for level in LEVELS if quantity != DRIVEN else ["O2"]:
                 library = folder / f"{source.name}_{level}.so"
                 seconds = compile_c(source, level, library)
                 records.append({"peer": "refdyn", "what": f"{quantity}/{level}{fold}", "n_rfe": n_rfe, "n": 3 * n_rfe + 1, **facts,
                                 "cc_s": seconds, "C_KiB": round(size, 1), "library": str(library), "called": ",".join(called)})
     return records
+
+
+def accelerate(folder, record, state, work):
+    """Accelerations of a driven record as those of all variants with its parameters, for the comparison with the reference."""
+    fold = record["what"].partition("/O2")[2]
+    first, *others = [work / "out" / f"refdyn-{level}{fold}_{record['n_rfe']}.txt" for level in LEVELS]
+    time_one(folder, record, state, first, None)
+    for other in others:
+        shutil.copy(first, other)
 
 
 def time_one(folder, record, state, result, core):
