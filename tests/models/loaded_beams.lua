@@ -1,6 +1,6 @@
 -- Beams of different counts of elements, long enough that these become loops: a tree of three, one planar, one
 -- carried by a slide, with forces of every kind beyond them, depending on positions and rates, and rows. So soft that
--- springs do not hide what gravity and loads do.
+-- springs do not hide what gravity and loads do. Without the input, at rest and t = 0, all forces have a potential.
 local rd = require "refdyn"
 local n  = rd.option("n_rfe", 5, { from = 1 })
 local p  = rd.parameters { { "E", 2e6, "Pa" }, { "k", 9, "N/m" }, { "c", 0.7, "N s/m" }, { "eta", 0.01, "s" } }
@@ -27,8 +27,8 @@ return rd.model {
       weight_y = -2 * on * s.q.weight_y^3 - p.c * H.xd * P.y,
       rd.spring { "ball", { on = "ground", at = { 1, 1, 0.3 } }, stiffness = p.k, rest = 0.4 },
       rd.damper { "hand", "ball", damping = p.c },
-      rd.force { "hand", { on * P.z, 2 * s.qd.right_x, -3 }, axes = "right.tip" },
-      rd.torque { "ball", { 0.1 * H.y, 0.2, 0.3 * s.t }, axes = "ball", against = "trunk" },
+      rd.force { "hand", { on * P.z, 2 * s.qd.right_x, -3 * on }, axes = "right.tip" },
+      rd.torque { "ball", { 0.1 * on * H.y, 0.2 * on, 0.3 * s.t }, axes = "ball", against = "trunk" },
       rd.energy { p.k * P.z^2 * s.q.trunk_psi + H.x^2 },
     }
   end,
