@@ -70,9 +70,9 @@ def test_other_variants(kind, other, tmp_path):
 
 # (elements, coordinates of one) of each loop at rfe = 4: at the root and the tip of a tree, split by what is named or carried.
 EXPECTED = {
-    "beam": [(2, 3)], "weighted": [(2, 3)], "sides": [(2, 3), (3, 2)], "segments": [(2, 3), (2, 3), (4, 3)], "tree": [],
+    "beam": [(2, 3)], "weighted": [(2, 3)], "sides": [(3, 3), (4, 2)], "segments": [(3, 3), (3, 3), (5, 3)], "tree": [],
     "middle": [(3, 3), (2, 3)], "chain": [(3, 1)], "slides": [(3, 2)], "swinging": [(4, 1)], "named": [(3, 3), (3, 3)],
-    "friction": [], "spread": [(3, 3), (2, 3), (3, 3)], "driven": [(2, 1), (4, 1)], "floating": [(2, 3), (2, 3)],
+    "friction": [], "spread": [(3, 3), (2, 3), (3, 3)], "driven": [(2, 1), (4, 1)], "floating": [(3, 3), (2, 3)],
 }
 
 
@@ -88,8 +88,8 @@ def test_printed_form_has_no_loops(tmp_path):
     assert loops_of(REFERENCE, tmp_path, "--set", "n_rfe=8", "--set", "form=printed", "--loops", "always") == []
 
 
-# All but Q_q, which is written out for each element.
-ROLLED = "M,h,Q,u,v,phi,psi,k,r,rd,C,d,energy,power,qdd_free,qdd,force,equations,course,start"
+# What has loops.
+ROLLED = "M,h,Q,u,v,phi,psi,k,r,rd,C,d,energy,power,Q_q,qdd_free,qdd,force,equations,course,start"
 
 
 def functions(folder):
@@ -111,13 +111,13 @@ def test_text_does_not_grow(tmp_path):
     assert [name for name in few if few[name] != many[name]] == []
 
 
-# Sixteen flexible links in a tree: functions so long that they are cut into pieces.
+# Thirty-two flexible links in a tree: functions so long that they are cut into pieces.
 FOREST = """local rd = require "refdyn"
 local p = rd.parameters { { "g", 9.75, "m/s^2" }, { "E", 2e9, "Pa" }, { "rho", 1200, "kg/m^3" }, { "d", 0.02, "m" } }
 local links = {}
-for i = 1, 16 do
+for i = 1, 32 do
   links[i] = { "arm" .. i, on = i > 1 and "arm" .. (i // 2) .. ".tip" or nil, turn = { { "z", 0.2 * i } }, joint = "theta",
-               beam = { length = 0.5 + 0.05 * i, section = rd.round(p.d), E = p.E, nu = 0.3, rho = p.rho, rfe = 3 + i % 2, eta = 1e-3 } }
+               beam = { length = 0.5 + 0.02 * i, section = rd.round(p.d), E = p.E, nu = 0.3, rho = p.rho, rfe = 3 + i % 2, eta = 1e-3 } }
 end
 return rd.model { name = "forest", gravity = { 0, 0, -p.g }, links = links, points = { E = "arm16.tip", F = "arm9.tip" },
   constraints = function(s)
@@ -133,5 +133,5 @@ def test_loops_in_pieces(tmp_path):
     emit = ["--emit", "M,qdd,start"]
     loops, straight = (Compiled(tmp_path / "forest.lua", tmp_path / name, *emit, *variant) for name, variant in (("loops", LOOPS), ("straight", STRAIGHT)))
     text = "\n".join(path.read_text() for path in (tmp_path / "loops").glob("forest*.c"))
-    assert re.search(r"^struct forest_qdd_carried \{[^}]*\[\d+\];", text, re.M | re.S), "nothing of a loop is carried"
+    assert re.search(r"^struct forest_constrained_carried \{[^}]*\[\d+\];", text, re.M | re.S), "nothing of a loop is carried"
     check(compare(loops, straight, state_of(straight, 12)))
