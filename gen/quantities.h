@@ -45,19 +45,39 @@ struct derivation {
     struct solution *free_solution, *solution; /* chosen for qdd_free and for qdd */
 };
 
+/* terms.c */
+struct derivation *start_derivation(struct plan *plan, const struct tree *tree);
 /* The same with every frame alone; d itself when it has no runs. */
 struct derivation *without_runs(struct derivation *d);
 expression *new_values(const struct derivation *d, int count);
 const struct inertia *composites(struct derivation *d);
 const struct row_terms *rows(struct derivation *d);
 const struct wrench *loads(struct derivation *d);
-/* Q by frame. */
+/* n x n, of a tree without runs. */
+const expression *mass_matrix(struct derivation *d);
+const struct applied *applied(struct derivation *d);
+/* By frame: Q without gravity, h, Q, h + Q. */
+const expression *applied_total(struct derivation *d);
+expression *bias_forces(struct derivation *d);
 expression *generalized_forces(struct derivation *d);
+expression *all_forces(struct derivation *d);
+
+/* accelerations.c: by frame. */
 const expression *free_accelerations(struct derivation *d);
 /* Sets qdd, lambda, responses and S. */
 void constrained_accelerations(struct derivation *d);
 /* S x = rest in place of rest; `what` names x. */
 void solve_rows(struct derivation *d, const expression *S, expression *rest, const char *what);
+/* Operations of a call that computes these values and nothing else; what depends on parameters alone is free.
+ */
+long weigh(const struct derivation *d, const expression *values, int count);
+/* One more choice for the summary and the header. */
+void say(struct derivation *d, const char *choice);
+
+/* matrices.c: a field for M, filled when all other fields are there. */
+int add_mass_field(struct derivation *d, struct function *f);
+void fill_mass_field(struct derivation *d, struct function *f, int field);
+
 /* Values by frame into entries first + stride * coordinate of a field. */
 void spread(struct derivation *d, struct function *f, int field, int first, int stride,
             const expression *by_frame);

@@ -1,0 +1,309 @@
+/*
+ * Accelerations with and without constraints, and which way of solving M x = f is taken for them.
+ *
+ * Takes terms of the derivation, gives qdd_free, qdd, multipliers and what derivatives need of them; declared
+ * in quantities.h. Counted operations decide, and what was chosen goes to the summary.
+ */
+#include "quantities.h"
+
+#include <string.h>
+
+/* A pivot below this part of its diagonal term is rounding. */
+static const double redundant = 1e-12;
+
+static const struct elimination *elimination(struct derivation *d) {
+    if (!d->elimination)
+        d->elimination = eliminate(&d->kinematics);
+    return d->elimination;
+}
+
+static const struct factors *factors(struct derivation *d) {
+    if (!d->factors)
+        d->factors = factor(&d->kinematics, mass_matrix(d));
+    return d->factors;
+}
+
+/* M^-1 f */
+static expression *solve(struct derivation *d, const struct solution *solution, const expression *f) {
+    return solution->is_dense ? solve_factored(factors(d), f)
+                              : solve_eliminated(&d->kinematics, elimination(d), f, NULL, NULL);
+}
+
+static const expression *free_by(struct derivation *d, struct solution *solution) {
+    if (solution->free)
+        return solution->free;
+    if (solution->is_dense || d->model->printed_form)
+        solution->free = solve(d, solution, all_forces(d));
+    else /* the recursion sums up h on its way */
+        solution->free =
+            solve_eliminated(&d->kinematics, elimination(d), applied_total(d), loads(d), &solution->frames);
+    return solution->free;
+}
+
+struct dot_product {
+    struct graph *g;
+    const expression *a, *b;
+};
+
+static expression product_term(void *context, int i) {
+    const struct dot_product *x = context;
+    return mul(x->g, x->a[i], x->b[i]);
+}
+
+static expression dot(struct derivation *d, const expression *a, const expression *b) {
+    struct dot_product x = {d->g, a, b};
+    return sum_over_joints(d->g, d->kinematics.tree, product_term, &x);
+}
+
+/*
+ * 1 / pivot, or 0 for a row that says what earlier rows say: S is positive semidefinite, so what is left of
+ * such a row's diagonal term is rounding. Its multiplier is then 0.
+ */
+static expression pivot_inverse(struct derivation *d, expression pivot, expression diagonal) {
+    struct graph *g = d->g;
+    const expression least = mul(g, number(g, redundant), diagonal);
+    if (!pivot)
+        return zero(g);
+    return choose(g, apply2(g, OP_LESS, least, pivot), quotient(g, one(g), pivot), zero(g));
+}
+
+/* S x = rest for the symmetric S = u M^-1 u^T (m x m), by elimination in order of the rows. */
+void solve_rows(struct derivation *d, const expression *matrix, expression *rest, const char *what) {
+    struct graph *g = d->g;
+    const int m = d->m;
+    expression *S = new_values(d, m * m), *inverse = new_values(d, m);
+    memcpy(S, matrix, (size_t)(m * m) * sizeof *S);
+    for (int p = 0; p < m; p++) {
+        inverse[p] = pivot_inverse(d, S[p * m + p], matrix[p * m + p]);
+        name_value(g, inverse[p], memory_format(d->memory, "row_%d_pivot_inverse", p + 1));
+        for (int i = p + 1; i < m; i++) {
+            const expression factor = mul(g, S[i * m + p], inverse[p]);
+            for (int j = p + 1; j < m; j++)
+                S[i * m + j] = sub(g, S[i * m + j], mul(g, factor, S[p * m + j]));
+            rest[i] = sub(g, rest[i], mul(g, factor, rest[p]));
+        }
+    }
+    for (int i = m - 1; i >= 0; i--) {
+        for (int j = i + 1; j < m; j++)
+            rest[i] = sub(g, rest[i], mul(g, S[i * m + j], rest[j]));
+        rest[i] = mul(g, rest[i], inverse[i]);
+        name_value(g, rest[i], memory_format(d->memory, "row_%d_%s", i + 1, what));
+    }
+}
+
+/* What the multipliers add. */
+struct constraint_effect {
+    struct derivation *d;
+    struct solution *solution;
+};
+
+static void add_effect(void *context, int j) {
+    const struct constraint_effect *x = context;
+    struct solution *s = x->solution;
+    struct graph *g = x->d->g;
+    s->qdd[j] = s->free[j];
+    for (int i = 0; i < x->d->m; i++)
+        s->qdd[j] = add(g, s->qdd[j], mul(g, s->responses[i][j], s->lambda[i]));
+}
+
+/* ---- Rows as loads ---- */
+
+/*
+ * u^T acts as a force at each point that the row names and on the coordinates that it names itself: solving
+ * for those loads, and reading u x from the accelerations of the same points, needs no coefficients of all
+ * the coordinates in between.
+ */
+static bool act_as_loads(struct derivation *d) {
+    for (int i = 0; i < d->m; i++)
+        for (int p = 0; p < d->model->marker_count; p++) {
+            const int frame = d->kinematics.tree->points[p].frame;
+            if (frame >= 0 && !vector_is_zero(rows(d)[i].pulls[p]) && !takes_load(elimination(d), frame))
+                return false;
+        }
+    return true;
+}
+
+/* The load of one row, negative as solve_eliminated takes it: own axes and origin of each frame. */
+static struct wrench *loads_of_row(struct derivation *d, const struct row_terms *row) {
+    const struct kinematics *k = &d->kinematics;
+    struct wrench *loads = memory_get(d->memory, ((size_t)d->frames + 1) * sizeof *loads);
+    for (int p = 0; p < d->model->marker_count; p++) {
+        const struct fixed_frame *fixed = &k->tree->points[p];
+        if (fixed->frame < 0 || vector_is_zero(row->pulls[p]))
+            continue;
+        const struct vector pull = transpose_times(d->g, k->frames[fixed->frame].rotation.at, row->pulls[p]);
+        const struct vector force = vector_scale(d->g, neg(d->g, one(d->g)), pull), none = {{0, 0, 0}};
+        const struct vector moment = vector_cross(d->g, vector_of(fixed->placement.position), force);
+        const struct wrench load = {moment, d->model->points[p].is_direction ? none : force};
+        loads[fixed->frame] = wrench_add(d->g, loads[fixed->frame], load);
+    }
+    return loads;
+}
+
+/* u x, from the accelerations x of the coordinates and those of the frames. */
+static expression row_times(struct derivation *d, const struct row_terms *row, const struct wrench *loads,
+                            const expression *x, const struct acceleration *frames) {
+    struct graph *g = d->g;
+    expression sum = 0;
+    for (int i = 0; i < d->frames; i++) {
+        if (row->pull[i])
+            sum = add(g, sum, mul(g, row->pull[i], x[i]));
+        sum = sub(g, sum, vector_dot(g, loads[i].moment, frames[i].angular));
+        sum = sub(g, sum, vector_dot(g, loads[i].force, frames[i].linear));
+    }
+    return sum;
+}
+
+/* Responses M^-1 u^T, S and k - u qdd_free, rows as loads. */
+static void respond_to_loads(struct derivation *d, struct solution *solution) {
+    const int m = d->m;
+    const struct row_terms *row = rows(d);
+    struct wrench **loads = memory_get(d->memory, ((size_t)m + 1) * sizeof *loads);
+    for (int i = 0; i < m; i++) {
+        struct acceleration *frames;
+        loads[i] = loads_of_row(d, &row[i]);
+        solution->responses[i] =
+            solve_eliminated(&d->kinematics, elimination(d), row[i].pull, loads[i], &frames);
+        for (int j = 0; j <= i; j++)
+            solution->S[i * m + j] = solution->S[j * m + i] =
+                row_times(d, &row[j], loads[j], solution->responses[i], frames);
+    }
+    for (int i = 0; i < m; i++)
+        solution->lambda[i] =
+            sub(d->g, row[i].k, row_times(d, &row[i], loads[i], solution->free, solution->frames));
+}
+
+/* The same by the coefficients u. */
+static void respond_to_coefficients(struct derivation *d, struct solution *solution) {
+    const int m = d->m;
+    const struct row_terms *row = rows(d);
+    for (int i = 0; i < m; i++)
+        solution->responses[i] = solve(d, solution, row[i].u);
+    for (int i = 0; i < m; i++) {
+        solution->lambda[i] = sub(d->g, row[i].k, dot(d, row[i].u, solution->free));
+        for (int j = 0; j <= i; j++)
+            solution->S[i * m + j] = solution->S[j * m + i] = dot(d, row[i].u, solution->responses[j]);
+    }
+}
+
+/*
+ * qdd = qdd_free + M^-1 u^T lambda with (u M^-1 u^T) lambda = k - u qdd_free: the GPME with the
+ * multipliers eliminated, one more O(n) solution a row.
+ */
+static const expression *constrained_by(struct derivation *d, struct solution *solution) {
+    if (solution->qdd)
+        return solution->qdd;
+    free_by(d, solution);
+    solution->responses = memory_get(d->memory, ((size_t)d->m + 1) * sizeof *solution->responses);
+    solution->S = new_values(d, d->m * d->m);
+    solution->lambda = new_values(d, d->m);
+    remark(d->g, "rows: (u M^-1 u^T) lambda = k - u qdd_free");
+    if (solution->frames && act_as_loads(d))
+        respond_to_loads(d, solution);
+    else
+        respond_to_coefficients(d, solution);
+    solve_rows(d, solution->S, solution->lambda, "lambda");
+    remark(d->g, "qdd = qdd_free + M^-1 u^T lambda");
+    solution->qdd = new_values(d, d->frames);
+    struct constraint_effect x = {d, solution};
+    visit_joints(d->g, d->kinematics.tree, add_effect, &x);
+    return solution->qdd;
+}
+
+/* ---- Which way of solving M x = f ---- */
+
+/* A division keeps its unit busy for four to five cycles, in which as many products or sums begin and more.
+ */
+enum { DIVISION_WEIGHT = 4 };
+
+/* How often a call computes a node. */
+static long trips(const struct derivation *d, expression e) {
+    const uint16_t loop = d->g->nodes[e].loop;
+    return !loop || loop == ANY_LOOP ? 1 : d->plan->rolled->runs[d->g->loops[loop].run].count;
+}
+
+long weigh(const struct derivation *d, const expression *values, int count) {
+    const struct graph *g = d->g;
+    bool *needed = memory_get(d->memory, g->count * sizeof *needed);
+    long operations = 0;
+    for (int i = 0; i < count; i++)
+        needed[values[i]] = true;
+    mark_operands(g, needed, g->count);
+    for (expression e = 0; e < g->count; e++) {
+        const enum cost cost = operation_cost(g->nodes[e].operation);
+        if (needed[e] && (g->nodes[e].depends & ~ON_PARAMETER) != 0)
+            operations +=
+                trips(d, e) * (cost == COST_DIV ? DIVISION_WEIGHT : cost == COST_ADD || cost == COST_MUL);
+    }
+    return operations;
+}
+
+typedef const expression *solve_by(struct derivation *d, struct solution *solution);
+
+void say(struct derivation *d, const char *choice) {
+    struct plan *plan = d->plan;
+    if (d->is_second)
+        return;
+    plan->choices = plan->choices ? memory_format(plan->memory, "%s; %s", plan->choices, choice) : choice;
+}
+
+/* "qdd_free recursive, 1055 operations (dense 1512)" */
+static void say_choice(struct derivation *d, const char *quantity, const struct solution *chosen,
+                       const char *costs) {
+    say(d, memory_format(d->memory, "%s %s%s", quantity, chosen->is_dense ? "dense" : "recursive", costs));
+}
+
+/*
+ * The matrix is taken where it saves a tenth and more: for less the recursion is not given up, which loses no
+ * digits to the condition of M. The matrix is not even derived where its factors alone could cost more than
+ * the whole recursion, nor with runs of equal elements, whose recursions are loops.
+ */
+static struct solution *cheaper(struct derivation *d, const char *quantity, solve_by *by) {
+    struct solution *recursive = &d->by_method[0], *dense = &d->by_method[1];
+    const struct tree *tree = d->kinematics.tree;
+    if (tree->run_count) {
+        const long operations = weigh(d, by(d, recursive), d->frames);
+        say_choice(d, quantity, recursive, memory_format(d->memory, ", %ld operations", operations));
+        return recursive;
+    }
+    const long own = weigh(d, by(d, recursive), d->frames), factoring = factor_operations(tree);
+    if (factoring >= own) {
+        say_choice(d, quantity, recursive,
+                   memory_format(d->memory, ", %ld operations (dense: up to %ld for the factors alone)", own,
+                                 factoring));
+        return recursive;
+    }
+    const long other = weigh(d, by(d, dense), d->frames);
+    if (10 * other <= 9 * own) {
+        say_choice(d, quantity, dense,
+                   memory_format(d->memory, ", %ld operations (recursive %ld)", other, own));
+        return dense;
+    }
+    say_choice(d, quantity, recursive, memory_format(d->memory, ", %ld operations (dense %ld)", own, other));
+    return recursive;
+}
+
+static struct solution *choose_solution(struct derivation *d, const char *quantity, solve_by *by) {
+    d->by_method[1].is_dense = true;
+    if (d->model->accelerations == ACCELERATIONS_AUTO)
+        return cheaper(d, quantity, by);
+    struct solution *asked = &d->by_method[d->model->accelerations == ACCELERATIONS_DENSE];
+    say_choice(d, quantity, asked, ", as asked");
+    return asked;
+}
+
+const expression *free_accelerations(struct derivation *d) {
+    if (!d->free_solution)
+        d->free_solution = choose_solution(d, "qdd_free", free_by);
+    return free_by(d, d->free_solution);
+}
+
+void constrained_accelerations(struct derivation *d) {
+    if (d->solution)
+        return;
+    d->solution = choose_solution(d, "qdd", constrained_by);
+    d->qdd = (expression *)constrained_by(d, d->solution);
+    d->responses = d->solution->responses;
+    d->S = d->solution->S;
+    d->lambda = d->solution->lambda;
+}

@@ -1,0 +1,105 @@
+/*
+ * M and dQ/dq as fields of a function: written out entry by entry, or as loops over pairs of coordinates.
+ *
+ * Takes both forms, gives the one with fewer counted operations; declared in quantities.h.
+ */
+#include "pairs.h"
+#include "quantities.h"
+
+#include <string.h>
+
+enum {
+    MOST_WRITTEN_OUT = 40, /* coordinates: beyond, written-out matrices are not even weighed */
+    LOOP_ADVANTAGE = 2     /* operations of loops over pairs, which compilers turn into vectors, for one */
+};
+
+/* Operations of loops and of the vectors that they read. */
+static long weigh_loops(const struct derivation *d, const struct function *f) {
+    struct operation_count count = {.quantity = f->quantity};
+    expression *values = new_values(d, value_count(f) + f->run_result_count);
+    int kept = 0;
+    for (int i = 0; i < value_count(f); i++)
+        if (f->out[i] != GIVEN_IN_LOOP)
+            values[kept++] = f->out[i];
+    for (int i = 0; i < f->run_result_count; i++)
+        values[kept++] = f->run_results[i].value;
+    for (int i = 0; i < f->loop_count; i++)
+        count_loop(f, &f->loops[i], &count);
+    return weigh(d, values, kept) + (count.adds + count.muls) / LOOP_ADVANTAGE;
+}
+
+/* A matrix, n x n, in both forms. */
+struct chosen_matrix {
+    const char *name;
+    void (*add_loops)(struct derivation *d, struct function *f, int field);
+    const expression *(*write_out)(struct derivation *d); /* of a tree without runs */
+};
+
+static enum matrix_form cheaper_form(struct derivation *d, const struct chosen_matrix *matrix) {
+    struct function trial = {.quantity = matrix->name};
+    const char *name = matrix->name;
+    add_field(d, &trial, name, "", d->n * d->n, d->n);
+    matrix->add_loops(d, &trial, 0);
+    drop_unread(d->memory, &trial);
+    const long loops = weigh_loops(d, &trial);
+    if (d->n > MOST_WRITTEN_OUT) {
+        say(d, memory_format(d->memory, "%s in loops, %ld", name, loops));
+        return FORM_LOOPS;
+    }
+    const long written = weigh(d, matrix->write_out(without_runs(d)), d->n * d->n);
+    if (loops < written) {
+        say(d, memory_format(d->memory, "%s in loops, %ld (written out %ld)", name, loops, written));
+        return FORM_LOOPS;
+    }
+    say(d, memory_format(d->memory, "%s written out, %ld (loops %ld)", name, written, loops));
+    return FORM_WRITTEN;
+}
+
+static bool is_symmetric(const expression *matrix, int n) {
+    for (int i = 0; i < n * n; i++)
+        if (matrix[i] != matrix[i % n * n + i / n])
+            return false;
+    return true;
+}
+
+/* When all other fields are there: loops and their local arrays stand behind them. */
+static void fill_matrix(struct derivation *d, struct function *f, int field,
+                        const struct chosen_matrix *matrix, enum matrix_form *form) {
+    if (*form == FORM_OPEN)
+        *form = cheaper_form(d, matrix);
+    if (*form == FORM_LOOPS) {
+        matrix->add_loops(d, f, field);
+        drop_unread(d->memory, f);
+        return;
+    }
+    const expression *entries = matrix->write_out(without_runs(d));
+    memcpy(f->out + f->fields[field].offset, entries, (size_t)(d->n * d->n) * sizeof(expression));
+    f->fields[field].symmetric = is_symmetric(entries, d->n) ? d->n : 0;
+}
+
+int add_mass_field(struct derivation *d, struct function *f) {
+    add_field(d, f, "M", "(n x n) mass matrix [kg, kg m, kg m^2]", d->n * d->n, d->n);
+    return f->field_count - 1;
+}
+
+void fill_mass_field(struct derivation *d, struct function *f, int field) {
+    static const struct chosen_matrix mass = {"M", add_mass_pairs, mass_matrix};
+    fill_matrix(d, f, field, &mass, &d->mass_form);
+}
+
+static const expression *statics_tangent(struct derivation *d) {
+    const int n = d->n;
+    if (d->statics_tangent)
+        return d->statics_tangent;
+    d->statics_tangent = new_values(d, n * n);
+    const expression *gravity = derive_gravity_tangent(&d->kinematics, composites(d));
+    const expression *forces = derive_applied_tangent(&d->kinematics);
+    for (int i = 0; i < n * n; i++)
+        d->statics_tangent[i] = sub(d->g, forces[i], gravity[i]);
+    return d->statics_tangent;
+}
+
+void fill_statics_tangent(struct derivation *d, struct function *f, int field) {
+    static const struct chosen_matrix tangent = {"Q_q", add_statics_pairs, statics_tangent};
+    fill_matrix(d, f, field, &tangent, &d->statics_form);
+}

@@ -1,0 +1,140 @@
+/*
+ * Terms that several quantities share: each is derived when first asked for, and kept in the derivation.
+ *
+ * Takes the tree, gives inertias beyond joints, rows, forces and their sums; declared in quantities.h.
+ */
+#include "quantities.h"
+#include "runs.h"
+
+expression *new_values(const struct derivation *d, int count) {
+    return memory_get(d->memory, ((size_t)count + 1) * sizeof(expression));
+}
+
+struct derivation *start_derivation(struct plan *plan, const struct tree *tree) {
+    struct derivation *d = memory_get(plan->memory, sizeof *d);
+    *d = (struct derivation){.plan = plan,
+                             .memory = plan->memory,
+                             .g = plan->g,
+                             .model = plan->model,
+                             .n = plan->tree->count,
+                             .m = plan->model->row_count,
+                             .points = plan->model->point_count,
+                             .frames = tree->count};
+    derive_kinematics(plan->memory, plan->model, tree, &d->kinematics);
+    return d;
+}
+
+struct derivation *without_runs(struct derivation *d) {
+    if (!d->kinematics.tree->run_count)
+        return d;
+    if (!d->flat) {
+        struct tree *tree = memory_get(d->memory, sizeof *tree);
+        roll(d->memory, d->model, d->plan->tree, LOOPS_NEVER, tree);
+        d->flat = start_derivation(d->plan, tree);
+        d->flat->is_second = true;
+    }
+    return d->flat;
+}
+
+const struct inertia *composites(struct derivation *d) {
+    if (!d->composites)
+        d->composites = derive_composites(&d->kinematics);
+    return d->composites;
+}
+
+const struct row_terms *rows(struct derivation *d) {
+    if (!d->rows)
+        d->rows = derive_rows(&d->kinematics);
+    return d->rows;
+}
+
+const expression *mass_matrix(struct derivation *d) {
+    if (!d->M)
+        d->M = derive_mass_matrix(&d->kinematics, composites(d));
+    return d->M;
+}
+
+const struct applied *applied(struct derivation *d) {
+    if (!d->applied.others)
+        d->applied = derive_applied_forces(&d->kinematics);
+    return &d->applied;
+}
+
+/* sum of up to three lists, by frame; `sign` of the first */
+struct total {
+    struct derivation *d;
+    const expression *first, *second, *third;
+    bool negative;
+    expression *sum;
+};
+
+static void add_up(void *context, int i) {
+    const struct total *x = context;
+    struct graph *g = x->d->g;
+    const expression first = x->negative ? neg(g, x->first[i]) : x->first[i];
+    x->sum[i] = add(g, first, add(g, x->second[i], x->third[i]));
+}
+
+static expression *total_of(struct derivation *d, bool negative, const expression *first,
+                            const expression *second, const expression *third) {
+    const expression *none = new_values(d, d->frames);
+    struct total x = {
+        d, first, second ? second : none, third ? third : none, negative, new_values(d, d->frames)};
+    visit_joints(d->g, d->kinematics.tree, add_up, &x);
+    return x.sum;
+}
+
+/* Q without gravity, and the printed form's extra term. */
+const expression *applied_total(struct derivation *d) {
+    const struct applied *forces = applied(d);
+    const expression *printed = d->model->printed_form ? derive_printed_rates(&d->kinematics) : NULL;
+    return total_of(d, false, forces->conservative, forces->others, printed);
+}
+
+/* h = -c; the printed form is c + 2 s. */
+expression *bias_forces(struct derivation *d) {
+    if (!d->bias)
+        d->bias = derive_bias_forces(&d->kinematics, false);
+    if (!d->model->printed_form)
+        return total_of(d, true, d->bias, NULL, NULL);
+    const expression *s = derive_printed_sum(&d->kinematics);
+    return total_of(d, false, d->bias, s, s);
+}
+
+expression *generalized_forces(struct derivation *d) {
+    const expression *gravity = derive_gravity_forces(&d->kinematics, composites(d));
+    return total_of(d, true, gravity, applied_total(d), NULL);
+}
+
+/* f = h + Q in one recursion: gravity stands in the accelerations. The printed h has no such form. */
+expression *all_forces(struct derivation *d) {
+    if (d->model->printed_form)
+        return total_of(d, false, bias_forces(d), generalized_forces(d), NULL);
+    if (!d->falling)
+        d->falling = derive_bias_forces(&d->kinematics, true);
+    return total_of(d, true, d->falling, applied_total(d), NULL);
+}
+
+const struct wrench *loads(struct derivation *d) {
+    if (!d->loads)
+        d->loads = derive_loads(&d->kinematics);
+    return d->loads;
+}
+
+expression *add_field(struct derivation *d, struct function *f, const char *name, const char *about,
+                      int count, int columns) {
+    expression *values = open_field(d->memory, f, (struct field){name, about, 0, count, columns, 0, false});
+    f->field_count++;
+    f->out_count += count;
+    return values;
+}
+
+void spread(struct derivation *d, struct function *f, int field, int first, int stride,
+            const expression *by_frame) {
+    for (int i = 0; i < d->frames; i++) {
+        const struct frame *frame = &d->kinematics.tree->frames[i];
+        if (frame->kind == FRAME_JOINT)
+            give(d->memory, d->kinematics.tree, f, field, first + stride * frame->coordinate,
+                 stride * frame->step, i, by_frame[i]);
+    }
+}
