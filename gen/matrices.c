@@ -10,7 +10,8 @@
 
 enum {
     MOST_WRITTEN_OUT = 40, /* coordinates: beyond, written-out matrices are not even weighed */
-    LOOP_ADVANTAGE = 2     /* operations of loops over pairs, which compilers turn into vectors, for one */
+    LOOP_ADVANTAGE = 2,    /* operations of loops over pairs, which compilers turn into vectors, for one */
+    WORTH_TEXT = 4         /* written out where that saves a fifth: it is more text */
 };
 
 /* Operations of loops and of the vectors that they read. */
@@ -47,7 +48,7 @@ static enum matrix_form cheaper_form(struct derivation *d, const struct chosen_m
         return FORM_LOOPS;
     }
     const long written = weigh(d, matrix->write_out(without_runs(d)), d->n * d->n);
-    if (loops < written) {
+    if (WORTH_TEXT * loops < (WORTH_TEXT + 1) * written) {
         say(d, memory_format(d->memory, "%s in loops, %ld (written out %ld)", name, loops, written));
         return FORM_LOOPS;
     }

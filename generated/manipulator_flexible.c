@@ -327,7 +327,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
         t36 + t39);
     const double arm_psi_inertia_beyond_zz = p->derived.arm_psi_inertia_yy + (arm_psi_1_inertia_beyond_zz +
         t39);
-    const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x_2 - arm_psi_sin * arm_psi_moment_beyond_y;
+    const double column_psi_moment_beyond_x_2 = arm_psi_cos * arm_psi_moment_beyond_x_2 - arm_psi_sin * arm_psi_moment_beyond_y;
     const double t40 = arm_psi_cos * arm_psi_inertia_beyond_yz;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_cos *
@@ -505,7 +505,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
         t174));
     M[0 * 13 + 0] = p->derived.base_z_mass_beyond_2;
     M[1 * 13 + 1] = column_psi_inertia_beyond_zz;
-    M[2 * 13 + 0] = column_psi_moment_beyond_x;
+    M[2 * 13 + 0] = column_psi_moment_beyond_x_2;
     M[2 * 13 + 1] = t40 + arm_psi_sin * arm_psi_inertia_beyond_xz;
     M[2 * 13 + 2] = arm_psi_inertia_beyond_zz;
     M[3 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t41 - t34) + arm_psi_cos * t42;
@@ -2142,8 +2142,12 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     (void)x;
     (void)t;
     (void)qd;
-    double sine[10], cosine[10];
-    manipulator_flexible_sincos(q + 1, sine, cosine, 10);
+    double axis_x[13];
+    double axis_y[13];
+    double turned_rows_x[13];
+    double turned_rows_y[13];
+    double sine[11], cosine[11];
+    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
     for (int i = 0; i < 169; i++)
         Q_q[i] = 0.0;
     /* column_psi: motion from base_z outward */
@@ -2156,242 +2160,172 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     const double t1 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
     const double t2 = column_psi_sin * arm_psi_sin;
+    double arm_psi_e_ground_x_x[3];
+    double arm_psi_e_ground_x_y[3];
+    double arm_psi_e_ground_y_x[3];
+    double arm_psi_e_ground_y_y[3];
+    double arm_theta_e_ground_x_z[3];
+    double arm_theta_e_ground_x_x[3];
+    double arm_theta_e_ground_y_z[3];
+    double arm_theta_e_ground_y_x[3];
+    double arm_phi_e_ground_x_y[3];
+    double arm_phi_e_ground_x_z[3];
+    double arm_phi_e_ground_y_y[3];
+    double arm_phi_e_ground_y_z[3];
+    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
+    double last_arm_phi_e_ground_x_y = -t1;
+    double last_arm_phi_e_ground_x_z = column_psi_sin;
+    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
+    double last_arm_phi_e_ground_y_y = -t2;
+    double last_arm_phi_e_ground_y_z = -column_psi_cos;
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        /* arm_psi_e: motion from arm_psi_e outward */
+        arm_psi_e_ground_x_x[e] = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
+        arm_psi_e_ground_x_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
+        arm_psi_e_ground_y_x[e] = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
+        arm_psi_e_ground_y_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
+        /* arm_theta_e: motion from arm_psi_e outward */
+        arm_theta_e_ground_x_z[e] = arm_theta_e_sin * arm_psi_e_ground_x_x[e] + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
+        arm_theta_e_ground_x_x[e] = arm_theta_e_cos * arm_psi_e_ground_x_x[e] - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
+        arm_theta_e_ground_y_z[e] = arm_theta_e_sin * arm_psi_e_ground_y_x[e] + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
+        arm_theta_e_ground_y_x[e] = arm_theta_e_cos * arm_psi_e_ground_y_x[e] - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
+        /* arm_phi_e: motion from arm_theta_e outward */
+        arm_phi_e_ground_x_y[e] = arm_phi_e_sin * arm_theta_e_ground_x_z[e] + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
+        arm_phi_e_ground_x_z[e] = arm_phi_e_cos * arm_theta_e_ground_x_z[e] - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
+        arm_phi_e_ground_y_y[e] = arm_phi_e_sin * arm_theta_e_ground_y_z[e] + arm_phi_e_cos * arm_psi_e_ground_y_y[e];
+        arm_phi_e_ground_y_z[e] = arm_phi_e_cos * arm_theta_e_ground_y_z[e] - arm_phi_e_sin * arm_psi_e_ground_y_y[e];
+        axis_x[3 + 3 * e] = last_arm_phi_e_ground_x_z;
+        axis_x[4 + 3 * e] = arm_psi_e_ground_x_y[e];
+        axis_x[5 + 3 * e] = arm_theta_e_ground_x_x[e];
+        axis_y[3 + 3 * e] = last_arm_phi_e_ground_y_z;
+        axis_y[4 + 3 * e] = arm_psi_e_ground_y_y[e];
+        axis_y[5 + 3 * e] = arm_theta_e_ground_y_x[e];
+        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x[e];
+        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y[e];
+        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z[e];
+        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x[e];
+        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y[e];
+        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z[e];
+    }
     /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    /* arm_psi_1: motion from arm_psi outward */
-    const double arm_psi_1_sin = sine[2];
-    const double arm_psi_1_cos = cosine[2];
-    const double arm_psi_1_ground_x_x = arm_psi_ground_x_x * arm_psi_1_cos - t1 * arm_psi_1_sin;
-    const double t3 = arm_psi_ground_x_x * arm_psi_1_sin + t1 * arm_psi_1_cos;
-    const double arm_psi_1_ground_y_x = arm_psi_ground_y_x * arm_psi_1_cos - t2 * arm_psi_1_sin;
-    const double t4 = arm_psi_ground_y_x * arm_psi_1_sin + t2 * arm_psi_1_cos;
-    /* arm_theta_1: motion from arm_psi_1 outward */
-    const double arm_theta_1_sin = sine[3];
-    const double arm_theta_1_cos = cosine[3];
-    const double arm_theta_1_ground_x_z = arm_psi_1_ground_x_x * arm_theta_1_sin + column_psi_sin * arm_theta_1_cos;
-    const double arm_theta_1_ground_x_x = arm_psi_1_ground_x_x * arm_theta_1_cos - column_psi_sin * arm_theta_1_sin;
-    const double arm_theta_1_ground_y_z = arm_psi_1_ground_y_x * arm_theta_1_sin - column_psi_cos * arm_theta_1_cos;
-    const double arm_theta_1_ground_y_x = column_psi_cos * arm_theta_1_sin + arm_psi_1_ground_y_x * arm_theta_1_cos;
-    /* arm_phi_1: motion from arm_theta_1 outward */
-    const double arm_phi_1_sin = sine[4];
-    const double arm_phi_1_cos = cosine[4];
-    const double arm_phi_1_ground_x_y = arm_theta_1_ground_x_z * arm_phi_1_sin - t3 * arm_phi_1_cos;
-    const double arm_phi_1_ground_x_z = t3 * arm_phi_1_sin + arm_theta_1_ground_x_z * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_y = arm_theta_1_ground_y_z * arm_phi_1_sin - t4 * arm_phi_1_cos;
-    const double arm_phi_1_ground_y_z = t4 * arm_phi_1_sin + arm_theta_1_ground_y_z * arm_phi_1_cos;
-    /* arm_psi_2: motion from arm_phi_1 outward */
-    const double arm_psi_2_sin = sine[5];
-    const double arm_psi_2_cos = cosine[5];
-    const double arm_psi_2_ground_x_x = arm_phi_1_ground_x_y * arm_psi_2_sin + arm_theta_1_ground_x_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_x_y = arm_phi_1_ground_x_y * arm_psi_2_cos - arm_theta_1_ground_x_x * arm_psi_2_sin;
-    const double arm_psi_2_ground_y_x = arm_phi_1_ground_y_y * arm_psi_2_sin + arm_theta_1_ground_y_x * arm_psi_2_cos;
-    const double arm_psi_2_ground_y_y = arm_phi_1_ground_y_y * arm_psi_2_cos - arm_theta_1_ground_y_x * arm_psi_2_sin;
-    /* arm_theta_2: motion from arm_psi_2 outward */
-    const double arm_theta_2_sin = sine[6];
-    const double arm_theta_2_cos = cosine[6];
-    const double arm_theta_2_ground_x_z = arm_psi_2_ground_x_x * arm_theta_2_sin + arm_phi_1_ground_x_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_x_x = arm_psi_2_ground_x_x * arm_theta_2_cos - arm_phi_1_ground_x_z *
-        arm_theta_2_sin;
-    const double arm_theta_2_ground_y_z = arm_psi_2_ground_y_x * arm_theta_2_sin + arm_phi_1_ground_y_z *
-        arm_theta_2_cos;
-    const double arm_theta_2_ground_y_x = arm_psi_2_ground_y_x * arm_theta_2_cos - arm_phi_1_ground_y_z *
-        arm_theta_2_sin;
-    /* arm_phi_2: motion from arm_theta_2 outward */
-    const double arm_phi_2_sin = sine[7];
-    const double arm_phi_2_cos = cosine[7];
-    const double arm_phi_2_ground_x_y = arm_theta_2_ground_x_z * arm_phi_2_sin + arm_psi_2_ground_x_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_x_z = arm_theta_2_ground_x_z * arm_phi_2_cos - arm_psi_2_ground_x_y * arm_phi_2_sin;
-    const double arm_phi_2_ground_y_y = arm_theta_2_ground_y_z * arm_phi_2_sin + arm_psi_2_ground_y_y * arm_phi_2_cos;
-    const double arm_phi_2_ground_y_z = arm_theta_2_ground_y_z * arm_phi_2_cos - arm_psi_2_ground_y_y * arm_phi_2_sin;
-    /* arm_psi_3: motion from arm_phi_2 outward */
-    const double arm_psi_3_sin = sine[8];
-    const double arm_psi_3_cos = cosine[8];
-    const double arm_psi_3_ground_x_x = arm_phi_2_ground_x_y * arm_psi_3_sin + arm_theta_2_ground_x_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_x_y = arm_phi_2_ground_x_y * arm_psi_3_cos - arm_theta_2_ground_x_x * arm_psi_3_sin;
-    const double arm_psi_3_ground_y_x = arm_phi_2_ground_y_y * arm_psi_3_sin + arm_theta_2_ground_y_x * arm_psi_3_cos;
-    const double arm_psi_3_ground_y_y = arm_phi_2_ground_y_y * arm_psi_3_cos - arm_theta_2_ground_y_x * arm_psi_3_sin;
-    /* arm_theta_3: motion from arm_psi_3 outward */
-    const double arm_theta_3_sin = sine[9];
-    const double arm_theta_3_cos = cosine[9];
-    const double arm_theta_3_ground_x_z = arm_psi_3_ground_x_x * arm_theta_3_sin + arm_phi_2_ground_x_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_x_x = arm_psi_3_ground_x_x * arm_theta_3_cos - arm_phi_2_ground_x_z *
-        arm_theta_3_sin;
-    const double arm_theta_3_ground_y_z = arm_psi_3_ground_y_x * arm_theta_3_sin + arm_phi_2_ground_y_z *
-        arm_theta_3_cos;
-    const double arm_theta_3_ground_y_x = arm_psi_3_ground_y_x * arm_theta_3_cos - arm_phi_2_ground_y_z *
-        arm_theta_3_sin;
-    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
-    /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
-    const double t5 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
-    const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
-    /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
-    /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + (arm_psi_3_cos * arm_psi_3_moment_beyond_x +
-        p->derived.constant_4);
-    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t5 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
-    const double arm_theta_2_moment_beyond_z = arm_phi_2_sin * arm_phi_2_moment_beyond_y - arm_phi_2_cos *
-        t5;
-    /* arm_theta_2: composite pseudo-inertia of all beyond, inward */
-    const double t6 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
-    const double t7 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
-    const double arm_psi_2_moment_beyond_z = t7 - t6;
-    const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_theta_2_cos *
-        arm_phi_2_moment_beyond_x;
-    /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
-    /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + (arm_psi_2_cos * arm_psi_2_moment_beyond_x -
-        arm_psi_2_sin * arm_theta_2_moment_beyond_y + p->derived.constant_5);
-    const double t8 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
-    const double t9 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
-    const double arm_theta_1_moment_beyond_y = t9 - t8;
-    const double arm_theta_1_moment_beyond_z = arm_phi_1_sin * arm_phi_1_moment_beyond_y + arm_phi_1_cos *
-        arm_psi_2_moment_beyond_z;
-    /* arm_theta_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_1_moment_beyond_x = arm_theta_1_sin * arm_theta_1_moment_beyond_z + arm_theta_1_cos *
-        arm_phi_1_moment_beyond_x;
-    /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_y = arm_psi_1_sin * arm_psi_1_moment_beyond_x + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
+    /* axes, and wrenches that accelerate all beyond, in the ground's axes */
+    const double effector_z_moment_change_x = p->m_E * last_arm_theta_e_ground_x_x;
+    const double effector_z_moment_change_y = p->m_E * last_arm_theta_e_ground_y_x;
+    double last_arm_phi_e_mass_beyond = p->m_E;
+    double carried_43 = p->m_E * effector_z_shift_x;
+    double carried_44 = 0.0;
+    double last_arm_psi_e_moment_beyond_z = 0.0;
+    for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
+        const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_psi_e_sin = sine[2 + 3 * e];
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
+        const double arm_phi_e_sin = sine[4 + 3 * e];
+        const double arm_phi_e_cos = cosine[4 + 3 * e];
+        const double arm_theta_e_cos = cosine[3 + 3 * e];
+        const double arm_theta_e_sin = sine[3 + 3 * e];
+        /* arm_phi_e: composite pseudo-inertia of all beyond, inward */
+        const double arm_phi_e_mass_beyond = arm_phi_e_mass + last_arm_phi_e_mass_beyond;
+        const double arm_phi_e_moment_beyond_x = arm_phi_e_moment_x + carried_43;
+        const double t3 = arm_phi_e_sin * last_arm_psi_e_moment_beyond_z;
+        const double t4 = arm_phi_e_cos * carried_44;
+        const double arm_theta_e_moment_beyond_y = t4 - t3;
+        const double arm_theta_e_moment_beyond_z = arm_phi_e_sin * carried_44 + arm_phi_e_cos * last_arm_psi_e_moment_beyond_z;
+        /* arm_theta_e: composite pseudo-inertia of all beyond, inward */
+        const double arm_psi_e_moment_beyond_z = arm_theta_e_cos * arm_theta_e_moment_beyond_z - arm_theta_e_sin *
+        arm_phi_e_moment_beyond_x;
+        const double arm_psi_e_moment_beyond_x = arm_theta_e_sin * arm_theta_e_moment_beyond_z + arm_theta_e_cos *
+        arm_phi_e_moment_beyond_x;
+        /* axes, and wrenches that accelerate all beyond, in the ground's axes */
+        const double t5 = t3 - t4;
+        const double arm_psi_e_moment_change_x = arm_psi_e_ground_x_x[e] * t5 + arm_psi_e_ground_x_y[e] *
+        arm_psi_e_moment_beyond_x;
+        const double arm_psi_e_moment_change_y = arm_psi_e_ground_y_x[e] * t5 + arm_psi_e_ground_y_y[e] *
+        arm_psi_e_moment_beyond_x;
+        const double arm_theta_e_moment_change_x = arm_theta_e_ground_x_x[e] * arm_theta_e_moment_beyond_z -
+        arm_theta_e_ground_x_z[e] * arm_phi_e_moment_beyond_x;
+        const double arm_theta_e_moment_change_y = arm_theta_e_ground_y_x[e] * arm_theta_e_moment_beyond_z -
+        arm_theta_e_ground_y_z[e] * arm_phi_e_moment_beyond_x;
+        const double arm_phi_e_moment_change_x = arm_phi_e_ground_x_z[e] * carried_44 - arm_phi_e_ground_x_y[e] *
+        last_arm_psi_e_moment_beyond_z;
+        const double arm_phi_e_moment_change_y = arm_phi_e_ground_y_z[e] * carried_44 - arm_phi_e_ground_y_y[e] *
+        last_arm_psi_e_moment_beyond_z;
+        turned_rows_x[3 + 3 * e] = -p->g * arm_psi_e_moment_change_y;
+        turned_rows_x[4 + 3 * e] = -p->g * arm_theta_e_moment_change_y;
+        turned_rows_x[5 + 3 * e] = -p->g * arm_phi_e_moment_change_y;
+        turned_rows_y[3 + 3 * e] = p->g * arm_psi_e_moment_change_x;
+        turned_rows_y[4 + 3 * e] = p->g * arm_theta_e_moment_change_x;
+        turned_rows_y[5 + 3 * e] = p->g * arm_phi_e_moment_change_x;
+        const double next_carried_43 = arm_psi_e_cos * arm_psi_e_moment_beyond_x - arm_psi_e_sin * arm_theta_e_moment_beyond_y +
+        p->derived.arm_element_length * arm_phi_e_mass_beyond;
+        const double next_carried_44 = arm_psi_e_sin * arm_psi_e_moment_beyond_x + arm_psi_e_cos * arm_theta_e_moment_beyond_y;
+        last_arm_phi_e_mass_beyond = arm_phi_e_mass_beyond;
+        carried_43 = next_carried_43;
+        carried_44 = next_carried_44;
+        last_arm_psi_e_moment_beyond_z = arm_psi_e_moment_beyond_z;
+    }
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x_2 = p->derived.arm_psi_moment_x + (arm_psi_1_cos * arm_psi_1_moment_beyond_x -
-        arm_psi_1_sin * arm_theta_1_moment_beyond_y + p->derived.constant_6);
-    /* arm_psi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t10 = t8 - t9;
-    /* arm_phi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t11 = t6 - t7;
-    /* arm_psi: column of the gravity tangent g_i,j */
-    const double t12 = p->g * column_psi_cos;
-    const double t13 = p->g * column_psi_sin;
-    /* arm_psi_1: column of the gravity tangent g_i,j */
-    const double arm_psi_1_moment_change_x = arm_psi_1_ground_x_x * t10 - t3 * arm_psi_1_moment_beyond_x;
-    const double arm_psi_1_moment_change_y = arm_psi_1_ground_y_x * t10 - t4 * arm_psi_1_moment_beyond_x;
-    const double t14 = t12 * arm_psi_1_moment_change_x + t13 * arm_psi_1_moment_change_y;
-    /* arm_theta_1: column of the gravity tangent g_i,j */
-    const double arm_theta_1_moment_change_x = arm_theta_1_ground_x_x * arm_theta_1_moment_beyond_z - arm_theta_1_ground_x_z *
-        arm_phi_1_moment_beyond_x;
-    const double arm_theta_1_moment_change_y = arm_theta_1_ground_y_x * arm_theta_1_moment_beyond_z - arm_theta_1_ground_y_z *
-        arm_phi_1_moment_beyond_x;
-    const double t15 = p->g * t4;
-    const double arm_theta_1_gravity_lever_y = p->g * t3;
-    const double t16 = t12 * arm_theta_1_moment_change_x + t13 * arm_theta_1_moment_change_y;
-    /* arm_phi_1: column of the gravity tangent g_i,j */
-    const double arm_phi_1_moment_change_x = arm_phi_1_ground_x_y * t11 + arm_phi_1_ground_x_z * arm_phi_1_moment_beyond_y;
-    const double arm_phi_1_moment_change_y = arm_phi_1_ground_y_y * t11 + arm_phi_1_ground_y_z * arm_phi_1_moment_beyond_y;
-    const double arm_phi_1_gravity_lever_x = p->g * arm_theta_1_ground_y_x;
-    const double t17 = p->g * arm_theta_1_ground_x_x;
-    const double t18 = t12 * arm_phi_1_moment_change_x + t13 * arm_phi_1_moment_change_y;
-    /* arm_psi_2: column of the gravity tangent g_i,j */
-    const double arm_psi_2_moment_change_x = arm_psi_2_ground_x_y * arm_psi_2_moment_beyond_x - arm_psi_2_ground_x_x *
-        arm_theta_2_moment_beyond_y;
-    const double arm_psi_2_moment_change_y = arm_psi_2_ground_y_y * arm_psi_2_moment_beyond_x - arm_psi_2_ground_y_x *
-        arm_theta_2_moment_beyond_y;
-    const double arm_psi_2_gravity_lever_x = p->g * arm_phi_1_ground_y_z;
-    const double t19 = p->g * arm_phi_1_ground_x_z;
-    const double t20 = t12 * arm_psi_2_moment_change_x + t13 * arm_psi_2_moment_change_y;
-    /* arm_theta_2: column of the gravity tangent g_i,j */
-    const double arm_theta_2_moment_change_x = arm_theta_2_ground_x_x * arm_theta_2_moment_beyond_z - arm_theta_2_ground_x_z *
-        arm_phi_2_moment_beyond_x;
-    const double arm_theta_2_moment_change_y = arm_theta_2_ground_y_x * arm_theta_2_moment_beyond_z - arm_theta_2_ground_y_z *
-        arm_phi_2_moment_beyond_x;
-    const double arm_theta_2_gravity_lever_x = p->g * arm_psi_2_ground_y_y;
-    const double t21 = p->g * arm_psi_2_ground_x_y;
-    const double t22 = t12 * arm_theta_2_moment_change_x + t13 * arm_theta_2_moment_change_y;
-    /* arm_phi_2: column of the gravity tangent g_i,j */
-    const double arm_phi_2_moment_change_x = arm_phi_2_ground_x_y * t5 + arm_phi_2_ground_x_z * arm_phi_2_moment_beyond_y;
-    const double arm_phi_2_moment_change_y = arm_phi_2_ground_y_y * t5 + arm_phi_2_ground_y_z * arm_phi_2_moment_beyond_y;
-    const double arm_phi_2_gravity_lever_x = p->g * arm_theta_2_ground_y_x;
-    const double t23 = p->g * arm_theta_2_ground_x_x;
-    const double t24 = t12 * arm_phi_2_moment_change_x + t13 * arm_phi_2_moment_change_y;
-    /* arm_psi_3: column of the gravity tangent g_i,j */
-    const double arm_psi_3_moment_change_x = arm_psi_3_ground_x_y * arm_psi_3_moment_beyond_x;
-    const double arm_psi_3_moment_change_y = arm_psi_3_ground_y_y * arm_psi_3_moment_beyond_x;
-    const double arm_psi_3_gravity_lever_x = p->g * arm_phi_2_ground_y_z;
-    const double t25 = p->g * arm_phi_2_ground_x_z;
-    const double t26 = t12 * arm_psi_3_moment_change_x + t13 * arm_psi_3_moment_change_y;
-    /* arm_theta_3: column of the gravity tangent g_i,j */
-    const double t27 = arm_theta_3_ground_x_z * arm_phi_3_moment_beyond_x;
-    const double t28 = arm_theta_3_ground_y_z * arm_phi_3_moment_beyond_x;
-    const double arm_theta_3_gravity_lever_x = p->g * arm_psi_3_ground_y_y;
-    const double t29 = p->g * arm_psi_3_ground_x_y;
-    const double t30 = t12 * t27 + t13 * t28;
-    /* arm_phi_3: column of the gravity tangent g_i,j */
-    const double arm_phi_3_gravity_lever_x = p->g * arm_theta_3_ground_y_x;
-    /* effector_z: column of the gravity tangent g_i,j */
-    const double effector_z_moment_change_x = p->m_E * arm_theta_3_ground_x_x;
-    const double effector_z_moment_change_y = p->m_E * arm_theta_3_ground_y_x;
-    const double t31 = t12 * effector_z_moment_change_x + t13 * effector_z_moment_change_y;
+    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (carried_43 + p->derived.constant_3 *
+        last_arm_phi_e_mass_beyond);
+    const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x - arm_psi_sin * carried_44;
+    /* column_psi: composite pseudo-inertia of all beyond, inward */
+    const double base_z_moment_beyond_x = column_psi_sin * last_arm_psi_e_moment_beyond_z + column_psi_cos *
+        column_psi_moment_beyond_x;
+    /* axes, and wrenches that accelerate all beyond, in the ground's axes */
+    const double column_psi_moment_change_x = column_psi_cos * last_arm_psi_e_moment_beyond_z - column_psi_sin *
+        column_psi_moment_beyond_x;
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
+        Q_q[42 + 42 * e] = -p->derived.arm_stiffness_psi;
+        Q_q[56 + 42 * e] = -p->derived.arm_stiffness_psi;
+        Q_q[70 + 42 * e] = -p->derived.arm_stiffness_phi;
+    }
     Q_q[0 * 13 + 0] = -p->s_sup;
-    Q_q[2 * 13 + 2] = (arm_psi_ground_x_x * arm_psi_moment_beyond_y + t1 * arm_psi_moment_beyond_x_2) * t12 +
-        (arm_psi_ground_y_x * arm_psi_moment_beyond_y + t2 * arm_psi_moment_beyond_x_2) * t13;
-    Q_q[3 * 13 + 2] = -t14;
-    Q_q[3 * 13 + 3] = -(p->derived.arm_stiffness_psi + t14);
-    Q_q[4 * 13 + 2] = -t16;
-    Q_q[4 * 13 + 3] = -t16;
-    Q_q[4 * 13 + 4] = -(p->derived.arm_stiffness_psi + (arm_theta_1_moment_change_x * t15 - arm_theta_1_moment_change_y *
-        arm_theta_1_gravity_lever_y));
-    Q_q[5 * 13 + 2] = -t18;
-    Q_q[5 * 13 + 3] = -t18;
-    Q_q[5 * 13 + 4] = arm_theta_1_gravity_lever_y * arm_phi_1_moment_change_y - t15 * arm_phi_1_moment_change_x;
-    Q_q[5 * 13 + 5] = -(p->derived.arm_stiffness_phi + (arm_phi_1_moment_change_y * t17 - arm_phi_1_moment_change_x *
-        arm_phi_1_gravity_lever_x));
-    Q_q[6 * 13 + 2] = -t20;
-    Q_q[6 * 13 + 3] = -t20;
-    Q_q[6 * 13 + 4] = arm_theta_1_gravity_lever_y * arm_psi_2_moment_change_y - t15 * arm_psi_2_moment_change_x;
-    Q_q[6 * 13 + 5] = arm_phi_1_gravity_lever_x * arm_psi_2_moment_change_x - t17 * arm_psi_2_moment_change_y;
-    Q_q[6 * 13 + 6] = -(p->derived.arm_stiffness_psi + (arm_psi_2_moment_change_y * t19 - arm_psi_2_moment_change_x *
-        arm_psi_2_gravity_lever_x));
-    Q_q[7 * 13 + 2] = -t22;
-    Q_q[7 * 13 + 3] = -t22;
-    Q_q[7 * 13 + 4] = arm_theta_1_gravity_lever_y * arm_theta_2_moment_change_y - t15 * arm_theta_2_moment_change_x;
-    Q_q[7 * 13 + 5] = arm_phi_1_gravity_lever_x * arm_theta_2_moment_change_x - t17 * arm_theta_2_moment_change_y;
-    Q_q[7 * 13 + 6] = arm_psi_2_gravity_lever_x * arm_theta_2_moment_change_x - t19 * arm_theta_2_moment_change_y;
-    Q_q[7 * 13 + 7] = -(p->derived.arm_stiffness_psi + (arm_theta_2_moment_change_y * t21 - arm_theta_2_moment_change_x *
-        arm_theta_2_gravity_lever_x));
-    Q_q[8 * 13 + 2] = -t24;
-    Q_q[8 * 13 + 3] = -t24;
-    Q_q[8 * 13 + 4] = arm_theta_1_gravity_lever_y * arm_phi_2_moment_change_y - t15 * arm_phi_2_moment_change_x;
-    Q_q[8 * 13 + 5] = arm_phi_1_gravity_lever_x * arm_phi_2_moment_change_x - t17 * arm_phi_2_moment_change_y;
-    Q_q[8 * 13 + 6] = arm_psi_2_gravity_lever_x * arm_phi_2_moment_change_x - t19 * arm_phi_2_moment_change_y;
-    Q_q[8 * 13 + 7] = arm_theta_2_gravity_lever_x * arm_phi_2_moment_change_x - t21 * arm_phi_2_moment_change_y;
-    Q_q[8 * 13 + 8] = -(p->derived.arm_stiffness_phi + (arm_phi_2_moment_change_y * t23 - arm_phi_2_moment_change_x *
-        arm_phi_2_gravity_lever_x));
-    Q_q[9 * 13 + 2] = -t26;
-    Q_q[9 * 13 + 3] = -t26;
-    Q_q[9 * 13 + 4] = arm_theta_1_gravity_lever_y * arm_psi_3_moment_change_y - t15 * arm_psi_3_moment_change_x;
-    Q_q[9 * 13 + 5] = arm_phi_1_gravity_lever_x * arm_psi_3_moment_change_x - t17 * arm_psi_3_moment_change_y;
-    Q_q[9 * 13 + 6] = arm_psi_2_gravity_lever_x * arm_psi_3_moment_change_x - t19 * arm_psi_3_moment_change_y;
-    Q_q[9 * 13 + 7] = arm_theta_2_gravity_lever_x * arm_psi_3_moment_change_x - t21 * arm_psi_3_moment_change_y;
-    Q_q[9 * 13 + 8] = arm_phi_2_gravity_lever_x * arm_psi_3_moment_change_x - t23 * arm_psi_3_moment_change_y;
-    Q_q[9 * 13 + 9] = -(p->derived.arm_stiffness_psi + (arm_psi_3_moment_change_y * t25 - arm_psi_3_moment_change_x *
-        arm_psi_3_gravity_lever_x));
-    Q_q[10 * 13 + 2] = t30;
-    Q_q[10 * 13 + 3] = t30;
-    Q_q[10 * 13 + 4] = t15 * t27 - arm_theta_1_gravity_lever_y * t28;
-    Q_q[10 * 13 + 5] = t17 * t28 - arm_phi_1_gravity_lever_x * t27;
-    Q_q[10 * 13 + 6] = t19 * t28 - arm_psi_2_gravity_lever_x * t27;
-    Q_q[10 * 13 + 7] = t21 * t28 - arm_theta_2_gravity_lever_x * t27;
-    Q_q[10 * 13 + 8] = t23 * t28 - arm_phi_2_gravity_lever_x * t27;
-    Q_q[10 * 13 + 9] = t25 * t28 - arm_psi_3_gravity_lever_x * t27;
-    Q_q[10 * 13 + 10] = -(p->derived.arm_stiffness_psi + (t27 * arm_theta_3_gravity_lever_x - t28 * t29));
-    Q_q[11 * 13 + 11] = -p->derived.arm_stiffness_phi;
-    Q_q[12 * 13 + 2] = -t31;
-    Q_q[12 * 13 + 3] = -t31;
-    Q_q[12 * 13 + 4] = arm_theta_1_gravity_lever_y * effector_z_moment_change_y - t15 * effector_z_moment_change_x;
-    Q_q[12 * 13 + 5] = arm_phi_1_gravity_lever_x * effector_z_moment_change_x - t17 * effector_z_moment_change_y;
-    Q_q[12 * 13 + 6] = arm_psi_2_gravity_lever_x * effector_z_moment_change_x - t19 * effector_z_moment_change_y;
-    Q_q[12 * 13 + 7] = arm_theta_2_gravity_lever_x * effector_z_moment_change_x - t21 * effector_z_moment_change_y;
-    Q_q[12 * 13 + 8] = arm_phi_2_gravity_lever_x * effector_z_moment_change_x - t23 * effector_z_moment_change_y;
-    Q_q[12 * 13 + 9] = arm_psi_3_gravity_lever_x * effector_z_moment_change_x - t25 * effector_z_moment_change_y;
-    Q_q[12 * 13 + 10] = arm_theta_3_gravity_lever_x * effector_z_moment_change_x - t29 * effector_z_moment_change_y;
-    Q_q[12 * 13 + 11] = arm_phi_3_gravity_lever_x * effector_z_moment_change_x - p->g * arm_theta_3_ground_x_x *
-        effector_z_moment_change_y;
-    for (int i = 0; i < 13; i++)
-        for (int j = 0; j < i; j++)
-            Q_q[j * 13 + i] = Q_q[i * 13 + j];
+    axis_x[0] = 0.0;
+    axis_x[1] = 0.0;
+    axis_x[2] = column_psi_sin;
+    axis_x[12] = last_arm_theta_e_ground_x_x;
+    axis_y[0] = 0.0;
+    axis_y[1] = 0.0;
+    axis_y[2] = -column_psi_cos;
+    axis_y[12] = last_arm_theta_e_ground_y_x;
+    turned_rows_x[0] = 0.0;
+    turned_rows_x[1] = -p->g * base_z_moment_beyond_x;
+    turned_rows_x[2] = p->g * (arm_psi_ground_y_x * carried_44 + t2 * arm_psi_moment_beyond_x);
+    turned_rows_x[12] = -p->g * effector_z_moment_change_y;
+    turned_rows_y[0] = 0.0;
+    turned_rows_y[1] = p->g * column_psi_moment_change_x;
+    turned_rows_y[2] = -p->g * (arm_psi_ground_x_x * carried_44 + t1 * arm_psi_moment_beyond_x);
+    turned_rows_y[12] = p->g * effector_z_moment_change_x;
+    { /* pairs of coordinates: how j turns what is felt by i beyond it */
+        static const unsigned char is_turn[13] = {0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0};
+        for (int j = 12; j >= 0; j--) {
+            const int end = 13;
+            double Q_q_rows[13];
+            if (is_turn[j]) {
+                const double Q_q_rows_1x = axis_x[j];
+                const double Q_q_rows_1y = axis_y[j];
+                for (int i = j; i < end; i++) {
+                    Q_q_rows[i] = Q_q_rows_1x * turned_rows_x[i] + Q_q_rows_1y * turned_rows_y[i];
+                }
+            }
+            else {
+                for (int i = j; i < end; i++) {
+                    Q_q_rows[i] = 0.0;
+                }
+            }
+            for (int i = j; i < end; i++)
+                Q_q[i * 13 + j] += Q_q_rows[i];
+            for (int i = j + 1; i < end; i++)
+                Q_q[j * 13 + i] += Q_q_rows[i];
+        }
+    }
 }
 
 void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -4130,7 +4064,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "db455b7eaaf22072",
+    SET(hash) "fe33c5cad59283ef",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

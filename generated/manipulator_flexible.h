@@ -31,7 +31,7 @@
  *   d             169    283    0   22
  *   energy        144    225    0   20
  *   power          12     25    1    3
- *   Q_q           121    239    0   20
+ *   Q_q           246    343    0   22
  *   qdd_free      548    714   13   23
  *   qdd          1002   1420   18   27
  *   constrained   1002   1420   18   27
@@ -42,7 +42,7 @@
  *   breaks          0      0    0    0
  *   anchor         24     43    0   22
  *   start           0      0    0    0
- * Choices by counted operations: M written out, 754 (loops 1198); Q_q written out, 360 (loops 435); qdd_free recursive, 1314 operations; qdd recursive, 2494 operations.
+ * Choices by counted operations: M written out, 754 (loops 1198); Q_q in loops, 435 (written out 360); qdd_free recursive, 1314 operations; qdd recursive, 2494 operations.
  */
 #ifndef REFDYN_GENERATED_manipulator_flexible_H
 #define REFDYN_GENERATED_manipulator_flexible_H
