@@ -216,12 +216,6 @@ static const expression *constrained_by(struct derivation *d, struct solution *s
  */
 enum { DIVISION_WEIGHT = 4 };
 
-/* How often a call computes a node. */
-static long trips(const struct derivation *d, expression e) {
-    const uint16_t loop = d->g->nodes[e].loop;
-    return !loop || loop == ANY_LOOP ? 1 : d->plan->rolled->runs[d->g->loops[loop].run].count;
-}
-
 long weigh(const struct derivation *d, const expression *values, int count) {
     const struct graph *g = d->g;
     bool *needed = memory_get(d->memory, g->count * sizeof *needed);
@@ -232,8 +226,8 @@ long weigh(const struct derivation *d, const expression *values, int count) {
     for (expression e = 0; e < g->count; e++) {
         const enum cost cost = operation_cost(g->nodes[e].operation);
         if (needed[e] && (g->nodes[e].depends & ~ON_PARAMETER) != 0)
-            operations +=
-                trips(d, e) * (cost == COST_DIV ? DIVISION_WEIGHT : cost == COST_ADD || cost == COST_MUL);
+            operations += trips_of(d->plan, e) *
+                          (cost == COST_DIV ? DIVISION_WEIGHT : cost == COST_ADD || cost == COST_MUL);
     }
     return operations;
 }
@@ -298,12 +292,9 @@ const expression *free_accelerations(struct derivation *d) {
     return free_by(d, d->free_solution);
 }
 
-void constrained_accelerations(struct derivation *d) {
-    if (d->solution)
-        return;
-    d->solution = choose_solution(d, "qdd", constrained_by);
-    d->qdd = (expression *)constrained_by(d, d->solution);
-    d->responses = d->solution->responses;
-    d->S = d->solution->S;
-    d->lambda = d->solution->lambda;
+const struct solution *constrained_accelerations(struct derivation *d) {
+    if (!d->solution)
+        d->solution = choose_solution(d, "qdd", constrained_by);
+    constrained_by(d, d->solution);
+    return d->solution;
 }

@@ -336,7 +336,7 @@ static const expression *held_accelerations(struct derivation *d, const expressi
 static const expression *held_multipliers(struct derivation *d) {
     expression *held = new_values(d, d->m);
     for (int i = 0; i < d->m; i++)
-        held[i] = apply1(d->g, OP_HOLD, d->lambda[i]);
+        held[i] = apply1(d->g, OP_HOLD, d->solution->lambda[i]);
     return held;
 }
 
@@ -348,7 +348,8 @@ static struct builder start(struct derivation *d, struct function *f, bool has_r
         add_row_pulls(&d->kinematics, pulls);
         constrained_accelerations(d);
     }
-    const expression *accelerations = held_accelerations(d, has_rows ? d->qdd : free_accelerations(d));
+    const expression *accelerations =
+        held_accelerations(d, has_rows ? d->solution->qdd : free_accelerations(d));
     b.held = hold(&d->kinematics, accelerations, has_rows ? held_multipliers(d) : NULL);
     return b;
 }
@@ -420,10 +421,10 @@ void build_tangent(struct derivation *d, struct function *f) {
     const struct parts parts = parts_of(d);
     struct terms terms = motion_terms(&b);
     differentiate_terms(d, &terms, (const int[BLOCK_COUNT]){[BY_T] = 1});
-    spread(d, f, qdd, 0, 1, m ? d->qdd : free_accelerations(d));
+    spread(d, f, qdd, 0, 1, m ? d->solution->qdd : free_accelerations(d));
     spread_block(&b, &terms, parts.motion, BY_T, f_t);
     if (m) {
-        memcpy(field_values(f, lambda), d->lambda, (size_t)m * sizeof *d->lambda);
+        memcpy(field_values(f, lambda), d->solution->lambda, (size_t)m * sizeof *d->solution->lambda);
         fill_block(&b, &terms, parts.rows, BY_T, 1, g_t);
         spread_row_slopes(&b, row_balances(&d->kinematics), 0, 1, G_q);
         spread_row_slopes(&b, row_balances(&d->kinematics), 1, 1, G_qd);
@@ -464,12 +465,12 @@ static struct row_arrays add_row_arrays(struct builder *b) {
     spread_u(d, b->f, a.u);
     a.responses = add_matrix(d, b->f, "responses", n, m);
     for (int i = 0; i < m; i++)
-        spread(d, b->f, a.responses, i, m, d->responses[i]);
+        spread(d, b->f, a.responses, i, m, d->solution->responses[i]);
     a.inverse = add_matrix(d, b->f, "inverse", m, m);
     for (int row = 0; row < m; row++) {
         expression *unit = field_values(b->f, a.inverse) + row * m;
         unit[row] = one(d->g);
-        solve_rows(d, d->S, unit, memory_format(d->memory, "inverse_%d", row + 1));
+        solve_rows(d, d->solution->S, unit, memory_format(d->memory, "inverse_%d", row + 1));
     }
     return a;
 }

@@ -318,12 +318,17 @@ static bool has_turn(const struct kinematics *k, const struct stage *stage) {
     return k->tree->frames[stage->last].run < 0;
 }
 
+/* A free vector out of the last frame's axes, turn by turn. */
+static struct vector turn_by_turn(const struct kinematics *k, const struct stage *stage, struct vector v) {
+    for (int i = stage->last; i >= stage->first; i--)
+        v = to_parent(k, i, v);
+    return v;
+}
+
 static void turn_ball(const struct kinematics *k, const struct stage *stage, struct ball *ball) {
     static const char *const rows[3] = {"turn_x", "turn_y", "turn_z"};
     for (int column = 0; column < 3; column++) {
-        struct vector v = unit_vector(k->g, column);
-        for (int i = stage->last; i >= stage->first; i--)
-            v = to_parent(k, i, v);
+        const struct vector v = turn_by_turn(k, stage, unit_vector(k->g, column));
         for (int row = 0; row < 3; row++)
             ball->turn.at[3 * row + column] = v.at[row];
     }
@@ -335,9 +340,7 @@ static void turn_ball(const struct kinematics *k, const struct stage *stage, str
 static struct vector out_of_ball(const struct kinematics *k, const struct stage *stage, struct vector v) {
     if (has_turn(k, stage))
         return matrix_times(k->g, stage->ball.turn.at, v);
-    for (int i = stage->last; i >= stage->first; i--)
-        v = to_parent(k, i, v);
-    return v;
+    return turn_by_turn(k, stage, v);
 }
 
 static struct vector into_ball(const struct kinematics *k, const struct stage *stage, struct vector v) {

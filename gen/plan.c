@@ -188,8 +188,7 @@ void mark_statements(struct plan *plan, const struct function *function) {
         plan->is_statement[function->repeats[i].value] = true;
 }
 
-/* How often a call computes a node. */
-static long trips_of(const struct plan *plan, expression e) {
+long trips_of(const struct plan *plan, expression e) {
     const struct graph *g = plan->g;
     const uint16_t loop = g->nodes[e].loop;
     if (loop == ANY_LOOP)

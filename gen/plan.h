@@ -125,6 +125,8 @@ bool is_in_pass(const struct plan *plan, const struct function *function, expres
 bool is_repeated(const struct plan *plan, const struct function *function, expression e);
 /* schedule.c: order of execution from is_statement and is_needed. */
 void schedule(struct plan *plan, struct function *function);
+/* How often a call computes a node. */
+long trips_of(const struct plan *plan, expression e);
 /* Marks is_statement for one function: before printing it. */
 void mark_statements(struct plan *plan, const struct function *function);
 bool is_output_copied(const struct field *field, int entry); /* false in the mirrored upper half */

@@ -7,7 +7,6 @@
 #include "quantities.h"
 #include "breaks.h"
 #include "pairs.h"
-#include "runs.h"
 #include "sensitivity.h"
 
 #include <stdio.h>
@@ -58,29 +57,33 @@ static void build_u(struct derivation *d, struct function *f) {
 /* The function of a quantity, built when it is not there yet. */
 static const struct function *provide(struct derivation *d, const char *quantity);
 
-/* One field more of a composed function. */
-static void compose(struct derivation *d, struct function *f, const char *quantity, const char *field) {
+/* A field of a quantity, as a part of a composed function; its place there is left open. */
+static struct part *add_part(struct derivation *d, struct function *f, const char *quantity,
+                             const char *field) {
     const struct function *from = provide(d, quantity);
     int index = 0;
     while (strcmp(from->fields[index].name, field))
         index++;
-    const struct field source = from->fields[index];
-    add_field(d, f, source.name, source.about, source.count, source.columns);
     f->parts = memory_room(d->memory, f->parts, f->part_count, &f->part_capacity, sizeof *f->parts);
-    f->parts[f->part_count++] = (struct part){from, index, f->field_count - 1};
+    f->parts[f->part_count] = (struct part){.from = from, .from_field = index};
+    return &f->parts[f->part_count++];
+}
+
+/* One field more of a composed function. */
+static void compose(struct derivation *d, struct function *f, const char *quantity, const char *field) {
+    struct part *part = add_part(d, f, quantity, field);
+    const struct field *source = &part->from->fields[part->from_field];
+    add_field(d, f, source->name, source->about, source->count, source->columns);
+    part->to_field = f->field_count - 1;
 }
 
 /* The same into a local array, for loops; its number. */
 static int compose_local(struct derivation *d, struct function *f, const char *quantity, const char *field) {
-    const struct function *from = provide(d, quantity);
-    int index = 0, local;
-    while (strcmp(from->fields[index].name, field))
-        index++;
-    const struct field source = from->fields[index];
-    add_local(d->memory, f, source.name, source.count, source.columns ? source.columns : 1, &local);
-    f->parts = memory_room(d->memory, f->parts, f->part_count, &f->part_capacity, sizeof *f->parts);
-    f->parts[f->part_count++] = (struct part){from, index, local};
-    return local;
+    struct part *part = add_part(d, f, quantity, field);
+    const struct field *source = &part->from->fields[part->from_field];
+    add_local(d->memory, f, source->name, source->count, source->columns ? source->columns : 1,
+              &part->to_field);
+    return part->to_field;
 }
 
 static void add_v(struct derivation *d, struct function *f) {
@@ -189,9 +192,9 @@ static void build_qdd_free(struct derivation *d, struct function *f) {
 }
 
 static void build_constrained(struct derivation *d, struct function *f) {
-    constrained_accelerations(d);
-    spread_field(d, f, "qdd", "(n) accelerations with stabilised constraints", d->qdd);
-    fill_field(d, f, "lambda", "(m) multipliers, r = u^T lambda", d->lambda, d->m);
+    const struct solution *solution = constrained_accelerations(d);
+    spread_field(d, f, "qdd", "(n) accelerations with stabilised constraints", solution->qdd);
+    fill_field(d, f, "lambda", "(m) multipliers, r = u^T lambda", solution->lambda, d->m);
 }
 
 static void build_qdd(struct derivation *d, struct function *f) {

@@ -34,10 +34,9 @@ struct derivation {
     int frames;       /* of the rolled tree: values of coordinates are kept by frame */
     struct kinematics kinematics;
     struct inertia *composites;
-    expression *M, *statics_tangent, *bias, *falling, *qdd;
+    expression *M, *statics_tangent, *bias, *falling;
     struct applied applied;
     struct row_terms *rows;
-    expression **responses, *S, *lambda; /* M^-1 u^T by row, u M^-1 u^T, multipliers */
     struct wrench *loads;
     struct elimination *elimination;
     struct factors *factors;
@@ -64,8 +63,8 @@ expression *all_forces(struct derivation *d);
 
 /* accelerations.c: by frame. */
 const expression *free_accelerations(struct derivation *d);
-/* Sets qdd, lambda, responses and S. */
-void constrained_accelerations(struct derivation *d);
+/* With qdd, lambda, responses and S. */
+const struct solution *constrained_accelerations(struct derivation *d);
 /* S x = rest in place of rest; `what` names x. */
 void solve_rows(struct derivation *d, const expression *S, expression *rest, const char *what);
 /* Operations of a call that computes these values and nothing else; what depends on parameters alone is free.
