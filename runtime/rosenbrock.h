@@ -37,6 +37,7 @@ struct refdyn_rosenbrock_table {
 };
 
 extern const struct refdyn_rosenbrock_table refdyn_rodas5p;  /* 5(4), 8 stages */
+extern const struct refdyn_rosenbrock_table refdyn_rodas6p;  /* 6(5), 16 stages, 3 more for the interpolant */
 extern const struct refdyn_rosenbrock_table refdyn_ros34pw2; /* 3(2), 4 stages, a W-method */
 
 #endif

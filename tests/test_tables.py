@@ -127,7 +127,7 @@ def library(tmp_path_factory):
     return ctypes.CDLL(str(path))
 
 
-@pytest.fixture(scope="module", params=["rodas5p", "ros34pw2"])
+@pytest.fixture(scope="module", params=["rodas5p", "rodas6p", "ros34pw2"])
 def rosenbrock(request, library):
     table = Rosenbrock.in_dll(library, "refdyn_" + request.param)
     assert table.name.decode() == request.param
@@ -146,7 +146,7 @@ def check_order(weights, value, order, bound, what):
     assert max(residuals(weights, value, order + 1)) > 1e-5, f"{what} is of a higher order than it says"
 
 
-BOUNDS = {"rodas5p": 1e-12, "ros34pw2": 1e-14}
+BOUNDS = {"rodas5p": 1e-12, "rodas6p": 1e-12, "ros34pw2": 1e-14}
 
 
 def test_rosenbrock_order(rosenbrock):
