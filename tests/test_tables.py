@@ -69,6 +69,15 @@ class Rosenbrock(ctypes.Structure):
                 + [(name, ctypes.POINTER(ctypes.c_double)) for name in ("a", "c", "alpha", "gamma_sum", "b", "e", "interpolant")])
 
 
+class RungeKutta(ctypes.Structure):
+    """struct refdyn_tableau"""
+    _fields_ = ([("name", ctypes.c_char_p)]
+                + [(name, ctypes.c_int) for name in ("stages", "interpolant_stages", "order", "order_error", "order_error_low",
+                                                     "order_interpolant", "degree", "is_last_new")]
+                + [(name, ctypes.POINTER(ctypes.c_double)) for name in ("a", "b", "c", "e", "e_low", "interpolant_a", "interpolant_c",
+                                                                        "interpolant")])
+
+
 def matrix(values, rows, columns):
     return mpmath.matrix([[mpmath.mpf(values[i * columns + j]) for j in range(columns)] for i in range(rows)])
 
@@ -114,6 +123,38 @@ class RosenbrockTable:
         return self.G * values[0] if is_fat else entrywise([self.A * value for value in values], self.all)
 
 
+class RungeKuttaTable:
+    """A tableau with the stages of the interpolant behind the others."""
+
+    def __init__(self, table):
+        self.table, self.all = table, table.stages + table.interpolant_stages
+        s, extra = table.stages, table.interpolant_stages
+        self.A = mpmath.zeros(self.all)
+        self.A[:s, :s] = matrix(table.a, s, s)
+        self.c = [table.c[i] for i in range(s)]
+        if extra:
+            self.A[s:, :] = matrix(table.interpolant_a, extra, self.all)
+            self.c += [table.interpolant_c[i] for i in range(extra)]
+        assert all(self.A[i, j] == 0 for i in range(self.all) for j in range(i, self.all))
+        self.b, self.e, self.e_low = (self.row(values) for values in (table.b, table.e, table.e_low))
+        self.interpolant = matrix(table.interpolant, self.all, table.degree)
+
+    def row(self, values):
+        return mpmath.matrix([[values[i] if i < self.table.stages else 0 for i in range(self.all)]]) if values else None
+
+    def weights(self, theta):
+        """Of y(t + theta h) - y, in h."""
+        return (self.interpolant * mpmath.matrix([theta ** (k + 1) for k in range(self.table.degree)])).T
+
+    def weights_slope(self, theta):
+        return (self.interpolant * mpmath.matrix([(k + 1) * theta ** k for k in range(self.table.degree)])).T
+
+    @functools.lru_cache(None)
+    def value(self, tree):
+        """Elementary weights of the slopes (Solving ODEs I, II.2)."""
+        return entrywise([self.A * self.value(branch) for branch in tree], self.all)
+
+
 @pytest.fixture(autouse=True, scope="module")
 def precision():
     with mpmath.workdps(DIGITS):
@@ -123,7 +164,7 @@ def precision():
 @pytest.fixture(scope="module")
 def library(tmp_path_factory):
     path = tmp_path_factory.mktemp("tables") / "tables.so"
-    subprocess.run(["gcc", "-std=c11", "-fPIC", "-shared", SOURCE / "runtime" / "rosenbrock_tables.c", "-o", path], check=True)
+    subprocess.run(["gcc", "-std=c11", "-fPIC", "-shared", *(SOURCE / "runtime").glob("*_tables.c"), "-o", path], check=True)
     return ctypes.CDLL(str(path))
 
 
@@ -132,6 +173,13 @@ def rosenbrock(request, library):
     table = Rosenbrock.in_dll(library, "refdyn_" + request.param)
     assert table.name.decode() == request.param
     return RosenbrockTable(table)
+
+
+@pytest.fixture(scope="module", params=["rk4", "rk54", "rk8"])
+def runge_kutta(request, library):
+    table = RungeKutta.in_dll(library, "refdyn_" + request.param)
+    assert table.name.decode() == request.param
+    return RungeKuttaTable(table)
 
 
 def residuals(weights, value, order, theta=1):
@@ -146,8 +194,52 @@ def check_order(weights, value, order, bound, what):
     assert max(residuals(weights, value, order + 1)) > 1e-5, f"{what} is of a higher order than it says"
 
 
-BOUNDS = {"rodas5p": 1e-12, "rodas6p": 1e-12, "ros34pw2": 1e-14}
+def check_interpolant(method, bound):
+    """Every theta has its own weights and conditions."""
+    order, name = method.table.order_interpolant, method.table.name.decode()
+    worst = max(max(residuals(method.weights(theta), method.value, k, theta)) for theta in THETAS for k in range(1, order + 1))
+    beyond = max(max(residuals(method.weights(theta), method.value, order + 1, theta)) for theta in THETAS)
+    print(f"{name} interpolant: order {order}, residual {float(worst):.1e}, of the next {float(beyond):.1e}")
+    assert worst <= bound * SCALE
+    assert beyond > 1e-5
 
+
+BOUNDS = {"rodas5p": 1e-13, "rodas6p": 1e-13, "ros34pw2": 1e-14, "rk4": 1e-15, "rk54": 1e-14, "rk8": 1e-12}
+
+
+# ---- Runge-Kutta
+
+def test_runge_kutta_order(runge_kutta):
+    name = runge_kutta.table.name.decode()
+    check_order(runge_kutta.b, runge_kutta.value, runge_kutta.table.order, BOUNDS[name], name)
+
+
+def test_runge_kutta_embedded_orders(runge_kutta):
+    table = runge_kutta.table
+    name = table.name.decode()
+    for e, order in (runge_kutta.e, table.order_error), (runge_kutta.e_low, table.order_error_low):
+        assert (e is None) == (order == 0)
+        if e is not None:
+            check_order(runge_kutta.b - e, runge_kutta.value, order, BOUNDS[name], f"{name} embedded")
+
+
+def test_runge_kutta_interpolant(runge_kutta):
+    check_interpolant(runge_kutta, BOUNDS[runge_kutta.table.name.decode()])
+
+
+def test_runge_kutta_ends(runge_kutta):
+    """c is the sum of a row of a; the interpolant begins and ends with the state and the slope of its end."""
+    table, s, bound = runge_kutta.table, runge_kutta.all, BOUNDS[runge_kutta.table.name.decode()] * SCALE
+    sums = runge_kutta.A * mpmath.ones(s, 1)
+    assert max(abs(sums[i] - runge_kutta.c[i]) for i in range(s)) <= bound
+    new = table.stages - (1 if table.is_last_new else 0)
+    assert max(abs(runge_kutta.A[new, i] - runge_kutta.b[i]) for i in range(s)) <= bound and runge_kutta.c[new] == 1
+    for weights, slope in (runge_kutta.weights_slope(0), 0), (runge_kutta.weights_slope(1), new):
+        assert max(abs(weights[i] - (i == slope)) for i in range(s)) <= bound
+    assert max(abs(runge_kutta.weights(1)[i] - runge_kutta.b[i]) for i in range(s)) <= bound
+
+
+# ---- Rosenbrock
 
 def test_rosenbrock_order(rosenbrock):
     name = rosenbrock.table.name.decode()
@@ -160,16 +252,8 @@ def test_rosenbrock_embedded_order(rosenbrock):
 
 
 def test_rosenbrock_interpolant(rosenbrock):
-    """Every theta has its own weights and conditions; at the ends they are y and y_new."""
-    table = rosenbrock.table
-    if not table.interpolant_terms:
-        return
-    worst = max(max(residuals(rosenbrock.weights(theta), rosenbrock.value, k, theta))
-                for theta in THETAS for k in range(1, table.order_interpolant + 1))
-    beyond = max(max(residuals(rosenbrock.weights(theta), rosenbrock.value, table.order_interpolant + 1, theta)) for theta in THETAS)
-    print(f"{table.name.decode()} interpolant: residual {float(worst):.1e}, of the next {float(beyond):.1e}")
-    assert worst <= BOUNDS[table.name.decode()] * SCALE
-    assert beyond > 1e-5
+    if rosenbrock.table.interpolant_terms:
+        check_interpolant(rosenbrock, BOUNDS[rosenbrock.table.name.decode()])
 
 
 def test_rosenbrock_sums(rosenbrock):
@@ -209,3 +293,68 @@ def test_w_method_order(rosenbrock):
                 worst = max(worst, abs(found - (0 if has_fat(marked) else 1 / density(tree))))
     print(f"{table.name.decode()}: with any matrix, residual {float(worst):.1e}")
     assert worst <= BOUNDS[table.name.decode()] * SCALE
+
+
+# ---- One step as rosenbrock.h writes it
+
+def f(t, y):
+    return mpmath.matrix([y[1] + mpmath.sin(3 * t), -y[0] * y[1] - y[0] + mpmath.cos(t) * y[1] ** 2])
+
+
+def J(t, y):
+    return mpmath.matrix([[0, 1], [-y[1] - 1, -y[0] + 2 * mpmath.cos(t) * y[1]]])
+
+
+def f_t(t, y):
+    return mpmath.matrix([3 * mpmath.cos(3 * t), -mpmath.sin(t) * y[1] ** 2])
+
+
+T, Y = mpmath.mpf("0.3"), mpmath.matrix(["0.7", "-0.4"])
+THETA = mpmath.mpf("0.3")
+
+
+def rosenbrock_step(table, h, jacobian, slope_t):
+    """y_new, its error estimate, and y(T + THETA h)."""
+    s, U = table.stages + table.interpolant_stages, []
+    system = mpmath.eye(2) / (h * table.gamma) - jacobian
+    for i in range(s):
+        y, right = Y.copy(), h * table.gamma_sum[i] * slope_t
+        for j in range(i):
+            y += table.a[i * s + j] * U[j]
+            right += table.c[i * s + j] / h * U[j]
+        U.append(mpmath.lu_solve(system, f(T + table.alpha[i] * h, y) + right))
+
+    def combine(weights):
+        total = mpmath.zeros(2, 1)
+        for j in range(s):
+            total += weights[j] * U[j]
+        return total
+    y_new, inner = Y + combine(table.b), mpmath.zeros(2, 1)
+    if table.interpolant_terms:
+        for k in reversed(range(table.interpolant_terms)):
+            inner = combine(table.interpolant[k * s:k * s + s]) + THETA * inner
+    else:
+        begin, end = h * f(T, Y) - (y_new - Y), (y_new - Y) - h * f(T + h, y_new)
+        inner = (1 - THETA) * begin + THETA * end
+    return y_new, combine(table.e), (1 - THETA) * Y + THETA * (y_new + (1 - THETA) * inner)
+
+
+def solution(t):
+    return mpmath.matrix(mpmath.odefun(lambda t, y: list(f(t, y)), T, list(Y), tol=mpmath.mpf(10) ** -30)(t))
+
+
+def test_rosenbrock_step(rosenbrock):
+    """The error of one step halves as its order says; of a W-method with no derivative at all, too."""
+    table = rosenbrock.table
+    derivatives = [(J(T, Y), f_t(T, Y))] + [(mpmath.zeros(2), mpmath.zeros(2, 1))] * table.is_w_method
+    steps = [mpmath.mpf(1) / 40, mpmath.mpf(1) / 80]
+    exact = [(solution(T + h), solution(T + THETA * h)) for h in steps]
+    for jacobian, slope_t in derivatives:
+        errors = []
+        for h, (at_end, within) in zip(steps, exact):
+            y_new, estimate, between = rosenbrock_step(table, h, jacobian, slope_t)
+            errors.append([mpmath.norm(y_new - at_end), mpmath.norm(y_new - estimate - at_end), mpmath.norm(between - within)])
+        rates = [mpmath.log(coarse / fine, 2) for coarse, fine in zip(*errors)]
+        print(f"{table.name.decode()}: error of a step, embedded, within it, falls with h^{[round(float(rate), 2) for rate in rates]}")
+        for rate, order in zip(rates, (table.order, table.order_error, table.order_interpolant)):
+            assert rate == pytest.approx(order + 1, abs=0.35)
