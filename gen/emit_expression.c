@@ -166,6 +166,10 @@ void emit_definition(struct emission *x, struct text *text, expression e) {
     double value;
     char digits[32];
     switch (node.operation) {
+    case OP_RATE_GAIN:
+    case OP_POSITION_GAIN:
+        emit_value(x, text, node.operand[0]);
+        return;
     case OP_NUMBER:
         is_number(x->g, e, &value);
         text_add(text, "%s", number_text(value, digits));

@@ -3,6 +3,7 @@
  * refdyn_model.h.
  */
 #include "emit.h"
+#include "rows.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -141,6 +142,24 @@ static int *anchored_indices(struct emission *x) {
     return indices;
 }
 
+/* Place in p of a value of parameters alone, -1: no emitted function reads it. */
+static int place_in_parameters(const struct plan *plan, expression e) {
+    for (int i = 0; i < plan->prepare.out_count; i++)
+        if (plan->prepare.out[i] == e)
+            return plan->parameter_count + i;
+    return -1;
+}
+
+static int *gain_places(struct emission *x) {
+    const struct model *model = x->plan->model;
+    int *places = memory_get(x->plan->memory, (2 * (size_t)model->row_count + 1) * sizeof *places);
+    for (int i = 0; i < model->row_count; i++) {
+        places[2 * i] = place_in_parameters(x->plan, rate_gain(x->g, &model->rows[i]));
+        places[2 * i + 1] = place_in_parameters(x->plan, position_gain(x->g, &model->rows[i]));
+    }
+    return places;
+}
+
 static void emit_index_tables(struct emission *x, struct text *text) {
     const struct model *model = x->plan->model;
     const int n = x->plan->tree->count;
@@ -151,6 +170,7 @@ static void emit_index_tables(struct emission *x, struct text *text) {
     emit_integers(x, text, "dependent", coordinate_indices(x, model->dependent, model->dependent_count),
                   model->dependent_count);
     emit_integers(x, text, "held", coordinate_indices(x, model->hold, model->hold_count), model->hold_count);
+    emit_integers(x, text, "gains", gain_places(x), 2 * model->row_count);
     emit_integers(x, text, "anchored", anchored_indices(x), x->plan->anchored_count);
 }
 
@@ -279,6 +299,7 @@ static void emit_model_table(struct emission *x, struct text *text, const char *
     set_pointer(x, text, "rows", "rows", model->row_count > 0);
     set_pointer(x, text, "parent", "parent", true);
     set_pointer(x, text, "dependent", "dependent", model->dependent_count > 0);
+    set_pointer(x, text, "gains", "gains", model->row_count > 0);
     set_pointer(x, text, "held", "held", model->hold_count > 0);
     text_add(text, "    SET(held_count) %d,\n", model->hold_count);
     set_pointer(x, text, "anchored", "anchored", plan->anchored_count > 0);

@@ -213,12 +213,18 @@ void remark(struct graph *g, const char *text) {
     g->remarks[g->remark_count++] = (struct remark){g->count, text};
 }
 
+bool is_gain(enum operation operation) {
+    return operation == OP_RATE_GAIN || operation == OP_POSITION_GAIN;
+}
+
 static expression raw(struct graph *g, enum operation operation, expression a, expression b, expression c) {
     uint8_t depends = g->nodes[a].depends;
     if (operators[operation].arity > 1)
         depends |= g->nodes[b].depends;
     if (operators[operation].arity > 2)
         depends |= g->nodes[c].depends;
+    if (is_gain(operation))
+        depends |= ON_GAIN;
     return intern(g,
                   (struct node){.operation = (uint8_t)operation, .depends = depends, .operand = {a, b, c}});
 }
@@ -382,6 +388,8 @@ static expression apply_function(struct graph *g, enum operation operation, expr
     int arity = operators[operation].arity;
     double x = 0, y = 0;
     expression result;
+    if (is_gain(operation))
+        return raw(g, operation, a, 0, 0);
     if (is_number(g, a, &x) && (arity < 2 || is_number(g, b, &y)))
         return number(g, operation_value(operation, x, y, 0));
     if (a == b && (operation == OP_MIN || operation == OP_MAX))

@@ -52,7 +52,15 @@ struct symbol {
 };
 
 /* What an expression depends on, as a set. */
-enum depends { ON_PARAMETER = 1, ON_TIME = 2, ON_INPUT = 4, ON_STATE = 8, ON_RATE = 16, ON_START = 32 };
+enum depends {
+    ON_PARAMETER = 1,
+    ON_TIME = 2,
+    ON_INPUT = 4,
+    ON_STATE = 8,
+    ON_RATE = 16,
+    ON_START = 32,
+    ON_GAIN = 64 /* of stabilisation, which the runtime may replace */
+};
 
 struct node {
     uint8_t operation;
@@ -159,6 +167,8 @@ void name_value(struct graph *g, expression e, const char *text);
 void remark(struct graph *g, const char *text);
 
 int operation_arity(enum operation operation);
+/* RATE_GAIN or POSITION_GAIN. */
+bool is_gain(enum operation operation);
 const char *operation_text(enum operation operation);
 enum cost operation_cost(enum operation operation);
 double operation_value(enum operation operation, double a, double b, double c);

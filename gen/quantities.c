@@ -191,10 +191,39 @@ static void build_qdd_free(struct derivation *d, struct function *f) {
     spread_field(d, f, "qdd", "(n) accelerations without constraints, M qdd = h + Q", free_accelerations(d));
 }
 
+/* A row and the joints that it is summed over. */
+struct row_at {
+    const struct derivation *d;
+    const struct row_terms *row;
+};
+
+static expression row_speed_of_joint(void *context, int i) {
+    const struct row_at *at = context;
+    return mul(at->d->g, at->row->pull[i], coordinate_of(&at->d->kinematics, i, 1));
+}
+
+/* u qd of a row, at the places that it names. */
+static expression row_speed(struct derivation *d, int a) {
+    struct row_at at = {d, &rows(d)[a]};
+    expression sum = sum_over_joints(d->g, d->kinematics.tree, row_speed_of_joint, &at);
+    for (int p = 0; p < d->model->marker_count; p++)
+        sum = add(d->g, sum, vector_dot(d->g, at.row->pulls[p], d->kinematics.points[p].rd));
+    return sum;
+}
+
+static expression programme_power(struct derivation *d, const expression *lambda) {
+    expression sum = zero(d->g);
+    for (int a = 0; a < d->m; a++)
+        sum = add(d->g, sum, mul(d->g, lambda[a], row_speed(d, a)));
+    return sum;
+}
+
 static void build_constrained(struct derivation *d, struct function *f) {
     const struct solution *solution = constrained_accelerations(d);
     spread_field(d, f, "qdd", "(n) accelerations with stabilised constraints", solution->qdd);
     fill_field(d, f, "lambda", "(m) multipliers, r = u^T lambda", solution->lambda, d->m);
+    const expression power = programme_power(d, solution->lambda);
+    fill_field(d, f, "power", "(1) of the programme force, lambda . (u qd) [W]", &power, 1);
 }
 
 static void build_qdd(struct derivation *d, struct function *f) {

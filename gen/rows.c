@@ -20,11 +20,22 @@ static expression time_derivative(const struct kinematics *k, expression e) {
     return differentiate(k->g, e, rate_of_symbol, NULL);
 }
 
+expression rate_gain(struct graph *g, const struct row *row) {
+    return apply1(g, OP_RATE_GAIN, mul(g, number(g, 2), row->alpha));
+}
+
+expression position_gain(struct graph *g, const struct row *row) {
+    return apply1(g, OP_POSITION_GAIN, mul(g, row->beta, row->beta));
+}
+
 /* k = -v - 2 alpha psi - beta^2 phi; velocity rows have no phi, acceleration rows neither. */
-static void stabilise(const struct kinematics *k, const struct row *row, struct row_terms *terms) {
+static void stabilise(const struct kinematics *k, int index, struct row_terms *terms) {
     struct graph *g = k->g;
-    const expression damping = mul(g, mul(g, number(g, 2), row->alpha), terms->psi);
-    const expression stiffness = mul(g, mul(g, row->beta, row->beta), terms->phi);
+    const struct row *row = &k->model->rows[index];
+    const expression rate = rate_gain(g, row), position = position_gain(g, row);
+    name_value(g, rate, memory_format(k->memory, "row_%d_rate_gain", index + 1));
+    name_value(g, position, memory_format(k->memory, "row_%d_position_gain", index + 1));
+    const expression damping = mul(g, rate, terms->psi), stiffness = mul(g, position, terms->phi);
     terms->k = neg(g, add(g, add(g, terms->v, damping), stiffness));
 }
 
@@ -56,7 +67,7 @@ static struct row_terms derive_row(const struct kinematics *k, int index) {
     terms.pulls = memory_get(k->memory, ((size_t)k->model->marker_count + 1) * sizeof *terms.pulls);
     for (int p = 0; p < k->model->marker_count; p++)
         terms.pulls[p] = vector_of(terms.pull + k->tree->count + 3 * p);
-    stabilise(k, row, &terms);
+    stabilise(k, index, &terms);
     name_row(k, index, &terms);
     for (int j = 0; j < k->tree->count; j++)
         name_value(k->g, terms.u[j],

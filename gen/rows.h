@@ -17,6 +17,10 @@ struct row_terms {
     struct vector *pulls;      /* and by each point, ground axes: u = pull + C^T pulls */
 };
 
+/* 2 alpha and beta^2, in p where the runtime may replace them. */
+expression rate_gain(struct graph *g, const struct row *row);
+expression position_gain(struct graph *g, const struct row *row);
+
 struct row_terms *derive_rows(const struct kinematics *k);
 
 #endif

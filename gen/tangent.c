@@ -1,5 +1,6 @@
 /* Exact derivatives by coordinates and rates: see tangent.h. */
 #include "tangent.h"
+#include "rows.h"
 #include "forces.h"
 #include "memory.h"
 #include "sensitivity.h"
@@ -63,7 +64,7 @@ static expression rate_of_symbol(void *context, struct graph *g, expression e) {
 struct row_symbols row_symbols(const struct kinematics *k, int index) {
     struct graph *g = k->g;
     const struct row *row = &k->model->rows[index];
-    const expression damping = mul(g, number(g, 2), row->alpha), stiffness = mul(g, row->beta, row->beta);
+    const expression damping = rate_gain(g, row), stiffness = position_gain(g, row);
     if (row->level == ROW_ACCELERATION)
         return (struct row_symbols){.balance = row->residual};
     struct row_symbols s = {.psi = row->residual};

@@ -60,14 +60,14 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     /* row 1 (position level): u qdd + v = 0 */
     p->derived.constant_9 = 1.0 / p->a;
     p->derived.constant_10 = 1.0 / p->b;
-    p->derived.constant_11 = 2.0 * p->alpha;
-    p->derived.constant_12 = p->beta * p->beta;
+    p->derived.row_1_rate_gain = 2.0 * p->alpha;
+    p->derived.row_1_position_gain = p->beta * p->beta;
     /* row 2 (velocity level): u qdd + v = 0 */
-    p->derived.constant_13 = 3.141592653589793 * (1.0 / p->T);
+    p->derived.constant_11 = 3.141592653589793 * (1.0 / p->T);
     /* potential energy of gravity, zero at the ground's origin */
-    p->derived.constant_14 = p->s_sup * 0.5;
-    p->derived.constant_15 = 0.5 * p->derived.arm_stiffness_psi;
-    p->derived.constant_16 = 0.5 * p->derived.arm_stiffness_phi;
+    p->derived.constant_12 = p->s_sup * 0.5;
+    p->derived.constant_13 = 0.5 * p->derived.arm_stiffness_psi;
+    p->derived.constant_14 = 0.5 * p->derived.arm_stiffness_phi;
     /* base_z: inertia and gravity of the body at qdd = 0 */
     p->derived.base_z_load_force_z = p->m_base * p->g;
     /* column_psi: inertia and gravity of the body at qdd = 0 */
@@ -75,10 +75,10 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     p->derived.effector_z_D_inverse = 1.0 / p->m_E;
     /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    p->derived.constant_17 = 1.0 / p->derived.arm_phi_1_inertia_xx;
-    p->derived.constant_18 = 1.0 / p->derived.arm_psi_inertia_xx;
+    p->derived.constant_15 = 1.0 / p->derived.arm_phi_1_inertia_xx;
+    p->derived.constant_16 = 1.0 / p->derived.arm_psi_inertia_xx;
     /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    p->derived.constant_19 = p->derived.constant_3 * p->derived.constant_3;
+    p->derived.constant_17 = p->derived.constant_3 * p->derived.constant_3;
 }
 
 /* Sines and cosines of 4 angles up to 100000 rad: x = k pi/2 + r, and two polynomials of r, minimax on
@@ -1276,7 +1276,7 @@ void manipulator_flexible_row_terms(const struct manipulator_flexible_parameters
     const double row_1_u_effector_z = last_arm_theta_e_ground_x_x * t22 + last_arm_theta_e_ground_y_x * t21;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t26 = t2 * (p->derived.constant_13 * cos(t1));
+    const double t26 = t2 * (p->derived.constant_11 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t26 + t26);
     out->u[0 * 13 + 0] = 0.0;
     out->u[0 * 13 + 1] = row_1_u_column_psi;
@@ -1292,8 +1292,8 @@ void manipulator_flexible_row_terms(const struct manipulator_flexible_parameters
     out->phi[1] = 0.0;
     out->psi[0] = row_1_psi;
     out->psi[1] = row_2_psi;
-    out->k[0] = -(row_1_phi * p->derived.constant_12 + (row_1_v + row_1_psi * p->derived.constant_11));
-    out->k[1] = -(row_2_v + p->derived.constant_11 * row_2_psi);
+    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + (row_1_v + row_1_psi * p->derived.row_1_rate_gain));
+    out->k[1] = -(row_2_v + p->derived.row_1_rate_gain * row_2_psi);
 }
 
 void manipulator_flexible_phi(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -2019,7 +2019,7 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
     double carried_58 = qd[0] * (p->m_base * qd[0]) + (qd[1] * (p->Izz_col * qd[1]) + qd[0] * (p->m_col *
         qd[0])) + t1;
-    double carried_59 = p->derived.constant_14 * (q[0] * q[0]);
+    double carried_59 = p->derived.constant_12 * (q[0] * q[0]);
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[1 + 3 * e];
         const double arm_psi_e_cos = cosine[1 + 3 * e];
@@ -2059,8 +2059,8 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         arm_phi_e_moment_x + arm_phi_e_v_y * arm_phi_e_mass) + arm_phi_e_v_z * (arm_phi_e_v_z * arm_phi_e_mass -
         arm_phi_e_w_y * arm_phi_e_moment_x);
         const double next_carried_58 = t3 + t4 + carried_58;
-        const double next_carried_59 = p->derived.constant_16 * (q[5 + 3 * e] * q[5 + 3 * e]) + (p->derived.constant_15 *
-        (q[4 + 3 * e] * q[4 + 3 * e]) + (p->derived.constant_15 * (q[3 + 3 * e] * q[3 + 3 * e]) + carried_59));
+        const double next_carried_59 = p->derived.constant_14 * (q[5 + 3 * e] * q[5 + 3 * e]) + (p->derived.constant_13 *
+        (q[4 + 3 * e] * q[4 + 3 * e]) + (p->derived.constant_13 * (q[3 + 3 * e] * q[3 + 3 * e]) + carried_59));
         last_arm_phi_e_w_x = arm_phi_e_w_x;
         last_arm_phi_e_w_y = arm_phi_e_w_y;
         last_arm_phi_e_w_z = arm_phi_e_w_z;
@@ -2577,7 +2577,7 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
         const double t69 = arm_theta_e_sin * t68 + arm_theta_e_cos * t18;
         /* arm_phi_e: force left for the joint, inward */
         const double t70 = arm_phi_e_sin * t68 + arm_phi_e_cos * t17 + (arm_phi_e_load_moment_y[e] + carried_77);
-        t71[e] = (e == 2 ? p->derived.constant_18 : p->derived.constant_17) * (t18 + (arm_phi_e_bias_moment_x[e] +
+        t71[e] = (e == 2 ? p->derived.constant_16 : p->derived.constant_15) * (t18 + (arm_phi_e_bias_moment_x[e] +
         carried_76));
         t72[e] = t30 * (arm_phi_e_sin * t17 - arm_phi_e_cos * t68 - (arm_phi_e_load_moment_z[e] + carried_78) +
         t29[e] * t70);
@@ -2630,17 +2630,17 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
     const double arm_psi_U_force_x = carried_67 + p->derived.constant_3 * carried_73;
     const double t82 = p->derived.constant_3 * carried_66;
     const double t83 = p->derived.constant_3 * carried_68;
-    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.constant_19 + p->derived.constant_3 *
+    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.constant_17 + p->derived.constant_3 *
         carried_65 - p->derived.constant_3 * carried_69;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + (t83 + (carried_62 + carried_71 * p->derived.constant_19 +
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + (t83 + (carried_62 + carried_71 * p->derived.constant_17 +
         t83));
     const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + (carried_68 + p->derived.constant_3 * carried_71);
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
     const double t84 = arm_psi_U_moment_y * arm_psi_D_inverse;
     const double t85 = arm_psi_U_force_x * arm_psi_D_inverse;
     const double t86 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t87 = p->derived.arm_psi_inertia_yy + (carried_61 + carried_72 * p->derived.constant_19 -
+    const double t87 = p->derived.arm_psi_inertia_yy + (carried_61 + carried_72 * p->derived.constant_17 -
         t82 - t82) - arm_psi_U_moment_y * t84;
     const double t88 = p->derived.arm_psi_mass + carried_71 - arm_psi_U_force_y * t86;
     const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (carried_64 - p->derived.constant_3 *
@@ -2773,7 +2773,7 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
     const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
     const double arm_psi_load_moment_y = t3 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t3;
     /* row 2 (velocity level): u qdd + v = 0 */
-    const double t9 = t2 * (p->derived.constant_13 * cos(t1));
+    const double t9 = t2 * (p->derived.constant_11 * cos(t1));
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
     const double arm_psi_load_moment_z = t4 * p->derived.constant_8 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
     const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
@@ -3130,7 +3130,7 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
         const double t99 = arm_theta_e_sin * t98 + arm_theta_e_cos * t45;
         /* arm_phi_e: force left for the joint, inward */
         const double t100 = arm_phi_e_sin * t98 + arm_phi_e_cos * t44 + (arm_phi_e_load_moment_y[e] + carried_77);
-        t101[e] = (e == 2 ? p->derived.constant_18 : p->derived.constant_17) * (t45 + (arm_phi_e_bias_moment_x[e] +
+        t101[e] = (e == 2 ? p->derived.constant_16 : p->derived.constant_15) * (t45 + (arm_phi_e_bias_moment_x[e] +
         carried_76));
         t102[e] = t57 * (arm_phi_e_sin * t44 - arm_phi_e_cos * t98 - (arm_phi_e_load_moment_z[e] + carried_78) +
         t56 * t100);
@@ -3222,17 +3222,17 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
     const double arm_psi_U_force_x = carried_67 + p->derived.constant_3 * carried_73;
     const double t132 = p->derived.constant_3 * carried_66;
     const double t133 = p->derived.constant_3 * carried_68;
-    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.constant_19 + p->derived.constant_3 *
+    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.constant_17 + p->derived.constant_3 *
         carried_65 - p->derived.constant_3 * carried_69;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + (t133 + (carried_62 + carried_71 * p->derived.constant_19 +
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + (t133 + (carried_62 + carried_71 * p->derived.constant_17 +
         t133));
     const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + (carried_68 + p->derived.constant_3 * carried_71);
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
     const double t134 = arm_psi_U_moment_y * arm_psi_D_inverse;
     const double t135 = arm_psi_U_force_x * arm_psi_D_inverse;
     const double t136 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t137 = p->derived.arm_psi_inertia_yy + (carried_61 + carried_72 * p->derived.constant_19 -
+    const double t137 = p->derived.arm_psi_inertia_yy + (carried_61 + carried_72 * p->derived.constant_17 -
         t132 - t132) - arm_psi_U_moment_y * t134;
     const double t138 = p->derived.arm_psi_mass + carried_71 - arm_psi_U_force_y * t136;
     const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (carried_64 - p->derived.constant_3 *
@@ -3438,13 +3438,13 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
     const double t212 = row_1_u_effector_z * t211 - (t42 * t209 - t43 * t208);
     const double t213 = last_arm_theta_e_ground_z_x * t211 - (last_arm_phi_e_ground_z_z * t209 - last_arm_phi_e_ground_z_y *
         t208);
-    const double t214 = row_1_phi * p->derived.constant_12 + (row_1_v + row_1_psi * p->derived.constant_11) +
+    const double t214 = row_1_phi * p->derived.row_1_position_gain + (row_1_v + row_1_psi * p->derived.row_1_rate_gain) +
         (row_1_u_effector_z * t205 - (t203 * t42 - t202 * t43));
     const double row_1_pivot_inverse = (t207 * 1e-12 < t207 ? 1.0 / t207 : 0.0);
     const double t215 = t212 * row_1_pivot_inverse;
     const double t216 = t213 - t212 * t215;
     const double row_2_pivot_inverse = (t213 * 1e-12 < t216 ? 1.0 / t216 : 0.0);
-    const double row_2_lambda = (t214 * t215 - (row_2_v + p->derived.constant_11 * row_2_psi + (last_arm_theta_e_ground_z_x *
+    const double row_2_lambda = (t214 * t215 - (row_2_v + p->derived.row_1_rate_gain * row_2_psi + (last_arm_theta_e_ground_z_x *
         t205 - (last_arm_phi_e_ground_z_z * t203 - last_arm_phi_e_ground_z_y * t202)))) * row_2_pivot_inverse;
     const double t217 = row_1_pivot_inverse * (t214 + t212 * row_2_lambda);
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
@@ -3886,6 +3886,8 @@ static const int manipulator_flexible_dependent[] = {2, 12};
 
 static const int manipulator_flexible_held[] = {1, 2, 12};
 
+static const int manipulator_flexible_gains[] = {46, 47, 46, -1};
+
 static const int manipulator_flexible_anchored[] = {20};
 
 static const struct refdyn_row manipulator_flexible_rows[] = {
@@ -4064,7 +4066,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "fe33c5cad59283ef",
+    SET(hash) "d7c730cce1ee7987",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,
@@ -4081,6 +4083,7 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(rows) manipulator_flexible_rows,
     SET(parent) manipulator_flexible_parent,
     SET(dependent) manipulator_flexible_dependent,
+    SET(gains) manipulator_flexible_gains,
     SET(held) manipulator_flexible_held,
     SET(held_count) 3,
     SET(anchored) manipulator_flexible_anchored,

@@ -102,18 +102,18 @@ struct manipulator_flexible_parameters {
         double constant_8;
         double constant_9;
         double constant_10;
+        double row_1_rate_gain;
+        double row_1_position_gain;
         double constant_11;
         double constant_12;
         double constant_13;
         double constant_14;
-        double constant_15;
-        double constant_16;
         double base_z_load_force_z;
         double column_psi_load_force_z;
         double effector_z_D_inverse;
+        double constant_15;
+        double constant_16;
         double constant_17;
-        double constant_18;
-        double constant_19;
     } derived; /* what depends on parameters alone, set by manipulator_flexible_prepare */
 };
 

@@ -34,12 +34,12 @@ void manipulator_rigid_prepare(struct manipulator_rigid_parameters *p) {
     /* row 1 (position level): u qdd + v = 0 */
     p->derived.constant_5 = 1.0 / p->a;
     p->derived.constant_6 = 1.0 / p->b;
-    p->derived.constant_7 = 2.0 * p->alpha;
-    p->derived.constant_8 = p->beta * p->beta;
+    p->derived.row_1_rate_gain = 2.0 * p->alpha;
+    p->derived.row_1_position_gain = p->beta * p->beta;
     /* row 2 (velocity level): u qdd + v = 0 */
-    p->derived.constant_9 = 3.141592653589793 * (1.0 / p->T);
+    p->derived.constant_7 = 3.141592653589793 * (1.0 / p->T);
     /* potential energy of gravity, zero at the ground's origin */
-    p->derived.constant_10 = p->s_sup * 0.5;
+    p->derived.constant_8 = p->s_sup * 0.5;
     /* base_z: inertia and gravity of the body at qdd = 0 */
     p->derived.base_z_load_force_z = p->m_base * p->g;
     /* column_psi: inertia and gravity of the body at qdd = 0 */
@@ -249,7 +249,7 @@ void manipulator_rigid_row_terms(const struct manipulator_rigid_parameters *p, c
     const double row_1_u_effector_z = arm_psi_ground_x_x * t19 + arm_psi_ground_y_x * t18;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t20 = t2 * (p->derived.constant_9 * cos(t1));
+    const double t20 = t2 * (p->derived.constant_7 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t20 + t20);
     out->u[0 * 4 + 0] = 0.0;
     out->u[0 * 4 + 1] = row_1_u_column_psi;
@@ -265,8 +265,8 @@ void manipulator_rigid_row_terms(const struct manipulator_rigid_parameters *p, c
     out->phi[1] = 0.0;
     out->psi[0] = row_1_psi;
     out->psi[1] = row_2_psi;
-    out->k[0] = -(row_1_phi * p->derived.constant_8 + (row_1_v + row_1_psi * p->derived.constant_7));
-    out->k[1] = -(row_2_v + p->derived.constant_7 * row_2_psi);
+    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + (row_1_v + row_1_psi * p->derived.row_1_rate_gain));
+    out->k[1] = -(row_2_v + p->derived.row_1_rate_gain * row_2_psi);
 }
 
 void manipulator_rigid_phi(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -494,7 +494,7 @@ void manipulator_rigid_energy(const struct manipulator_rigid_parameters *p, cons
         t1 + (effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_y * (p->m_E * effector_z_v_y) + effector_z_v_z *
         (p->m_E * effector_z_v_z));
     energy[0] = 0.5 * t2;
-    energy[1] = p->g * (column_psi_moment_beyond_z + q[0] * p->derived.base_z_mass_beyond) + p->derived.constant_10 *
+    energy[1] = p->g * (column_psi_moment_beyond_z + q[0] * p->derived.base_z_mass_beyond) + p->derived.constant_8 *
         (q[0] * q[0]);
 }
 
@@ -695,7 +695,7 @@ void manipulator_rigid_constrained(const struct manipulator_rigid_parameters *p,
     const double row_1_u_effector_z = arm_psi_ground_x_x * t22 + arm_psi_ground_y_x * t21;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t23 = t2 * (p->derived.constant_9 * cos(t1));
+    const double t23 = t2 * (p->derived.constant_7 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t23 + t23);
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
     const double arm_psi_load_moment_z = t6 * p->derived.constant_3 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
@@ -770,13 +770,13 @@ void manipulator_rigid_constrained(const struct manipulator_rigid_parameters *p,
     const double t53 = t52 - t48;
     const double t54 = row_1_u_effector_z * t53 - t36 * t51;
     const double t55 = arm_psi_cos * t51 + arm_psi_sin * t53;
-    const double t56 = row_1_phi * p->derived.constant_8 + (row_1_v + row_1_psi * p->derived.constant_7) +
+    const double t56 = row_1_phi * p->derived.row_1_position_gain + (row_1_v + row_1_psi * p->derived.row_1_rate_gain) +
         (row_1_u_effector_z * t33 - (effector_z_shift_x * (arm_psi_cos * t27) * t37 + t31 * t36));
     const double row_1_pivot_inverse = (t45 * 1e-12 < t45 ? 1.0 / t45 : 0.0);
     const double t57 = t54 * row_1_pivot_inverse;
     const double t58 = t55 - t54 * t57;
     const double row_2_pivot_inverse = (t55 * 1e-12 < t58 ? 1.0 / t58 : 0.0);
-    const double row_2_lambda = (t56 * t57 - (row_2_v + p->derived.constant_7 * row_2_psi + (arm_psi_cos *
+    const double row_2_lambda = (t56 * t57 - (row_2_v + p->derived.row_1_rate_gain * row_2_psi + (arm_psi_cos *
         t31 + arm_psi_sin * t33))) * row_2_pivot_inverse;
     const double t59 = row_1_pivot_inverse * (t56 + t54 * row_2_lambda);
     out->qdd[0] = t39 * t59 - t26 - t47 * row_2_lambda;
@@ -991,6 +991,8 @@ static const int manipulator_rigid_dependent[] = {2, 3};
 
 static const int manipulator_rigid_held[] = {1, 2, 3};
 
+static const int manipulator_rigid_gains[] = {31, 32, 31, -1};
+
 static const int manipulator_rigid_anchored[] = {17};
 
 static const struct refdyn_row manipulator_rigid_rows[] = {
@@ -1169,7 +1171,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "2fc9f7e42a88645c",
+    SET(hash) "9548b4fde6b8db11",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,
@@ -1186,6 +1188,7 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(rows) manipulator_rigid_rows,
     SET(parent) manipulator_rigid_parent,
     SET(dependent) manipulator_rigid_dependent,
+    SET(gains) manipulator_rigid_gains,
     SET(held) manipulator_rigid_held,
     SET(held_count) 3,
     SET(anchored) manipulator_rigid_anchored,

@@ -83,10 +83,10 @@ struct manipulator_rigid_parameters {
         double constant_4;
         double constant_5;
         double constant_6;
+        double row_1_rate_gain;
+        double row_1_position_gain;
         double constant_7;
         double constant_8;
-        double constant_9;
-        double constant_10;
         double base_z_load_force_z;
         double column_psi_load_force_z;
         double effector_z_D_inverse;

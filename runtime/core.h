@@ -8,12 +8,26 @@
  * is none. */
 int refdyn_fault_not_finite(struct refdyn_workspace *work);
 
+/* u v phi psi k of a state into the workspace. Error: NOT_FINITE. */
+int refdyn_row_terms(struct refdyn_workspace *work, double t, const double *q, const double *qd);
+
+/* After refdyn_row_terms: does the partition still serve this state? Chooses another one where it does not,
+ * from equations that it then evaluates. Errors: NOT_FINITE, ROWS_INCONSISTENT. */
+int refdyn_partition_watch(struct refdyn_workspace *work, double t, const double *q, const double *qd);
+
 /* K_d factored and [K_d^-1 K_i, K_d^-1 right] into work->rows, P into work->P; right (m) is multiplied by
  * sign. Chooses and changes the partition. Errors: NOT_FINITE, ROWS_INCONSISTENT. */
 int refdyn_partition_update(struct refdyn_workspace *work, const double *right, double sign);
 
 /* refdyn_project, with the equations of the given state already in the workspace. */
 int refdyn_project_evaluated(struct refdyn_workspace *work, double t, double *q, double *qd);
+/*
+ * The same along given directions z_a (rank x n, ordered as partition.row; any with a regular u z), with the
+ * row terms of the given state in the workspace; at the end those of the new one. Errors: NOT_FINITE,
+ * NO_CONVERGENCE.
+ */
+int refdyn_project_along(struct refdyn_workspace *work, const double *directions, double t, double *q,
+                         double *qd);
 
 /* What 1 rad weighs against in coordinate j: `length` for a translation, 1 for a rotation. */
 double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double length);

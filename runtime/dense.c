@@ -3,6 +3,7 @@
 
 #include <float.h>
 #include <math.h>
+#include <stddef.h>
 
 double refdyn_largest(const double *a, int count, int *index) {
     double largest = 0;
@@ -78,4 +79,61 @@ void refdyn_factor_half_backward(const double *A, int n, int stride, double *x) 
         const double *row = A + k * stride;
         x[k] = (x[k] * sqrt(row[k]) - dense_dot(row + k + 1, x + k + 1, n - k - 1)) / row[k];
     }
+}
+
+/* The row from k on with the largest entry of column k, for its size; -1: all are zero or NaN. */
+static int find_pivot(const double *A, int n, int k, const double *scale) {
+    double largest = 0;
+    int at = -1;
+    for (int i = k; i < n; i++) {
+        const double size = fabs(A[i * n + k]) * scale[i];
+        if (size > largest) {
+            largest = size;
+            at = i;
+        }
+    }
+    return at;
+}
+
+static void swap_rows(double *restrict a, double *restrict b, int count) {
+    for (int j = 0; j < count; j++) {
+        const double kept = a[j];
+        a[j] = b[j];
+        b[j] = kept;
+    }
+}
+
+int refdyn_lu_factor(double *A, int n, int *pivot, double *scale) {
+    for (int i = 0; i < n; i++)
+        scale[i] = 1 / refdyn_largest(A + i * n, n, NULL);
+    for (int k = 0; k < n; k++) {
+        const int at = find_pivot(A, n, k, scale);
+        if (at < 0)
+            return k;
+        pivot[k] = at;
+        if (at != k) {
+            swap_rows(A + at * n, A + k * n, n);
+            scale[at] = scale[k];
+        }
+        const double *restrict row = A + k * n;
+        const double inverse = 1 / row[k];
+        for (int i = k + 1; i < n; i++) {
+            double *restrict below = A + i * n;
+            below[k] *= inverse;
+            dense_add(below + k + 1, -below[k], row + k + 1, n - k - 1);
+        }
+    }
+    return -1;
+}
+
+void refdyn_lu_solve(const double *A, int n, const int *pivot, double *x) {
+    for (int k = 0; k < n; k++) {
+        const double kept = x[pivot[k]];
+        x[pivot[k]] = x[k];
+        x[k] = kept;
+    }
+    for (int k = 1; k < n; k++)
+        x[k] -= dense_dot(A + k * n, x, k);
+    for (int k = n - 1; k >= 0; k--)
+        x[k] = (x[k] - dense_dot(A + k * n + k + 1, x + k + 1, n - k - 1)) / A[k * n + k];
 }

@@ -46,4 +46,12 @@ void refdyn_factor_solve(const double *A, int n, int stride, double *x);
 void refdyn_factor_half_forward(const double *A, int n, int stride, double *x);
 void refdyn_factor_half_backward(const double *A, int n, int stride, double *x);
 
+/*
+ * P A = L U with partial pivoting, rows scaled by their largest entry when pivots are compared (Golub and Van
+ * Loan, 3.4); pivot (n) tells the row that took each place. Returns -1, or the first column without a pivot.
+ */
+int refdyn_lu_factor(double *A, int n, int *pivot, double *scale);
+/* x := A^-1 x with the factors. */
+void refdyn_lu_solve(const double *A, int n, const int *pivot, double *x);
+
 #endif

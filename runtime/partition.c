@@ -320,14 +320,32 @@ static int eliminate_chosen(struct refdyn_workspace *work, const double *right, 
     return status;
 }
 
+static void record_condition(struct refdyn_partition *partition) {
+    if (partition->rank == 0)
+        return;
+    partition->pivot_min = fmin(partition->pivot_min, partition->pivot);
+    partition->condition_max = fmax(partition->condition_max, partition->condition);
+}
+
 int refdyn_partition_update(struct refdyn_workspace *work, const double *right, double sign) {
     struct refdyn_partition *partition = &work->partition;
     int status = REFDYN_OK;
     if (partition->rank < 0 || !eliminate_kept(work, right, sign, &status))
         status = eliminate_chosen(work, right, sign);
-    if (partition->rank > 0) {
-        partition->pivot_min = fmin(partition->pivot_min, partition->pivot);
-        partition->condition_max = fmax(partition->condition_max, partition->condition);
+    record_condition(partition);
+    return status;
+}
+
+/* Redundant rows are judged beside the forces, which the row terms alone do not tell. */
+int refdyn_partition_watch(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
+    struct refdyn_partition *partition = &work->partition;
+    int status = REFDYN_OK;
+    if (work->m == 0)
+        return REFDYN_OK;
+    if (partition->rank < work->m || !eliminate_kept(work, work->k, 1, &status)) {
+        status = refdyn_equations(work, t, q, qd);
+        return status ? status : refdyn_partition_update(work, work->k, 1);
     }
+    record_condition(partition);
     return status;
 }

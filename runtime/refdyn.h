@@ -195,29 +195,38 @@ int refdyn_project(struct refdyn_workspace *work, double t, double *q, double *q
 /* ---- Motions ---- */
 
 enum refdyn_method {
-    REFDYN_RK4,  /* the classical Runge-Kutta method of order 4 (Kutta 1901), fixed step */
-    REFDYN_RK54, /* Dormand and Prince 5(4) (J. Comput. Appl. Math. 6:19-26, 1980), adaptive */
+    REFDYN_RK4,     /* the classical Runge-Kutta method of order 4 (Kutta 1901) */
+    REFDYN_RK54,    /* Dormand and Prince 5(4) (J. Comput. Appl. Math. 6:19-26, 1980) */
+    REFDYN_RK8,     /* Dormand and Prince 8(5,3) (Hairer, Norsett and Wanner, Solving ODEs I, II.10) */
+    REFDYN_RODAS5P, /* Rosenbrock method of order 5(4) with the exact tangent (Steinebach, BIT 63:27, 2023) */
+    REFDYN_RODAS6P, /* the same of order 6(5) (Steinebach, arXiv:2511.21252, 2025) */
+    REFDYN_ROS34PW2, /* Rosenbrock method of order 3(2) (Rang and Angermann, BIT 45:761-787, 2005) */
     REFDYN_METHOD_COUNT
 };
 
-/* "rk4", "rk54"; NULL outside the range. */
+/* "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "ros34pw2"; NULL outside the range. */
 const char *refdyn_method_name(int method);
+/* Does the method need the emitted `tangent`? */
+int refdyn_method_is_implicit(enum refdyn_method method);
 /* The method of that name, -1 when there is none. */
 int refdyn_method_find(const char *name);
 
 struct refdyn_options {
     enum refdyn_method method;
+    double tol;      /* error of a step, as a change of positions in units of 1 rad and `length`; 0: steps are
+                        fixed */
     double step;     /* fixed step, or first step of an adaptive method (0: found) [s] */
     double step_max; /* adaptive: largest step [s]; 0: none */
-    double tol;      /* adaptive: error of a step, as a change of positions in units of 1 rad and `length` */
     double length;   /* what 1 rad weighs against in translations [m] */
     enum refdyn_stabilise stabilise;
+    double gain_share; /* Baumgarte gains alpha = beta = gain_share / step instead of those of the rows; 0: of
+                          the rows */
     int project_start; /* make the start consistent first */
     int balance;     /* integrate the work of non-conservative and programme forces along (drive.work_done) */
     long step_limit; /* steps tried per motion; 0: none */
 };
 
-/* Defaults of a method: step 1e-3 s, Baumgarte (rk4); step found, tol 1e-6, projection (rk54). */
+/* Defaults of a method: step 1e-3 s, Baumgarte (rk4); step found, tol 1e-6, projection (the others). */
 struct refdyn_options refdyn_options_default(enum refdyn_method method);
 /* 0 or BAD_OPTION; then *fact (fact may be NULL) is a static text such as "step must be positive". */
 int refdyn_options_validate(const struct refdyn_options *options, const char **fact);
@@ -225,8 +234,9 @@ int refdyn_options_validate(const struct refdyn_options *options, const char **f
 struct refdyn_statistics {
     long steps; /* accepted */
     long rejected;
-    long evaluations; /* of the equations */
-    double phi_max;   /* largest |phi| and |psi| over all accepted steps, the start included */
+    long evaluations; /* of the accelerations */
+    long tangents;    /* of their derivatives */
+    double phi_max;   /* largest |phi| and |psi| over all accepted steps and outputs, the start included */
     double psi_max;
     int phi_row, psi_row; /* and in which row; -1: none */
     int partition_changes;
@@ -235,9 +245,25 @@ struct refdyn_statistics {
     double step_smallest, step_largest; /* of the accepted steps [s] */
 };
 
+/* The equations linearised about a state, and the factored matrix of an implicit step: runtime/linearise.h.
+ */
+struct refdyn_linear {
+    int n, m, size;  /* size: n and the independent rows */
+    double g;        /* gamma h of the matrix [s] */
+    double *tangent; /* struct NAME_tangent_result, its parts: */
+    double *qdd, *lambda, *K, *D, *G_q, *G_qd, *f_t, *g_t, *M, *u;
+    double *matrix;            /* (size x size) factors */
+    double *right;             /* (size x 2 n) [M, g D; u, g G_qd] */
+    double *right_t;           /* (size) -g [f_t; g_t] */
+    double *directions;        /* (rank x n) u_b z_a = 1 for a = b, else 0 */
+    double *sides, *x, *scale; /* room: (2 n), (size), (size) */
+    int *pivot;                /* (size) */
+};
+
 /*
- * One motion. After start and after every step the state is the accepted one, qdd its accelerations and
- * work's equations those of that state.
+ * One motion. `refdyn_drive_start`, `_step`, `_to` and `_refresh` leave t, q, qd, qdd and work_done of the
+ * state that was asked for, and the equations of that state, solved, in the workspace. Steps end where their
+ * error allows: the state between their ends is interpolated.
  */
 struct refdyn_drive {
     struct refdyn_workspace *work;
@@ -257,17 +283,27 @@ struct refdyn_drive {
     double failed_t; /* where it failed; work->fault says in which row or coordinate; q, qd stay the last
                         accepted state [s] */
 
-    /* the step's own */
-    double *state;     /* (2 n + 1) q, qd, work_done */
-    double *state_new; /* (2 n + 1) the same at the end of the step */
-    double *stage;     /* (2 n + 1) the same at a stage */
-    double *slopes; /* (stages x (2 n + 1)) qd, qdd, power at each stage; the first are those of the state */
-    double *error;  /* (2 n) estimate for q, qd */
+    /* the steps' own; a state is q, qd, work_done, a slope qd, qdd, power: (2 n + 1) */
+    enum refdyn_method method;     /* in use */
+    double t_begin, t_end;         /* the last accepted step [s] */
+    double *state, *slope;         /* at its begin */
+    double *state_new, *slope_new; /* at its end */
+    double *seen;                  /* the state that q and qd belong to */
+    double *stage, *side;          /* a stage's state, and the right side of its equation */
+    double *stages;                /* slopes of all stages; Rosenbrock: their (2 n) increments */
+    double *error;                 /* (2 n) estimate for q, qd */
+    double *accelerated;           /* (n + m + 1) struct NAME_constrained_result */
+    double *aligned;               /* (n) q for which `directions` were found */
+    int is_aligned;                /* they have been found */
+    int is_looked_into;            /* the interpolant of the last step is complete */
+    struct refdyn_linear linear;   /* its tangent is that of t_begin once has_tangent */
+    int has_tangent;
     double
         *breaks; /* (break_count) kinks of formulas of time, ascending; every step ends at the next one [s] */
     int break_next;    /* first of them that lies ahead */
     double t_limit;    /* stages are evaluated before this: the left side of a break; INFINITY: no break ahead
                           [s] */
+    double t_most;     /* adaptive steps end here, see refdyn_drive_limit [s] */
     double step_next;  /* adaptive: proposed step, 0: to be found [s] */
     double error_last; /* adaptive: error norm of the last accepted step */
     double from, to;   /* fixed step: output interval in progress [s] */
@@ -277,21 +313,25 @@ struct refdyn_drive {
 
 /* Bytes that refdyn_drive_init needs. */
 size_t refdyn_drive_size(const struct refdyn_model *model, const struct refdyn_options *options);
-/* Errors: BAD_OPTION, BAD_MEMORY. */
+/* Errors: BAD_OPTION, BAD_MEMORY, FUNCTION_MISSING (an implicit method needs the model's `tangent`). */
 int refdyn_drive_init(struct refdyn_drive *drive, struct refdyn_workspace *work,
                       const struct refdyn_options *options, void *memory, size_t size);
 /* Sets the state (copied) and evaluates it; clears the statistics. With options.project_start the state is
- * projected first. Errors: those of refdyn_accelerate and refdyn_project. */
+ * projected first. Calls refdyn_prepare, then sets the gains in work->p as options.stabilise asks. Errors:
+ * those of refdyn_accelerate and refdyn_project. */
 int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, const double *qd);
-/* One accepted step towards t_out, never past it; lands on it exactly. Fixed step: the interval from the last
- * output to t_out is cut into ceil(interval/step) equal steps, the i-th begins at from + i (to - from)/count.
- * Errors: > 0 from a fixed step whose evaluation failed; STEP_TOO_SMALL, TOO_MANY_STEPS; BAD_OPTION when
- * t_out lies before t. The drive then stays at the last accepted state, with cause and failed_t set;
- * refdyn_drive_refresh evaluates that state again. */
-int refdyn_drive_step(struct refdyn_drive *drive, double t_out);
+/* Goes on towards t_out by at most `steps` accepted steps; t is t_out when they were enough, the end of the
+ * last one otherwise. Fixed step: the interval from the last output to t_out is cut into ceil(interval/step)
+ * equal steps, the i-th begins at from + i (to - from)/count. Errors: > 0 from a fixed step whose evaluation
+ * failed; STEP_TOO_SMALL, TOO_MANY_STEPS; BAD_OPTION when t_out lies before t. The drive then stays at the
+ * last accepted state, with cause and failed_t set; refdyn_drive_refresh evaluates that state again. */
+int refdyn_drive_step(struct refdyn_drive *drive, double t_out, long steps);
+/* From now on no step reaches beyond t, until t lies behind: the end of the motion, or a time at which the
+ * caller will change inputs. INFINITY: none, as at the start. */
+void refdyn_drive_limit(struct refdyn_drive *drive, double t);
 /* Steps until t_out. Same errors. */
 int refdyn_drive_to(struct refdyn_drive *drive, double t_out);
-/* After the caller has changed work->x, work->p or the drive's q, qd between steps: evaluates anew. */
+/* After the caller has changed work->x, work->p or the drive's q, qd between steps: goes on from there. */
 int refdyn_drive_refresh(struct refdyn_drive *drive);
 
 /* ---- Energy balance ---- */

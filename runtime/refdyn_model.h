@@ -55,6 +55,8 @@ struct refdyn_model {
     const int *parent;    /* n: the coordinate before this one on the way to the ground, -1: none. M[i][j] is
                              zero unless one of i, j leads to the other */
     const int *dependent; /* m coordinates declared dependent, or NULL: choose */
+    const int *gains;     /* (m x 2) places in p of 2 alpha and beta^2 of each row, -1: k does not read it.
+                             `prepare` sets them; a caller may replace them behind it */
     const int *held;      /* held_count coordinates held in statics */
     int held_count;
     const int *anchored; /* anchored_count parameters whose default is a value at the start of a motion */

@@ -1,9 +1,9 @@
 /*
- * Explicit Runge-Kutta methods: slopes and the step.
+ * Explicit Runge-Kutta methods: the step, and its interpolant.
  *
- * Takes a state (q, qd, work) and a step h; gives the state after it and the error that the embedded formula
- * estimates. The work of non-conservative and programme forces is one more component of the state, with the
- * slope qd . Q_nonconservative + r . qd; nothing is computed for it unless options.balance asks.
+ * Takes a state (q, qd, work) and a step h; gives the state after it, the error that the embedded formulas
+ * estimate, and states between. Formulas in runge_kutta.h. The work of non-conservative and programme forces
+ * is one more component of the state.
  */
 #include "runge_kutta.h"
 
@@ -11,86 +11,100 @@
 #include <string.h>
 
 #include "dense.h"
+#include "slope.h"
+#include "step.h"
 
-static const struct refdyn_tableau *const tableaus[REFDYN_METHOD_COUNT] = {
-    [REFDYN_RK4] = &refdyn_rk4,
-    [REFDYN_RK54] = &refdyn_rk54,
-};
-
-const struct refdyn_tableau *refdyn_tableau_of(enum refdyn_method method) {
-    return tableaus[method];
+static int count_all(const struct refdyn_tableau *tableau) {
+    return tableau->stages + tableau->interpolant_stages;
 }
 
-const char *refdyn_method_name(int method) {
-    return method >= 0 && method < REFDYN_METHOD_COUNT ? tableaus[method]->name : NULL;
-}
-
-int refdyn_method_find(const char *name) {
-    for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
-        if (strcmp(name, tableaus[method]->name) == 0)
-            return method;
-    return -1;
-}
-
-/* qd . Q_nonconservative + r . qd */
-static double power(const struct refdyn_drive *drive, double t, const double *q, const double *qd,
-                    const double *qdd) {
-    struct refdyn_workspace *work = drive->work;
-    double of_forces = 0;
-    if (work->model->power)
-        work->model->power(work->p, work->x, t, q, qd, &of_forces);
-    return of_forces + refdyn_programme_power(work, qdd, qd);
-}
-
-int refdyn_slope_evaluated(const struct refdyn_drive *drive, double t, const double *state, double *slope) {
-    const int n = drive->work->n;
-    const int status = refdyn_solve(drive->work, drive->options.stabilise, slope + n);
-    if (status)
-        return status;
-    memcpy(slope, state + n, (size_t)n * sizeof *slope);
-    slope[2 * n] = drive->options.balance ? power(drive, t, state, state + n, slope + n) : 0;
-    return REFDYN_OK;
-}
-
-int refdyn_slope(const struct refdyn_drive *drive, double t, const double *state, double *slope) {
-    const int status = refdyn_equations(drive->work, t, state, state + drive->work->n);
-    return status ? status : refdyn_slope_evaluated(drive, t, state, slope);
+int refdyn_runge_kutta_room(const struct refdyn_tableau *tableau, int n) {
+    return count_all(tableau) * (2 * n + 1);
 }
 
 /* y := state + h sum_j weight_j slope_j */
-static void combine(const struct refdyn_drive *drive, double h, const double *weights, int stages,
-                    double *y) {
+static void combine(const struct refdyn_drive *drive, double h, const double *weights, int count, double *y) {
     const int size = 2 * drive->work->n + 1;
     memcpy(y, drive->state, (size_t)size * sizeof *y);
-    for (int j = 0; j < stages; j++)
+    for (int j = 0; j < count; j++)
         if (weights[j] != 0)
-            dense_add(y, h * weights[j], drive->slopes + j * size, size);
+            dense_add(y, h * weights[j], drive->stages + j * size, size);
 }
 
-/* error := h sum_j e_j slope_j, q and qd only */
-static void estimate(struct refdyn_drive *drive, double h, const struct refdyn_tableau *tableau) {
+/* error := h sum_j weight_j slope_j, q and qd only */
+static void estimate(const struct refdyn_drive *drive, double h, const double *weights, int stages,
+                     double *error) {
     const int n = drive->work->n, size = 2 * n + 1;
-    for (int i = 0; i < 2 * n; i++)
-        drive->error[i] = 0;
-    for (int j = 0; j < tableau->stages; j++)
-        if (tableau->e[j] != 0)
-            dense_add(drive->error, h * tableau->e[j], drive->slopes + j * size, 2 * n);
+    memset(error, 0, (size_t)(2 * n) * sizeof *error);
+    for (int j = 0; j < stages; j++)
+        if (weights[j] != 0)
+            dense_add(error, h * weights[j], drive->stages + j * size, 2 * n);
+}
+
+/* E^2 / sqrt(E^2 + E_low^2 / 100) of each entry */
+static void scale_error(struct refdyn_drive *drive, const double *low) {
+    for (int i = 0; i < 2 * drive->work->n; i++) {
+        const double error = drive->error[i], both = hypot(error, low[i] / 10);
+        drive->error[i] = both > 0 ? error * error / both : 0;
+    }
+}
+
+/* Slope number s, at the state with these weights of the slopes before it. */
+static int take_stage(struct refdyn_drive *drive, double h, int s, const double *weights, double c) {
+    const double t = fmin(drive->t_begin + c * h, drive->t_limit);
+    combine(drive, h, weights, s, drive->stage);
+    const int status = refdyn_slope(drive, t, drive->stage, drive->stages + s * (2 * drive->work->n + 1));
+    if (status)
+        drive->failed_t = t;
+    return status;
 }
 
 int refdyn_runge_kutta_step(struct refdyn_drive *drive, double h) {
-    const struct refdyn_tableau *tableau = refdyn_tableau_of(drive->options.method);
-    const int size = 2 * drive->work->n + 1;
-    for (int s = 1; s < tableau->stages; s++) {
-        const double t = fmin(drive->t + tableau->c[s] * h, drive->t_limit);
-        combine(drive, h, tableau->a + s * tableau->stages, s, drive->stage);
-        const int status = refdyn_slope(drive, t, drive->stage, drive->slopes + s * size);
-        if (status) {
-            drive->failed_t = t;
+    const struct refdyn_tableau *tableau = refdyn_method_facts(drive->method).tableau;
+    const int size = 2 * drive->work->n + 1, stages = tableau->stages;
+    memcpy(drive->stages, drive->slope, (size_t)size * sizeof(double));
+    drive->is_looked_into = 0;
+    for (int s = 1; s < stages; s++) {
+        const int status = take_stage(drive, h, s, tableau->a + s * stages, tableau->c[s]);
+        if (status)
             return status;
-        }
     }
-    combine(drive, h, tableau->b, tableau->stages, drive->state_new);
-    if (tableau->order_error)
-        estimate(drive, h, tableau);
+    combine(drive, h, tableau->b, stages, drive->state_new);
+    if (tableau->e)
+        estimate(drive, h, tableau->e, stages, drive->error);
+    if (tableau->e_low) {
+        estimate(drive, h, tableau->e_low, stages, drive->side);
+        scale_error(drive, drive->side);
+    }
+    if (tableau->is_last_new)
+        memcpy(drive->slope_new, drive->stages + (stages - 1) * size, (size_t)size * sizeof(double));
     return REFDYN_OK;
+}
+
+/* The slopes that only the interpolant needs, once a step. */
+static int look_into(struct refdyn_drive *drive, const struct refdyn_tableau *tableau, double h) {
+    const int all = count_all(tableau);
+    for (int i = 0; i < tableau->interpolant_stages && !drive->is_looked_into; i++) {
+        const int status = take_stage(drive, h, tableau->stages + i, tableau->interpolant_a + i * all,
+                                      tableau->interpolant_c[i]);
+        if (status)
+            return status;
+    }
+    drive->is_looked_into = 1;
+    return REFDYN_OK;
+}
+
+int refdyn_runge_kutta_interpolate(struct refdyn_drive *drive, double theta, double *state) {
+    const struct refdyn_tableau *tableau = refdyn_method_facts(drive->method).tableau;
+    const int size = 2 * drive->work->n + 1;
+    const double h = drive->t_end - drive->t_begin;
+    const int status = look_into(drive, tableau, h);
+    memcpy(state, drive->state, (size_t)size * sizeof *state);
+    for (int s = 0; s < count_all(tableau) && !status; s++) {
+        double weight = 0;
+        for (int k = tableau->degree - 1; k >= 0; k--)
+            weight = theta * (weight + tableau->interpolant[s * tableau->degree + k]);
+        dense_add(state, h * weight, drive->stages + s * size, size);
+    }
+    return status;
 }

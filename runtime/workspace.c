@@ -161,18 +161,38 @@ static void call(refdyn_function *function, const struct refdyn_workspace *work,
         function(work->p, work->x, t, q, qd, out);
 }
 
-/* The same from one function for each quantity; what the model lacks stays 0. */
+/* u v phi psi k; what the model lacks stays 0. */
+static void call_rows(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
+    const struct refdyn_model *model = work->model;
+    if (model->row_terms) {
+        model->row_terms(work->p, work->x, t, q, qd, work->u);
+        return;
+    }
+    call(model->u, work, t, q, qd, work->u);
+    call(model->v, work, t, q, qd, work->v);
+    call(model->phi, work, t, q, qd, work->phi);
+    call(model->psi, work, t, q, qd, work->psi);
+    call(model->k, work, t, q, qd, work->k);
+}
+
+/* The equations from one function for each quantity. */
 static void call_each(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
     const struct refdyn_model *model = work->model;
     call(model->M, work, t, q, qd, work->M);
     call(model->h, work, t, q, qd, work->f);
     call(model->Q, work, t, q, qd, work->side);
     dense_add(work->f, 1, work->side, work->n);
-    call(model->u, work, t, q, qd, work->u);
-    call(model->v, work, t, q, qd, work->v);
-    call(model->phi, work, t, q, qd, work->phi);
-    call(model->psi, work, t, q, qd, work->psi);
-    call(model->k, work, t, q, qd, work->k);
+    call_rows(work, t, q, qd);
+}
+
+int refdyn_row_terms(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
+    if (work->m == 0)
+        return REFDYN_OK;
+    call_rows(work, t, q, qd);
+    if (refdyn_is_finite(work->u, work->m * (work->n + 4)))
+        return REFDYN_OK;
+    const int status = refdyn_equations(work, t, q, qd);
+    return status ? status : REFDYN_NOT_FINITE;
 }
 
 int refdyn_fault_not_finite(struct refdyn_workspace *work) {

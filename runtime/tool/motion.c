@@ -4,6 +4,7 @@
 #include "timing.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -26,17 +27,31 @@ void motion_catch_interrupt(void) {
     sigaction(SIGINT, &action, NULL);
 }
 
+/* "rk4, rk54, ..." */
+static const char *known_methods(char text[static 128]) {
+    text[0] = '\0';
+    for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
+        sprintf(text + strlen(text), "%s%s", method ? ", " : "", refdyn_method_name(method));
+    return text;
+}
+
 static enum status choose_method(const struct options *options, struct refdyn_options *drive) {
-    int method = options->step > 0 ? REFDYN_RK4 : REFDYN_RK54;
+    char known[128];
+    int method = options->step > 0 ? REFDYN_RK4 : REFDYN_RODAS5P;
     if (options->method)
         method = refdyn_method_find(options->method);
     if (method < 0)
-        return usage_error(options->command, "--method: '%s' is none of rk4, rk54", options->method);
-    *drive = refdyn_options_default((enum refdyn_method)method);
-    if (options->step > 0)
-        drive->step = options->step;
+        return usage_error(options->command, "--method: '%s' is none of %s", options->method,
+                           known_methods(known));
+    if (options->tolerance > 0 && options->step > 0)
+        return usage_error(options->command, "--step is for fixed steps, --tol for steps that are found");
     if (options->tolerance > 0 && method == REFDYN_RK4)
-        return usage_error(options->command, "--tol is for rk54; rk4 takes --step");
+        return usage_error(options->command, "--tol: rk4 has fixed steps, it takes --step");
+    *drive = refdyn_options_default((enum refdyn_method)method);
+    if (options->step > 0) {
+        drive->step = options->step;
+        drive->tol = 0;
+    }
     if (options->tolerance > 0)
         drive->tol = options->tolerance;
     return STATUS_DONE;
@@ -109,6 +124,7 @@ int motion_start(struct motion *motion, struct scene *scene, const struct refdyn
     double begin = cpu_seconds();
     if (status == REFDYN_OK)
         status = refdyn_drive_start(&motion->drive, motion->from, scene->q, scene->qd);
+    refdyn_drive_limit(&motion->drive, until);
     motion->cpu_s = cpu_seconds() - begin;
     return status == REFDYN_OK ? refdyn_energy_start(&motion->energy, &motion->drive) : status;
 }
@@ -123,12 +139,9 @@ static double fraction_done(const struct motion *motion) {
 
 int motion_to(struct motion *motion, long i, struct progress *progress) {
     double goal = motion_time(motion, i), begin = cpu_seconds();
-    int status = REFDYN_OK, since_look = 0;
+    int status = REFDYN_OK;
     while (status == REFDYN_OK && motion->drive.t < goal) {
-        status = refdyn_drive_step(&motion->drive, goal);
-        if (++since_look < STEPS_PER_LOOK)
-            continue;
-        since_look = 0;
+        status = refdyn_drive_step(&motion->drive, goal, STEPS_PER_LOOK);
         if (progress)
             progress_show(progress, fraction_done(motion));
         if (motion_interrupted && status == REFDYN_OK)

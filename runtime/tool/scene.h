@@ -25,11 +25,12 @@ struct scene {
 };
 
 enum {
-    NEEDS_MOTION = 1,       /* equations, energy, power */
+    NEEDS_MOTION = 1,       /* equations, accelerations, energy, power */
     NEEDS_STATICS = 2,      /* Q, Q_q and what the workspace needs */
     NEEDS_STATE = 4,        /* each quantity of the equations for itself, qdd_free, energy */
     NEEDS_POINTS = 8,       /* r */
     NEEDS_POINT_RATES = 16, /* rd, C, d */
+    NEEDS_TANGENT = 64,     /* tangent */
     NEEDS_ALL = 32          /* all that the scene has */
 };
 

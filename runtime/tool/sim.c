@@ -52,8 +52,8 @@ static void print_summary(const struct motion *motion) {
     const struct refdyn_options *o = &motion->drive.options;
     char text[NUMBER_LENGTH];
     fprintf(stderr, "method       %s, %s %s, stabilised by %s\n", refdyn_method_name((int)o->method),
-            o->method == REFDYN_RK4 ? "step [s]" : "tolerance",
-            exact_text(o->method == REFDYN_RK4 ? o->step : o->tol, text), stabilise_names[o->stabilise]);
+            o->tol > 0 ? "tolerance" : "step [s]", exact_text(o->tol > 0 ? o->tol : o->step, text),
+            stabilise_names[o->stabilise]);
     fprintf(stderr, "steps        %ld taken, %ld rejected, from %.3g to %.3g s\n", s->steps, s->rejected,
             s->step_smallest, s->step_largest);
     fprintf(stderr, "evaluations  %ld\n", s->evaluations);
@@ -174,6 +174,8 @@ enum status run_sim(const struct options *options) {
     unsigned needs = NEEDS_MOTION | NEEDS_POINTS | NEEDS_POINT_RATES;
     if (options->from && strcmp(options->from, "statics") == 0)
         needs |= NEEDS_STATICS;
+    if (refdyn_method_is_implicit(drive.method))
+        needs |= NEEDS_TANGENT;
     motion_catch_interrupt();
     status = scene_open(&scene, options, needs, motion_state_path(options));
     if (status == STATUS_DONE)

@@ -1,0 +1,370 @@
+/*
+ * One accepted step of a drive: tried, brought onto the programme, judged.
+ *
+ * Takes the state at the end of the last step; gives the next one. Fixed step: t = from + i h, so that the
+ * time gathers no error. Adaptive: step from the error of positions by a PI controller (Gustafsson, ACM TOMS
+ * 17:533-554, 1991; constants of Hairer, Norsett and Wanner, Solving ODEs I, IV.2), which keeps explicit
+ * methods from bouncing at their stability limit.
+ */
+#include "advance.h"
+
+#include <float.h>
+#include <limits.h>
+#include <math.h>
+#include <string.h>
+
+#include "core.h"
+#include "dense.h"
+#include "linearise.h"
+#include "slope.h"
+#include "step.h"
+
+static const double safety = 0.9; /* aims below the tolerance, so that few steps are refused */
+/* an estimate that is near 0 by chance says nothing about the next step */
+static const double growth_most = 5;
+static const double growth_least = 0.2;
+static const double shrink_failed = 0.25;   /* no estimate, so a guess */
+static const double error_share = 0.7;      /* exponents times the order: of this error, */
+static const double error_last_share = 0.4; /* and of the one before */
+static const double error_least = 1e-4;     /* of the one before, lest a lucky step blows up the next */
+static const double first_share = 0.1; /* of the change tol^(1/order), which a step of that order may make */
+static const double turned_most =
+    0.1; /* [rad, or length]: beyond, directions in the metric of M are found anew */
+
+void refdyn_set_gains(struct refdyn_drive *drive, double h) {
+    const struct refdyn_options *options = &drive->options;
+    const struct refdyn_workspace *work = drive->work;
+    const int *gains = work->model->gains;
+    if (options->stabilise == REFDYN_BAUMGARTE && options->gain_share == 0)
+        return;
+    const double gain = options->stabilise == REFDYN_BAUMGARTE ? options->gain_share / h : 0;
+    for (int a = 0; a < work->m; a++) {
+        if (gains[2 * a] >= 0)
+            work->p[gains[2 * a]] = 2 * gain;
+        if (gains[2 * a + 1] >= 0)
+            work->p[gains[2 * a + 1]] = gain * gain;
+    }
+}
+
+void refdyn_record_residuals(struct refdyn_drive *drive) {
+    struct refdyn_statistics *statistics = &drive->statistics;
+    const struct refdyn_residual now = refdyn_residuals(drive->work);
+    if (now.phi_row >= 0 && (statistics->phi_row < 0 || now.phi > statistics->phi_max)) {
+        statistics->phi_max = now.phi;
+        statistics->phi_row = now.phi_row;
+    }
+    if (now.psi_row >= 0 && (statistics->psi_row < 0 || now.psi > statistics->psi_max)) {
+        statistics->psi_max = now.psi;
+        statistics->psi_row = now.psi_row;
+    }
+}
+
+/* ---- The programme ---- */
+
+static double largest_turn(const struct refdyn_drive *drive, const double *q) {
+    double largest = 0;
+    for (int j = 0; j < drive->work->n; j++) {
+        const double unit = refdyn_coordinate_unit(drive->work->model, j, drive->options.length);
+        largest = fmax(largest, fabs(q[j] - drive->aligned[j]) / unit);
+    }
+    return largest;
+}
+
+/* Explicit methods: in the metric of a mass matrix that is not far away. */
+static int align_with_mass(struct refdyn_drive *drive, double t, const double *state) {
+    struct refdyn_workspace *work = drive->work;
+    const int n = work->n;
+    if (drive->is_aligned == work->partition.changes + 1 && largest_turn(drive, state) < turned_most)
+        return REFDYN_OK;
+    int status = refdyn_equations(work, t, state, state + n);
+    if (!status)
+        status = refdyn_linear_factor_mass(&drive->linear, work);
+    if (status)
+        return status;
+    refdyn_linear_directions(&drive->linear);
+    memcpy(drive->aligned, state, (size_t)n * sizeof *state);
+    drive->is_aligned = work->partition.changes + 1;
+    return REFDYN_OK;
+}
+
+/* Implicit methods: in the metric of the step's matrix, else a stiff deflection would take up the change. */
+static int align(struct refdyn_drive *drive, double t, const double *state) {
+    if (!refdyn_method_facts(drive->method).rosenbrock)
+        return align_with_mass(drive, t, state);
+    if (!drive->is_aligned)
+        refdyn_linear_directions(&drive->linear);
+    drive->is_aligned = 1;
+    return REFDYN_OK;
+}
+
+int refdyn_meet_programme(struct refdyn_drive *drive, double t, double *state) {
+    const int status = align(drive, t, state);
+    return status ? status
+                  : refdyn_project_along(drive->work, drive->linear.directions, t, state,
+                                         state + drive->work->n);
+}
+
+/* ---- Work of forces ---- */
+
+/* Abscissae and weights of Lobatto's formula of order 6 behind its first point (Hairer and Wanner, Solving
+ * ODEs II, IV.5). */
+int refdyn_find_work(struct refdyn_drive *drive, double theta, double *work_done) {
+    const double off = sqrt(0.05);
+    const double places[3] = {0.5 - off, 0.5 + off, 1}, weights[3] = {5.0 / 12, 5.0 / 12, 1.0 / 12};
+    const double h = drive->t_end - drive->t_begin;
+    const int n = drive->work->n;
+    double sum = drive->slope[2 * n] / 12;
+    for (int k = 0; k < 3; k++) {
+        const double at = theta * places[k], t = fmin(drive->t_begin + at * h, drive->t_limit);
+        int status = REFDYN_OK;
+        if (at == 1)
+            memcpy(drive->side, drive->slope_new, (size_t)(2 * n + 1) * sizeof(double));
+        else
+            status = refdyn_rosenbrock_interpolate(drive, at, drive->stage);
+        if (!status && at != 1)
+            status = refdyn_slope(drive, t, drive->stage, drive->side);
+        if (status)
+            return status;
+        sum += weights[k] * drive->side[2 * n];
+    }
+    *work_done = drive->state[2 * n] + theta * h * sum;
+    return REFDYN_OK;
+}
+
+/* ---- One step ---- */
+
+/* The end of the last step is the begin of the next one. */
+static int begin(struct refdyn_drive *drive) {
+    const size_t bytes = (size_t)(2 * drive->work->n + 1) * sizeof(double);
+    if (drive->t_begin != drive->t_end) {
+        memcpy(drive->state, drive->state_new, bytes);
+        memcpy(drive->slope, drive->slope_new, bytes);
+        drive->t_begin = drive->t_end;
+        drive->has_tangent = 0;
+    }
+    if (drive->has_tangent || !refdyn_method_facts(drive->method).rosenbrock)
+        return REFDYN_OK;
+    drive->has_tangent = 1;
+    drive->statistics.tangents++;
+    return refdyn_linear_evaluate(&drive->linear, drive->work, drive->t_begin, drive->state,
+                                  drive->state + drive->work->n);
+}
+
+/* Row terms, projection where that is asked for, partition, slope and work at the new state. */
+static int complete(struct refdyn_drive *drive, double t_new) {
+    struct refdyn_workspace *work = drive->work;
+    const struct refdyn_method_facts facts = refdyn_method_facts(drive->method);
+    const int n = work->n;
+    double *q = drive->state_new, *qd = drive->state_new + n;
+    int status = refdyn_row_terms(work, t_new, q, qd), is_known = facts.is_last_new && t_new < drive->t_limit;
+    if (!status && work->m > 0 && drive->options.stabilise == REFDYN_PROJECT) {
+        memcpy(drive->side, drive->state_new, (size_t)(2 * n) * sizeof *q);
+        status = refdyn_meet_programme(drive, t_new, drive->state_new);
+        is_known = is_known && memcmp(drive->side, drive->state_new, (size_t)(2 * n) * sizeof *q) == 0;
+    }
+    if (!status)
+        status = refdyn_partition_watch(work, t_new, q, qd);
+    if (!status && !is_known)
+        status = refdyn_slope(drive, t_new, drive->state_new, drive->slope_new);
+    if (status)
+        drive->failed_t = t_new;
+    return status;
+}
+
+static void accept(struct refdyn_drive *drive, double h) {
+    struct refdyn_statistics *statistics = &drive->statistics;
+    statistics->step_smallest = statistics->steps ? fmin(statistics->step_smallest, h) : h;
+    statistics->step_largest = fmax(statistics->step_largest, h);
+    statistics->steps++;
+    refdyn_record_residuals(drive);
+}
+
+/* Takes the new state as the end of the step. */
+static int arrive(struct refdyn_drive *drive, double t_new, double h) {
+    drive->t_end = t_new;
+    accept(drive, h);
+    return drive->options.balance && refdyn_method_facts(drive->method).rosenbrock
+               ? refdyn_find_work(drive, 1, drive->state_new + 2 * drive->work->n)
+               : REFDYN_OK;
+}
+
+static int attempt(struct refdyn_drive *drive, double h) {
+    const struct refdyn_method_facts facts = refdyn_method_facts(drive->method);
+    refdyn_set_gains(drive, h);
+    if (!facts.rosenbrock)
+        return refdyn_runge_kutta_step(drive, h);
+    drive->is_aligned = 0;
+    return refdyn_rosenbrock_step(drive, h);
+}
+
+/* ---- Fixed steps ---- */
+
+/* Smallest step that still moves the time by a few units in its last place. */
+static double step_least(const struct refdyn_drive *drive, double t_out) {
+    return 4 * DBL_EPSILON * fmax(fabs(drive->t_begin), fabs(t_out));
+}
+
+/* Cuts [t, t_out] into equal steps; a part of 1e-8 of a step more than asked for does not make one more. */
+static int plan_interval(struct refdyn_drive *drive, double t_out) {
+    const double count = ceil((t_out - drive->t_begin) / drive->options.step * (1 - sqrt(DBL_EPSILON)));
+    if (!(count < (double)LONG_MAX) || drive->options.step < step_least(drive, t_out))
+        return REFDYN_STEP_TOO_SMALL;
+    drive->from = drive->t_begin;
+    drive->to = t_out;
+    drive->interval_steps = count > 1 ? (long)count : 1;
+    drive->interval_done = 0;
+    return REFDYN_OK;
+}
+
+static int step_fixed(struct refdyn_drive *drive, double t_out) {
+    int status = REFDYN_OK;
+    if (drive->interval_done == drive->interval_steps || drive->to != t_out)
+        status = plan_interval(drive, t_out);
+    if (status)
+        return status;
+    const double h = (drive->to - drive->from) / (double)drive->interval_steps;
+    const long next = drive->interval_done + 1;
+    const double t_new = next == drive->interval_steps ? drive->to : drive->from + (double)next * h;
+    status = attempt(drive, h);
+    if (!status)
+        status = complete(drive, t_new);
+    if (status)
+        return status;
+    drive->interval_done = next;
+    return arrive(drive, t_new, h);
+}
+
+/* ---- Adaptive steps ---- */
+
+/* Largest error of a position, and of a velocity times h, over tol: max(|e_q|, h |e_v|) / (unit tol). */
+static double error_norm(const struct refdyn_drive *drive, double h) {
+    const int n = drive->work->n;
+    double largest = 0;
+    for (int j = 0; j < n; j++) {
+        const double unit = refdyn_coordinate_unit(drive->work->model, j, drive->options.length);
+        const double off = fmax(fabs(drive->error[j]), h * fabs(drive->error[n + j])) / unit;
+        if (!(off <= largest))
+            largest = off;
+    }
+    return largest / drive->options.tol;
+}
+
+/* Order of the step's error: what its size goes with. */
+static double order_of_step(const struct refdyn_drive *drive) {
+    return refdyn_method_facts(drive->method).order_error + 1;
+}
+
+/* First step: velocities and accelerations move no coordinate by more than a small part of tol^(1/order). */
+static double find_first_step(const struct refdyn_drive *drive, double interval) {
+    const int n = drive->work->n;
+    const double change = first_share * pow(drive->options.tol, 1 / order_of_step(drive));
+    double h = interval;
+    for (int j = 0; j < n; j++) {
+        const double unit = refdyn_coordinate_unit(drive->work->model, j, drive->options.length);
+        const double speed = fabs(drive->slope[j]) / unit, acceleration = fabs(drive->slope[n + j]) / unit;
+        if (h * speed > change)
+            h = change / speed;
+        if (h * h / 2 * acceleration > change)
+            h = sqrt(2 * change / acceleration);
+    }
+    return h;
+}
+
+/* The step to try: the proposed one, shortened so that it lands on t_stop or leaves more than half of itself.
+ */
+static double clip_step(const struct refdyn_drive *drive, double t_stop) {
+    const double left = t_stop - drive->t_begin, h = drive->step_next;
+    if (h >= left * (1 - sqrt(DBL_EPSILON)))
+        return left;
+    return 2 * h > left ? left / 2 : h;
+}
+
+static double bounded(double x, double least, double most) {
+    return x < least ? least : x > most ? most : x;
+}
+
+static void propose_after_accepted(struct refdyn_drive *drive, double h, double error) {
+    const double order = order_of_step(drive);
+    const double factor = safety * pow(fmax(error, DBL_MIN), -error_share / order) *
+                          pow(drive->error_last, error_last_share / order);
+    const double proposed = h * bounded(factor, growth_least, growth_most);
+    /* a step that was cut short to land says nothing against the longer one */
+    drive->step_next = h < drive->step_next ? fmax(proposed, drive->step_next) : proposed;
+    if (drive->options.step_max > 0)
+        drive->step_next = fmin(drive->step_next, drive->options.step_max);
+    drive->error_last = fmax(error, error_least);
+}
+
+static double factor_after_refused(const struct refdyn_drive *drive, double error) {
+    return isfinite(error) ? bounded(safety * pow(error, -1 / order_of_step(drive)), growth_least, safety)
+                           : shrink_failed;
+}
+
+/* Tries one step; 1: accepted, 0: refused and step_next is smaller. */
+static int try_adaptive(struct refdyn_drive *drive, double h, double t_new) {
+    double error = INFINITY;
+    int status = attempt(drive, h);
+    if (!status) {
+        error = error_norm(drive, h);
+        if (error <= 1)
+            status = complete(drive, t_new);
+    }
+    if (!status && error <= 1)
+        status = arrive(drive, t_new, h);
+    if (status) {
+        drive->cause = status;
+        error = INFINITY;
+    }
+    if (error <= 1) {
+        propose_after_accepted(drive, h, error);
+        drive->cause = REFDYN_OK;
+        return 1;
+    }
+    drive->statistics.rejected++;
+    drive->step_next = h * factor_after_refused(drive, error);
+    return 0;
+}
+
+static int limit_reached(const struct refdyn_drive *drive) {
+    const struct refdyn_statistics *statistics = &drive->statistics;
+    return drive->options.step_limit > 0 &&
+           statistics->steps + statistics->rejected >= drive->options.step_limit;
+}
+
+static int step_adaptive(struct refdyn_drive *drive, double t_out, double t_stop) {
+    if (drive->step_next <= 0)
+        drive->step_next = find_first_step(drive, fmin(t_stop, t_out) - drive->t_begin);
+    for (;;) {
+        if (limit_reached(drive))
+            return REFDYN_TOO_MANY_STEPS;
+        if (!(drive->step_next >= step_least(drive, t_out)))
+            return REFDYN_STEP_TOO_SMALL;
+        const double h = clip_step(drive, t_stop);
+        const double t_new = h == t_stop - drive->t_begin ? t_stop : drive->t_begin + h;
+        if (try_adaptive(drive, h, t_new))
+            return REFDYN_OK;
+    }
+}
+
+/* The next break ahead, INFINITY: none. */
+static double find_break(struct refdyn_drive *drive, double least) {
+    const int count = drive->work->model->break_count;
+    while (drive->break_next < count && !(drive->breaks[drive->break_next] > drive->t_begin + least))
+        drive->break_next++;
+    const double ahead = drive->break_next < count ? drive->breaks[drive->break_next] : INFINITY;
+    drive->t_limit = isfinite(ahead) ? nextafter(ahead, drive->t_begin) : INFINITY;
+    return ahead;
+}
+
+int refdyn_advance(struct refdyn_drive *drive, double t_out) {
+    int status = begin(drive);
+    if (status)
+        return status;
+    if (limit_reached(drive))
+        return REFDYN_TOO_MANY_STEPS;
+    const double least = step_least(drive, t_out), ahead = find_break(drive, least);
+    if (drive->options.tol == 0)
+        return step_fixed(drive, ahead < t_out - least ? ahead : t_out);
+    const double bound = drive->t_most > drive->t_begin ? drive->t_most : INFINITY;
+    return step_adaptive(drive, t_out, ahead < bound - least ? ahead : bound);
+}

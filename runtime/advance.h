@@ -1,0 +1,21 @@
+/* One accepted step of a drive. */
+#ifndef REFDYN_ADVANCE_H
+#define REFDYN_ADVANCE_H
+
+#include "refdyn.h"
+
+/* One step towards t_out: of fixed steps never past it. From drive->state_new at t_end to the same, later.
+ * Errors: as refdyn_drive_step. */
+int refdyn_advance(struct refdyn_drive *drive, double t_out);
+/* Gains in work->p as options.stabilise asks, for a step of h. */
+void refdyn_set_gains(struct refdyn_drive *drive, double h);
+/* Moves a state (2 n) at t onto the programme along directions that fit the method. The row terms of the
+ * state are in the workspace, at the end those of the new one. Errors: those of refdyn_project. */
+int refdyn_meet_programme(struct refdyn_drive *drive, double t, double *state);
+/* What the row terms in the workspace add to the statistics. */
+void refdyn_record_residuals(struct refdyn_drive *drive);
+/* Work done at the state `seen` at t_begin + theta (t_end - t_begin), by quadrature: of methods that do not
+ * integrate it. Errors: those of refdyn_slope. */
+int refdyn_find_work(struct refdyn_drive *drive, double theta, double *work_done);
+
+#endif

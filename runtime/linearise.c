@@ -1,0 +1,140 @@
+/*
+ * The linearised equations of motion and the matrix of a linearly implicit step: see linearise.h.
+ *
+ * Takes the emitted `tangent` (generator's README, Derivatives) and the independent rows of the partition;
+ * gives solutions by one L U factorisation a step.
+ */
+#include "linearise.h"
+
+#include <string.h>
+
+#include "core.h"
+#include "dense.h"
+
+/* The parts of struct NAME_tangent_result, in its order. */
+static void lay_out_tangent(struct refdyn_linear *linear, struct room *room) {
+    const int n = linear->n, m = linear->m;
+    linear->tangent = linear->qdd = room_doubles(room, n);
+    linear->lambda = room_doubles(room, m);
+    linear->K = room_doubles(room, n * n);
+    linear->D = room_doubles(room, n * n);
+    linear->G_q = room_doubles(room, m * n);
+    linear->G_qd = room_doubles(room, m * n);
+    linear->f_t = room_doubles(room, n);
+    linear->g_t = room_doubles(room, m);
+    linear->M = room_doubles(room, n * n);
+    linear->u = room_doubles(room, m * n);
+}
+
+void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_model *model, int has_tangent,
+                           struct room *room) {
+    const int n = model->n, m = model->m;
+    linear->n = n;
+    linear->m = m;
+    if (has_tangent)
+        lay_out_tangent(linear, room);
+    else if (m == 0)
+        return;
+    linear->matrix = room_doubles(room, (n + m) * (n + m));
+    linear->right = room_doubles(room, has_tangent ? (n + m) * 2 * n : 0);
+    linear->right_t = room_doubles(room, n + m);
+    linear->sides = room_doubles(room, 2 * n);
+    linear->x = room_doubles(room, n + m);
+    linear->scale = room_doubles(room, n + m);
+    linear->directions = room_doubles(room, m * n);
+    linear->pivot = room_ints(room, n + m);
+}
+
+int refdyn_linear_evaluate(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
+                           const double *q, const double *qd) {
+    work->model->tangent(work->p, work->x, t, q, qd, linear->tangent);
+    const long size = linear->u + linear->m * linear->n - linear->tangent;
+    if (refdyn_is_finite(linear->tangent, (int)size))
+        return REFDYN_OK;
+    const int status = refdyn_equations(work, t, q, qd);
+    return status ? status : REFDYN_NOT_FINITE;
+}
+
+/* Row i of the matrix and of its right side from base + g first + g^2 second and from base, g first. */
+static void fill_row(struct refdyn_linear *linear, int i, const double *restrict base,
+                     const double *restrict first, const double *restrict second, double g) {
+    const int n = linear->n, size = linear->size;
+    double *restrict row = linear->matrix + i * size, *restrict right = linear->right + i * 2 * n;
+    for (int j = 0; j < n; j++) {
+        const double of_rate = g * first[j];
+        right[j] = base[j];
+        right[n + j] = of_rate;
+        row[j] = base[j] + of_rate + g * g * second[j];
+    }
+}
+
+/* The border -u^T, and the zeros in its corner. */
+static void fill_border(struct refdyn_linear *linear, const struct refdyn_workspace *work, const double *u) {
+    const int n = linear->n, size = linear->size;
+    for (int k = 0; k < size - n; k++) {
+        const double *row = u + work->partition.row[k] * n;
+        for (int i = 0; i < n; i++)
+            linear->matrix[i * size + n + k] = -row[i];
+        for (int i = n; i < size; i++)
+            linear->matrix[i * size + n + k] = 0;
+    }
+}
+
+static int factor(struct refdyn_linear *linear) {
+    const int failed = refdyn_lu_factor(linear->matrix, linear->size, linear->pivot, linear->scale);
+    return failed < 0 ? REFDYN_OK : REFDYN_TANGENT_SINGULAR;
+}
+
+int refdyn_linear_factor(struct refdyn_linear *linear, const struct refdyn_workspace *work, double g) {
+    const int n = linear->n;
+    linear->g = g;
+    linear->size = n + work->partition.rank;
+    for (int i = 0; i < n; i++) {
+        fill_row(linear, i, linear->M + i * n, linear->D + i * n, linear->K + i * n, g);
+        linear->right_t[i] = -g * linear->f_t[i];
+    }
+    for (int i = n; i < linear->size; i++) {
+        const int a = work->partition.row[i - n];
+        fill_row(linear, i, linear->u + a * n, linear->G_qd + a * n, linear->G_q + a * n, g);
+        linear->right_t[i] = -g * linear->g_t[a];
+    }
+    fill_border(linear, work, linear->u);
+    return factor(linear);
+}
+
+int refdyn_linear_factor_mass(struct refdyn_linear *linear, const struct refdyn_workspace *work) {
+    const int n = linear->n, size = linear->size = n + work->partition.rank;
+    for (int i = 0; i < size; i++) {
+        const double *from = i < n ? work->M + i * n : work->u + work->partition.row[i - n] * n;
+        memcpy(linear->matrix + i * size, from, (size_t)n * sizeof *from);
+    }
+    fill_border(linear, work, work->u);
+    return factor(linear);
+}
+
+void refdyn_linear_solve(struct refdyn_linear *linear, const double *r_q, const double *r_v, double dt,
+                         double *dq, double *dqd) {
+    const int n = linear->n;
+    double *restrict sides = linear->sides;
+    for (int j = 0; j < n; j++) {
+        sides[j] = linear->g * r_v[j] + r_q[j];
+        sides[n + j] = r_q[j];
+    }
+    for (int i = 0; i < linear->size; i++)
+        linear->x[i] = dense_dot(linear->right + i * 2 * n, sides, 2 * n) + dt * linear->right_t[i];
+    refdyn_lu_solve(linear->matrix, linear->size, linear->pivot, linear->x);
+    for (int j = 0; j < n; j++) {
+        dq[j] = linear->g * linear->x[j];
+        dqd[j] = linear->x[j] - r_q[j];
+    }
+}
+
+void refdyn_linear_directions(struct refdyn_linear *linear) {
+    const int n = linear->n;
+    for (int k = 0; k < linear->size - n; k++) {
+        for (int i = 0; i < linear->size; i++)
+            linear->x[i] = i == n + k;
+        refdyn_lu_solve(linear->matrix, linear->size, linear->pivot, linear->x);
+        memcpy(linear->directions + k * n, linear->x, (size_t)n * sizeof(double));
+    }
+}

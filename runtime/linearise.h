@@ -1,0 +1,40 @@
+/*
+ * The constrained equations of motion, linearised about a state, and the matrix of a linearly implicit step.
+ *
+ * At held accelerations and multipliers the emitted `tangent` gives K, D and f_t of M qdd - h - Q - u^T
+ * lambda and G_q, G_qd and g_t of u qdd - k. Accelerations then change with positions, velocities and time by
+ *     M da - u^T dlambda = -K dq - D dqd - f_t dt,   u da = -G_q dq - G_qd dqd - g_t dt,
+ * and with dq = g (r_q + dqd), dqd = g (r_v + da), all elimination that an implicit step needs is one
+ * solution [ M + g D + g^2 K         -u^T ] [ w        ]   [ M (g r_v + r_q) + g D r_q    ] [ u + g G_qd +
+ * g^2 G_q      0  ] [ g lambda ] = [ u (g r_v + r_q) + g G_qd r_q ],   dq = g w, dqd = w - r_q: no product
+ * with M^-1. Only the independent rows of the partition stand in it.
+ */
+#ifndef REFDYN_LINEARISE_H
+#define REFDYN_LINEARISE_H
+
+#include "refdyn.h"
+#include "room.h"
+
+/* Lays out the arrays of a linearisation; without a tangent it serves directions in the metric of M alone. */
+void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_model *model, int has_tangent,
+                           struct room *room);
+/* Evaluates the tangent at a state. Errors: NOT_FINITE. */
+int refdyn_linear_evaluate(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
+                           const double *q, const double *qd);
+/* Factors the matrix for g. Errors: TANGENT_SINGULAR. */
+int refdyn_linear_factor(struct refdyn_linear *linear, const struct refdyn_workspace *work, double g);
+/*
+ * dq and dqd of dq = g (r_q + dqd), dqd = g (r_v + da) with da the change of accelerations by dq, dqd and a
+ * change dt of time. r_q, r_v, dq, dqd (n).
+ */
+void refdyn_linear_solve(struct refdyn_linear *linear, const double *r_q, const double *r_v, double dt,
+                         double *dq, double *dqd);
+/*
+ * Directions z_a (n) with u_b z_a = 1 for a = b and 0 otherwise, that are smallest in a metric: of the
+ * factored matrix, or of M in the workspace (refdyn_linear_factor_mass). Into linear->directions, ordered as
+ * partition.row.
+ */
+void refdyn_linear_directions(struct refdyn_linear *linear);
+int refdyn_linear_factor_mass(struct refdyn_linear *linear, const struct refdyn_workspace *work);
+
+#endif

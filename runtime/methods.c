@@ -1,0 +1,51 @@
+/* The methods by name, and their tables: see step.h. */
+#include <string.h>
+
+#include "rosenbrock.h"
+#include "runge_kutta.h"
+#include "step.h"
+
+static const struct refdyn_tableau *const tableaus[REFDYN_METHOD_COUNT] = {
+    [REFDYN_RK4] = &refdyn_rk4, [REFDYN_RK54] = &refdyn_rk54, [REFDYN_RK8] = &refdyn_rk8};
+
+static const struct refdyn_rosenbrock_table *const rosenbrocks[REFDYN_METHOD_COUNT] = {
+    [REFDYN_RODAS5P] = &refdyn_rodas5p,
+    [REFDYN_RODAS6P] = &refdyn_rodas6p,
+    [REFDYN_ROS34PW2] = &refdyn_ros34pw2};
+
+/* The weaker of two embedded formulas only scales the error of the other one, which then falls as order 7
+ * does. */
+static int order_of_error(const struct refdyn_tableau *tableau) {
+    return tableau->order_error_low ? tableau->order - 1 : tableau->order_error;
+}
+
+struct refdyn_method_facts refdyn_method_facts(enum refdyn_method method) {
+    const struct refdyn_tableau *tableau = tableaus[method];
+    const struct refdyn_rosenbrock_table *rosenbrock = rosenbrocks[method];
+    if (tableau)
+        return (struct refdyn_method_facts){.name = tableau->name,
+                                            .order = tableau->order,
+                                            .order_error = order_of_error(tableau),
+                                            .is_last_new = tableau->is_last_new,
+                                            .tableau = tableau};
+    return (struct refdyn_method_facts){.name = rosenbrock->name,
+                                        .order = rosenbrock->order,
+                                        .order_error = rosenbrock->order_error,
+                                        .rosenbrock = rosenbrock};
+}
+
+const char *refdyn_method_name(int method) {
+    return method >= 0 && method < REFDYN_METHOD_COUNT ? refdyn_method_facts((enum refdyn_method)method).name
+                                                       : NULL;
+}
+
+int refdyn_method_find(const char *name) {
+    for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
+        if (strcmp(name, refdyn_method_name(method)) == 0)
+            return method;
+    return -1;
+}
+
+int refdyn_method_is_implicit(enum refdyn_method method) {
+    return rosenbrocks[method] != NULL;
+}

@@ -1,0 +1,38 @@
+/*
+ * What every kind of integrator gives to a drive: facts, a step, and a look into it.
+ *
+ * A state is q, qd and work_done, its slope qd, qdd and power: 2 n + 1 values each. A step goes from
+ * drive->state with drive->slope at drive->t_begin to drive->state_new; the drive then evaluates
+ * drive->slope_new. Between them lies the state at t_begin + theta (t_end - t_begin).
+ */
+#ifndef REFDYN_STEP_H
+#define REFDYN_STEP_H
+
+#include "refdyn.h"
+#include "room.h"
+
+/* Of one method: its table, and what both kinds of tables have. */
+struct refdyn_method_facts {
+    const char *name;
+    int order;
+    int order_error; /* of the embedded formula that the step is chosen by; 0: none, steps are fixed */
+    int is_last_new; /* the slope of its last stage is that of state_new */
+    const struct refdyn_tableau *tableau;             /* explicit, or NULL: */
+    const struct refdyn_rosenbrock_table *rosenbrock; /* linearly implicit, it needs the tangent */
+};
+
+struct refdyn_method_facts refdyn_method_facts(enum refdyn_method method);
+
+/* Doubles of drive->stages. */
+int refdyn_rosenbrock_room(const struct refdyn_rosenbrock_table *table, int n);
+/* One step of h; Rosenbrock: with the tangent at its begin in drive->linear, and without work_done. Errors:
+ * those of refdyn_slope; TANGENT_SINGULAR. */
+int refdyn_rosenbrock_step(struct refdyn_drive *drive, double h);
+/* The state at theta. Errors: those of refdyn_slope, from stages that the interpolant alone needs. */
+int refdyn_rosenbrock_interpolate(struct refdyn_drive *drive, double theta, double *state);
+
+int refdyn_runge_kutta_room(const struct refdyn_tableau *tableau, int n);
+int refdyn_runge_kutta_step(struct refdyn_drive *drive, double h);
+int refdyn_runge_kutta_interpolate(struct refdyn_drive *drive, double theta, double *state);
+
+#endif
