@@ -3473,6 +3473,7 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
     out->qdd[12] = t210 * row_2_lambda - (t204 + t206 * t217);
     out->lambda[0] = -t217;
     out->lambda[1] = row_2_lambda;
+    out->power[0] = point_E_zd * row_2_lambda - t217 * (point_E_xd * t39 + point_E_yd * t38);
 }
 
 void manipulator_flexible_force(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -4066,7 +4067,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "d7c730cce1ee7987",
+    SET(hash) "8ac21d61e585a577",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

@@ -33,9 +33,9 @@
  *   power          12     25    1    3
  *   Q_q           246    343    0   22
  *   qdd_free      548    714   13   23
- *   qdd          1002   1420   18   27
- *   constrained   1002   1420   18   27
- *   force        1150   1657   20   49
+ *   qdd          1004   1424   18   27
+ *   constrained   1004   1424   18   27
+ *   force        1152   1661   20   49
  *   equations     820   1247    4   65
  *   f             242    325    1   23
  *   course          2      7    2    4
@@ -130,6 +130,7 @@ struct manipulator_flexible_row_terms_result {
 struct manipulator_flexible_constrained_result {
     double qdd[13]; /* (n) accelerations with stabilised constraints */
     double lambda[2]; /* (m) multipliers, r = u^T lambda */
+    double power[1]; /* (1) of the programme force, lambda . (u qd) [W] */
 };
 
 struct manipulator_flexible_equations_result {

@@ -785,6 +785,7 @@ void manipulator_rigid_constrained(const struct manipulator_rigid_parameters *p,
     out->qdd[3] = t32 - t44 * t59 + t52 * row_2_lambda;
     out->lambda[0] = -t59;
     out->lambda[1] = row_2_lambda;
+    out->power[0] = point_E_zd * row_2_lambda - t59 * (point_E_xd * t22 + point_E_yd * t21);
 }
 
 void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -1171,7 +1172,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "9548b4fde6b8db11",
+    SET(hash) "dd78f717b6c2c96e",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,

@@ -29,9 +29,9 @@
  *   power           3      7    1    3
  *   Q_q             4     15    0    4
  *   qdd_free       38     55    4    5
- *   qdd           105    165    9    9
- *   constrained    105    165    9    9
- *   force         124    190   11   13
+ *   qdd           107    169    9    9
+ *   constrained    107    169    9    9
+ *   force         126    194   11   13
  *   equations      77    115    4   13
  *   f              26     38    1    5
  *   course          2      7    2    4
@@ -106,6 +106,7 @@ struct manipulator_rigid_row_terms_result {
 struct manipulator_rigid_constrained_result {
     double qdd[4]; /* (n) accelerations with stabilised constraints */
     double lambda[2]; /* (m) multipliers, r = u^T lambda */
+    double power[1]; /* (1) of the programme force, lambda . (u qd) [W] */
 };
 
 struct manipulator_rigid_equations_result {

@@ -35,7 +35,7 @@ void refdyn_set_gains(struct refdyn_drive *drive, double h) {
     const struct refdyn_options *options = &drive->options;
     const struct refdyn_workspace *work = drive->work;
     const int *gains = work->model->gains;
-    if (options->stabilise == REFDYN_BAUMGARTE && options->gain_share == 0)
+    if (!gains || (options->stabilise == REFDYN_BAUMGARTE && options->gain_share == 0))
         return;
     const double gain = options->stabilise == REFDYN_BAUMGARTE ? options->gain_share / h : 0;
     for (int a = 0; a < work->m; a++) {
