@@ -7,6 +7,7 @@
  * methods from bouncing at their stability limit.
  */
 #include "advance.h"
+#include "collocation.h"
 
 #include <float.h>
 #include <limits.h>
@@ -89,9 +90,12 @@ static int align_with_mass(struct refdyn_drive *drive, double t, const double *s
 
 /* Implicit methods: in the metric of the step's matrix, else a stiff deflection would take up the change. */
 static int align(struct refdyn_drive *drive, double t, const double *state) {
-    if (!refdyn_method_facts(drive->method).rosenbrock)
+    const struct refdyn_method_facts facts = refdyn_method_facts(drive->method);
+    if (!facts.is_implicit || (facts.collocation && facts.collocation->lambda[1] != 0))
         return align_with_mass(drive, t, state);
-    if (!drive->is_aligned)
+    if (!drive->is_aligned && facts.collocation)
+        refdyn_linear_directions_complex(&drive->linear);
+    if (!drive->is_aligned && facts.rosenbrock)
         refdyn_linear_directions(&drive->linear);
     drive->is_aligned = 1;
     return REFDYN_OK;
@@ -142,12 +146,7 @@ static int begin(struct refdyn_drive *drive) {
         drive->t_begin = drive->t_end;
         drive->has_tangent = 0;
     }
-    if (drive->has_tangent || !refdyn_method_facts(drive->method).rosenbrock)
-        return REFDYN_OK;
-    drive->has_tangent = 1;
-    drive->statistics.tangents++;
-    return refdyn_linear_evaluate(&drive->linear, drive->work, drive->t_begin, drive->state,
-                                  drive->state + drive->work->n);
+    return refdyn_method_facts(drive->method).rosenbrock ? refdyn_linear_at_begin(drive) : REFDYN_OK;
 }
 
 /* Row terms, projection where that is asked for, partition, slope and work at the new state. */
@@ -191,6 +190,8 @@ static int arrive(struct refdyn_drive *drive, double t_new, double h) {
 static int attempt(struct refdyn_drive *drive, double h) {
     const struct refdyn_method_facts facts = refdyn_method_facts(drive->method);
     refdyn_set_gains(drive, h);
+    if (facts.collocation)
+        return refdyn_collocation_step(drive, h);
     if (!facts.rosenbrock)
         return refdyn_runge_kutta_step(drive, h);
     drive->is_aligned = 0;
@@ -365,6 +366,8 @@ int refdyn_advance(struct refdyn_drive *drive, double t_out) {
     const double least = step_least(drive, t_out), ahead = find_break(drive, least);
     if (drive->options.tol == 0)
         return step_fixed(drive, ahead < t_out - least ? ahead : t_out);
-    const double bound = drive->t_most > drive->t_begin ? drive->t_most : INFINITY;
+    double bound = drive->t_most > drive->t_begin ? drive->t_most : INFINITY;
+    if (refdyn_method_facts(drive->method).collocation)
+        bound = fmin(bound, t_out); /* between the ends of its steps a state has a lower order */
     return step_adaptive(drive, t_out, ahead < bound - least ? ahead : bound);
 }

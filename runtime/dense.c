@@ -137,3 +137,75 @@ void refdyn_lu_solve(const double *A, int n, const int *pivot, double *x) {
     for (int k = n - 1; k >= 0; k--)
         x[k] = (x[k] - dense_dot(A + k * n + k + 1, x + k + 1, n - k - 1)) / A[k * n + k];
 }
+
+/* y += (sr + i si) (a + i b): real parts in yr, a, imaginary ones in yi, b */
+static void complex_add(double *restrict yr, double *restrict yi, double sr, double si,
+                        const double *restrict a, const double *restrict b, int count) {
+    for (int j = 0; j < count; j++) {
+        yr[j] += sr * a[j] - si * b[j];
+        yi[j] += sr * b[j] + si * a[j];
+    }
+}
+
+/* The row from k on with the largest entry of column k; -1: all are zero or NaN. */
+static int find_complex_pivot(const double *re, const double *im, int n, int k) {
+    double largest = 0;
+    int at = -1;
+    for (int i = k; i < n; i++) {
+        const double size = fabs(re[i * n + k]) + fabs(im[i * n + k]);
+        if (size > largest) {
+            largest = size;
+            at = i;
+        }
+    }
+    return at;
+}
+
+int refdyn_complex_lu_factor(double *A, int n, int *pivot) {
+    double *re = A, *im = A + n * n;
+    for (int k = 0; k < n; k++) {
+        const int at = find_complex_pivot(re, im, n, k);
+        if (at < 0)
+            return k;
+        pivot[k] = at;
+        if (at != k) {
+            swap_rows(re + at * n, re + k * n, n);
+            swap_rows(im + at * n, im + k * n, n);
+        }
+        const double a = re[k * n + k], b = im[k * n + k], square = a * a + b * b;
+        for (int i = k + 1; i < n; i++) {
+            double *lr = &re[i * n + k], *li = &im[i * n + k];
+            const double fr = (*lr * a + *li * b) / square, fi = (*li * a - *lr * b) / square;
+            *lr = fr;
+            *li = fi;
+            complex_add(re + i * n + k + 1, im + i * n + k + 1, -fr, -fi, re + k * n + k + 1,
+                        im + k * n + k + 1, n - k - 1);
+        }
+    }
+    return -1;
+}
+
+void refdyn_complex_lu_solve(const double *A, int n, const int *pivot, double *x) {
+    const double *re = A, *im = A + n * n;
+    double *xr = x, *xi = x + n;
+    for (int k = 0; k < n; k++) {
+        const double r = xr[pivot[k]], i = xi[pivot[k]];
+        xr[pivot[k]] = xr[k];
+        xi[pivot[k]] = xi[k];
+        xr[k] = r;
+        xi[k] = i;
+    }
+    for (int k = 1; k < n; k++) {
+        const double *a = re + k * n, *b = im + k * n;
+        xr[k] -= dense_dot(a, xr, k) - dense_dot(b, xi, k);
+        xi[k] -= dense_dot(a, xi, k) + dense_dot(b, xr, k);
+    }
+    for (int k = n - 1; k >= 0; k--) {
+        const double *a = re + k * n + k + 1, *b = im + k * n + k + 1;
+        const double r = xr[k] - dense_dot(a, xr + k + 1, n - k - 1) + dense_dot(b, xi + k + 1, n - k - 1);
+        const double i = xi[k] - dense_dot(a, xi + k + 1, n - k - 1) - dense_dot(b, xr + k + 1, n - k - 1);
+        const double c = re[k * n + k], d = im[k * n + k], square = c * c + d * d;
+        xr[k] = (r * c + i * d) / square;
+        xi[k] = (i * c - r * d) / square;
+    }
+}

@@ -51,6 +51,10 @@ void refdyn_factor_half_backward(const double *A, int n, int stride, double *x);
  * Loan, 3.4); pivot (n) tells the row that took each place. Returns -1, or the first column without a pivot.
  */
 int refdyn_lu_factor(double *A, int n, int *pivot, double *scale);
+/* The same of complex matrices, real parts in A and imaginary ones behind them, in A + n n; vectors alike, in
+ * x and x + n. */
+int refdyn_complex_lu_factor(double *A, int n, int *pivot);
+void refdyn_complex_lu_solve(const double *A, int n, const int *pivot, double *x);
 /* x := A^-1 x with the factors. */
 void refdyn_lu_solve(const double *A, int n, const int *pivot, double *x);
 

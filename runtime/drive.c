@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "advance.h"
+#include "collocation.h"
 #include "core.h"
 #include "linearise.h"
 #include "room.h"
@@ -39,9 +40,11 @@ static size_t lay_out(struct refdyn_drive *drive, const struct refdyn_model *mod
     drive->aligned = room_doubles(&room, n);
     drive->accelerated = room_doubles(&room, n + model->m + 1);
     drive->breaks = room_doubles(&room, model->break_count);
-    drive->stages = room_doubles(&room, facts.rosenbrock ? refdyn_rosenbrock_room(facts.rosenbrock, n)
-                                                         : refdyn_runge_kutta_room(facts.tableau, n));
-    refdyn_linear_lay_out(&drive->linear, model, facts.rosenbrock != NULL, &room);
+    drive->stages = room_doubles(&room, facts.collocation  ? refdyn_collocation_room(facts.collocation, n)
+                                        : facts.rosenbrock ? refdyn_rosenbrock_room(facts.rosenbrock, n)
+                                                           : refdyn_runge_kutta_room(facts.tableau, n));
+    refdyn_linear_lay_out(&drive->linear, model, facts.is_implicit,
+                          facts.collocation ? facts.collocation->eigenvalues : 0, &room);
     return room.used;
 }
 
@@ -55,7 +58,7 @@ int refdyn_drive_init(struct refdyn_drive *drive, struct refdyn_workspace *work,
     *drive = (struct refdyn_drive){.work = work, .options = *options, .method = options->method};
     if (refdyn_options_validate(options, NULL))
         return REFDYN_BAD_OPTION;
-    if (refdyn_method_facts(options->method).rosenbrock && !work->model->tangent)
+    if (refdyn_method_facts(options->method).is_implicit && !work->model->tangent)
         return REFDYN_FUNCTION_MISSING;
     const size_t needed = refdyn_drive_size(work->model, options);
     if (!room_fits(memory, size, needed))
@@ -122,6 +125,8 @@ static int begin_here(struct refdyn_drive *drive) {
     const size_t bytes = (size_t)(2 * drive->work->n + 1) * sizeof(double);
     drive->t_begin = drive->t_end = drive->t;
     drive->is_aligned = drive->has_tangent = 0;
+    drive->last_h = drive->factored_h = 0;
+    drive->tried_t = INFINITY;
     drive->interval_steps = drive->interval_done = 0;
     drive->seen[2 * drive->work->n] = drive->work_done;
     memcpy(drive->state, drive->seen, bytes);
@@ -182,8 +187,10 @@ static int look_at(struct refdyn_drive *drive, double t) {
         return REFDYN_OK;
     }
     const double theta = (t - drive->t_begin) / (drive->t_end - drive->t_begin);
-    int status = is_rosenbrock ? refdyn_rosenbrock_interpolate(drive, theta, drive->seen)
-                               : refdyn_runge_kutta_interpolate(drive, theta, drive->seen);
+    int status = refdyn_method_facts(drive->method).collocation
+                     ? refdyn_collocation_interpolate(drive, theta, drive->seen)
+                 : is_rosenbrock ? refdyn_rosenbrock_interpolate(drive, theta, drive->seen)
+                                 : refdyn_runge_kutta_interpolate(drive, theta, drive->seen);
     if (!status && is_rosenbrock && drive->options.balance)
         status = refdyn_find_work(drive, theta, &drive->seen[2 * n]);
     if (!status && work->m > 0 && drive->options.stabilise == REFDYN_PROJECT) {

@@ -27,7 +27,7 @@ static void lay_out_tangent(struct refdyn_linear *linear, struct room *room) {
 }
 
 void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_model *model, int has_tangent,
-                           struct room *room) {
+                           int complexes, struct room *room) {
     const int n = model->n, m = model->m;
     linear->n = n;
     linear->m = m;
@@ -39,10 +39,13 @@ void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_mod
     linear->right = room_doubles(room, has_tangent ? (n + m) * 2 * n : 0);
     linear->right_t = room_doubles(room, n + m);
     linear->sides = room_doubles(room, 2 * n);
-    linear->x = room_doubles(room, n + m);
+    linear->x = room_doubles(room, 2 * (n + m));
+    linear->complex = room_doubles(room, 2 * complexes * (n + m) * (n + m));
     linear->scale = room_doubles(room, n + m);
     linear->directions = room_doubles(room, m * n);
     linear->pivot = room_ints(room, n + m);
+    linear->complex_pivot = room_ints(room, complexes * (n + m));
+    linear->rows = room_ints(room, m);
 }
 
 int refdyn_linear_evaluate(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
@@ -135,6 +138,73 @@ void refdyn_linear_directions(struct refdyn_linear *linear) {
         for (int i = 0; i < linear->size; i++)
             linear->x[i] = i == n + k;
         refdyn_lu_solve(linear->matrix, linear->size, linear->pivot, linear->x);
+        memcpy(linear->directions + k * n, linear->x, (size_t)n * sizeof(double));
+    }
+}
+
+int refdyn_linear_at_begin(struct refdyn_drive *drive) {
+    if (drive->has_tangent)
+        return REFDYN_OK;
+    drive->has_tangent = 1;
+    drive->statistics.tangents++;
+    return refdyn_linear_evaluate(&drive->linear, drive->work, drive->t_begin, drive->state,
+                                  drive->state + drive->work->n);
+}
+
+/* base + g first + g^2 second for the complex g = re + i im, into row and other. */
+static void fill_complex_row(const double *restrict base, const double *restrict first,
+                             const double *restrict second, double re, double im, int n, double *restrict row,
+                             double *restrict other) {
+    for (int j = 0; j < n; j++) {
+        row[j] = base[j] + re * first[j] + (re * re - im * im) * second[j];
+        other[j] = im * first[j] + 2 * re * im * second[j];
+    }
+}
+
+int refdyn_linear_factor_complex(struct refdyn_linear *linear, const struct refdyn_workspace *work, int k,
+                                 double re, double im) {
+    const int n = linear->n, size = linear->size = n + work->partition.rank;
+    double *real = linear->complex + k * 2 * size * size, *imaginary = real + size * size;
+    memset(real, 0, (size_t)(2 * size * size) * sizeof *real);
+    for (int i = 0; i < n; i++)
+        fill_complex_row(linear->M + i * n, linear->D + i * n, linear->K + i * n, re, im, n, real + i * size,
+                         imaginary + i * size);
+    for (int i = n; i < size; i++) {
+        const int a = linear->rows[i - n] = work->partition.row[i - n];
+        fill_complex_row(linear->u + a * n, linear->G_qd + a * n, linear->G_q + a * n, re, im, n,
+                         real + i * size, imaginary + i * size);
+        for (int j = 0; j < n; j++)
+            real[j * size + i] = -linear->u[a * n + j];
+    }
+    const int failed = refdyn_complex_lu_factor(real, size, linear->complex_pivot + k * size);
+    return failed < 0 ? REFDYN_OK : REFDYN_TANGENT_SINGULAR;
+}
+
+static void solve_complex(struct refdyn_linear *linear, int k) {
+    const int size = linear->size;
+    refdyn_complex_lu_solve(linear->complex + k * 2 * size * size, size, linear->complex_pivot + k * size,
+                            linear->x);
+}
+
+void refdyn_linear_solve_complex(struct refdyn_linear *linear, int k, double *re, double *im) {
+    const int n = linear->n, size = linear->size;
+    double *x = linear->x, *y = x + size;
+    for (int i = 0; i < size; i++) {
+        const double *row = i < n ? linear->M + i * n : linear->u + linear->rows[i - n] * n;
+        x[i] = dense_dot(row, re, n);
+        y[i] = dense_dot(row, im, n);
+    }
+    solve_complex(linear, k);
+    memcpy(re, x, (size_t)n * sizeof *re);
+    memcpy(im, y, (size_t)n * sizeof *im);
+}
+
+void refdyn_linear_directions_complex(struct refdyn_linear *linear) {
+    const int n = linear->n, size = linear->size;
+    for (int k = 0; k < size - n; k++) {
+        memset(linear->x, 0, (size_t)(2 * size) * sizeof(double));
+        linear->x[n + k] = 1;
+        solve_complex(linear, 0);
         memcpy(linear->directions + k * n, linear->x, (size_t)n * sizeof(double));
     }
 }

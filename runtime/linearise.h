@@ -15,9 +15,10 @@
 #include "refdyn.h"
 #include "room.h"
 
-/* Lays out the arrays of a linearisation; without a tangent it serves directions in the metric of M alone. */
+/* Lays out the arrays of a linearisation with this many complex matrices; without a tangent it serves
+ * directions in the metric of M alone. */
 void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_model *model, int has_tangent,
-                           struct room *room);
+                           int complexes, struct room *room);
 /* Evaluates the tangent at a state. Errors: NOT_FINITE. */
 int refdyn_linear_evaluate(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
                            const double *q, const double *qd);
@@ -36,5 +37,17 @@ void refdyn_linear_solve(struct refdyn_linear *linear, const double *r_q, const 
  */
 void refdyn_linear_directions(struct refdyn_linear *linear);
 int refdyn_linear_factor_mass(struct refdyn_linear *linear, const struct refdyn_workspace *work);
+
+/* Evaluates the tangent at the begin of a drive's step, unless that was done. */
+int refdyn_linear_at_begin(struct refdyn_drive *drive);
+/*
+ * Factors matrix number k (of `complexes`) for the complex g = re + i im. Solves with it for the change of
+ * accelerations by a residual: M x on the right side for n, u x for the rows; x (n) as re and im, in place.
+ * Directions for projections from the real part of matrix 0.
+ */
+int refdyn_linear_factor_complex(struct refdyn_linear *linear, const struct refdyn_workspace *work, int k,
+                                 double re, double im);
+void refdyn_linear_solve_complex(struct refdyn_linear *linear, int k, double *re, double *im);
+void refdyn_linear_directions_complex(struct refdyn_linear *linear);
 
 #endif

@@ -1,6 +1,7 @@
 /* The methods by name, and their tables: see step.h. */
 #include <string.h>
 
+#include "collocation.h"
 #include "rosenbrock.h"
 #include "runge_kutta.h"
 #include "step.h"
@@ -12,6 +13,9 @@ static const struct refdyn_rosenbrock_table *const rosenbrocks[REFDYN_METHOD_COU
     [REFDYN_RODAS5P] = &refdyn_rodas5p,
     [REFDYN_RODAS6P] = &refdyn_rodas6p,
     [REFDYN_ROS34PW2] = &refdyn_ros34pw2};
+
+static const struct refdyn_collocation_table *const collocations[REFDYN_METHOD_COUNT] = {
+    [REFDYN_RADAU9] = &refdyn_radau9, [REFDYN_GAUSS12] = &refdyn_gauss12};
 
 /* The weaker of two embedded formulas only scales the error of the other one, which then falls as order 7
  * does. */
@@ -28,7 +32,14 @@ struct refdyn_method_facts refdyn_method_facts(enum refdyn_method method) {
                                             .order_error = order_of_error(tableau),
                                             .is_last_new = tableau->is_last_new,
                                             .tableau = tableau};
+    if (collocations[method])
+        return (struct refdyn_method_facts){.name = collocations[method]->name,
+                                            .order = collocations[method]->order,
+                                            .order_error = collocations[method]->order,
+                                            .is_implicit = 1,
+                                            .collocation = collocations[method]};
     return (struct refdyn_method_facts){.name = rosenbrock->name,
+                                        .is_implicit = 1,
                                         .order = rosenbrock->order,
                                         .order_error = rosenbrock->order_error,
                                         .rosenbrock = rosenbrock};
@@ -47,5 +58,5 @@ int refdyn_method_find(const char *name) {
 }
 
 int refdyn_method_is_implicit(enum refdyn_method method) {
-    return rosenbrocks[method] != NULL;
+    return refdyn_method_facts(method).is_implicit;
 }

@@ -200,11 +200,15 @@ enum refdyn_method {
     REFDYN_RK8,     /* Dormand and Prince 8(5,3) (Hairer, Norsett and Wanner, Solving ODEs I, II.10) */
     REFDYN_RODAS5P, /* Rosenbrock method of order 5(4) with the exact tangent (Steinebach, BIT 63:27, 2023) */
     REFDYN_RODAS6P, /* the same of order 6(5) (Steinebach, arXiv:2511.21252, 2025) */
+    REFDYN_RADAU9,  /* collocation at the points of Radau, order 9, L-stable (Hairer and Wanner, Solving ODEs
+                       II) */
+    REFDYN_GAUSS12, /* collocation at the points of Gauss, order 12, symmetric (Butcher, Math. Comp. 18:50-64,
+                       1964) */
     REFDYN_ROS34PW2, /* Rosenbrock method of order 3(2) (Rang and Angermann, BIT 45:761-787, 2005) */
     REFDYN_METHOD_COUNT
 };
 
-/* "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "ros34pw2"; NULL outside the range. */
+/* "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss12", "ros34pw2"; NULL outside the range. */
 const char *refdyn_method_name(int method);
 /* Does the method need the emitted `tangent`? */
 int refdyn_method_is_implicit(enum refdyn_method method);
@@ -258,6 +262,9 @@ struct refdyn_linear {
     double *directions;        /* (rank x n) u_b z_a = 1 for a = b, else 0 */
     double *sides, *x, *scale; /* room: (2 n), (size), (size) */
     int *pivot;                /* (size) */
+    double *complex;           /* (complexes x 2 x size x size) factors, real and imaginary parts */
+    int *complex_pivot;        /* (complexes x size) */
+    int *rows;                 /* (m) rows of the partition for which they were factored */
 };
 
 /*
@@ -295,6 +302,11 @@ struct refdyn_drive {
     double *accelerated;           /* (n + m + 1) struct NAME_constrained_result */
     double *aligned;               /* (n) q for which `directions` were found */
     int is_aligned;                /* they have been found */
+    double tried_t, tried_h;       /* collocation: begin and length of the last attempt, */
+    double last_h;                 /* length of the last step, 0: there is none, */
+    double factored_h;             /* step that the complex matrices are for, 0: none, */
+    double rate;
+    double contraction;            /* how fast the last iteration converged */
     int is_looked_into;            /* the interpolant of the last step is complete */
     struct refdyn_linear linear;   /* its tangent is that of t_begin once has_tangent */
     int has_tangent;

@@ -16,9 +16,11 @@ struct refdyn_method_facts {
     const char *name;
     int order;
     int order_error; /* of the embedded formula that the step is chosen by; 0: none, steps are fixed */
+    int is_implicit; /* it needs the tangent at the begin of a step */
     int is_last_new; /* the slope of its last stage is that of state_new */
     const struct refdyn_tableau *tableau;             /* explicit, or NULL: */
     const struct refdyn_rosenbrock_table *rosenbrock; /* linearly implicit, it needs the tangent */
+    const struct refdyn_collocation_table *collocation;
 };
 
 struct refdyn_method_facts refdyn_method_facts(enum refdyn_method method);
@@ -30,6 +32,10 @@ int refdyn_rosenbrock_room(const struct refdyn_rosenbrock_table *table, int n);
 int refdyn_rosenbrock_step(struct refdyn_drive *drive, double h);
 /* The state at theta. Errors: those of refdyn_slope, from stages that the interpolant alone needs. */
 int refdyn_rosenbrock_interpolate(struct refdyn_drive *drive, double theta, double *state);
+
+int refdyn_collocation_room(const struct refdyn_collocation_table *table, int n);
+int refdyn_collocation_step(struct refdyn_drive *drive, double h);
+int refdyn_collocation_interpolate(struct refdyn_drive *drive, double theta, double *state);
 
 int refdyn_runge_kutta_room(const struct refdyn_tableau *tableau, int n);
 int refdyn_runge_kutta_step(struct refdyn_drive *drive, double h);

@@ -1,0 +1,264 @@
+/*
+ * Collocation methods on the constrained equations of motion: the step and its interpolant.
+ *
+ * Takes a state and a step h; gives the state after it, an estimate of its error, and states between. The
+ * accelerations of all stages are found by Newton's iteration (Hairer and Wanner, Solving ODEs II, IV.8): the
+ * eigenvalues lambda_k of a_ij part it into systems of n coordinates and their rows, each with the matrix of
+ * linearise.h for g = lambda_k h. It starts from the polynomial of the step before, continued. Tangent and
+ * factors serve later steps as long as the iteration converges with them. Formulas in collocation.h.
+ */
+#include "collocation.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "core.h"
+#include "dense.h"
+#include "linearise.h"
+#include "slope.h"
+#include "step.h"
+
+enum { ITERATIONS_MOST = 12, CONTINUED = 3 };
+
+/* Newton ends when what is left changes no velocity by more than this part of the tolerance, per second: errors of
+ * slow motions add up over many steps. */
+static const double settled_part = 0.02;
+/* Where corrections no longer fall, rounding is met, if they move no position by more than this. */
+static const double stalled = 1e-11;
+/* A correction must fall below this part of the one before, else a smaller step is needed. */
+static const double slow = 0.5;
+/* Factors are used again while each correction falls below this part of the one before. */
+static const double fast = 0.05;
+/* A vibration of more than so many radians a step is not resolved: its error is that of its size. */
+static const double resolved = 6;
+
+/* Accelerations of the last step, of this one, what they miss, a correction; power at the stages. */
+struct stages {
+    double *last, *now, *missing, *change, *power;
+};
+
+static struct stages stages_of(const struct refdyn_drive *drive,
+                               const struct refdyn_collocation_table *table) {
+    const int size = table->stages * drive->work->n;
+    return (struct stages){drive->stages, drive->stages + size, drive->stages + 2 * size,
+                           drive->stages + 3 * size, drive->stages + 4 * size};
+}
+
+int refdyn_collocation_room(const struct refdyn_collocation_table *table, int n) {
+    return table->stages * (4 * n + 1);
+}
+
+/* Weight of node j among the last `count` nodes, at theta. */
+static double continuation(const struct refdyn_collocation_table *table, int count, int j, double theta) {
+    double value = 1;
+    for (int k = table->stages - count; k < table->stages; k++)
+        if (k != j)
+            value *= (theta - table->c[k]) / (table->c[j] - table->c[k]);
+    return value;
+}
+
+/* The first guess: the polynomial of the last step, continued; without one the accelerations at the begin. */
+static void guess(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, double h) {
+    const struct stages stages = stages_of(drive, table);
+    const int n = drive->work->n, s = table->stages;
+    const size_t bytes = (size_t)n * sizeof(double);
+    if (drive->tried_t < drive->t_begin) { /* the last attempt became a step */
+        memcpy(stages.last, stages.now, (size_t)s * bytes);
+        drive->last_h = drive->tried_h;
+    }
+    for (int i = 0; i < s; i++) {
+        double *a = stages.now + i * n;
+        if (drive->last_h == 0)
+            memcpy(a, drive->slope + n, bytes);
+        else
+            memset(a, 0, bytes);
+        for (int j = s - CONTINUED; j < s && drive->last_h > 0; j++)
+            dense_add(a, continuation(table, CONTINUED, j, 1 + table->c[i] * h / drive->last_h),
+                      stages.last + j * n, n);
+    }
+    drive->tried_t = drive->t_begin;
+    drive->tried_h = h;
+}
+
+/* State of stage i into drive->stage. */
+static void stage_state(const struct refdyn_drive *drive, const struct refdyn_collocation_table *table, int i,
+                        const double *a, double h) {
+    const int n = drive->work->n, s = table->stages;
+    double *q = drive->stage, *qd = drive->stage + n;
+    memcpy(q, drive->state, (size_t)(2 * n + 1) * sizeof *q);
+    dense_add(q, h * table->c[i], drive->state + n, n);
+    for (int j = 0; j < s; j++) {
+        dense_add(q, h * h * table->aa[i * s + j], a + j * n, n);
+        dense_add(qd, h * table->a[i * s + j], a + j * n, n);
+    }
+}
+
+/* What the stages' accelerations miss: a - those of their states. */
+static int find_missing(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, double h) {
+    const struct stages stages = stages_of(drive, table);
+    const int n = drive->work->n;
+    for (int i = 0; i < table->stages; i++) {
+        const double t = fmin(drive->t_begin + table->c[i] * h, drive->t_limit);
+        stage_state(drive, table, i, stages.now, h);
+        const int status = refdyn_slope(drive, t, drive->stage, drive->side);
+        if (status) {
+            drive->failed_t = t;
+            return status;
+        }
+        stages.power[i] = drive->side[2 * n];
+        for (int j = 0; j < n; j++)
+            stages.missing[i * n + j] = stages.now[i * n + j] - drive->side[n + j];
+    }
+    return REFDYN_OK;
+}
+
+static double largest_share(const struct refdyn_drive *drive, const double *x) {
+    double largest = 0;
+    for (int j = 0; j < drive->work->n; j++) {
+        const double size = fabs(x[j]) / refdyn_coordinate_unit(drive->work->model, j, drive->options.length);
+        if (!(size <= largest))
+            largest = size;
+    }
+    return largest;
+}
+
+/* One Newton correction of the accelerations; returns its largest entry, in units of 1 rad and `length`. */
+static double correct(struct refdyn_drive *drive, const struct refdyn_collocation_table *table) {
+    const struct stages stages = stages_of(drive, table);
+    const int n = drive->work->n, s = table->stages;
+    double *re = drive->stage, *im = drive->side, largest = 0;
+    memset(stages.change, 0, (size_t)(s * n) * sizeof *re);
+    for (int k = 0; k < table->eigenvalues; k++) {
+        memset(re, 0, (size_t)n * sizeof *re);
+        memset(im, 0, (size_t)n * sizeof *im);
+        for (int i = 0; i < s; i++) {
+            dense_add(re, -table->left[2 * (k * s + i)], stages.missing + i * n, n);
+            dense_add(im, -table->left[2 * (k * s + i) + 1], stages.missing + i * n, n);
+        }
+        refdyn_linear_solve_complex(&drive->linear, k, re, im);
+        for (int i = 0; i < s; i++) {
+            dense_add(stages.change + i * n, table->right[2 * (k * s + i)], re, n);
+            dense_add(stages.change + i * n, -table->right[2 * (k * s + i) + 1], im, n);
+        }
+    }
+    dense_add(stages.now, 1, stages.change, s * n);
+    for (int i = 0; i < s; i++)
+        largest = fmax(largest, largest_share(drive, stages.change + i * n));
+    return largest;
+}
+
+/* Accelerations of all stages; drive->contraction tells how fast it went. */
+static int solve_stages(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, double h) {
+    const double enough = settled_part * drive->options.tol / h;
+    double last = INFINITY;
+    drive->contraction = 0;
+    for (int iteration = 0; iteration < ITERATIONS_MOST; iteration++) {
+        const int status = find_missing(drive, table, h);
+        if (status)
+            return status;
+        const double now = correct(drive, table), part = now / last;
+        if (now == 0 || (iteration > 0 && now * part <= enough * (1 - part)))
+            return REFDYN_OK;
+        if (iteration > 0 && !(part < slow)) {
+            last = now;
+            break;
+        }
+        drive->contraction = fmax(drive->contraction, part);
+        last = now;
+    }
+    return h * h * last <= stalled ? REFDYN_OK : REFDYN_NO_CONVERGENCE;
+}
+
+/* The state at the end. */
+static void finish(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, double h) {
+    const struct stages stages = stages_of(drive, table);
+    const int n = drive->work->n;
+    double *q = drive->state_new, *qd = q + n;
+    memcpy(q, drive->state, (size_t)(2 * n + 1) * sizeof *q);
+    dense_add(q, h, drive->state + n, n);
+    for (int j = 0; j < table->stages; j++) {
+        dense_add(q, h * h * table->bb[j], stages.now + j * n, n);
+        dense_add(qd, h * table->b[j], stages.now + j * n, n);
+        q[2 * n] += h * table->b[j] * stages.power[j];
+    }
+}
+
+/* What the polynomial with these weights misses at the begin of the step, without what stiffness makes of it.
+ */
+static void defect(struct refdyn_drive *drive, const struct refdyn_collocation_table *table,
+                   const double *weights, double *d) {
+    const struct stages stages = stages_of(drive, table);
+    const int n = drive->work->n;
+    memcpy(d, drive->slope + n, (size_t)n * sizeof *d);
+    for (int j = 0; j < table->stages; j++)
+        dense_add(d, weights[j], stages.now + j * n, n);
+    memset(drive->side, 0, (size_t)n * sizeof *d);
+    refdyn_linear_solve_complex(&drive->linear, 0, d, drive->side);
+}
+
+static void estimate(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, double h) {
+    const int n = drive->work->n, power = table->order - table->stages - 1;
+    defect(drive, table, table->e_low, drive->stage);
+    defect(drive, table, table->e, drive->error);
+    const double low = largest_share(drive, drive->stage), high = largest_share(drive, drive->error);
+    const double rate = low > 0 ? table->ratio * high / low / h : 0;
+    drive->rate = fmax(rate, 0.9 * drive->rate);
+    const double turned = fmin(drive->rate * h, resolved);
+    const double factor = h * h * table->share * pow(turned, power);
+    for (int j = 0; j < n; j++) {
+        drive->error[j] *= factor;
+        drive->error[n + j] = 0;
+    }
+}
+
+static int factor(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, double h) {
+    int status = refdyn_linear_at_begin(drive);
+    for (int k = 0; k < table->eigenvalues && !status; k++)
+        status = refdyn_linear_factor_complex(&drive->linear, drive->work, k, h * table->lambda[2 * k],
+                                              h * table->lambda[2 * k + 1]);
+    drive->factored_h = status ? 0 : h;
+    if (table->lambda[1] == 0)
+        drive->is_aligned = 0;
+    return status;
+}
+
+int refdyn_collocation_step(struct refdyn_drive *drive, double h) {
+    const struct refdyn_collocation_table *table = refdyn_method_facts(drive->method).collocation;
+    const int is_kept = drive->factored_h == h && drive->contraction <= fast;
+    int status = is_kept ? REFDYN_OK : factor(drive, table, h);
+    drive->failed_t = drive->t_begin;
+    guess(drive, table, h);
+    if (!status)
+        status = solve_stages(drive, table, h);
+    if (status == REFDYN_NO_CONVERGENCE && is_kept) {
+        status = factor(drive, table, h);
+        guess(drive, table, h);
+        if (!status)
+            status = solve_stages(drive, table, h);
+    }
+    if (status)
+        return status;
+    finish(drive, table, h);
+    estimate(drive, table, h);
+    return refdyn_is_finite(drive->state_new, 2 * drive->work->n) ? REFDYN_OK : REFDYN_NOT_FINITE;
+}
+
+int refdyn_collocation_interpolate(struct refdyn_drive *drive, double theta, double *state) {
+    const struct refdyn_collocation_table *table = refdyn_method_facts(drive->method).collocation;
+    const struct stages stages = stages_of(drive, table);
+    const int n = drive->work->n, s = table->stages;
+    const double h = drive->t_end - drive->t_begin;
+    memcpy(state, drive->state, (size_t)(2 * n + 1) * sizeof *state);
+    dense_add(state, h * theta, drive->state + n, n);
+    for (int j = 0; j < s; j++) {
+        double once = 0, twice = 0;
+        for (int k = s - 1; k >= 0; k--) {
+            once = (once + table->lagrange[j * s + k] / (k + 1)) * theta;
+            twice = (twice + table->lagrange[j * s + k] / ((k + 1) * (k + 2))) * theta;
+        }
+        dense_add(state, h * h * theta * twice, stages.now + j * n, n);
+        dense_add(state + n, h * once, stages.now + j * n, n);
+        state[2 * n] += h * once * stages.power[j];
+    }
+    return REFDYN_OK;
+}
