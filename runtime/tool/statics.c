@@ -37,7 +37,7 @@ static enum status mark_held(const struct options *options, const struct refdyn_
     return STATUS_DONE;
 }
 
-static enum status choose_held(const struct scene *scene, const struct options *options, int *held) {
+enum status choose_held(const struct scene *scene, const struct options *options, int *held) {
     if (options->hold)
         return mark_held(options, scene->model, held);
     for (int i = 0; i < scene->model->held_count; i++)
