@@ -118,7 +118,7 @@ static void print_commands(FILE *out) {
 static void print_help(void) {
     puts("usage: refdyn COMMAND ARGUMENTS\n\n"
          "Refdyn turns a Lua model of a robot with flexible links into C code of its dynamics,\n"
-         "and computes its equilibria and programme-constrained motions.\n\ncommands:");
+         "and computes its equilibria, frequencies and programme-constrained motions.\n\ncommands:");
     print_commands(stdout);
     puts("\nrefdyn COMMAND --help tells more; --version prints the version.");
 }

@@ -25,7 +25,10 @@
 static const double zero_tol = 1e-6;
 /* Damping ratios below it are rounding. */
 static const double axis_tol = 1e-10;
-/* Shapes of eigenvalues 0 that differ by less are one. */
+/* Pairs nearer to each other, of their size, are two that are equal: a critically damped one splits by
+ * sqrt(DBL_EPSILON). */
+static const double pair_tol = 1e-7;
+/* Shapes of equal eigenvalues that differ by less are one. */
 static const double same_tol = 1e-4;
 /* Sizes of eigenvalues, or of entries of a shape, that differ by less are equal. */
 static const double equal_tol = 1e-9;
@@ -413,24 +416,50 @@ static void sort_modes(struct spectrum *spectrum) {
         }
 }
 
+/* A pair that is real but for rounding: two modes, whose shapes are apart unless the system is defective. */
+static void add_real_pair(struct spectrum *spectrum, double eigenvalue, const double complex *x, int n) {
+    double complex *parts = allocate(2 * (size_t)n, sizeof *parts);
+    double apart = 0;
+    for (int j = 0; j < n; j++) {
+        parts[j] = creal(x[j]);
+        parts[n + j] = cimag(x[j]);
+        apart = fmax(apart, fabs(cimag(x[j])));
+    }
+    normalise(parts, n);
+    normalise(parts + n, n);
+    add_mode(spectrum, eigenvalue, parts, n);
+    add_mode(spectrum, eigenvalue, apart > same_tol ? parts + n : parts, n);
+    free(parts);
+}
+
+/* dgeev names the tau with the positive imaginary part first; mu = 1 + 1/tau has the negative one. */
+static void add_vector(struct spectrum *spectrum, const struct pencil *pencil, struct resting *resting,
+                       int k) {
+    const int n = pencil->n;
+    const bool is_real = pencil->tau_im[k] == 0;
+    const double complex mu = 1 + 1 / (pencil->tau_re[k] + I * pencil->tau_im[k]);
+    double complex *x = shape_of(pencil, k);
+    if (cabs(mu) <= zero_tol)
+        add_resting(resting, x, n, is_real);
+    else {
+        const double complex eigenvalue = pencil->scale * rounded(conj(improved(pencil, mu, k)));
+        for (int j = 0; j < n; j++)
+            x[j] = conj(x[j]);
+        if (!is_real && fabs(cimag(eigenvalue)) <= pair_tol * cabs(eigenvalue))
+            add_real_pair(spectrum, creal(eigenvalue), x, n);
+        else
+            add_mode(spectrum, eigenvalue, x, n);
+    }
+    free(x);
+}
+
 static void collect(struct spectrum *spectrum, const struct pencil *pencil) {
     const int n = pencil->n;
     struct resting resting = {.count = 0};
     resting.vectors = allocate((size_t)pencil->size * (size_t)n, sizeof *resting.vectors);
     spectrum->modes = allocate((size_t)pencil->size, sizeof *spectrum->modes);
-    for (int k = 0; k < pencil->size; k += pencil->tau_im[k] == 0 ? 1 : 2) {
-        /* dgeev names the tau with the positive imaginary part first; mu = 1 + 1/tau has the negative one */
-        const double complex mu = 1 + 1 / (pencil->tau_re[k] + I * pencil->tau_im[k]);
-        double complex *x = shape_of(pencil, k);
-        if (cabs(mu) <= zero_tol)
-            add_resting(&resting, x, n, pencil->tau_im[k] == 0);
-        else {
-            for (int j = 0; j < n; j++)
-                x[j] = conj(x[j]);
-            add_mode(spectrum, pencil->scale * rounded(conj(improved(pencil, mu, k))), x, n);
-        }
-        free(x);
-    }
+    for (int k = 0; k < pencil->size; k += pencil->tau_im[k] == 0 ? 1 : 2)
+        add_vector(spectrum, pencil, &resting, k);
     add_resting_modes(spectrum, &resting, n);
     free(resting.vectors);
     sort_modes(spectrum);
