@@ -327,7 +327,7 @@ def test_numbers_that_fail(tmp_path):
     steep.write_text('local rd = require "refdyn"\nreturn rd.model { name = "steep",\n  links = { { "cart", joint = { "x" }, mass = 1 } },\n'
                      "  forces = function(s) return { cart_x = -rd.sqrt(s.q.cart_x) } end }\n")
     done = refdyn("modes", steep, "--at", "initial", status=3)
-    assert "steep: t = 0 s" in done.stderr and done.stdout == ""
+    assert "steep: t = 0 s" in done.stderr and "coordinate cart_x" in done.stderr and done.stdout == ""
     light = tmp_path / "light.lua"
     light.write_text('local rd = require "refdyn"\nreturn rd.model { name = "light",\n  links = { { "cart", joint = { "x", "phi" }, mass = 1,\n'
                      "  spring = { x = 1, phi = 1 } } } }\n")

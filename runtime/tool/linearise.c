@@ -157,33 +157,36 @@ static void choose_places(struct linear *linear, const struct scene *scene, cons
         linear->is_level_q[i] = scene->model->rows[i].level == REFDYN_POSITION;
 }
 
-static bool is_finite(const double *values, int count) {
-    for (int i = 0; i < count; i++)
-        if (!isfinite(values[i]))
-            return false;
-    return true;
+/* NOT_FINITE with the fault at the first row of K and D, or of psi_q, that is infinite or NaN. */
+static int check_finite(const struct linear *linear, struct refdyn_fault *fault) {
+    const int n = linear->n;
+    for (int i = n * n - 1; i >= 0; i--)
+        if (!isfinite(linear->K[i]) || !isfinite(linear->D[i]))
+            fault->coordinate = linear->place[i / n];
+    for (int i = linear->m * n - 1; i >= 0; i--)
+        if (!isfinite(linear->psi_q[i]))
+            fault->row = i / n;
+    return fault->coordinate < 0 && fault->row < 0 ? REFDYN_OK : REFDYN_NOT_FINITE;
 }
 
 /* K, D and psi_q over the coordinates not held, once lambda is known. */
-static int finish(struct linear *linear, const struct scene *scene, struct values *values) {
-    const int n = linear->n, N = values->n;
+static int finish(struct linear *linear, struct scene *scene, struct values *values) {
+    const int n = linear->n, all = values->n;
     add_rows(scene, values);
-    linear->K = part_of(linear, values->K, n, N, linear->place);
-    linear->D = part_of(linear, values->D, n, N, linear->place);
-    linear->psi_q = part_of(linear, values->rows, linear->m, N, NULL);
+    linear->K = part_of(linear, values->K, n, all, linear->place);
+    linear->D = part_of(linear, values->D, n, all, linear->place);
+    linear->psi_q = part_of(linear, values->rows, linear->m, all, NULL);
     for (int i = 0; i < linear->m; i++)
         if (linear->is_level_q[i])
             memset(linear->psi_q + i * n, 0, (size_t)n * sizeof(double));
-    const bool is_good =
-        is_finite(linear->K, n * n) && is_finite(linear->D, n * n) && is_finite(linear->psi_q, linear->m * n);
-    return is_good ? REFDYN_OK : REFDYN_NOT_FINITE;
+    return check_finite(linear, &scene->work.fault);
 }
 
 /* Coordinates are measured in 1/sqrt(M_jj). */
 static int check_mass(const struct linear *linear, struct scene *scene) {
     for (int j = 0; j < linear->n; j++)
         if (!(linear->M[j * (linear->n + 1)] > 0)) {
-            scene->work.fault = (struct refdyn_fault){.row = -1, .coordinate = linear->place[j]};
+            scene->work.fault.coordinate = linear->place[j];
             return REFDYN_MASS_NOT_POSITIVE;
         }
     return REFDYN_OK;
@@ -195,6 +198,7 @@ int linearise(struct linear *linear, struct scene *scene, const int *held) {
     int status = refdyn_equations(&scene->work, scene->state.t, scene->q, scene->qd);
     if (status != REFDYN_OK)
         return status;
+    scene->work.fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
     get_room(&values, scene->model);
     evaluate_state(scene, &values);
     linear->M = part_of(linear, scene->work.M, linear->n, scene->model->n, linear->place);
