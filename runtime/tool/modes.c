@@ -1,6 +1,6 @@
 /* `refdyn modes`: frequencies, damping ratios and shapes of small motions about a state at rest. */
 #include "commands.h"
-#include "output.h"
+#include "scene_json.h"
 #include "spectrum.h"
 
 #include <math.h>
@@ -107,27 +107,6 @@ static void print_table(const struct analysis *analysis) {
 
 /* ---- JSON ---- */
 
-static void put_names(struct document *document, const char *key, const struct refdyn_model *model,
-                      const int *which) {
-    put_open(document, key, '[');
-    for (int i = 0; i < model->n; i++)
-        if (!which || which[i])
-            put_text(document, NULL, model->coordinates[i].name);
-    put_close(document, ']');
-}
-
-static void put_positions(struct document *document, const struct scene *scene) {
-    const struct refdyn_model *model = scene->model;
-    double *r = allocate(3 * (size_t)model->point_count, sizeof *r);
-    if (model->point_count)
-        model->r(scene->work.p, scene->work.x, scene->state.t, scene->q, scene->qd, r);
-    put_open(document, "points", '{');
-    for (int i = 0; i < model->point_count; i++)
-        put_array(document, model->points[i], r + 3 * i, 3);
-    put_close(document, '}');
-    free(r);
-}
-
 static void put_complex(struct document *document, const char *key, const double *re, const double *im,
                         int count) {
     put_open(document, key, '{');
@@ -190,12 +169,12 @@ static bool print_analysis(const struct analysis *analysis, const char *path) {
         unstable += spectrum->modes[i].re > 0;
     put_open(&document, NULL, '{');
     put_text(&document, "name", scene->model->name);
-    put_names(&document, "coordinates", scene->model, NULL);
+    put_coordinates(&document, "coordinates", scene->model, NULL);
     put_text(&document, "at", analysis->at);
     put_number(&document, "t", scene->state.t);
     put_array(&document, "q", scene->q, scene->model->n);
     put_positions(&document, scene);
-    put_names(&document, "held", scene->model, analysis->held);
+    put_coordinates(&document, "held", scene->model, analysis->held);
     put_number(&document, "phi", analysis->phi);
     put_number(&document, "residual", analysis->linear.residual);
     put_whole(&document, "unstable", unstable);

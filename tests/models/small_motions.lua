@@ -1,6 +1,6 @@
 -- Systems whose small motions are known in closed form; the option `kind` says which.
 local rd = require "refdyn"
-local kind = rd.option("kind", "double", { "double", "rods", "oscillator", "upright", "skate", "lag", "curved" })
+local kind = rd.option("kind", "double", { "double", "rods", "oscillator", "upright", "skate", "lag", "curved", "gear", "pair" })
 local p = rd.parameters { { "c", 0.6, "N s/m" }, { "a", 1.5, "1/s" } }
 local gravity = { 0, 0, -9.81 }
 
@@ -47,6 +47,21 @@ local kinds = {
     forces = function() return { first_x = 3, third_z = 5 } end,
     constraints = function(s) return { velocity(s.qd.first_x + s.qd.third_z + 0.1 * s.qd.second_y^2) } end,
     hold = "third_z",
+  },
+  -- A gear whose ratio changes with time, (2 + t) x + y = 0: at t, (1 + ratio^2) xdd + (5 + 3 ratio^2) x = 0.
+  gear = {
+    links = { { "first", joint = "x", mass = 1, spring = { x = 5 } }, { "second", joint = "y", mass = 1, spring = { y = 3 } } },
+    gravity = { 0, 0, 0 },
+    constraints = function(s)
+      return { rd.position { (2 + s.t) * s.q.first_x + s.q.second_y, alpha = 20, beta = 30 } }
+    end,
+  },
+  -- Two carts between springs, one of them damped: the phases of the two differ.
+  pair = {
+    links = { { "left", joint = "x", mass = 1, spring = { x = 20 }, damper = { x = 2 } },
+              { "right", joint = "x", mass = 1.5, spring = { x = 20 } } },
+    points = { L = "left", R = "right" },
+    forces = function() return { rd.spring { "L", { on = "right", at = { 0.5, 0, 0 } }, stiffness = 15 } } end,
   },
 }
 
