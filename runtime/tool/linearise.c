@@ -75,8 +75,8 @@ static void evaluate_state(const struct scene *scene, struct values *values) {
     memcpy(values->D, values->tangent + n + m + n * n, n * n * sizeof(double));
 }
 
-/* Adds sign * rate (of one coordinate k, in both directions) times what rows then are: with du_ik/dq_j =
- * d(psi_i)_q/dqd_k, to row k of K; du_ik/dqd_j, to that of D, whose rows have lambda of the tangent. */
+/* One half of a central difference in the rate of coordinate k: d(psi_i)_qj/dqd_k = du_ik/dq_j goes to row k
+ * of K, d(psi_i)_qdj/dqd_k = du_ik/dqd_j to that of D, which has it already at the tangent's own lambda. */
 static void add_rows_at(const struct scene *scene, struct values *values, int k, double step) {
     const size_t n = (size_t)values->n, m = (size_t)values->m;
     const double *lambda_tangent = values->tangent + n;

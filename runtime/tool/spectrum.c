@@ -8,7 +8,7 @@
  * or E z' = A z, in a time unit 1/s that lies between those of stiff and soft coordinates. The eigenvalues
  * tau of (A - E)^-1 E, with balancing (LAPACK dgeev), give mu = 1 + 1/tau: both ends of a wide spectrum keep
  * digits that those of E^-1 A lose at its low end. Each is then improved by the generalized Rayleigh quotient
- * of its left and right vectors (Ostrowski, Arch. Rational Mech. Anal. 3:472-481, 1959), whose error is the
+ * of its left and right vectors (Ostrowski, Arch. Rational Mech. Anal. 3:325-340, 1959), whose error is the
  * product of theirs.
  */
 #include "spectrum.h"
