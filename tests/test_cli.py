@@ -10,7 +10,7 @@ import pytest
 from program import MODELS, REFERENCE, REFDYN, SOURCE, TESTS, evaluate, read_run, refdyn
 
 PENDULUM = TESTS / "models" / "double_pendulum.lua"
-COMMANDS = ["gen", "check", "eval", "statics", "sim", "plot", "bench", "report"]
+COMMANDS = ["gen", "check", "eval", "statics", "modes", "sim", "plot", "bench", "report"]
 PLACE = re.compile(r"^[^:\n]+:\d+: [^:\n]+: .+", re.M)  # FILE:LINE: what: fact
 
 

@@ -11,6 +11,7 @@ enum status run_gen(const struct options *options);
 enum status run_check(const struct options *options);
 enum status run_eval(const struct options *options);
 enum status run_statics(const struct options *options);
+enum status run_modes(const struct options *options);
 enum status run_sim(const struct options *options);
 enum status run_plot(const struct options *options);
 enum status run_bench(const struct options *options);
@@ -21,6 +22,9 @@ enum status numbers_failed(const struct scene *scene, int result, double t, cons
                            const double *qd);
 /* Rows that say what others say, by name, after the accelerations were solved. */
 void print_redundant_rows(const struct refdyn_workspace *work);
+
+/* Marks in held (n) the coordinates of --hold, or the model's. Complains about names that there are not. */
+enum status choose_held(const struct scene *scene, const struct options *options, int *held);
 
 /*
  * Equilibrium from the scene's q, with the coordinates of --hold (or the model's); q becomes the equilibrium.

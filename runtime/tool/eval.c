@@ -1,17 +1,9 @@
 /* `refdyn eval`: every quantity of the equations at one state, as one JSON object. */
 #include "commands.h"
-#include "output.h"
-#include "scene.h"
+#include "scene_json.h"
 
 #include <math.h>
 #include <stdlib.h>
-
-static void put_coordinates(struct document *document, const char *key, const struct refdyn_model *model) {
-    put_open(document, key, '[');
-    for (int i = 0; i < model->n; i++)
-        put_text(document, NULL, model->coordinates[i].name);
-    put_close(document, ']');
-}
 
 /* One residual a row, null for rows of the levels in `without` (a set of bits). */
 static void put_residual(struct document *document, const char *key, const struct refdyn_model *model,
@@ -138,7 +130,7 @@ static bool print_state(struct scene *scene, const double *qdd, const char *path
     double *room = allocate((size_t)scene->model->n, sizeof *room);
     put_open(&document, NULL, '{');
     put_text(&document, "name", scene->model->name);
-    put_coordinates(&document, "coordinates", scene->model);
+    put_coordinates(&document, "coordinates", scene->model, NULL);
     put_equations(&document, scene, room);
     put_points(&document, scene);
     put_accelerations(&document, scene, qdd, room);

@@ -41,6 +41,25 @@ const struct command commands[] = {
      .help = "Prints JSON: coordinates, q, points, hold_force of the held coordinates, residual.\n\n"
              "  refdyn statics models/manipulator.lua\n"
              "  refdyn statics models/manipulator.lua --hold column_psi,arm_psi,effector_z\n"},
+    {.name = "modes",
+     .run = run_modes,
+     .operands = "MODEL.lua",
+     .options = "at modes hold output set fold",
+     .output = "FILE",
+     .purpose = "frequencies, damping ratios and shapes about an equilibrium",
+     .help =
+         "Prints JSON: coordinates, at, t, q, points, held, phi, residual, unstable, modes; a table goes to "
+         "stderr.\n"
+         "Held coordinates keep their value, constraint rows act; stabilisation does not enter. Of a mode "
+         "e^(lambda t):\n"
+         "eigenvalue [re, im] [1/s], omega |lambda| [rad/s], frequency im/(2 pi) [Hz], damping "
+         "-re/|lambda|, shape and\n"
+         "displacements of the points, as re and im; the largest entry of a shape is 1. A decay without "
+         "oscillation has\n"
+         "frequency 0 and damping 1, a growth -1, a motion that nothing brings back omega 0 and damping "
+         "0.\n\n"
+         "  refdyn modes models/pendulum.lua --modes 4\n"
+         "  refdyn modes models/fourbar.lua --at state.json\n"},
     {.name = "sim",
      .run = run_sim,
      .operands = "MODEL.lua",

@@ -34,11 +34,13 @@ static const struct rule rules[] = {
     {"tol", "TOL", KIND_POSITIVE, FIELD(tolerance), "error of a step of rk54 [rad, m] (default 1e-6)"},
     {"every", "DT", KIND_POSITIVE, FIELD(every), "time between outputs [s] (default T/200)"},
     {"from", "WHERE", KIND_TEXT, FIELD(from), "initial (default), statics, or a STATE.json"},
+    {"at", "WHERE", KIND_TEXT, FIELD(at), "statics (default), initial, or a STATE.json; rates are 0"},
+    {"modes", "K", KIND_POSITIVE, FIELD(modes), "the K slowest modes only"},
     {"stabilise", "HOW", KIND_TEXT, FIELD(stabilise),
      "none, baumgarte (default with rk4) or project (default with rk54)"},
     {"start", "HOW", KIND_TEXT, FIELD(start), "as-is (default) or project: moved onto the programme first"},
     {"hold", "a,b", KIND_TEXT, FIELD(hold),
-     "coordinates held in statics, instead of the model's ('' frees all)"},
+     "coordinates held in statics and modes, instead of the model's ('' frees all)"},
     {"summary", "FILE.json", KIND_TEXT, FIELD(summary), "the summary as JSON"},
     {"steps", "a,b,c", KIND_TEXT, FIELD(steps),
      "step sizes to try [s] (default: from the largest stable one downward)"},
@@ -116,7 +118,7 @@ static void print_commands(FILE *out) {
 static void print_help(void) {
     puts("usage: refdyn COMMAND ARGUMENTS\n\n"
          "Refdyn turns a Lua model of a robot with flexible links into C code of its dynamics,\n"
-         "and computes its equilibria and programme-constrained motions.\n\ncommands:");
+         "and computes its equilibria, frequencies and programme-constrained motions.\n\ncommands:");
     print_commands(stdout);
     puts("\nrefdyn COMMAND --help tells more; --version prints the version.");
 }

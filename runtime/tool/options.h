@@ -24,10 +24,10 @@ struct options {
     int setting_count;
     bool fold;
     /* NULL: not given */
-    const char *output, *emit, *state, *from, *method, *stabilise, *start, *hold, *summary, *vary, *steps,
-        *accelerations, *loops;
+    const char *output, *emit, *state, *from, *at, *method, *stabilise, *start, *hold, *summary, *vary,
+        *steps, *accelerations, *loops;
     /* 0: not given */
-    double until, step, tolerance, every;
+    double until, step, tolerance, every, modes;
 };
 
 struct command {

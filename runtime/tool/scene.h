@@ -30,8 +30,9 @@ enum {
     NEEDS_STATE = 4,        /* each quantity of the equations for itself, qdd_free, energy */
     NEEDS_POINTS = 8,       /* r */
     NEEDS_POINT_RATES = 16, /* rd, C, d */
+    NEEDS_ALL = 32,         /* all that the scene has */
     NEEDS_TANGENT = 64,     /* tangent */
-    NEEDS_ALL = 32          /* all that the scene has */
+    NEEDS_LINEAR = 128      /* d_rows, C */
 };
 
 /* Reads the model for `gen` and `check`; messages go to stderr. */

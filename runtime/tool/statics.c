@@ -1,6 +1,6 @@
 /* `refdyn statics`: the equilibrium of a model under its loads, with some coordinates held. */
 #include "commands.h"
-#include "output.h"
+#include "scene_json.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -37,7 +37,7 @@ static enum status mark_held(const struct options *options, const struct refdyn_
     return STATUS_DONE;
 }
 
-static enum status choose_held(const struct scene *scene, const struct options *options, int *held) {
+enum status choose_held(const struct scene *scene, const struct options *options, int *held) {
     if (options->hold)
         return mark_held(options, scene->model, held);
     for (int i = 0; i < scene->model->held_count; i++)
@@ -106,18 +106,6 @@ void equilibrium_release(struct equilibrium *equilibrium) {
     free(equilibrium->held);
 }
 
-static void put_points(struct document *document, const struct scene *scene) {
-    const struct refdyn_model *model = scene->model;
-    double *r = allocate(3 * (size_t)model->point_count, sizeof *r);
-    if (model->point_count)
-        model->r(scene->work.p, scene->work.x, 0, scene->q, scene->qd, r);
-    put_open(document, "points", '{');
-    for (int i = 0; i < model->point_count; i++)
-        put_array(document, model->points[i], r + 3 * i, 3);
-    put_close(document, '}');
-    free(r);
-}
-
 static bool print_equilibrium(const struct scene *scene, const struct equilibrium *equilibrium,
                               const char *path) {
     const struct refdyn_model *model = scene->model;
@@ -126,12 +114,9 @@ static bool print_equilibrium(const struct scene *scene, const struct equilibriu
         return false;
     struct document document = {.out = output.file};
     put_open(&document, NULL, '{');
-    put_open(&document, "coordinates", '[');
-    for (int i = 0; i < model->n; i++)
-        put_text(&document, NULL, model->coordinates[i].name);
-    put_close(&document, ']');
+    put_coordinates(&document, "coordinates", model, NULL);
     put_array(&document, "q", scene->q, model->n);
-    put_points(&document, scene);
+    put_positions(&document, scene);
     put_open(&document, "hold_force", '[');
     for (int i = 0; i < model->n; i++)
         if (equilibrium->held[i])

@@ -1,0 +1,237 @@
+/* The equations of small motions: see linearise.h. */
+#include "linearise.h"
+#include "output.h"
+
+#include <float.h>
+#include <lapacke.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* [rad, m] and [rad/s^2, m/s^2]: what statics finds is in balance by far better */
+static const double distance_tol = 1e-6;
+static const double acceleration_tol = 1e-9;
+/* [rad/s, m/s] a power of two; the square of it is the error where a row is cubic in rates, without one up to
+ * there */
+static const double rate_step = 1.0 / 8192;
+
+/* What the emitted functions give at the state, over all coordinates. */
+struct values {
+    int n, m;
+    double *Q, *Q_q;
+    double *tangent;           /* qdd lambda K D ... */
+    double *rows, *rows_moved; /* psi_q psi_qd ... */
+    double *qd;                /* of rows_moved */
+    double *K, *D;             /* (n x n) */
+    double *lambda;            /* (m) */
+};
+
+/* d_rows begins with psi_q and psi_qd; behind them stand derivatives by t, inputs and parameters, k, phi. */
+static size_t rows_room(const struct refdyn_model *model) {
+    size_t variables = 2 * (size_t)model->n + 1 + (size_t)model->input_count + (size_t)model->parameter_count;
+    return 3 * (size_t)model->m * variables;
+}
+
+static void get_room(struct values *values, const struct refdyn_model *model) {
+    size_t n = (size_t)model->n, m = (size_t)model->m;
+    *values = (struct values){.n = model->n, .m = model->m};
+    values->Q = allocate(n, sizeof(double));
+    values->Q_q = allocate(n * n, sizeof(double));
+    values->tangent = allocate(2 * n + 2 * m + 3 * n * n + 3 * m * n, sizeof(double));
+    values->rows = allocate(rows_room(model), sizeof(double));
+    values->rows_moved = allocate(rows_room(model), sizeof(double));
+    values->qd = allocate(n, sizeof(double));
+    values->K = allocate(n * n, sizeof(double));
+    values->D = allocate(n * n, sizeof(double));
+    values->lambda = allocate(m, sizeof(double));
+}
+
+static void release_room(struct values *values) {
+    free(values->lambda);
+    free(values->D);
+    free(values->K);
+    free(values->qd);
+    free(values->rows_moved);
+    free(values->rows);
+    free(values->tangent);
+    free(values->Q_q);
+    free(values->Q);
+}
+
+static void call(const struct scene *scene, refdyn_function *function, const double *qd, double *out) {
+    function(scene->work.p, scene->work.x, scene->state.t, scene->q, qd, out);
+}
+
+static void evaluate_state(const struct scene *scene, struct values *values) {
+    const struct refdyn_model *model = scene->model;
+    const size_t n = (size_t)model->n, m = (size_t)model->m;
+    call(scene, model->Q, scene->qd, values->Q);
+    call(scene, model->Q_q, scene->qd, values->Q_q);
+    call(scene, model->tangent, scene->qd, values->tangent);
+    if (m)
+        call(scene, model->d_rows, scene->qd, values->rows);
+    for (size_t i = 0; i < n * n; i++)
+        values->K[i] = -values->Q_q[i];
+    memcpy(values->D, values->tangent + n + m + n * n, n * n * sizeof(double));
+}
+
+/* One half of a central difference in the rate of coordinate k: d(psi_i)_qj/dqd_k = du_ik/dq_j goes to row k
+ * of K, d(psi_i)_qdj/dqd_k = du_ik/dqd_j to that of D, which has it already at the tangent's own lambda. */
+static void add_rows_at(const struct scene *scene, struct values *values, int k, double step) {
+    const size_t n = (size_t)values->n, m = (size_t)values->m;
+    const double *lambda_tangent = values->tangent + n;
+    values->qd[k] = step;
+    call(scene, scene->model->d_rows, values->qd, values->rows_moved);
+    values->qd[k] = 0;
+    for (size_t i = 0; i < m; i++)
+        for (size_t j = 0; j < n; j++) {
+            const size_t at = (size_t)k * n + j;
+            values->K[at] -= values->lambda[i] * values->rows_moved[i * n + j] / (2 * step);
+            values->D[at] -=
+                (values->lambda[i] - lambda_tangent[i]) * values->rows_moved[(m + i) * n + j] / (2 * step);
+        }
+}
+
+/* d(u^T lambda) by q and qd. */
+static void add_rows(const struct scene *scene, struct values *values) {
+    for (int k = 0; k < values->n && values->m; k++) {
+        add_rows_at(scene, values, k, rate_step);
+        add_rows_at(scene, values, k, -rate_step);
+    }
+}
+
+static double *part_of(const struct linear *linear, const double *whole, int rows, int stride,
+                       const int *row_place) {
+    double *part = allocate((size_t)rows * (size_t)linear->n, sizeof *part);
+    for (int i = 0; i < rows; i++)
+        for (int j = 0; j < linear->n; j++)
+            part[i * linear->n + j] = whole[(row_place ? row_place[i] : i) * stride + linear->place[j]];
+    return part;
+}
+
+/* min |Q + u^T lambda|, both sides in units of sqrt(M_jj), as rows are in the runtime. */
+static int find_multipliers(const struct linear *linear, const double *Q, double *lambda) {
+    const int n = linear->n, m = linear->m, larger = n > m ? n : m;
+    double *A = allocate((size_t)n * (size_t)m, sizeof *A), *b = allocate((size_t)larger, sizeof *b);
+    double *size = allocate((size_t)m, sizeof *size), *singular = allocate((size_t)larger, sizeof *singular);
+    lapack_int rank;
+    for (int j = 0; j < n; j++)
+        b[j] = -Q[linear->place[j]] / sqrt(linear->M[j * n + j]);
+    for (int i = 0; i < m; i++)
+        for (int j = 0; j < n; j++) {
+            A[j * m + i] = linear->u[i * n + j] / sqrt(linear->M[j * n + j]);
+            size[i] = fmax(size[i], fabs(A[j * m + i]));
+        }
+    for (int i = 0; i < m; i++)
+        for (int j = 0; j < n && size[i] > 0; j++)
+            A[j * m + i] /= size[i];
+    lapack_int info =
+        LAPACKE_dgelsd(LAPACK_ROW_MAJOR, n, m, 1, A, m, b, 1, singular, sqrt(DBL_EPSILON), &rank);
+    for (int i = 0; i < m; i++)
+        lambda[i] = size[i] > 0 ? b[i] / size[i] : 0;
+    free(singular);
+    free(size);
+    free(b);
+    free(A);
+    return info == 0 ? REFDYN_OK : REFDYN_NOT_FINITE;
+}
+
+static void find_residual(struct linear *linear, const double *Q, const double *lambda) {
+    linear->force = allocate((size_t)linear->n, sizeof *linear->force);
+    for (int j = 0; j < linear->n; j++) {
+        linear->force[j] = Q[linear->place[j]];
+        for (int i = 0; i < linear->m; i++)
+            linear->force[j] += linear->u[i * linear->n + j] * lambda[i];
+        linear->residual = fmax(linear->residual, fabs(linear->force[j]));
+    }
+}
+
+static void choose_places(struct linear *linear, const struct scene *scene, const int *held) {
+    *linear = (struct linear){.m = scene->model->m};
+    linear->place = allocate((size_t)scene->model->n, sizeof *linear->place);
+    linear->is_level_q = allocate((size_t)linear->m, sizeof *linear->is_level_q);
+    for (int j = 0; j < scene->model->n; j++)
+        if (!held[j])
+            linear->place[linear->n++] = j;
+    for (int i = 0; i < linear->m; i++)
+        linear->is_level_q[i] = scene->model->rows[i].level == REFDYN_POSITION;
+}
+
+/* NOT_FINITE with the fault at the first row of K and D, or of psi_q, that is infinite or NaN. */
+static int check_finite(const struct linear *linear, struct refdyn_fault *fault) {
+    const int n = linear->n;
+    for (int i = n * n - 1; i >= 0; i--)
+        if (!isfinite(linear->K[i]) || !isfinite(linear->D[i]))
+            fault->coordinate = linear->place[i / n];
+    for (int i = linear->m * n - 1; i >= 0; i--)
+        if (!isfinite(linear->psi_q[i]))
+            fault->row = i / n;
+    return fault->coordinate < 0 && fault->row < 0 ? REFDYN_OK : REFDYN_NOT_FINITE;
+}
+
+/* K, D and psi_q over the coordinates not held, once lambda is known. */
+static int finish(struct linear *linear, struct scene *scene, struct values *values) {
+    const int n = linear->n, all = values->n;
+    add_rows(scene, values);
+    linear->K = part_of(linear, values->K, n, all, linear->place);
+    linear->D = part_of(linear, values->D, n, all, linear->place);
+    linear->psi_q = part_of(linear, values->rows, linear->m, all, NULL);
+    for (int i = 0; i < linear->m; i++)
+        if (linear->is_level_q[i])
+            memset(linear->psi_q + i * n, 0, (size_t)n * sizeof(double));
+    return check_finite(linear, &scene->work.fault);
+}
+
+/* Coordinates are measured in 1/sqrt(M_jj). */
+static int check_mass(const struct linear *linear, struct scene *scene) {
+    for (int j = 0; j < linear->n; j++)
+        if (!(linear->M[j * (linear->n + 1)] > 0)) {
+            scene->work.fault.coordinate = linear->place[j];
+            return REFDYN_MASS_NOT_POSITIVE;
+        }
+    return REFDYN_OK;
+}
+
+int linearise(struct linear *linear, struct scene *scene, const int *held) {
+    struct values values;
+    choose_places(linear, scene, held);
+    int status = refdyn_equations(&scene->work, scene->state.t, scene->q, scene->qd);
+    if (status != REFDYN_OK)
+        return status;
+    scene->work.fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
+    get_room(&values, scene->model);
+    evaluate_state(scene, &values);
+    linear->M = part_of(linear, scene->work.M, linear->n, scene->model->n, linear->place);
+    linear->u = part_of(linear, scene->work.u, linear->m, scene->model->n, NULL);
+    status = check_mass(linear, scene);
+    if (status == REFDYN_OK && linear->m && linear->n)
+        status = find_multipliers(linear, values.Q, values.lambda);
+    if (status == REFDYN_OK)
+        status = finish(linear, scene, &values);
+    find_residual(linear, values.Q, values.lambda);
+    release_room(&values);
+    return status;
+}
+
+int linear_out_of_balance(const struct linear *linear) {
+    for (int j = 0; j < linear->n; j++) {
+        const double *row = linear->K + j * linear->n;
+        double stiffness = 0, force = fabs(linear->force[j]);
+        for (int i = 0; i < linear->n; i++)
+            stiffness = fmax(stiffness, fabs(row[i]));
+        if (force > distance_tol * stiffness && force > acceleration_tol * linear->M[j * (linear->n + 1)])
+            return j;
+    }
+    return -1;
+}
+
+void linear_release(struct linear *linear) {
+    free(linear->force);
+    free(linear->psi_q);
+    free(linear->u);
+    free(linear->K);
+    free(linear->D);
+    free(linear->M);
+    free(linear->is_level_q);
+    free(linear->place);
+}
