@@ -133,7 +133,8 @@ static struct wrench *loads_of_row(struct derivation *d, const struct row_terms 
             continue;
         const struct vector pull = transpose_times(d->g, k->frames[fixed->frame].rotation.at, row->pulls[p]);
         const struct vector force = vector_scale(d->g, neg(d->g, one(d->g)), pull), none = {{0, 0, 0}};
-        const struct vector moment = vector_cross(d->g, vector_of(fixed->placement.position), force);
+        const struct vector rho = from_body(k, fixed->frame, vector_of(fixed->placement.position));
+        const struct vector moment = vector_cross(d->g, rho, force);
         const struct wrench load = {moment, d->model->points[p].is_direction ? none : force};
         loads[fixed->frame] = wrench_add(d->g, loads[fixed->frame], load);
     }
@@ -290,6 +291,10 @@ const expression *free_accelerations(struct derivation *d) {
     if (!d->free_solution)
         d->free_solution = choose_solution(d, "qdd_free", free_by);
     return free_by(d, d->free_solution);
+}
+
+const expression *recursive_accelerations(struct derivation *d) {
+    return free_by(d, &d->by_method[0]);
 }
 
 const struct solution *constrained_accelerations(struct derivation *d) {

@@ -19,7 +19,7 @@ struct wrench wrench_add(struct graph *g, struct wrench a, struct wrench b) {
     return (struct wrench){vector_add(g, a.moment, b.moment), vector_add(g, a.force, b.force)};
 }
 
-struct inertia own_inertia(const struct kinematics *k, int i) {
+static struct inertia body_inertia(const struct kinematics *k, int i) {
     static const char *const moments[3] = {"x", "y", "z"}, *const products[6] = {"xx", "yy", "zz",
                                                                                  "xy", "xz", "yz"};
     const struct frame *frame = &k->tree->frames[i];
@@ -39,6 +39,15 @@ struct inertia own_inertia(const struct kinematics *k, int i) {
         inertia.tensor[e] = choose(k->g, is_last, last->tensor[e], inertia.tensor[e]);
         name_scalar(k, i, memory_format(k->memory, "inertia_%s", products[e]), inertia.tensor[e]);
     }
+    return inertia;
+}
+
+struct inertia own_inertia(const struct kinematics *k, int i) {
+    struct inertia inertia = body_inertia(k, i);
+    const struct vector moment = from_body(k, i, vector_of(inertia.moment));
+    const struct tensor tensor = tensor_from_body(k, i, tensor_of(inertia.tensor));
+    memcpy(inertia.moment, moment.at, sizeof inertia.moment);
+    memcpy(inertia.tensor, tensor.at, sizeof inertia.tensor);
     return inertia;
 }
 

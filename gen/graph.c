@@ -129,6 +129,23 @@ void graph_start(struct graph *g, struct memory *memory) {
     number(g, 1);
 }
 
+struct graph graph_copy(const struct graph *g) {
+    struct graph copy = *g;
+    copy.names =
+        memory_grow(g->memory, g->names, g->count * sizeof *g->names, g->capacity * sizeof *g->names);
+    copy.table =
+        memory_grow(g->memory, g->table, g->table_size * sizeof *g->table, g->table_size * sizeof *g->table);
+    /* Lists without room move before they grow. */
+    copy.capacity = g->count;
+    copy.number_capacity = g->number_count;
+    copy.symbol_capacity = g->symbol_count;
+    copy.remark_capacity = g->remark_count;
+    copy.spline_capacity = g->spline_count;
+    copy.loop_capacity = g->loop_count;
+    copy.slot_capacity = g->slot_count;
+    return copy;
+}
+
 expression number(struct graph *g, double value) {
     if (value == 0)
         return 0; /* -0.0 too: the sign of a zero is not kept */

@@ -118,6 +118,8 @@ struct graph {
 };
 
 void graph_start(struct graph *g, struct memory *memory);
+/* A graph of the same nodes that grows apart from g: for trials. No loop may be open. */
+struct graph graph_copy(const struct graph *g);
 
 expression number(struct graph *g, double value);
 expression symbol(struct graph *g, enum symbol_kind kind, int index, int order);

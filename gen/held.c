@@ -63,6 +63,7 @@ static void move_shift(struct held *held, int i) {
     struct vector slide = still, speed = still, gain = still;
     if (frame->kind == FRAME_JOINT && !frame->joint.is_turn) {
         slide = matrix_times(g, frame->placement.rotation, unit_vector(g, frame->joint.axis));
+        slide = from_body(k, frame->parent, slide);
         speed = vector_scale(g, coordinate_of(k, i, 1), slide);
         gain = vector_scale(g, held->accelerations[i], slide);
     }
@@ -97,7 +98,7 @@ static void move_origin(struct held *held, int i) {
 static struct vector accelerate_point(const struct held *held, int index) {
     const struct kinematics *k = held->k;
     const struct fixed_frame *fixed = &k->tree->points[index];
-    const struct vector rho = vector_of(fixed->placement.position);
+    const struct vector rho = from_body(k, fixed->frame, vector_of(fixed->placement.position));
     if (fixed->frame < 0)
         return k->points[index].d;
     const struct held_motion *motion = &held->motions[fixed->frame];

@@ -24,19 +24,37 @@ static struct vector turn_into(struct graph *g, int axis, expression cosine, exp
     return a;
 }
 
+struct vector from_body(const struct kinematics *k, int i, struct vector a) {
+    if (i < 0 || !k->tree->frames[i].keeps_axes)
+        return a;
+    const struct frame_motion *motion = &k->frames[i];
+    return turn_into(k->g, k->tree->frames[i].joint.axis, motion->cosine, neg(k->g, motion->sine), a);
+}
+
+static struct vector to_body(const struct kinematics *k, int i, struct vector a) {
+    if (i < 0 || !k->tree->frames[i].keeps_axes)
+        return a;
+    return turn_into(k->g, k->tree->frames[i].joint.axis, k->frames[i].cosine, k->frames[i].sine, a);
+}
+
+static bool turns_axes(const struct frame *frame) {
+    return frame->joint.is_turn && !frame->keeps_axes;
+}
+
 struct vector to_child(const struct kinematics *k, int i, struct vector a) {
     const struct frame *frame = &k->tree->frames[i];
     const struct joint_place *place = &k->joints[i];
-    a = transpose_times(k->g, frame->placement.rotation, a);
-    return frame->joint.is_turn ? turn_into(k->g, frame->joint.axis, place->cosine, place->sine, a) : a;
+    if (!frame->goes_on)
+        a = transpose_times(k->g, frame->placement.rotation, to_body(k, frame->parent, a));
+    return turns_axes(frame) ? turn_into(k->g, frame->joint.axis, place->cosine, place->sine, a) : a;
 }
 
 struct vector to_parent(const struct kinematics *k, int i, struct vector a) {
     const struct frame *frame = &k->tree->frames[i];
     const struct joint_place *place = &k->joints[i];
-    if (frame->joint.is_turn)
+    if (turns_axes(frame))
         a = turn_into(k->g, frame->joint.axis, place->cosine, neg(k->g, place->sine), a);
-    return matrix_times(k->g, frame->placement.rotation, a);
+    return frame->goes_on ? a : from_body(k, frame->parent, matrix_times(k->g, frame->placement.rotation, a));
 }
 
 /*
@@ -74,20 +92,34 @@ static struct tensor tensor_turn_axis_quickly(struct graph *g, int axis, express
     return turned;
 }
 
+struct tensor tensor_from_body(const struct kinematics *k, int i, struct tensor t) {
+    if (i < 0 || !k->tree->frames[i].keeps_axes)
+        return t;
+    return tensor_turn_axis(k->g, k->tree->frames[i].joint.axis, k->frames[i].cosine, k->frames[i].sine, t);
+}
+
+/* The joint's turn undone: into the axes of the parent. */
+static struct tensor tensor_off_joint(const struct kinematics *k, int i, struct tensor t) {
+    const struct frame *frame = &k->tree->frames[i];
+    return frame->goes_on
+               ? t
+               : tensor_from_body(k, frame->parent, tensor_turn(k->g, frame->placement.rotation, t));
+}
+
 struct tensor tensor_to_parent_quickly(const struct kinematics *k, int i, struct tensor t) {
     const struct frame *frame = &k->tree->frames[i];
     const struct joint_place *place = &k->joints[i];
-    if (frame->joint.is_turn)
+    if (turns_axes(frame))
         t = tensor_turn_axis_quickly(k->g, frame->joint.axis, place->cosine, place->sine, t);
-    return tensor_turn(k->g, frame->placement.rotation, t);
+    return tensor_off_joint(k, i, t);
 }
 
 struct tensor tensor_to_parent(const struct kinematics *k, int i, struct tensor t) {
     const struct frame *frame = &k->tree->frames[i];
     const struct joint_place *place = &k->joints[i];
-    if (frame->joint.is_turn)
+    if (turns_axes(frame))
         t = tensor_turn_axis(k->g, frame->joint.axis, place->cosine, place->sine, t);
-    return tensor_turn(k->g, frame->placement.rotation, t);
+    return tensor_off_joint(k, i, t);
 }
 
 expression coordinate_of(const struct kinematics *k, int i, int order) {
@@ -126,7 +158,7 @@ static void place_joint(struct kinematics *k, int i) {
     struct graph *g = k->g;
     const struct frame *frame = &k->tree->frames[i];
     struct joint_place *place = &k->joints[i];
-    place->shift = vector_of(frame->placement.position);
+    place->shift = from_body(k, frame->parent, vector_of(frame->placement.position));
     if (frame->kind != FRAME_JOINT)
         return;
     const struct vector axis = unit_vector(g, frame->joint.axis);
@@ -138,9 +170,30 @@ static void place_joint(struct kinematics *k, int i) {
         name_scalar(k, i, "cos", place->cosine);
     } else {
         const struct vector slide = vector_scale(g, q, axis);
-        place->shift = vector_add(g, place->shift, matrix_times(g, frame->placement.rotation, slide));
+        const struct vector carried = matrix_times(g, frame->placement.rotation, slide);
+        place->shift = vector_add(g, place->shift, from_body(k, frame->parent, carried));
         name_vector(k, i, "shift", place->shift);
     }
+}
+
+/*
+ * From the frame's axes to those of its body. Sine and cosine of the sum of the angles by those of the
+ * coordinates, which are taken in one pass.
+ */
+static void turn_body(struct kinematics *k, int i, const struct frame_motion *parent) {
+    struct graph *g = k->g;
+    const struct frame *frame = &k->tree->frames[i];
+    const struct joint_place *place = &k->joints[i];
+    struct frame_motion *motion = &k->frames[i];
+    motion->cosine = frame->goes_on ? parent->cosine : one(g);
+    motion->sine = frame->goes_on ? parent->sine : zero(g);
+    if (!frame->keeps_axes || frame->kind != FRAME_JOINT)
+        return;
+    const expression c = motion->cosine, s = motion->sine;
+    motion->cosine = sub(g, mul(g, c, place->cosine), mul(g, s, place->sine));
+    motion->sine = add(g, mul(g, s, place->cosine), mul(g, c, place->sine));
+    name_scalar(k, i, "body_cos", motion->cosine);
+    name_scalar(k, i, "body_sin", motion->sine);
 }
 
 /* Rows of R are the ground's axes seen from the frame, so that each is one to_child away from the parent's.
@@ -257,7 +310,7 @@ static void derive_point(struct kinematics *k, int index) {
     const struct fixed_frame *fixed = &k->tree->points[index];
     const struct frame_motion ground = ground_motion(k);
     const struct frame_motion *m = fixed->frame < 0 ? &ground : &k->frames[fixed->frame];
-    const struct vector rho = vector_of(fixed->placement.position);
+    const struct vector rho = from_body(k, fixed->frame, vector_of(fixed->placement.position));
     const bool is_direction = k->model->points[index].is_direction;
     struct frame_motion carrier = *m;
     struct point_motion *point = &k->points[index];
@@ -282,6 +335,7 @@ static void step_outward(void *context, int i) {
     remark(k->g, memory_format(k->memory, "%s: motion from %s outward", k->tree->frames[i].name,
                                parent < 0 ? "the ground" : k->tree->frames[parent].name));
     place_joint(k, i);
+    turn_body(k, i, parent < 0 ? &ground : &k->frames[parent]);
     place_in_ground(k, i, parent < 0 ? &ground : &k->frames[parent]);
     move_frame(k, i, parent < 0 ? &ground : &k->frames[parent]);
 }

@@ -16,6 +16,7 @@ struct joint_place {
 };
 
 struct frame_motion {
+    expression cosine, sine;    /* of the angle from the frame's axes to those of its body: see parallel.h */
     struct vector angular;      /* angular velocity w [rad/s] */
     struct vector linear;       /* velocity of the origin [m/s] */
     struct vector bias_angular; /* dw/dt at qdd = 0 [rad/s^2] */
@@ -52,6 +53,9 @@ expression coordinate_of(const struct kinematics *k, int i, int order);
 bool is_on_path(const struct kinematics *k, int outer, int i);
 /* The axis of joint i in the ground frame. */
 struct vector joint_axis(const struct kinematics *k, int i);
+/* A free vector, and a tensor, from the axes of frame i's body, -1: the ground, into its own. */
+struct vector from_body(const struct kinematics *k, int i, struct vector a);
+struct tensor tensor_from_body(const struct kinematics *k, int i, struct tensor t);
 /* A free vector from the axes of frame i's parent into its own, and back. */
 struct vector to_child(const struct kinematics *k, int i, struct vector a);
 struct vector to_parent(const struct kinematics *k, int i, struct vector a);

@@ -9,9 +9,8 @@
 #include <string.h>
 
 enum {
-    MOST_WRITTEN_OUT = 40, /* coordinates: beyond, written-out matrices are not even weighed */
-    LOOP_ADVANTAGE = 2,    /* operations of loops over pairs, which compilers turn into vectors, for one */
-    WORTH_TEXT = 4         /* written out where that saves a fifth: it is more text */
+    LOOP_ADVANTAGE = 2, /* operations of loops over pairs, which compilers turn into vectors, for one */
+    WORTH_TEXT = 4      /* written out where that saves a fifth: it is more text */
 };
 
 /* Operations of loops and of the vectors that they read. */

@@ -492,7 +492,7 @@ static bool is_wanted(const struct derivation *d, const struct quantity *quantit
 }
 
 void list_functions(struct plan *plan, const char *emit) {
-    struct derivation *d = start_derivation(plan, plan->rolled);
+    struct derivation *d = choose_axes(plan);
     const char *last_reason = NULL;
     plan->functions = memory_get(plan->memory, QUANTITY_COUNT * sizeof *plan->functions);
     for (int i = 0; i < QUANTITY_COUNT; i++) {

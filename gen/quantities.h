@@ -19,6 +19,8 @@ struct solution {
     struct acceleration *frames; /* of qdd_free, by the recursion */
 };
 
+enum { MOST_WRITTEN_OUT = 40 }; /* coordinates: beyond, written-out matrices are not even weighed */
+
 /* How a matrix is computed. */
 enum matrix_form { FORM_OPEN, FORM_LOOPS, FORM_WRITTEN };
 
@@ -46,6 +48,8 @@ struct derivation {
 
 /* terms.c */
 struct derivation *start_derivation(struct plan *plan, const struct tree *tree);
+/* From the rolled tree, its axes turned or kept (parallel.h): what is cheaper. */
+struct derivation *choose_axes(struct plan *plan);
 /* The same with every frame alone; d itself when it has no runs. */
 struct derivation *without_runs(struct derivation *d);
 expression *new_values(const struct derivation *d, int count);
@@ -63,6 +67,8 @@ expression *all_forces(struct derivation *d);
 
 /* accelerations.c: by frame. */
 const expression *free_accelerations(struct derivation *d);
+/* qdd_free by recursion, even where the matrix is cheaper. */
+const expression *recursive_accelerations(struct derivation *d);
 /* With qdd, lambda, responses and S. */
 const struct solution *constrained_accelerations(struct derivation *d);
 /* S x = rest in place of rest; `what` names x. */

@@ -3,8 +3,11 @@
  *
  * Takes the tree, gives inertias beyond joints, rows, forces and their sums; declared in quantities.h.
  */
+#include "parallel.h"
 #include "quantities.h"
 #include "runs.h"
+
+#include <string.h>
 
 expression *new_values(const struct derivation *d, int count) {
     return memory_get(d->memory, ((size_t)count + 1) * sizeof(expression));
@@ -24,13 +27,57 @@ struct derivation *start_derivation(struct plan *plan, const struct tree *tree) 
     return d;
 }
 
+/* Operations of M, h and qdd_free in one. */
+static long weigh_equations(struct derivation *d) {
+    const int square = d->n > MOST_WRITTEN_OUT ? 0 : d->n * d->n;
+    expression *values = new_values(d, 2 * d->frames + square);
+    memcpy(values, recursive_accelerations(d), (size_t)d->frames * sizeof *values);
+    memcpy(values + d->frames, bias_forces(d), (size_t)d->frames * sizeof *values);
+    if (square)
+        memcpy(values + 2 * d->frames, mass_matrix(without_runs(d)), (size_t)square * sizeof *values);
+    return weigh(d, values, 2 * d->frames + square);
+}
+
+/* Derived beside the graph: a trial leaves no names and no nodes. */
+static long weigh_axes(const struct plan *plan, const struct tree *tree) {
+    struct graph graph = graph_copy(plan->g);
+    struct model model = *plan->model;
+    struct plan trial = *plan;
+    model.graph = trial.g = &graph;
+    trial.model = &model;
+    return weigh_equations(start_derivation(&trial, tree));
+}
+
+/* Kept where that saves a twentieth. */
+struct derivation *choose_axes(struct plan *plan) {
+    static const char *const names[] = {"turned", "kept behind the first", "kept"};
+    const struct tree *tree = plan->rolled;
+    long least = 0, turned = 0;
+    if (keep_axes(plan->memory, tree, AXES_KEPT) == tree)
+        return start_derivation(plan, tree);
+    for (enum kept_axes axes = AXES_TURNED; axes <= AXES_KEPT; axes++) {
+        const struct tree *trial = keep_axes(plan->memory, plan->rolled, axes);
+        const long operations = weigh_axes(plan, trial);
+        if (axes == AXES_TURNED)
+            least = turned = operations;
+        if (operations >= least || 20 * operations > 19 * turned)
+            continue;
+        tree = trial;
+        least = operations;
+    }
+    struct derivation *d = start_derivation(plan, tree);
+    say(d, memory_format(plan->memory, "axes of parallel turns %s, %ld (turned %ld)", names[tree->axes],
+                         least, turned));
+    return d;
+}
+
 struct derivation *without_runs(struct derivation *d) {
     if (!d->kinematics.tree->run_count)
         return d;
     if (!d->flat) {
         struct tree *tree = memory_get(d->memory, sizeof *tree);
         roll(d->memory, d->model, d->plan->tree, LOOPS_NEVER, tree);
-        d->flat = start_derivation(d->plan, tree);
+        d->flat = start_derivation(d->plan, keep_axes(d->memory, tree, d->kinematics.tree->axes));
         d->flat->is_second = true;
     }
     return d->flat;

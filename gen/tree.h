@@ -18,6 +18,10 @@ struct inertia {
     expression tensor[6]; /* xx yy zz xy xz yz about the origin [kg m^2] */
 };
 
+/* Axes of frames that turn on about one axis: all turn with their bodies, all but the first keep theirs, or
+ * all do. See parallel.h. */
+enum kept_axes { AXES_TURNED, AXES_KEPT_BEHIND, AXES_KEPT };
+
 /* ENTRY and EXIT enclose the frames of one element of a run: see runs.h. They have no joint. */
 enum frame_kind { FRAME_JOINT, FRAME_ENTRY, FRAME_EXIT };
 
@@ -33,6 +37,8 @@ struct frame {
     struct joint joint;
     struct placement placement; /* A_i */
     struct inertia inertia;     /* of all that moves with this frame and no later one */
+    bool keeps_axes;            /* its axes do not turn with its body: see parallel.h */
+    bool goes_on;               /* its body turns on about the axis about which its carrier's body did */
 };
 
 /* Something fixed to a frame (or to the ground, frame -1). */
@@ -51,6 +57,7 @@ struct tree {
     struct element_run *runs;   /* of a rolled tree */
     int run_count;
     int *frame_of; /* of a rolled tree: by coordinate, the frame that stands alone, -1: in a run */
+    enum kept_axes axes;
 };
 
 /* Elements one behind the other that are equal but for the last one's inertia: coordinate `first` + r *

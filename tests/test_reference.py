@@ -5,7 +5,7 @@ import numpy
 import pytest
 
 from brute_force import Tree, dynamics, numbers, rows
-from program import check, close, evaluate, oracle
+from program import check, close, evaluate, oracle, refdyn
 from random_models import Formula, Tagged, as_lua, random_model, random_state
 
 SEEDS = (0, 3, 5, 6)
@@ -37,6 +37,39 @@ def test_eval_of_random_model(seed, tmp_path):
     found = evaluate(path, state)
     assert found["coordinates"] == tree.names
     check(comparisons(found, tree, state))
+
+
+def link(name, on, joint, at=(0.5, 0.02, 0.1), **fields):
+    return {"name": name, "joint": joint, "at": at, "mass": 1.5, "center": (0.2, 0.03, -0.04),
+            "inertia": {"xx": 0.05, "yy": 0.11, "zz": 0.12, "xy": 0.01, "xz": 0.004, "yz": -0.003}, **({"on": on} if on else {}), **fields}
+
+
+# Turns about parallel axes one behind the other: what is said of them, and links.
+PARALLEL = {
+    "elbow": ("kept", [link("a", None, ["psi"]), link("b", "a", ["theta"]), link("c", "b", ["theta"]), link("d", "c", ["phi"]),
+                       link("e", "d", ["theta"]), link("f", "e", ["phi"])]),
+    "slides": ("kept", [link("a", None, ["phi"]), link("b", "a", ["psi"], turn=[("x", 0.4)]), link("c", "b", ["psi"]),
+                        link("d", "c", ["x", "psi"]), link("e", "c", ["psi", "z"]), link("f", "e", ["theta"], turn=[("z", 0.3)])]),
+    "chain": ("kept", [link("a", None, ["phi"])] + [link(name, on, ["theta"]) for on, name in zip("abcde", "bcdef")]),
+    "planar": ("kept behind the first", [
+        {"name": name, **({"on": on} if on else {}), "at": (0.5 if on else 0, 0, 0), "joint": ["psi"], "mass": 0.7, "center": (0.3, 0, 0),
+         "inertia": {"zz": 0.1}} for on, name in zip(("", "a", "b", "c"), "abcf")]),
+}
+
+
+@pytest.mark.parametrize("case", PARALLEL)
+def test_parallel_axes(case, tmp_path):
+    axes, links = PARALLEL[case]
+    by_coordinate = {"a_" + links[0]["joint"][0]: Formula("1.5")}
+    forces = [Tagged("spring", {"on": "f", "at": (0.1, 0.2, 0)}, {"on": "ground", "at": (0.3, 0.2, 0)}, stiffness=20.0)]
+    model = {"name": "parallel", "gravity": (1.0, -9.0, 3.0 if case != "planar" else 0), "links": links, "points": {"E": {"on": "f", "at": (0.1, 0.2, 0)}},
+             "inputs": {}, "curves": {}, "forces": {"by_coordinate": by_coordinate, "list": forces}, "rows": []}
+    tree = Tree(model)
+    state = random_state(random.Random(3), tree.n)
+    path = tmp_path / "model.lua"
+    path.write_text(as_lua(model))
+    assert f"axes of parallel turns {axes}, " in refdyn("gen", path, "-o", tmp_path).stdout
+    check(comparisons(evaluate(path, state), tree, state))
 
 
 def test_brute_force_reproduces_the_oracle():
