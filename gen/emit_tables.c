@@ -276,6 +276,16 @@ static void set_functions(struct emission *x, struct text *text) {
     }
 }
 
+/* Operations of one call, a division as four, a function as ten; 0: it is not emitted. */
+static long cost_of(const struct plan *plan, const char *quantity) {
+    for (int f = 0; f < plan->function_count; f++) {
+        const struct operation_count *count = &plan->functions[f].operations;
+        if (!strcmp(plan->functions[f].quantity, quantity))
+            return count->adds + count->muls + 4 * count->divs + 10 * count->functions;
+    }
+    return 0;
+}
+
 static void emit_model_table(struct emission *x, struct text *text, const char *hash) {
     const struct plan *plan = x->plan;
     const struct model *model = plan->model;
@@ -291,6 +301,8 @@ static void emit_model_table(struct emission *x, struct text *text, const char *
              model->point_count);
     text_add(text, "    SET(course_count) %d,\n", model->course_count);
     text_add(text, "    SET(break_count) %d,\n", plan->break_count);
+    text_add(text, "    SET(qdd_cost) %ld,\n    SET(tangent_cost) %ld,\n",
+             cost_of(plan, model->row_count ? "constrained" : "qdd_free"), cost_of(plan, "tangent"));
     set_pointer(x, text, "coordinates", "coordinate_names", true);
     set_pointer(x, text, "parameters", "parameter_names", plan->parameter_count > 0);
     set_pointer(x, text, "inputs", "input_names", model->input_count > 0);

@@ -7,6 +7,7 @@
  * methods from bouncing at their stability limit.
  */
 #include "advance.h"
+#include "choose.h"
 #include "collocation.h"
 
 #include <float.h>
@@ -146,7 +147,8 @@ static int begin(struct refdyn_drive *drive) {
         drive->t_begin = drive->t_end;
         drive->has_tangent = 0;
     }
-    return refdyn_method_facts(drive->method).rosenbrock ? refdyn_linear_at_begin(drive) : REFDYN_OK;
+    const int status = refdyn_choose_take_up(drive);
+    return !status && refdyn_method_facts(drive->method).rosenbrock ? refdyn_linear_at_begin(drive) : status;
 }
 
 /* Row terms, projection where that is asked for, partition, slope and work at the new state. */
@@ -182,6 +184,7 @@ static void accept(struct refdyn_drive *drive, double h) {
 static int arrive(struct refdyn_drive *drive, double t_new, double h) {
     drive->t_end = t_new;
     accept(drive, h);
+    refdyn_choose_after_step(drive);
     return drive->options.balance && refdyn_method_facts(drive->method).rosenbrock
                ? refdyn_find_work(drive, 1, drive->state_new + 2 * drive->work->n)
                : REFDYN_OK;

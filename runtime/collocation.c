@@ -20,8 +20,8 @@
 
 enum { ITERATIONS_MOST = 12, CONTINUED = 3 };
 
-/* Newton ends when what is left changes no velocity by more than this part of the tolerance, per second: errors of
- * slow motions add up over many steps. */
+/* Newton ends when what is left changes no velocity by more than this part of the tolerance, per second:
+ * errors of slow motions add up over many steps. */
 static const double settled_part = 0.02;
 /* Where corrections no longer fall, rounding is met, if they move no position by more than this. */
 static const double stalled = 1e-11;
@@ -136,6 +136,7 @@ static double correct(struct refdyn_drive *drive, const struct refdyn_collocatio
             dense_add(im, -table->left[2 * (k * s + i) + 1], stages.missing + i * n, n);
         }
         refdyn_linear_solve_complex(&drive->linear, k, re, im);
+        drive->statistics.solutions += 4;
         for (int i = 0; i < s; i++) {
             dense_add(stages.change + i * n, table->right[2 * (k * s + i)], re, n);
             dense_add(stages.change + i * n, -table->right[2 * (k * s + i) + 1], im, n);
@@ -213,6 +214,7 @@ static void estimate(struct refdyn_drive *drive, const struct refdyn_collocation
 
 static int factor(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, double h) {
     int status = refdyn_linear_at_begin(drive);
+    drive->statistics.factorisations += 4 * table->eigenvalues;
     for (int k = 0; k < table->eigenvalues && !status; k++)
         status = refdyn_linear_factor_complex(&drive->linear, drive->work, k, h * table->lambda[2 * k],
                                               h * table->lambda[2 * k + 1]);

@@ -10,6 +10,7 @@
 #include <string.h>
 
 #include "advance.h"
+#include "choose.h"
 #include "collocation.h"
 #include "core.h"
 #include "linearise.h"
@@ -22,12 +23,32 @@ double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double le
     return unit && strcmp(unit, "m") == 0 ? length : 1;
 }
 
+/* Doubles that the stages of a method need; of the automatic choice those of the longest candidate. */
+static int stage_room(enum refdyn_method method, int n) {
+    const struct refdyn_method_facts facts = refdyn_method_facts(method);
+    int most = 0;
+    if (facts.tableau)
+        return refdyn_runge_kutta_room(facts.tableau, n);
+    if (facts.rosenbrock)
+        return refdyn_rosenbrock_room(facts.rosenbrock, n);
+    if (facts.collocation)
+        return refdyn_collocation_room(facts.collocation, n);
+    for (int candidate = REFDYN_AUTO + 1; candidate < REFDYN_METHOD_COUNT; candidate++) {
+        const int room = stage_room((enum refdyn_method)candidate, n);
+        most = room > most ? room : most;
+    }
+    return most;
+}
+
+enum { COMPLEXES = 3 }; /* of each collocation method */
+
 /* The one list of what a drive holds; returns its bytes. */
 static size_t lay_out(struct refdyn_drive *drive, const struct refdyn_model *model,
                       const struct refdyn_options *options, char *base) {
     struct room room = {base, 0};
-    const struct refdyn_method_facts facts = refdyn_method_facts(options->method);
-    const int n = model->n, size = 2 * n + 1;
+    const int n = model->n, size = 2 * n + 1, is_auto = options->method == REFDYN_AUTO;
+    const int has_tangent = refdyn_method_is_implicit(options->method) && model->tangent;
+    const int complexes = is_auto || refdyn_method_facts(options->method).collocation ? COMPLEXES : 0;
     drive->qdd = room_doubles(&room, n);
     drive->seen = room_doubles(&room, size);
     drive->state = room_doubles(&room, size);
@@ -40,11 +61,8 @@ static size_t lay_out(struct refdyn_drive *drive, const struct refdyn_model *mod
     drive->aligned = room_doubles(&room, n);
     drive->accelerated = room_doubles(&room, n + model->m + 1);
     drive->breaks = room_doubles(&room, model->break_count);
-    drive->stages = room_doubles(&room, facts.collocation  ? refdyn_collocation_room(facts.collocation, n)
-                                        : facts.rosenbrock ? refdyn_rosenbrock_room(facts.rosenbrock, n)
-                                                           : refdyn_runge_kutta_room(facts.tableau, n));
-    refdyn_linear_lay_out(&drive->linear, model, facts.is_implicit,
-                          facts.collocation ? facts.collocation->eigenvalues : 0, &room);
+    drive->stages = room_doubles(&room, stage_room(options->method, n));
+    refdyn_linear_lay_out(&drive->linear, model, has_tangent, has_tangent ? complexes : 0, &room);
     return room.used;
 }
 
@@ -58,7 +76,7 @@ int refdyn_drive_init(struct refdyn_drive *drive, struct refdyn_workspace *work,
     *drive = (struct refdyn_drive){.work = work, .options = *options, .method = options->method};
     if (refdyn_options_validate(options, NULL))
         return REFDYN_BAD_OPTION;
-    if (refdyn_method_facts(options->method).is_implicit && !work->model->tangent)
+    if (options->method != REFDYN_AUTO && refdyn_method_is_implicit(options->method) && !work->model->tangent)
         return REFDYN_FUNCTION_MISSING;
     const size_t needed = refdyn_drive_size(work->model, options);
     if (!room_fits(memory, size, needed))
@@ -136,6 +154,11 @@ static int begin_here(struct refdyn_drive *drive) {
     return status;
 }
 
+/* The automatic choice begins with its explicit candidate. */
+static enum refdyn_method options_method(const struct refdyn_drive *drive) {
+    return drive->options.method == REFDYN_AUTO ? REFDYN_RK8 : drive->options.method;
+}
+
 int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, const double *qd) {
     struct refdyn_workspace *work = drive->work;
     const size_t bytes = (size_t)work->n * sizeof(double);
@@ -146,6 +169,7 @@ int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, co
     drive->t_most = INFINITY;
     drive->step_next = drive->options.step;
     drive->error_last = 1;
+    drive->method = options_method(drive);
     drive->cause = REFDYN_OK;
     drive->statistics = (struct refdyn_statistics){.phi_row = -1, .psi_row = -1};
     drive->evaluations_before = work->evaluations;
@@ -160,6 +184,7 @@ int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, co
         refdyn_record_residuals(drive);
     if (!status)
         status = begin_here(drive);
+    refdyn_choose_start(drive);
     collect_counts(drive);
     return status ? fail(drive, status, t) : REFDYN_OK;
 }

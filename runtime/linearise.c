@@ -6,6 +6,7 @@
  */
 #include "linearise.h"
 
+#include <math.h>
 #include <string.h>
 
 #include "core.h"
@@ -207,4 +208,88 @@ void refdyn_linear_directions_complex(struct refdyn_linear *linear) {
         solve_complex(linear, 0);
         memcpy(linear->directions + k * n, linear->x, (size_t)n * sizeof(double));
     }
+}
+
+/* da of dq and dqd, with the factors of M and its rows: M da - u^T mu = -K dq - D dqd, u da = -G_q dq - G_qd
+ * dqd */
+static void change_accelerations(struct refdyn_linear *linear, const double *dq, const double *dqd,
+                                 double *da) {
+    const int n = linear->n;
+    for (int i = 0; i < linear->size; i++) {
+        const double *K = i < n ? linear->K + i * n : linear->G_q + linear->rows[i - n] * n;
+        const double *D = i < n ? linear->D + i * n : linear->G_qd + linear->rows[i - n] * n;
+        linear->x[i] = -dense_dot(K, dq, n) - dense_dot(D, dqd, n);
+    }
+    refdyn_lu_solve(linear->matrix, linear->size, linear->pivot, linear->x);
+    memcpy(da, linear->x, (size_t)n * sizeof *da);
+}
+
+static int factor_tangent_mass(struct refdyn_linear *linear, const struct refdyn_workspace *work) {
+    const int n = linear->n, size = linear->size = n + work->partition.rank;
+    for (int i = 0; i < size; i++) {
+        const double *from = linear->M + i * n;
+        if (i >= n) {
+            linear->rows[i - n] = work->partition.row[i - n];
+            from = linear->u + linear->rows[i - n] * n;
+        }
+        memcpy(linear->matrix + i * size, from, (size_t)n * sizeof *from);
+    }
+    fill_border(linear, work, linear->u);
+    return factor(linear);
+}
+
+/* Three vectors of an iteration and what they tell: a = alpha v + beta q, so that lambda^2 = alpha lambda +
+ * beta. */
+struct fit {
+    double vv, vq, qq, va, qa;
+};
+
+static void add_to_fit(struct fit *fit, const double *q, const double *v, const double *a, int n) {
+    fit->vv += dense_dot(v, v, n);
+    fit->vq += dense_dot(v, q, n);
+    fit->qq += dense_dot(q, q, n);
+    fit->va += dense_dot(v, a, n);
+    fit->qa += dense_dot(q, a, n);
+}
+
+static void solve_fit(const struct fit *fit, double *rate, double *damping) {
+    const double determinant = fit->vv * fit->qq - fit->vq * fit->vq;
+    const double alpha = (fit->va * fit->qq - fit->qa * fit->vq) / determinant;
+    const double beta = (fit->qa * fit->vv - fit->va * fit->vq) / determinant;
+    const double square = alpha * alpha / 4 + beta;
+    *rate = square < 0 ? sqrt(-beta) : fabs(alpha / 2) + sqrt(square);
+    *damping = square < 0 ? -alpha / (2 * *rate) : 1;
+    if (!isfinite(*rate))
+        *rate = *damping = 0;
+}
+
+enum { SPECTRUM_ITERATIONS = 24 };
+
+int refdyn_linear_spectrum(struct refdyn_drive *drive, double *rate, double *damping) {
+    struct refdyn_linear *linear = &drive->linear;
+    const int n = linear->n;
+    double *q = drive->stage, *v = drive->stage + n, *a = drive->side;
+    int status = refdyn_linear_at_begin(drive);
+    if (!status)
+        status = factor_tangent_mass(linear, drive->work);
+    drive->is_aligned = 0;
+    if (status)
+        return status;
+    for (int j = 0; j < n; j++) { /* some vector that is at right angles to no mode */
+        v[j] = 1 + 0.618 * (j % 3) - 0.382 * (j % 5);
+        q[j] = 0;
+    }
+    struct fit fit = {0};
+    for (int i = 0; i < SPECTRUM_ITERATIONS; i++) {
+        change_accelerations(linear, q, v, a);
+        if (i >= SPECTRUM_ITERATIONS - 2)
+            add_to_fit(&fit, q, v, a, n);
+        const double size = sqrt(dense_dot(a, a, n));
+        for (int j = 0; j < n; j++) {
+            q[j] = v[j] / (size > 0 ? size : 1);
+            v[j] = a[j] / (size > 0 ? size : 1);
+        }
+    }
+    solve_fit(&fit, rate, damping);
+    return REFDYN_OK;
 }

@@ -50,4 +50,10 @@ int refdyn_linear_factor_complex(struct refdyn_linear *linear, const struct refd
 void refdyn_linear_solve_complex(struct refdyn_linear *linear, int k, double *re, double *im);
 void refdyn_linear_directions_complex(struct refdyn_linear *linear);
 
+/*
+ * The largest |eigenvalue| [1/s] of the linearised equations at the begin of a drive's step, and its damping
+ * ratio, by iteration of vectors: good to some per cent, since what is asked is a limit of steps.
+ */
+int refdyn_linear_spectrum(struct refdyn_drive *drive, double *rate, double *damping);
+
 #endif

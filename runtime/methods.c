@@ -32,6 +32,8 @@ struct refdyn_method_facts refdyn_method_facts(enum refdyn_method method) {
                                             .order_error = order_of_error(tableau),
                                             .is_last_new = tableau->is_last_new,
                                             .tableau = tableau};
+    if (method == REFDYN_AUTO)
+        return (struct refdyn_method_facts){.name = "auto", .order = 5, .order_error = 4};
     if (collocations[method])
         return (struct refdyn_method_facts){.name = collocations[method]->name,
                                             .order = collocations[method]->order,
@@ -58,5 +60,5 @@ int refdyn_method_find(const char *name) {
 }
 
 int refdyn_method_is_implicit(enum refdyn_method method) {
-    return refdyn_method_facts(method).is_implicit;
+    return method == REFDYN_AUTO || refdyn_method_facts(method).is_implicit;
 }

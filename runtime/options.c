@@ -30,6 +30,8 @@ static const char *wrong_option(const struct refdyn_options *options) {
     const int is_fixed = options->tol == 0;
     if (!is_fixed && !(options->tol >= DBL_EPSILON && options->tol < 1))
         return "tol must lie between the rounding of doubles and 1, or be 0 for fixed steps";
+    if (is_fixed && options->method == REFDYN_AUTO)
+        return "tol must be positive: the automatic choice takes no fixed steps";
     if (!is_fixed && refdyn_method_facts(options->method).order_error == 0)
         return "tol must be 0: the method has fixed steps";
     if (!is_not_negative(options->step) || (is_fixed && options->step == 0))

@@ -195,6 +195,7 @@ int refdyn_project(struct refdyn_workspace *work, double t, double *q, double *q
 /* ---- Motions ---- */
 
 enum refdyn_method {
+    REFDYN_AUTO,    /* rk8, rodas5p, and gauss12 or radau9: by trial, see choose.c */
     REFDYN_RK4,     /* the classical Runge-Kutta method of order 4 (Kutta 1901) */
     REFDYN_RK54,    /* Dormand and Prince 5(4) (J. Comput. Appl. Math. 6:19-26, 1980) */
     REFDYN_RK8,     /* Dormand and Prince 8(5,3) (Hairer, Norsett and Wanner, Solving ODEs I, II.10) */
@@ -208,7 +209,8 @@ enum refdyn_method {
     REFDYN_METHOD_COUNT
 };
 
-/* "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss12", "ros34pw2"; NULL outside the range. */
+/* "auto", "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss12", "ros34pw2"; NULL outside the
+ * range. */
 const char *refdyn_method_name(int method);
 /* Does the method need the emitted `tangent`? */
 int refdyn_method_is_implicit(enum refdyn_method method);
@@ -238,9 +240,12 @@ int refdyn_options_validate(const struct refdyn_options *options, const char **f
 struct refdyn_statistics {
     long steps; /* accepted */
     long rejected;
-    long evaluations; /* of the accelerations */
-    long tangents;    /* of their derivatives */
-    double phi_max;   /* largest |phi| and |psi| over all accepted steps and outputs, the start included */
+    long evaluations;                   /* of the accelerations */
+    long tangents;                      /* of their derivatives */
+    long factorisations;                /* of matrices of n coordinates and rows; a complex one counts four */
+    long solutions;                     /* with their factors; a complex one counts four */
+    long steps_by[REFDYN_METHOD_COUNT]; /* accepted, by method */
+    double phi_max; /* largest |phi| and |psi| over all accepted steps and outputs, the start included */
     double psi_max;
     int phi_row, psi_row; /* and in which row; -1: none */
     int partition_changes;
@@ -265,6 +270,23 @@ struct refdyn_linear {
     double *complex;           /* (complexes x 2 x size x size) factors, real and imaginary parts */
     int *complex_pivot;        /* (complexes x size) */
     int *rows;                 /* (m) rows of the partition for which they were factored */
+};
+
+enum { REFDYN_CANDIDATES = 3 };
+
+/* The state of the automatic choice: choose.c. */
+struct refdyn_choice {
+    enum refdyn_method candidates[REFDYN_CANDIDATES]; /* explicit, Rosenbrock, collocation */
+    double progress[REFDYN_CANDIDATES]; /* of the last trial: seconds of motion an operation, 0: not tried */
+    double rate;                        /* largest |eigenvalue| of the linearised equations [1/s] */
+    double damping;                     /* and its damping ratio: 0 undamped, from 1 on not oscillating */
+    int chosen;                         /* candidate that won the last trial, -1: none has ended yet */
+    int changes;                        /* how often another one won */
+    int at;                             /* candidate on trial, -1: no trial is on */
+    enum refdyn_method next;            /* method of the next step */
+    long steps_left, patience;          /* until the trial of this candidate ends, or the next one begins */
+    int wants_spectrum;
+    double marked_t, marked_operations;
 };
 
 /*
@@ -292,6 +314,7 @@ struct refdyn_drive {
 
     /* the steps' own; a state is q, qd, work_done, a slope qd, qdd, power: (2 n + 1) */
     enum refdyn_method method;     /* in use */
+    struct refdyn_choice choice;   /* REFDYN_AUTO: how it was chosen */
     double t_begin, t_end;         /* the last accepted step [s] */
     double *state, *slope;         /* at its begin */
     double *state_new, *slope_new; /* at its end */
@@ -306,9 +329,9 @@ struct refdyn_drive {
     double last_h;                 /* length of the last step, 0: there is none, */
     double factored_h;             /* step that the complex matrices are for, 0: none, */
     double rate;
-    double contraction;            /* how fast the last iteration converged */
-    int is_looked_into;            /* the interpolant of the last step is complete */
-    struct refdyn_linear linear;   /* its tangent is that of t_begin once has_tangent */
+    double contraction;          /* how fast the last iteration converged */
+    int is_looked_into;          /* the interpolant of the last step is complete */
+    struct refdyn_linear linear; /* its tangent is that of t_begin once has_tangent */
     int has_tangent;
     double
         *breaks; /* (break_count) kinks of formulas of time, ascending; every step ends at the next one [s] */

@@ -44,8 +44,10 @@ struct refdyn_model {
     int derived_count;   /* values behind them in p */
     int input_count;
     int point_count;
-    int course_count;                      /* values that the author wants recorded */
-    int break_count;                       /* kinks of formulas of time alone */
+    int course_count;    /* values that the author wants recorded */
+    int break_count;     /* kinks of formulas of time alone */
+    double qdd_cost;     /* operations of one call of constrained, or of qdd_free without rows; 0: unknown */
+    double tangent_cost; /* of tangent. A division counts four, a function ten */
     const struct refdyn_name *coordinates; /* n */
     const struct refdyn_name *parameters;  /* parameter_count */
     const struct refdyn_name *inputs;      /* input_count */

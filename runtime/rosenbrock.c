@@ -64,6 +64,8 @@ int refdyn_rosenbrock_step(struct refdyn_drive *drive, double h) {
     const struct refdyn_rosenbrock_table *table = refdyn_method_facts(drive->method).rosenbrock;
     const int size = 2 * drive->work->n;
     drive->is_looked_into = 0;
+    drive->statistics.factorisations++;
+    drive->statistics.solutions += table->stages;
     int status = refdyn_linear_factor(&drive->linear, drive->work, table->gamma * h);
     drive->failed_t = drive->t_begin;
     for (int i = 0; i < table->stages && !status; i++)

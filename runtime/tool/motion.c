@@ -37,7 +37,7 @@ static const char *known_methods(char text[static 128]) {
 
 static enum status choose_method(const struct options *options, struct refdyn_options *drive) {
     char known[128];
-    int method = options->step > 0 ? REFDYN_RK4 : REFDYN_RODAS5P;
+    int method = options->step > 0 ? REFDYN_RK4 : REFDYN_AUTO;
     if (options->method)
         method = refdyn_method_find(options->method);
     if (method < 0)

@@ -1,0 +1,183 @@
+/*
+ * The automatic choice of a method: by trial.
+ *
+ * Takes the accepted steps of a drive; gives the method of the next one. An explicit method, a Rosenbrock
+ * method and a collocation method take some steps in turn, and the one that goes furthest for its counted
+ * operations goes on, until the next trial: after a while that doubles, or when it has slowed down. What
+ * stands no chance is not tried: an explicit method whose stability limit is too short, implicit ones where
+ * it is accuracy that rules the step of the explicit one. The limit comes from the largest rate of the
+ * linearised equations, whose damping chooses between the points of Gauss and Radau, too.
+ */
+#include "choose.h"
+
+#include <math.h>
+
+#include "linearise.h"
+#include "step.h"
+
+enum { TRIAL_STEPS = 10, MEASURED_STEPS = 4, LOOK_STEPS = 25, PATIENCE_FIRST = 100, PATIENCE_MOST = 5000 };
+
+/* |lambda| h of rk8 on the imaginary and on the negative real axis, a little inside. */
+static const double explicit_limit = 5;
+/* Below this |lambda| h the step of an explicit method follows its accuracy. */
+static const double follows_accuracy = 2;
+/* Damping ratio of the fastest mode from which it has to be damped: Radau. */
+static const double damped = 0.2;
+/* A method that goes less far than this part of what it did when chosen is put on trial. */
+static const double slowed = 0.4;
+
+static const double cost_of_unknown = 100; /* operations a coordinate, for models that do not tell */
+
+/* Operations counted so far. */
+static double operations(const struct refdyn_drive *drive) {
+    const struct refdyn_model *model = drive->work->model;
+    const struct refdyn_statistics *statistics = &drive->statistics;
+    const double n = model->n, size = model->n + model->m;
+    const double qdd = model->qdd_cost > 0 ? model->qdd_cost : cost_of_unknown * n;
+    return (double)(drive->work->evaluations - drive->evaluations_before) * qdd +
+           (double)statistics->tangents * model->tangent_cost +
+           (double)statistics->factorisations * 2 / 3 * size * size * size +
+           (double)statistics->solutions * 2 * size * (size + n);
+}
+
+static void mark(struct refdyn_drive *drive) {
+    drive->choice.marked_t = drive->t_end;
+    drive->choice.marked_operations = operations(drive);
+}
+
+static double progress(const struct refdyn_drive *drive) {
+    const struct refdyn_choice *choice = &drive->choice;
+    return (drive->t_end - choice->marked_t) / (operations(drive) - choice->marked_operations);
+}
+
+static int is_explicit(enum refdyn_method method) {
+    return !refdyn_method_facts(method).is_implicit;
+}
+
+/* An explicit method cannot keep a step beyond its limit, though a few steps do not show it. */
+static double lasting_progress(const struct refdyn_drive *drive, enum refdyn_method method) {
+    const struct refdyn_choice *choice = &drive->choice;
+    const double now = progress(drive), step = (drive->t_end - choice->marked_t) / MEASURED_STEPS;
+    if (!is_explicit(method) || !(step * choice->rate > explicit_limit))
+        return now;
+    return now * explicit_limit / (step * choice->rate);
+}
+
+static void ask_for(struct refdyn_drive *drive, int candidate) {
+    drive->choice.at = candidate;
+    drive->choice.next = drive->choice.candidates[candidate];
+    drive->choice.steps_left = TRIAL_STEPS;
+}
+
+static void go_on_with(struct refdyn_drive *drive, int candidate) {
+    struct refdyn_choice *choice = &drive->choice;
+    choice->next = choice->candidates[candidate];
+    choice->patience = choice->chosen == candidate && choice->patience < PATIENCE_MOST ? 2 * choice->patience
+                                                                                       : choice->patience;
+    choice->changes += choice->chosen >= 0 && choice->chosen != candidate;
+    choice->chosen = candidate;
+    choice->at = -1;
+    choice->steps_left = choice->patience;
+    mark(drive);
+}
+
+static int best(const struct refdyn_choice *choice) {
+    int found = 0;
+    for (int i = 1; i < REFDYN_CANDIDATES; i++)
+        if (choice->progress[i] > choice->progress[found])
+            found = i;
+    return found;
+}
+
+/* The explicit method's step is ruled by its accuracy: nothing else need be tried. */
+static int explicit_suffices(const struct refdyn_drive *drive) {
+    const struct refdyn_choice *choice = &drive->choice;
+    const double step = (drive->t_end - choice->marked_t) / MEASURED_STEPS;
+    return choice->candidates[choice->at] == REFDYN_RK8 && step * choice->rate < follows_accuracy;
+}
+
+static void judge(struct refdyn_drive *drive) {
+    struct refdyn_choice *choice = &drive->choice;
+    choice->progress[choice->at] = lasting_progress(drive, choice->candidates[choice->at]);
+    if (explicit_suffices(drive))
+        go_on_with(drive, choice->at);
+    else if (choice->at + 1 < REFDYN_CANDIDATES)
+        ask_for(drive, choice->at + 1);
+    else
+        go_on_with(drive, best(choice));
+}
+
+static void begin_trial(struct refdyn_drive *drive) {
+    struct refdyn_choice *choice = &drive->choice;
+    const double now = progress(drive);
+    choice->wants_spectrum = 1;
+    for (int i = 0; i < REFDYN_CANDIDATES; i++)
+        choice->progress[i] = 0;
+    const double per_step = 13 * drive->work->model->qdd_cost;
+    const int is_hopeless = choice->chosen > 0 && choice->rate > 0 && per_step > 0 &&
+                            explicit_limit / choice->rate / per_step < now / 2;
+    ask_for(drive, is_hopeless ? 1 : 0);
+}
+
+void refdyn_choose_start(struct refdyn_drive *drive) {
+    struct refdyn_choice *choice = &drive->choice;
+    *choice = (struct refdyn_choice){.candidates = {REFDYN_RK8, REFDYN_RODAS5P, REFDYN_GAUSS12},
+                                     .chosen = -1,
+                                     .patience = PATIENCE_FIRST,
+                                     .wants_spectrum = 1};
+    mark(drive);
+    ask_for(drive, 0);
+}
+
+/* Looks now and then whether the chosen method still does what it was chosen for. */
+static int has_slowed(struct refdyn_drive *drive) {
+    struct refdyn_choice *choice = &drive->choice;
+    if (choice->steps_left % LOOK_STEPS)
+        return 0;
+    const double now = progress(drive);
+    mark(drive);
+    return now < slowed * choice->progress[choice->chosen];
+}
+
+void refdyn_choose_after_step(struct refdyn_drive *drive) {
+    struct refdyn_choice *choice = &drive->choice;
+    drive->statistics.steps_by[drive->method]++;
+    if (drive->options.method != REFDYN_AUTO)
+        return;
+    choice->steps_left--;
+    if (choice->at >= 0 && choice->steps_left == MEASURED_STEPS)
+        mark(drive);
+    if (choice->at >= 0 && choice->steps_left == 0)
+        judge(drive);
+    else if (choice->at < 0 && (choice->steps_left <= 0 || has_slowed(drive)))
+        begin_trial(drive);
+}
+
+/* Step that a method begins with after another one. */
+static double first_step(const struct refdyn_drive *drive, enum refdyn_method method) {
+    const double rate = drive->choice.rate, h = drive->step_next;
+    return is_explicit(method) && rate > 0 ? fmin(h, explicit_limit / rate) : h;
+}
+
+int refdyn_choose_take_up(struct refdyn_drive *drive) {
+    struct refdyn_choice *choice = &drive->choice;
+    int status = REFDYN_OK;
+    if (drive->options.method != REFDYN_AUTO)
+        return REFDYN_OK;
+    if (choice->wants_spectrum && drive->work->model->tangent) {
+        status = refdyn_linear_spectrum(drive, &choice->rate, &choice->damping);
+        choice->candidates[REFDYN_CANDIDATES - 1] = choice->damping < damped ? REFDYN_GAUSS12 : REFDYN_RADAU9;
+        choice->wants_spectrum = 0;
+        if (choice->at == REFDYN_CANDIDATES - 1)
+            choice->next = choice->candidates[choice->at];
+    }
+    if (choice->next == drive->method)
+        return status;
+    drive->method = choice->next;
+    drive->step_next = first_step(drive, choice->next);
+    drive->is_aligned = 0;
+    drive->factored_h = drive->last_h = drive->rate = 0;
+    drive->tried_t = INFINITY;
+    drive->error_last = 1;
+    return status;
+}
