@@ -3,6 +3,8 @@
  */
 #include "emit.h"
 
+#include <stdlib.h>
+
 struct printer {
     struct emission *x;
     struct text *text;
@@ -242,18 +244,43 @@ static void put_pairs(const struct printer *p, const struct pairs *pairs) {
     text_add(p->text, "        }\n");
 }
 
-static void put_product(const struct printer *p, const struct product *product) {
+/* Rows that are added at a time: a sum of one row would wait for its entries in memory. */
+enum { ROWS_AT_A_TIME = 4 };
+
+/* "k" or "(k + 1)" */
+static const char *index_text(const struct printer *p, const char *index, int offset) {
+    if (!offset)
+        return index;
+    return memory_format(p->x->plan->memory, "(%s %c %d)", index, offset < 0 ? '-' : '+', abs(offset));
+}
+
+/* target += terms [from, to) of the sum over k, `step` at a time. */
+static void put_terms_of_product(const struct printer *p, const struct product *product, int from, int to,
+                                 int step) {
     const struct field *fields = p->function->fields;
     const int height = columns_of(&fields[product->left]), width = columns_of(&fields[product->right]);
-    const int sum = fields[product->left].count / height;
+    const char *target = memory_format(p->x->plan->memory, "%s[i * %d + j]", name(p, product->target), width);
     char digits[32];
-    text_add(p->text, "        for (int k = 0; k < %d; k++)\n            for (int i = 0; i < %d; i++) {\n",
-             sum, height);
-    text_add(p->text, "                const double left = %s * %s[k * %d + i];\n",
-             number_text(product->factor, digits), name(p, product->left), height);
-    text_add(p->text, "                for (int j = 0; j < %d; j++)\n", width);
-    text_add(p->text, "                    %s[i * %d + j] += left * %s[k * %d + j];\n            }\n",
-             name(p, product->target), width, name(p, product->right), width);
+    if (from >= to)
+        return;
+    text_add(p->text, "        for (int k = %d; k < %d; k += %d)\n", from, to, step);
+    text_add(p->text, "            for (int i = 0; i < %d; i++) {\n", height);
+    for (int r = 0; r < step; r++)
+        text_add(p->text, "                const double left_%d = %s * %s[%s * %d + i];\n", r,
+                 number_text(product->factor, digits), name(p, product->left), index_text(p, "k", r), height);
+    text_add(p->text, "                for (int j = 0; j < %d; j++)\n                    %s = %s", width,
+             target, target);
+    for (int r = 0; r < step; r++)
+        text_add(p->text, "%s + left_%d * %s[%s * %d + j]", r % 2 ? "\n                       " : "", r,
+                 name(p, product->right), index_text(p, "k", r), width);
+    text_add(p->text, ";\n            }\n");
+}
+
+static void put_product(const struct printer *p, const struct product *product) {
+    const struct field *left = &p->function->fields[product->left];
+    const int sum = left->count / columns_of(left), rest = sum % ROWS_AT_A_TIME;
+    put_terms_of_product(p, product, 0, sum - rest, ROWS_AT_A_TIME);
+    put_terms_of_product(p, product, sum - rest, sum, rest);
 }
 
 static void put_factoring(const struct printer *p, const struct factoring *factoring) {
@@ -270,18 +297,47 @@ static void put_factoring(const struct printer *p, const struct factoring *facto
     text_add(p->text, "                %s[k * %d + i] *= %s[k * %d + k];\n        }\n", A, n, A, n);
 }
 
+/* Row i of one sweep, of the rows k that are done, from the last one or the first one on. */
+struct sweep {
+    const char *b, *L;
+    int n, width;
+    bool inward;
+};
+
+/* sum -= L b_k for `step` rows at a time, as long as there are as many. */
+static void put_rows_of_sweep(const struct printer *p, const struct sweep *s, int step) {
+    const char *before = s->inward ? "k > i" : "k < i", sign = s->inward ? '-' : '+';
+    text_add(p->text, "            for (; %s", before);
+    if (step > 1)
+        text_add(p->text, " %c %d", s->inward ? '+' : '-', step - 1);
+    text_add(p->text, "; k %c= %d)", sign, step);
+    text_add(p->text, "\n                for (int j = 0; j < %d; j++)\n", s->width);
+    text_add(p->text, "                    sum[j] = sum[j]");
+    for (int r = 0; r < step; r++) {
+        const char *k = index_text(p, "k", s->inward ? -r : r);
+        const char *entry = s->inward ? memory_format(p->x->plan->memory, "%s * %d + i", k, s->n)
+                                      : memory_format(p->x->plan->memory, "i * %d + %s", s->n, k);
+        text_add(p->text, "%s - %s[%s] * %s[%s * %d + j]", r % 2 ? "\n                       " : "", s->L,
+                 entry, s->b, k, s->width);
+    }
+    text_add(p->text, ";\n");
+}
+
+/* b = L^-T b from the last row, b = L^-1 b from the first one. */
 static void put_sweep(const struct printer *p, const struct solving *solving, int n, bool inward) {
     const int width = p->function->fields[solving->field].count / n;
-    const char *b = name(p, solving->field), *L = name(p, solving->matrix);
-    const char *into = inward ? "i" : "k", *from = inward ? "k" : "i";
+    const struct sweep s = {name(p, solving->field), name(p, solving->matrix), n, width, inward};
     if (inward)
-        text_add(p->text, "        for (int k = %d; k >= 0; k--)\n", n - 1);
+        text_add(p->text, "        for (int i = %d; i >= 0; i--) {\n            int k = %d;\n", n - 2, n - 1);
     else
-        text_add(p->text, "        for (int k = 0; k < %d; k++)\n", n);
-    text_add(p->text, "            for (int i = 0; i < k; i++)\n");
-    text_add(p->text, "                for (int j = 0; j < %d; j++)\n", width);
-    text_add(p->text, "                    %s[%s * %d + j] -= %s[k * %d + i] * %s[%s * %d + j];\n", b, into,
-             width, L, n, b, from, width);
+        text_add(p->text, "        for (int i = 1; i < %d; i++) {\n            int k = 0;\n", n);
+    text_add(p->text, "            double sum[%d];\n", width);
+    text_add(p->text, "            for (int j = 0; j < %d; j++)\n", width);
+    text_add(p->text, "                sum[j] = %s[i * %d + j];\n", s.b, width);
+    put_rows_of_sweep(p, &s, ROWS_AT_A_TIME);
+    put_rows_of_sweep(p, &s, 1);
+    text_add(p->text, "            for (int j = 0; j < %d; j++)\n", width);
+    text_add(p->text, "                %s[i * %d + j] = sum[j];\n        }\n", s.b, width);
 }
 
 static void put_solving(const struct printer *p, const struct solving *solving) {
