@@ -95,6 +95,60 @@ bool is_written_by_loops(const struct function *function, int field) {
     return false;
 }
 
+/* Entries of one block: the widest vectors of doubles. */
+enum { BLOCK = 8 };
+
+/*
+ * Whole rows are written at once, in blocks of one length: each but the first may reach before j, where
+ * nothing stands yet; all that it puts there is written again when those coordinates have their turn. For a
+ * chain, whose fields have nothing else off the diagonal and are written by no loop before.
+ */
+static bool fills_rows(const struct printer *p, const struct pairs *pairs) {
+    if (!is_in_order(pairs) || !is_chain(pairs) || pairs->n < BLOCK ||
+        pairs != &p->function->loops[0].of.pairs)
+        return false;
+    for (int k = 0; k < pairs->product_count; k++) {
+        const struct pair_product *product = &pairs->products[k];
+        const expression *out = p->function->out + p->function->fields[product->field].offset;
+        for (int i = 0; i < pairs->n * pairs->n; i++)
+            if (out[i] && (product->is_mirrored || i % (pairs->n + 1)))
+                return false;
+    }
+    return true;
+}
+
+/* Sums of the rows, and what stands on the diagonal. */
+static void put_row_sums(const struct printer *p, const struct pairs *pairs) {
+    for (int i = 0; i < pairs->product_count; i++) {
+        const struct pair_product *product = &pairs->products[i];
+        const char *field = p->function->fields[product->field].name;
+        if (product->is_mirrored)
+            continue;
+        text_add(p->text, "            double %s_rows[%d];\n", field, pairs->n);
+        text_add(p->text, "            const double %s_own = %s[j * %d];\n", field, name(p, product->field),
+                 pairs->n + 1);
+    }
+}
+
+static void put_row_stores(const struct printer *p, const struct pairs *pairs) {
+    for (int k = 0; k < pairs->product_count; k++) {
+        const char *field = p->function->fields[pairs->products[k].field].name;
+        if (!pairs->products[k].is_mirrored)
+            text_add(p->text, "            %s_rows[j] += %s_own;\n", field, field);
+    }
+    text_add(p->text, "            for (int i = j; i < end; i++) {\n");
+    for (int k = 0; k < pairs->product_count; k++) {
+        const struct pair_product *product = &pairs->products[k];
+        const char *place = name(p, product->field);
+        text_add(p->text, "                %s[i * %d + j] = ", place, pairs->n);
+        if (product->is_mirrored)
+            text_add(p->text, "%s[j * %d + i];\n", place, pairs->n);
+        else
+            text_add(p->text, "%s_rows[i];\n", p->function->fields[product->field].name);
+    }
+    text_add(p->text, "            }\n");
+}
+
 /* Where the dots of one product stand until they are put in their places. */
 static void put_sums(const struct printer *p, const struct pairs *pairs) {
     for (int i = 0; i < pairs->product_count; i++) {
@@ -156,17 +210,25 @@ static void put_products(const struct printer *p, const struct pairs *pairs, boo
         const char *field = p->function->fields[product->field].name;
         const char *rows = memory_format(memory, "%s_rows", field);
         const char *columns = memory_format(memory, "%s_columns", field);
+        const char *in_place = memory_format(memory, "%s[j * %d + i]", name(p, product->field), pairs->n);
         put_dot(p, &entries->rows, rows,
-                is_direct(p->function, pairs, product)
-                    ? memory_format(memory, "%s[j * %d + i]", name(p, product->field), pairs->n)
-                    : memory_format(memory, "%s[i]", rows));
+                is_direct(p->function, pairs, product) ? in_place : memory_format(memory, "%s[i]", rows));
         if (!product->is_mirrored)
-            put_dot(p, &entries->columns, columns, memory_format(memory, "%s[i]", columns));
+            put_dot(p, &entries->columns, columns,
+                    fills_rows(p, pairs) ? in_place : memory_format(memory, "%s[i]", columns));
     }
 }
 
 static void put_dots(const struct printer *p, const struct pairs *pairs, bool turns) {
     put_near_vectors(p, pairs, turns);
+    if (fills_rows(p, pairs)) {
+        text_add(p->text, "                for (int top = end; top > j; top -= %d) {\n", BLOCK);
+        text_add(p->text, "                    const int first = top > %d ? top - %d : 0;\n", BLOCK, BLOCK);
+        text_add(p->text, "                    for (int i = first; i < first + %d; i++) {\n", BLOCK);
+        put_products(p, pairs, turns);
+        text_add(p->text, "                    }\n                }\n");
+        return;
+    }
     text_add(p->text, "                for (int i = j; i < end; i++) {\n");
     put_products(p, pairs, turns);
     text_add(p->text, "                }\n");
@@ -230,7 +292,10 @@ static void put_pairs(const struct printer *p, const struct pairs *pairs) {
         text_add(p->text, "            const int end = %d;\n", pairs->n);
     else
         text_add(p->text, "            const int end = ends[j];\n");
-    put_sums(p, pairs);
+    if (fills_rows(p, pairs))
+        put_row_sums(p, pairs);
+    else
+        put_sums(p, pairs);
     text_add(p->text, "            %s{\n", turns || slides ? "" : "if (is_turn[j]) ");
     put_dots(p, pairs, !slides);
     text_add(p->text, "            }\n");
@@ -239,7 +304,10 @@ static void put_pairs(const struct printer *p, const struct pairs *pairs) {
         put_dots(p, pairs, false);
         text_add(p->text, "            }\n");
     }
-    put_stores(p, pairs);
+    if (fills_rows(p, pairs))
+        put_row_stores(p, pairs);
+    else
+        put_stores(p, pairs);
     put_moves(p, pairs);
     text_add(p->text, "        }\n");
 }

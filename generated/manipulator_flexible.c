@@ -8,7 +8,7 @@
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("no-tree-slp-vectorize,no-tree-pre,no-gcse,no-rerun-cse-after-loop")
 #pragma GCC optimize("no-tree-dominator-opts,no-tree-vrp,no-code-hoisting,no-schedule-insns2,no-ivopts")
-#pragma GCC optimize("no-tree-ccp,no-dse,no-cprop-registers,no-ipa-cp")
+#pragma GCC optimize("no-tree-ccp,no-dse,no-cprop-registers")
 #endif
 
 void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
@@ -3068,11 +3068,13 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     for (int i = 0; i < 2; i++)
         lambda[i] = constrained.lambda[i];
     { /* r = u^T lambda */
-        for (int k = 0; k < 2; k++)
+        for (int k = 0; k < 2; k += 2)
             for (int i = 0; i < 13; i++) {
-                const double left = 1.0 * u[k * 13 + i];
+                const double left_0 = 1.0 * u[k * 13 + i];
+                const double left_1 = 1.0 * u[(k + 1) * 13 + i];
                 for (int j = 0; j < 1; j++)
-                    force[i * 1 + j] += left * lambda[k * 1 + j];
+                    force[i * 1 + j] = force[i * 1 + j] + left_0 * lambda[k * 1 + j]
+                        + left_1 * lambda[(k + 1) * 1 + j];
             }
     }
 }
@@ -3651,7 +3653,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "e065290e28c6090b",
+    SET(hash) "4a53f02e6700d661",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

@@ -8,7 +8,7 @@
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("no-tree-slp-vectorize,no-tree-pre,no-gcse,no-rerun-cse-after-loop")
 #pragma GCC optimize("no-tree-dominator-opts,no-tree-vrp,no-code-hoisting,no-schedule-insns2,no-ivopts")
-#pragma GCC optimize("no-tree-ccp,no-dse,no-cprop-registers,no-ipa-cp")
+#pragma GCC optimize("no-tree-ccp,no-dse,no-cprop-registers")
 #endif
 
 void manipulator_rigid_prepare(struct manipulator_rigid_parameters *p) {
@@ -727,11 +727,13 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
     for (int i = 0; i < 2; i++)
         lambda[i] = constrained.lambda[i];
     { /* r = u^T lambda */
-        for (int k = 0; k < 2; k++)
+        for (int k = 0; k < 2; k += 2)
             for (int i = 0; i < 4; i++) {
-                const double left = 1.0 * u[k * 4 + i];
+                const double left_0 = 1.0 * u[k * 4 + i];
+                const double left_1 = 1.0 * u[(k + 1) * 4 + i];
                 for (int j = 0; j < 1; j++)
-                    force[i * 1 + j] += left * lambda[k * 1 + j];
+                    force[i * 1 + j] = force[i * 1 + j] + left_0 * lambda[k * 1 + j]
+                        + left_1 * lambda[(k + 1) * 1 + j];
             }
     }
 }
@@ -1103,7 +1105,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "7d8042bdce197c54",
+    SET(hash) "daa34a43d7e80186",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,
