@@ -158,7 +158,7 @@ static expression row_times(struct derivation *d, const struct row_terms *row, c
 /* Responses M^-1 u^T, S and k - u qdd_free, rows as loads. */
 static void respond_to_loads(struct derivation *d, struct solution *solution) {
     const int m = d->m;
-    const struct row_terms *row = rows(d);
+    const struct row_terms *row = rows_beside_loads(d);
     struct wrench **loads = memory_get(d->memory, ((size_t)m + 1) * sizeof *loads);
     for (int i = 0; i < m; i++) {
         struct acceleration *frames;
@@ -177,7 +177,7 @@ static void respond_to_loads(struct derivation *d, struct solution *solution) {
 /* The same by the coefficients u. */
 static void respond_to_coefficients(struct derivation *d, struct solution *solution) {
     const int m = d->m;
-    const struct row_terms *row = rows(d);
+    const struct row_terms *row = rows_beside_loads(d);
     for (int i = 0; i < m; i++)
         solution->responses[i] = solve(d, solution, row[i].u);
     for (int i = 0; i < m; i++) {

@@ -30,8 +30,8 @@ static void open_source(struct emission *x, struct text *text, int part) {
         "#if defined(__GNUC__) && !defined(__clang__)\n"
         "#pragma GCC optimize(\"no-tree-slp-vectorize,no-tree-pre,no-gcse,no-rerun-cse-after-loop\")\n"
         "#pragma GCC "
-        "optimize(\"no-tree-dominator-opts,no-tree-vrp,no-code-hoisting,no-schedule-insns2,no-"
-        "ivopts\")\n"
+        "optimize(\"no-tree-dominator-opts,no-tree-vrp,no-code-hoisting,no-schedule-insns2,no-ivopts\")\n"
+        "#pragma GCC optimize(\"no-tree-ccp,no-dse,no-cprop-registers\")\n"
         "#endif\n\n");
 }
 

@@ -3,6 +3,8 @@
  */
 #include "emit.h"
 
+#include <stdlib.h>
+
 struct printer {
     struct emission *x;
     struct text *text;
@@ -93,6 +95,60 @@ bool is_written_by_loops(const struct function *function, int field) {
     return false;
 }
 
+/* Entries of one block: the widest vectors of doubles. */
+enum { BLOCK = 8 };
+
+/*
+ * Whole rows are written at once, in blocks of one length: each but the first may reach before j, where
+ * nothing stands yet; all that it puts there is written again when those coordinates have their turn. For a
+ * chain, whose fields have nothing else off the diagonal and are written by no loop before.
+ */
+static bool fills_rows(const struct printer *p, const struct pairs *pairs) {
+    if (!is_in_order(pairs) || !is_chain(pairs) || pairs->n < BLOCK ||
+        pairs != &p->function->loops[0].of.pairs)
+        return false;
+    for (int k = 0; k < pairs->product_count; k++) {
+        const struct pair_product *product = &pairs->products[k];
+        const expression *out = p->function->out + p->function->fields[product->field].offset;
+        for (int i = 0; i < pairs->n * pairs->n; i++)
+            if (out[i] && (product->is_mirrored || i % (pairs->n + 1)))
+                return false;
+    }
+    return true;
+}
+
+/* Sums of the rows, and what stands on the diagonal. */
+static void put_row_sums(const struct printer *p, const struct pairs *pairs) {
+    for (int i = 0; i < pairs->product_count; i++) {
+        const struct pair_product *product = &pairs->products[i];
+        const char *field = p->function->fields[product->field].name;
+        if (product->is_mirrored)
+            continue;
+        text_add(p->text, "            double %s_rows[%d];\n", field, pairs->n);
+        text_add(p->text, "            const double %s_own = %s[j * %d];\n", field, name(p, product->field),
+                 pairs->n + 1);
+    }
+}
+
+static void put_row_stores(const struct printer *p, const struct pairs *pairs) {
+    for (int k = 0; k < pairs->product_count; k++) {
+        const char *field = p->function->fields[pairs->products[k].field].name;
+        if (!pairs->products[k].is_mirrored)
+            text_add(p->text, "            %s_rows[j] += %s_own;\n", field, field);
+    }
+    text_add(p->text, "            for (int i = j; i < end; i++) {\n");
+    for (int k = 0; k < pairs->product_count; k++) {
+        const struct pair_product *product = &pairs->products[k];
+        const char *place = name(p, product->field);
+        text_add(p->text, "                %s[i * %d + j] = ", place, pairs->n);
+        if (product->is_mirrored)
+            text_add(p->text, "%s[j * %d + i];\n", place, pairs->n);
+        else
+            text_add(p->text, "%s_rows[i];\n", p->function->fields[product->field].name);
+    }
+    text_add(p->text, "            }\n");
+}
+
 /* Where the dots of one product stand until they are put in their places. */
 static void put_sums(const struct printer *p, const struct pairs *pairs) {
     for (int i = 0; i < pairs->product_count; i++) {
@@ -154,17 +210,25 @@ static void put_products(const struct printer *p, const struct pairs *pairs, boo
         const char *field = p->function->fields[product->field].name;
         const char *rows = memory_format(memory, "%s_rows", field);
         const char *columns = memory_format(memory, "%s_columns", field);
+        const char *in_place = memory_format(memory, "%s[j * %d + i]", name(p, product->field), pairs->n);
         put_dot(p, &entries->rows, rows,
-                is_direct(p->function, pairs, product)
-                    ? memory_format(memory, "%s[j * %d + i]", name(p, product->field), pairs->n)
-                    : memory_format(memory, "%s[i]", rows));
+                is_direct(p->function, pairs, product) ? in_place : memory_format(memory, "%s[i]", rows));
         if (!product->is_mirrored)
-            put_dot(p, &entries->columns, columns, memory_format(memory, "%s[i]", columns));
+            put_dot(p, &entries->columns, columns,
+                    fills_rows(p, pairs) ? in_place : memory_format(memory, "%s[i]", columns));
     }
 }
 
 static void put_dots(const struct printer *p, const struct pairs *pairs, bool turns) {
     put_near_vectors(p, pairs, turns);
+    if (fills_rows(p, pairs)) {
+        text_add(p->text, "                for (int top = end; top > j; top -= %d) {\n", BLOCK);
+        text_add(p->text, "                    const int first = top > %d ? top - %d : 0;\n", BLOCK, BLOCK);
+        text_add(p->text, "                    for (int i = first; i < first + %d; i++) {\n", BLOCK);
+        put_products(p, pairs, turns);
+        text_add(p->text, "                    }\n                }\n");
+        return;
+    }
     text_add(p->text, "                for (int i = j; i < end; i++) {\n");
     put_products(p, pairs, turns);
     text_add(p->text, "                }\n");
@@ -228,7 +292,10 @@ static void put_pairs(const struct printer *p, const struct pairs *pairs) {
         text_add(p->text, "            const int end = %d;\n", pairs->n);
     else
         text_add(p->text, "            const int end = ends[j];\n");
-    put_sums(p, pairs);
+    if (fills_rows(p, pairs))
+        put_row_sums(p, pairs);
+    else
+        put_sums(p, pairs);
     text_add(p->text, "            %s{\n", turns || slides ? "" : "if (is_turn[j]) ");
     put_dots(p, pairs, !slides);
     text_add(p->text, "            }\n");
@@ -237,23 +304,51 @@ static void put_pairs(const struct printer *p, const struct pairs *pairs) {
         put_dots(p, pairs, false);
         text_add(p->text, "            }\n");
     }
-    put_stores(p, pairs);
+    if (fills_rows(p, pairs))
+        put_row_stores(p, pairs);
+    else
+        put_stores(p, pairs);
     put_moves(p, pairs);
     text_add(p->text, "        }\n");
 }
 
-static void put_product(const struct printer *p, const struct product *product) {
+/* Rows that are added at a time: a sum of one row would wait for its entries in memory. */
+enum { ROWS_AT_A_TIME = 4 };
+
+/* "k" or "(k + 1)" */
+static const char *index_text(const struct printer *p, const char *index, int offset) {
+    if (!offset)
+        return index;
+    return memory_format(p->x->plan->memory, "(%s %c %d)", index, offset < 0 ? '-' : '+', abs(offset));
+}
+
+/* target += terms [from, to) of the sum over k, `step` at a time. */
+static void put_terms_of_product(const struct printer *p, const struct product *product, int from, int to,
+                                 int step) {
     const struct field *fields = p->function->fields;
     const int height = columns_of(&fields[product->left]), width = columns_of(&fields[product->right]);
-    const int sum = fields[product->left].count / height;
+    const char *target = memory_format(p->x->plan->memory, "%s[i * %d + j]", name(p, product->target), width);
     char digits[32];
-    text_add(p->text, "        for (int k = 0; k < %d; k++)\n            for (int i = 0; i < %d; i++) {\n",
-             sum, height);
-    text_add(p->text, "                const double left = %s * %s[k * %d + i];\n",
-             number_text(product->factor, digits), name(p, product->left), height);
-    text_add(p->text, "                for (int j = 0; j < %d; j++)\n", width);
-    text_add(p->text, "                    %s[i * %d + j] += left * %s[k * %d + j];\n            }\n",
-             name(p, product->target), width, name(p, product->right), width);
+    if (from >= to)
+        return;
+    text_add(p->text, "        for (int k = %d; k < %d; k += %d)\n", from, to, step);
+    text_add(p->text, "            for (int i = 0; i < %d; i++) {\n", height);
+    for (int r = 0; r < step; r++)
+        text_add(p->text, "                const double left_%d = %s * %s[%s * %d + i];\n", r,
+                 number_text(product->factor, digits), name(p, product->left), index_text(p, "k", r), height);
+    text_add(p->text, "                for (int j = 0; j < %d; j++)\n                    %s = %s", width,
+             target, target);
+    for (int r = 0; r < step; r++)
+        text_add(p->text, "%s + left_%d * %s[%s * %d + j]", r % 2 ? "\n                       " : "", r,
+                 name(p, product->right), index_text(p, "k", r), width);
+    text_add(p->text, ";\n            }\n");
+}
+
+static void put_product(const struct printer *p, const struct product *product) {
+    const struct field *left = &p->function->fields[product->left];
+    const int sum = left->count / columns_of(left), rest = sum % ROWS_AT_A_TIME;
+    put_terms_of_product(p, product, 0, sum - rest, ROWS_AT_A_TIME);
+    put_terms_of_product(p, product, sum - rest, sum, rest);
 }
 
 static void put_factoring(const struct printer *p, const struct factoring *factoring) {
@@ -270,18 +365,47 @@ static void put_factoring(const struct printer *p, const struct factoring *facto
     text_add(p->text, "                %s[k * %d + i] *= %s[k * %d + k];\n        }\n", A, n, A, n);
 }
 
+/* Row i of one sweep, of the rows k that are done, from the last one or the first one on. */
+struct sweep {
+    const char *b, *L;
+    int n, width;
+    bool inward;
+};
+
+/* sum -= L b_k for `step` rows at a time, as long as there are as many. */
+static void put_rows_of_sweep(const struct printer *p, const struct sweep *s, int step) {
+    const char *before = s->inward ? "k > i" : "k < i", sign = s->inward ? '-' : '+';
+    text_add(p->text, "            for (; %s", before);
+    if (step > 1)
+        text_add(p->text, " %c %d", s->inward ? '+' : '-', step - 1);
+    text_add(p->text, "; k %c= %d)", sign, step);
+    text_add(p->text, "\n                for (int j = 0; j < %d; j++)\n", s->width);
+    text_add(p->text, "                    sum[j] = sum[j]");
+    for (int r = 0; r < step; r++) {
+        const char *k = index_text(p, "k", s->inward ? -r : r);
+        const char *entry = s->inward ? memory_format(p->x->plan->memory, "%s * %d + i", k, s->n)
+                                      : memory_format(p->x->plan->memory, "i * %d + %s", s->n, k);
+        text_add(p->text, "%s - %s[%s] * %s[%s * %d + j]", r % 2 ? "\n                       " : "", s->L,
+                 entry, s->b, k, s->width);
+    }
+    text_add(p->text, ";\n");
+}
+
+/* b = L^-T b from the last row, b = L^-1 b from the first one. */
 static void put_sweep(const struct printer *p, const struct solving *solving, int n, bool inward) {
     const int width = p->function->fields[solving->field].count / n;
-    const char *b = name(p, solving->field), *L = name(p, solving->matrix);
-    const char *into = inward ? "i" : "k", *from = inward ? "k" : "i";
+    const struct sweep s = {name(p, solving->field), name(p, solving->matrix), n, width, inward};
     if (inward)
-        text_add(p->text, "        for (int k = %d; k >= 0; k--)\n", n - 1);
+        text_add(p->text, "        for (int i = %d; i >= 0; i--) {\n            int k = %d;\n", n - 2, n - 1);
     else
-        text_add(p->text, "        for (int k = 0; k < %d; k++)\n", n);
-    text_add(p->text, "            for (int i = 0; i < k; i++)\n");
-    text_add(p->text, "                for (int j = 0; j < %d; j++)\n", width);
-    text_add(p->text, "                    %s[%s * %d + j] -= %s[k * %d + i] * %s[%s * %d + j];\n", b, into,
-             width, L, n, b, from, width);
+        text_add(p->text, "        for (int i = 1; i < %d; i++) {\n            int k = 0;\n", n);
+    text_add(p->text, "            double sum[%d];\n", width);
+    text_add(p->text, "            for (int j = 0; j < %d; j++)\n", width);
+    text_add(p->text, "                sum[j] = %s[i * %d + j];\n", s.b, width);
+    put_rows_of_sweep(p, &s, ROWS_AT_A_TIME);
+    put_rows_of_sweep(p, &s, 1);
+    text_add(p->text, "            for (int j = 0; j < %d; j++)\n", width);
+    text_add(p->text, "                %s[i * %d + j] = sum[j];\n        }\n", s.b, width);
 }
 
 static void put_solving(const struct printer *p, const struct solving *solving) {

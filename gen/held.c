@@ -100,12 +100,12 @@ static struct vector accelerate_point(const struct held *held, int index) {
     const struct fixed_frame *fixed = &k->tree->points[index];
     const struct vector rho = from_body(k, fixed->frame, vector_of(fixed->placement.position));
     if (fixed->frame < 0)
-        return k->points[index].d;
+        return k->points[index].d_fallen;
     const struct held_motion *motion = &held->motions[fixed->frame];
     struct vector gain = vector_cross(k->g, motion->gained_angular, rho);
     if (!k->model->points[index].is_direction)
         gain = vector_add(k->g, gain, motion->gained_linear);
-    return vector_add(k->g, k->points[index].d, to_ground(k, fixed->frame, gain));
+    return vector_add(k->g, k->points[index].d_fallen, to_ground(k, fixed->frame, gain));
 }
 
 /* The motion of frame i, one step from its parent's. */

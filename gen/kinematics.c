@@ -318,11 +318,15 @@ static void derive_point(struct kinematics *k, int index) {
         carrier.position = carrier.linear = carrier.bias_linear = (struct vector){{0, 0, 0}};
     const struct vector velocity = vector_add(g, carrier.linear, vector_cross(g, m->angular, rho));
     const struct vector bias = carried_acceleration(g, m, carrier.bias_linear, rho);
+    const struct vector falling = carried_acceleration(g, m, m->bias_falling, rho);
     remark(g, memory_format(k->memory, "%s %s: r = T rho, rd = C qd, rdd = C qdd + d",
                             is_direction ? "direction" : "point", k->model->points[index].name));
     point->r = vector_add(g, carrier.position, matrix_times(g, m->rotation.at, rho));
     point->rd = matrix_times(g, m->rotation.at, velocity);
     point->d = matrix_times(g, m->rotation.at, bias);
+    point->d_fallen = point->d;
+    if (!is_direction && !vector_is_zero(point->d))
+        point->d_fallen = vector_add(g, matrix_times(g, m->rotation.at, falling), ground.gravity);
     name_point(k, index);
     derive_columns(k, index);
 }

@@ -31,6 +31,7 @@ struct frame_motion {
 /* Of a point, or of a direction: then r is the vector itself. */
 struct point_motion {
     struct vector r, rd, d; /* position, velocity, bias acceleration: rdd = C qdd + d */
+    struct vector d_fallen; /* d by bias_falling and gravity: where that recursion runs anyway */
     struct vector *columns; /* C: a column a frame, zero off the point's path */
 };
 

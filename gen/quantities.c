@@ -86,7 +86,7 @@ static int compose_local(struct derivation *d, struct function *f, const char *q
     return part->to_field;
 }
 
-static void add_v(struct derivation *d, struct function *f) {
+static void build_v(struct derivation *d, struct function *f) {
     expression *out = add_field(d, f, "v", "(m) rest of the rows", d->m, 0);
     for (int i = 0; i < d->m; i++)
         out[i] = rows(d)[i].v;
@@ -105,7 +105,7 @@ static void build_psi(struct derivation *d, struct function *f) {
         out[i] = rows(d)[i].psi;
 }
 
-static void add_k(struct derivation *d, struct function *f) {
+static void build_k(struct derivation *d, struct function *f) {
     expression *out = add_field(d, f, "k", "(m) stabilised right side, u qdd = k", d->m, 0);
     for (int i = 0; i < d->m; i++)
         out[i] = rows(d)[i].k;
@@ -114,18 +114,10 @@ static void add_k(struct derivation *d, struct function *f) {
 /* All about the rows: most of it they share. */
 static void build_row_terms(struct derivation *d, struct function *f) {
     build_u(d, f);
-    add_v(d, f);
+    build_v(d, f);
     build_phi(d, f);
     build_psi(d, f);
-    add_k(d, f);
-}
-
-static void build_v(struct derivation *d, struct function *f) {
-    compose(d, f, "row_terms", "v");
-}
-
-static void build_k(struct derivation *d, struct function *f) {
-    compose(d, f, "row_terms", "k");
+    build_k(d, f);
 }
 
 static void build_point_vectors(struct derivation *d, struct function *f, const char *name,
@@ -161,6 +153,14 @@ static void build_C(struct derivation *d, struct function *f) {
                 row[j] = d->kinematics.points[p].columns[j].at[a];
             spread_last(d, f, (3 * p + a) * d->n, row);
         }
+}
+
+/* All about the points. */
+static void build_point_terms(struct derivation *d, struct function *f) {
+    build_r(d, f);
+    build_rd(d, f);
+    build_C(d, f);
+    build_d(d, f);
 }
 
 static void build_energy(struct derivation *d, struct function *f) {
@@ -344,51 +344,59 @@ struct quantity {
     bool (*exists)(const struct derivation *d);
     const char *reason; /* why a scene has it not */
     void (*build)(struct derivation *d, struct function *f);
-    bool on_request; /* emitted when it is named, not by default */
+    bool on_request;   /* emitted when it is named, not by default */
+    const char *group; /* a quantity that gives this one beside others, in one call */
 };
 
 /* `anchor` and `start` stand last: they set what the others read. */
 static const struct quantity quantities[] = {
-    {"M", "mass matrix", always, "", build_M, false},
-    {"h", "bias forces h = -c (Coriolis, centrifugal)", always, "", build_h, false},
+    {"M", "mass matrix", always, "", build_M, false, NULL},
+    {"h", "bias forces h = -c (Coriolis, centrifugal)", always, "", build_h, false, NULL},
     {"Q", "generalized forces: gravity, springs, dampers and those that the model names", always, "", build_Q,
-     false},
-    {"u", "row coefficients, u qdd + v = 0", has_rows, "constraints", build_u, false},
-    {"v", "rest of the rows, u qdd + v = 0", has_rows, "constraints", build_v, false},
-    {"phi", "position-level residuals", has_position_rows, "position rows", build_phi, false},
-    {"psi", "velocity-level residuals", has_velocity_rows, "position or velocity rows", build_psi, false},
-    {"k", "stabilised right side k = -v - 2 alpha psi - beta^2 phi", has_rows, "constraints", build_k, false},
-    {"r", "positions of the points", has_points, "points", build_r, false},
-    {"rd", "velocities of the points", has_points, "points", build_rd, false},
-    {"C", "columns of the points, rd = C qd", has_points, "points", build_C, false},
-    {"d", "bias accelerations of the points, rdd = C qdd + d", has_points, "points", build_d, false},
-    {"energy", "kinetic and potential energy", always, "", build_energy, false},
+     false, NULL},
+    {"u", "row coefficients, u qdd + v = 0", has_rows, "constraints", build_u, false, NULL},
+    {"v", "rest of the rows, u qdd + v = 0", has_rows, "constraints", build_v, false, "row_terms"},
+    {"phi", "position-level residuals", has_position_rows, "position rows", build_phi, false, "row_terms"},
+    {"psi", "velocity-level residuals", has_velocity_rows, "position or velocity rows", build_psi, false,
+     "row_terms"},
+    {"k", "stabilised right side k = -v - 2 alpha psi - beta^2 phi", has_rows, "constraints", build_k, false,
+     "row_terms"},
+    {"r", "positions of the points", has_points, "points", build_r, false, "point_terms"},
+    {"rd", "velocities of the points", has_points, "points", build_rd, false, "point_terms"},
+    {"C", "columns of the points, rd = C qd", has_points, "points", build_C, false, "point_terms"},
+    {"d", "bias accelerations of the points, rdd = C qdd + d", has_points, "points", build_d, false,
+     "point_terms"},
+    {"energy", "kinetic and potential energy", always, "", build_energy, false, NULL},
     {"power", "power of all forces in Q that have no potential", has_work, "forces without a potential",
-     build_power, false},
-    {"Q_q", "tangent of statics, dQ/dq at qd = 0", always, "", build_Q_q, false},
-    {"M_h", "M and h in one call, work shared", always, "", build_M_h, true},
-    {"qdd_free", "accelerations without constraints, O(n)", always, "", build_qdd_free, false},
-    {"qdd", "accelerations with stabilised constraints, O(n m)", has_rows, "constraints", build_qdd, false},
-    {"force", "programme force r = M qdd - h - Q", has_rows, "constraints", build_force, false},
-    {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations, false},
+     build_power, false, NULL},
+    {"Q_q", "tangent of statics, dQ/dq at qd = 0", always, "", build_Q_q, false, NULL},
+    {"M_h", "M and h in one call, work shared", always, "", build_M_h, true, NULL},
+    {"qdd_free", "accelerations without constraints, O(n)", always, "", build_qdd_free, false, NULL},
+    {"qdd", "accelerations with stabilised constraints, O(n m)", has_rows, "constraints", build_qdd, false,
+     NULL},
+    {"force", "programme force r = M qdd - h - Q", has_rows, "constraints", build_force, false, NULL},
+    {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations, false, NULL},
     {"tangent", "derivatives of M qdd - h - Q - u^T lambda and u qdd - k at held qdd and lambda",
-     is_corrected, "corrected form", build_tangent, true},
+     is_corrected, "corrected form", build_tangent, true, NULL},
     {"d_qdd", "derivatives of qdd", is_corrected_with_rows, "constraints in the corrected form", build_d_qdd,
-     true},
-    {"d_qdd_free", "derivatives of qdd_free", is_corrected, "corrected form", build_d_qdd_free, true},
+     true, NULL},
+    {"d_qdd_free", "derivatives of qdd_free", is_corrected, "corrected form", build_d_qdd_free, true, NULL},
     {"d_force", "derivatives of the programme force", is_corrected_with_rows,
-     "constraints in the corrected form", build_d_force, true},
-    {"d_statics", "derivatives of Q at qd = 0", is_corrected, "corrected form", build_d_statics, true},
-    {"d_rows", "derivatives of phi, psi and k", has_rows, "constraints", build_d_rows, true},
-    {"f", "h + Q in one recursion", always, "", build_f, true},
-    {"row_terms", "u, v, phi, psi and k in one call", has_rows, "constraints", build_row_terms, true},
-    {"constrained", "qdd and multipliers in one call", has_rows, "constraints", build_constrained, true},
-    {"course", "values that the model records with a motion", has_courses, "courses", build_course, false},
+     "constraints in the corrected form", build_d_force, true, NULL},
+    {"d_statics", "derivatives of Q at qd = 0", is_corrected, "corrected form", build_d_statics, true, NULL},
+    {"d_rows", "derivatives of phi, psi and k", has_rows, "constraints", build_d_rows, true, NULL},
+    {"f", "h + Q in one recursion", always, "", build_f, true, NULL},
+    {"row_terms", "u, v, phi, psi and k in one call", has_rows, "constraints", build_row_terms, true, NULL},
+    {"point_terms", "r, rd, C and d in one call", has_points, "points", build_point_terms, true, NULL},
+    {"constrained", "qdd and multipliers in one call", has_rows, "constraints", build_constrained, true,
+     NULL},
+    {"course", "values that the model records with a motion", has_courses, "courses", build_course, false,
+     NULL},
     {"breaks", "times at which formulas of time alone have kinks", has_breaks, "kinks in time", build_breaks,
-     false},
+     false, NULL},
     {"anchor", "parameters whose default is a value at the start of a motion", has_anchors,
-     "anchored parameters", build_anchor, false},
-    {"start", "coordinates and rates at the start of a motion", always, "", build_start, false},
+     "anchored parameters", build_anchor, false, NULL},
+    {"start", "coordinates and rates at the start of a motion", always, "", build_start, false, NULL},
 };
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof *quantities };
@@ -470,10 +478,29 @@ static struct function *function_of(const struct plan *plan, const char *quantit
     return NULL;
 }
 
+/* Beside what is asked for: what anchors parameters and tells breaks. */
+static bool is_wanted(const struct derivation *d, const struct quantity *quantity) {
+    return is_asked_for(quantity, d->emit) || quantity->build == build_anchor ||
+           quantity->build == build_breaks || (quantity->build == build_start && has_anchors(d));
+}
+
+/* With another one of its group it calls what gives all of them, which is less text; alone it computes itself
+ * what it needs. */
+static bool calls_group(const struct derivation *d, const struct quantity *quantity) {
+    int wanted = 0;
+    for (int i = 0; quantity->group && i < QUANTITY_COUNT; i++)
+        wanted += quantities[i].group && !strcmp(quantities[i].group, quantity->group) &&
+                  quantities[i].exists(d) && is_wanted(d, &quantities[i]);
+    return wanted > 1;
+}
+
 static struct function *build_quantity(struct derivation *d, const struct quantity *quantity) {
     struct function *function = &d->plan->functions[d->plan->function_count++];
     *function = (struct function){.quantity = quantity->name, .about = quantity->about};
-    quantity->build(d, function);
+    if (calls_group(d, quantity))
+        compose(d, function, quantity->group, quantity->name);
+    else
+        quantity->build(d, function);
     return function;
 }
 
@@ -485,15 +512,10 @@ static const struct function *provide(struct derivation *d, const char *name) {
     return function ? function : build_quantity(d, quantity);
 }
 
-/* Beside what is asked for: what anchors parameters and tells breaks. */
-static bool is_wanted(const struct derivation *d, const struct quantity *quantity, const char *emit) {
-    return is_asked_for(quantity, emit) || quantity->build == build_anchor ||
-           quantity->build == build_breaks || (quantity->build == build_start && has_anchors(d));
-}
-
 void list_functions(struct plan *plan, const char *emit) {
     struct derivation *d = choose_axes(plan);
     const char *last_reason = NULL;
+    d->emit = emit;
     plan->functions = memory_get(plan->memory, QUANTITY_COUNT * sizeof *plan->functions);
     for (int i = 0; i < QUANTITY_COUNT; i++) {
         const struct quantity *quantity = &quantities[i];
@@ -505,7 +527,7 @@ void list_functions(struct plan *plan, const char *emit) {
             continue;
         if (!quantity->exists(d))
             say_left_out(plan, quantity, &last_reason);
-        else if (is_wanted(d, quantity, emit) && !function_of(plan, quantity->name))
+        else if (is_wanted(d, quantity) && !function_of(plan, quantity->name))
             build_quantity(d, quantity);
     }
     keep_emitted_parameters(plan);

@@ -28,6 +28,7 @@ struct derivation {
     struct derivation *flat; /* the same without runs, once asked for */
     bool is_second;          /* it is one: what it chooses is not said */
     enum matrix_form mass_form, statics_form;
+    const char *emit; /* what was asked for, as in gen_plan */
     struct plan *plan;
     struct memory *memory;
     struct graph *g;
@@ -38,7 +39,7 @@ struct derivation {
     struct inertia *composites;
     expression *M, *statics_tangent, *bias, *falling;
     struct applied applied;
-    struct row_terms *rows;
+    struct row_terms *rows, *rows_beside_loads;
     struct wrench *loads;
     struct elimination *elimination;
     struct factors *factors;
@@ -55,6 +56,8 @@ struct derivation *without_runs(struct derivation *d);
 expression *new_values(const struct derivation *d, int count);
 const struct inertia *composites(struct derivation *d);
 const struct row_terms *rows(struct derivation *d);
+/* The same with v and k from the recursion that gives loads, where it runs. */
+const struct row_terms *rows_beside_loads(struct derivation *d);
 const struct wrench *loads(struct derivation *d);
 /* n x n, of a tree without runs. */
 const expression *mass_matrix(struct derivation *d);

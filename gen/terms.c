@@ -95,6 +95,19 @@ const struct row_terms *rows(struct derivation *d) {
     return d->rows;
 }
 
+const struct row_terms *rows_beside_loads(struct derivation *d) {
+    struct kinematics fallen = d->kinematics;
+    const size_t size = (size_t)d->model->marker_count * sizeof *fallen.points;
+    if (d->model->printed_form)
+        return rows(d);
+    if (d->rows_beside_loads)
+        return d->rows_beside_loads;
+    fallen.points = memory_grow(d->memory, fallen.points, size, size + sizeof *fallen.points);
+    for (int i = 0; i < d->model->marker_count; i++)
+        fallen.points[i].d = fallen.points[i].d_fallen;
+    return d->rows_beside_loads = derive_rows(&fallen);
+}
+
 const expression *mass_matrix(struct derivation *d) {
     if (!d->M)
         d->M = derive_mass_matrix(&d->kinematics, composites(d));

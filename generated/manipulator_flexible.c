@@ -8,6 +8,7 @@
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("no-tree-slp-vectorize,no-tree-pre,no-gcse,no-rerun-cse-after-loop")
 #pragma GCC optimize("no-tree-dominator-opts,no-tree-vrp,no-code-hoisting,no-schedule-insns2,no-ivopts")
+#pragma GCC optimize("no-tree-ccp,no-dse,no-cprop-registers")
 #endif
 
 void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
@@ -1298,205 +1299,18 @@ void manipulator_flexible_row_terms(const struct manipulator_flexible_parameters
 
 void manipulator_flexible_phi(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double phi[2]) {
-    (void)x;
-    (void)t;
-    (void)qd;
-    double sine[11], cosine[11];
-    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
-    /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sine[0];
-    const double column_psi_cos = cosine[0];
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sine[1];
-    const double arm_psi_cos = cosine[1];
-    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
-    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
-    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
-    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
-    double last_arm_phi_e_ground_x_z = column_psi_sin;
-    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
-    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
-    double last_arm_phi_e_ground_y_z = -column_psi_cos;
-    double last_arm_psi_e_position_x = arm_psi_e_position_x;
-    double last_arm_psi_e_position_y = arm_psi_e_position_y;
-    for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[2 + 3 * e];
-        const double arm_psi_e_cos = cosine[2 + 3 * e];
-        const double arm_theta_e_sin = sine[3 + 3 * e];
-        const double arm_theta_e_cos = cosine[3 + 3 * e];
-        const double arm_phi_e_sin = sine[4 + 3 * e];
-        const double arm_phi_e_cos = cosine[4 + 3 * e];
-        /* arm_psi_e: motion from arm_psi_e outward */
-        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_ground_y_y = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_position_x_2 = last_arm_psi_e_position_x + p->derived.arm_element_length *
-        last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_position_y_2 = last_arm_psi_e_position_y + p->derived.arm_element_length *
-        last_arm_theta_e_ground_y_x;
-        /* arm_theta_e: motion from arm_psi_e outward */
-        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
-        const double arm_theta_e_ground_y_x = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
-        /* arm_phi_e: motion from arm_theta_e outward */
-        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
-        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
-        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y;
-        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y;
-        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
-        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
-        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
-        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x;
-        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
-        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
-        last_arm_psi_e_position_x = arm_psi_e_position_x_2;
-        last_arm_psi_e_position_y = arm_psi_e_position_y_2;
-    }
-    /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
-    /* row 1 (position level): u qdd + v = 0 */
-    const double t1 = (effector_z_position_x - p->xc) / p->a;
-    const double t2 = effector_z_position_y / p->b;
-    const double row_1_phi = t1 * t1 + t2 * t2 - 1.0;
-    phi[0] = row_1_phi;
-    phi[1] = 0.0;
+    struct manipulator_flexible_row_terms_result row_terms;
+    manipulator_flexible_row_terms(p, x, t, q, qd, &row_terms);
+    for (int i = 0; i < 2; i++)
+        phi[i] = row_terms.phi[i];
 }
 
 void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double psi[2]) {
-    (void)x;
-    double sine[11], cosine[11];
-    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
-    const double t1 = sin(t * 3.141592653589793 / p->T);
-    /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sine[0];
-    const double column_psi_cos = cosine[0];
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sine[1];
-    const double arm_psi_cos = cosine[1];
-    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double arm_psi_w_x = qd[1] * arm_psi_sin;
-    const double arm_psi_w_y = qd[1] * arm_psi_cos;
-    const double arm_psi_v_x = qd[0] * arm_psi_sin;
-    const double arm_psi_v_y = qd[0] * arm_psi_cos;
-    /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
-    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
-    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
-    double last_arm_phi_e_w_x = arm_psi_w_x;
-    double last_arm_phi_e_w_y = arm_psi_w_y;
-    double last_arm_phi_e_w_z = qd[2];
-    double last_arm_theta_e_v_x = arm_psi_v_x;
-    double last_arm_phi_e_v_y = arm_psi_e_v_y;
-    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
-    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
-    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
-    double last_arm_phi_e_ground_x_z = column_psi_sin;
-    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
-    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
-    double last_arm_phi_e_ground_y_z = -column_psi_cos;
-    double last_arm_theta_e_ground_z_x = arm_psi_sin;
-    double last_arm_phi_e_ground_z_y = arm_psi_cos;
-    double last_arm_phi_e_ground_z_z = 0.0;
-    double last_arm_psi_e_position_x = arm_psi_e_position_x;
-    double last_arm_psi_e_position_y = arm_psi_e_position_y;
-    for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[2 + 3 * e];
-        const double arm_psi_e_cos = cosine[2 + 3 * e];
-        const double arm_theta_e_sin = sine[3 + 3 * e];
-        const double arm_theta_e_cos = cosine[3 + 3 * e];
-        const double arm_phi_e_sin = sine[4 + 3 * e];
-        const double arm_phi_e_cos = cosine[4 + 3 * e];
-        /* arm_psi_e: motion from arm_psi_e outward */
-        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_ground_y_y = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
-        const double arm_psi_e_ground_z_y = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
-        const double arm_psi_e_position_x_2 = last_arm_psi_e_position_x + p->derived.arm_element_length *
-        last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_position_y_2 = last_arm_psi_e_position_y + p->derived.arm_element_length *
-        last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
-        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
-        const double t2 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
-        const double arm_psi_e_v_x = arm_psi_e_sin * t2 + arm_psi_e_cos * last_arm_theta_e_v_x;
-        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t2 - arm_psi_e_sin * last_arm_theta_e_v_x;
-        const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
-        /* arm_theta_e: motion from arm_psi_e outward */
-        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
-        const double arm_theta_e_ground_y_x = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
-        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
-        const double arm_theta_e_ground_z_x = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
-        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
-        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
-        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
-        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
-        /* arm_phi_e: motion from arm_theta_e outward */
-        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
-        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
-        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y;
-        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y;
-        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y;
-        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y;
-        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
-        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
-        const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
-        const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
-        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
-        last_arm_phi_e_w_x = arm_phi_e_w_x;
-        last_arm_phi_e_w_y = arm_phi_e_w_y;
-        last_arm_phi_e_w_z = arm_phi_e_w_z;
-        last_arm_theta_e_v_x = arm_theta_e_v_x;
-        last_arm_phi_e_v_y = arm_phi_e_v_y;
-        last_arm_phi_e_v_z = arm_phi_e_v_z;
-        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
-        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
-        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
-        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x;
-        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
-        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
-        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x;
-        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
-        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
-        last_arm_psi_e_position_x = arm_psi_e_position_x_2;
-        last_arm_psi_e_position_y = arm_psi_e_position_y_2;
-    }
-    /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
-    const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
-    const double effector_z_v_x = last_arm_phi_e_w_y * effector_z_shift_x - last_arm_phi_e_v_z;
-    const double effector_z_v_z = last_arm_theta_e_v_x + qd[12];
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double point_E_xd = last_arm_phi_e_ground_x_y * effector_z_v_y - last_arm_phi_e_ground_x_z * effector_z_v_x +
-        last_arm_theta_e_ground_x_x * effector_z_v_z;
-    const double point_E_yd = last_arm_phi_e_ground_y_y * effector_z_v_y - last_arm_phi_e_ground_y_z * effector_z_v_x +
-        last_arm_theta_e_ground_y_x * effector_z_v_z;
-    const double point_E_zd = last_arm_phi_e_ground_z_y * effector_z_v_y - last_arm_phi_e_ground_z_z * effector_z_v_x +
-        last_arm_theta_e_ground_z_x * effector_z_v_z;
-    /* row 1 (position level): u qdd + v = 0 */
-    const double t3 = (effector_z_position_x - p->xc) / p->a * (point_E_xd * p->derived.constant_9);
-    const double t4 = effector_z_position_y / p->b * (point_E_yd * p->derived.constant_10);
-    const double row_1_psi = t3 + t3 + (t4 + t4);
-    /* row 2 (velocity level): u qdd + v = 0 */
-    const double row_2_psi = point_E_zd - p->v0 * (t1 * t1);
-    psi[0] = row_1_psi;
-    psi[1] = row_2_psi;
+    struct manipulator_flexible_row_terms_result row_terms;
+    manipulator_flexible_row_terms(p, x, t, q, qd, &row_terms);
+    for (int i = 0; i < 2; i++)
+        psi[i] = row_terms.psi[i];
 }
 
 void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -1509,9 +1323,16 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
 
 void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double r[1 * 3]) {
+    struct manipulator_flexible_point_terms_result point_terms;
+    manipulator_flexible_point_terms(p, x, t, q, qd, &point_terms);
+    for (int i = 0; i < 3; i++)
+        r[i] = point_terms.r[i];
+}
+
+void manipulator_flexible_point_terms(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], struct manipulator_flexible_point_terms_result *out) {
     (void)x;
     (void)t;
-    (void)qd;
     double sine[11], cosine[11];
     manipulator_flexible_sincos(q + 1, sine, cosine, 11);
     /* column_psi: motion from base_z outward */
@@ -1523,214 +1344,23 @@ void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
     const double arm_psi_position_z = p->h + q[0];
-    /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
-    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
-    const double arm_psi_e_shift_ground_z = p->derived.constant_3 * arm_psi_sin;
-    const double arm_psi_e_position_z = arm_psi_position_z + arm_psi_e_shift_ground_z;
-    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
-    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
-    double last_arm_phi_e_ground_x_z = column_psi_sin;
-    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
-    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
-    double last_arm_phi_e_ground_y_z = -column_psi_cos;
-    double last_arm_theta_e_ground_z_x = arm_psi_sin;
-    double last_arm_phi_e_ground_z_y = arm_psi_cos;
-    double last_arm_phi_e_ground_z_z = 0.0;
-    double last_arm_psi_e_position_x = arm_psi_e_position_x;
-    double last_arm_psi_e_position_y = arm_psi_e_position_y;
-    double last_arm_psi_e_position_z = arm_psi_e_position_z;
-    for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[2 + 3 * e];
-        const double arm_psi_e_cos = cosine[2 + 3 * e];
-        const double arm_theta_e_sin = sine[3 + 3 * e];
-        const double arm_theta_e_cos = cosine[3 + 3 * e];
-        const double arm_phi_e_sin = sine[4 + 3 * e];
-        const double arm_phi_e_cos = cosine[4 + 3 * e];
-        /* arm_psi_e: motion from arm_psi_e outward */
-        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_ground_y_y = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
-        const double arm_psi_e_ground_z_y = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
-        const double arm_psi_e_position_x_2 = last_arm_psi_e_position_x + p->derived.arm_element_length *
-        last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_position_y_2 = last_arm_psi_e_position_y + p->derived.arm_element_length *
-        last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_position_z_2 = last_arm_psi_e_position_z + p->derived.arm_element_length *
-        last_arm_theta_e_ground_z_x;
-        /* arm_theta_e: motion from arm_psi_e outward */
-        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
-        const double arm_theta_e_ground_y_x = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
-        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
-        const double arm_theta_e_ground_z_x = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
-        /* arm_phi_e: motion from arm_theta_e outward */
-        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
-        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
-        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y;
-        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y;
-        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y;
-        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y;
-        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
-        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
-        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
-        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x;
-        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
-        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
-        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x;
-        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
-        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
-        last_arm_psi_e_position_x = arm_psi_e_position_x_2;
-        last_arm_psi_e_position_y = arm_psi_e_position_y_2;
-        last_arm_psi_e_position_z = arm_psi_e_position_z_2;
-    }
-    /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
-    const double effector_z_position_z = last_arm_psi_e_position_z + last_arm_theta_e_ground_z_x * effector_z_shift_x;
-    r[0 * 3 + 0] = effector_z_position_x;
-    r[0 * 3 + 1] = effector_z_position_y;
-    r[0 * 3 + 2] = effector_z_position_z;
-}
-
-void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
-        const double q[13], const double qd[13], double rd[1 * 3]) {
-    (void)x;
-    (void)t;
-    double sine[11], cosine[11];
-    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
-    /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sine[0];
-    const double column_psi_cos = cosine[0];
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sine[1];
-    const double arm_psi_cos = cosine[1];
-    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
     const double arm_psi_v_y = qd[0] * arm_psi_cos;
-    /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
-    double last_arm_phi_e_w_x = arm_psi_w_x;
-    double last_arm_phi_e_w_y = arm_psi_w_y;
-    double last_arm_phi_e_w_z = qd[2];
-    double last_arm_theta_e_v_x = arm_psi_v_x;
-    double last_arm_phi_e_v_y = arm_psi_e_v_y;
-    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
-    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
-    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
-    double last_arm_phi_e_ground_x_z = column_psi_sin;
-    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
-    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
-    double last_arm_phi_e_ground_y_z = -column_psi_cos;
-    double last_arm_theta_e_ground_z_x = arm_psi_sin;
-    double last_arm_phi_e_ground_z_y = arm_psi_cos;
-    double last_arm_phi_e_ground_z_z = 0.0;
-    for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[2 + 3 * e];
-        const double arm_psi_e_cos = cosine[2 + 3 * e];
-        const double arm_theta_e_sin = sine[3 + 3 * e];
-        const double arm_theta_e_cos = cosine[3 + 3 * e];
-        const double arm_phi_e_sin = sine[4 + 3 * e];
-        const double arm_phi_e_cos = cosine[4 + 3 * e];
-        /* arm_psi_e: motion from arm_psi_e outward */
-        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_ground_y_y = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
-        const double arm_psi_e_ground_z_y = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
-        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
-        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
-        const double t1 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
-        const double arm_psi_e_v_x = arm_psi_e_sin * t1 + arm_psi_e_cos * last_arm_theta_e_v_x;
-        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t1 - arm_psi_e_sin * last_arm_theta_e_v_x;
-        const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
-        /* arm_theta_e: motion from arm_psi_e outward */
-        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
-        const double arm_theta_e_ground_y_x = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
-        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
-        const double arm_theta_e_ground_z_x = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
-        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
-        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
-        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
-        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
-        /* arm_phi_e: motion from arm_theta_e outward */
-        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
-        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
-        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y;
-        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y;
-        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y;
-        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y;
-        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
-        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
-        const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
-        const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
-        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
-        last_arm_phi_e_w_x = arm_phi_e_w_x;
-        last_arm_phi_e_w_y = arm_phi_e_w_y;
-        last_arm_phi_e_w_z = arm_phi_e_w_z;
-        last_arm_theta_e_v_x = arm_theta_e_v_x;
-        last_arm_phi_e_v_y = arm_phi_e_v_y;
-        last_arm_phi_e_v_z = arm_phi_e_v_z;
-        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
-        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
-        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
-        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x;
-        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
-        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
-        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x;
-        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
-        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
-    }
-    /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
-    const double effector_z_v_x = last_arm_phi_e_w_y * effector_z_shift_x - last_arm_phi_e_v_z;
-    const double effector_z_v_z = last_arm_theta_e_v_x + qd[12];
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double point_E_xd = last_arm_phi_e_ground_x_y * effector_z_v_y - last_arm_phi_e_ground_x_z * effector_z_v_x +
-        last_arm_theta_e_ground_x_x * effector_z_v_z;
-    const double point_E_yd = last_arm_phi_e_ground_y_y * effector_z_v_y - last_arm_phi_e_ground_y_z * effector_z_v_x +
-        last_arm_theta_e_ground_y_x * effector_z_v_z;
-    const double point_E_zd = last_arm_phi_e_ground_z_y * effector_z_v_y - last_arm_phi_e_ground_z_z * effector_z_v_x +
-        last_arm_theta_e_ground_z_x * effector_z_v_z;
-    rd[0 * 3 + 0] = point_E_xd;
-    rd[0 * 3 + 1] = point_E_yd;
-    rd[0 * 3 + 2] = point_E_zd;
-}
-
-void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
-        const double q[13], const double qd[13], double C[3 * 13]) {
-    (void)x;
-    (void)t;
-    (void)qd;
-    double sine[11], cosine[11];
-    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
-    /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sine[0];
-    const double column_psi_cos = cosine[0];
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sine[1];
-    const double arm_psi_cos = cosine[1];
-    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double arm_psi_position_z = p->h + q[0];
+    const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
+    const double t1 = arm_psi_w_x * qd[2];
+    const double t2 = arm_psi_w_x * arm_psi_w_y;
+    const double t3 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
+    const double t4 = t1 + t1;
     /* arm_psi_e: motion from arm_psi outward */
     const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
     const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
     const double arm_psi_e_shift_ground_z = p->derived.constant_3 * arm_psi_sin;
     const double arm_psi_e_position_z = arm_psi_position_z + arm_psi_e_shift_ground_z;
+    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
+    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t2;
+    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t4;
     double arm_psi_e_ground_x_y[3];
     double arm_psi_e_ground_y_y[3];
     double arm_psi_e_ground_z_y[3];
@@ -1743,6 +1373,21 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
     double last_arm_phi_e_ground_x_z_at[3];
     double last_arm_phi_e_ground_y_z_at[3];
     double last_arm_phi_e_ground_z_z_at[3];
+    double last_arm_phi_e_w_x = arm_psi_w_x;
+    double last_arm_phi_e_w_y = arm_psi_w_y;
+    double last_arm_phi_e_w_z = qd[2];
+    double last_arm_theta_e_v_x = arm_psi_v_x;
+    double last_arm_phi_e_v_y = arm_psi_e_v_y;
+    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
+    double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
+    double last_arm_phi_e_bias_wd_y = -t1;
+    double last_arm_phi_e_bias_wd_z = 0.0;
+    double last_arm_theta_e_bias_a_x = -p->derived.constant_3 * t3;
+    double last_arm_phi_e_bias_a_y = arm_psi_e_bias_a_y;
+    double last_arm_phi_e_bias_a_z = arm_psi_e_bias_a_z;
+    double carried_15 = -t3;
+    double carried_18 = t2;
+    double carried_21 = t4;
     double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
     double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
     double last_arm_phi_e_ground_x_z = column_psi_sin;
@@ -1775,6 +1420,22 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
         arm_psi_e_position_x_2[e] = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
         arm_psi_e_position_y_2[e] = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
         arm_psi_e_position_z_2[e] = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
+        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
+        const double t5 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_x = arm_psi_e_sin * t5 + arm_psi_e_cos * last_arm_theta_e_v_x;
+        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t5 - arm_psi_e_sin * last_arm_theta_e_v_x;
+        const double t6 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
+        const double t7 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
+        const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
+        const double arm_psi_e_bias_a_x_2 = arm_psi_e_sin * t7 + arm_psi_e_cos * t6;
+        const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t7 - arm_psi_e_sin * t6;
+        const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
+        qd[3 + 3 * e] * arm_psi_e_w_y;
+        const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
+        qd[3 + 3 * e] * arm_psi_e_w_x;
+        const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
         /* arm_theta_e: motion from arm_psi_e outward */
         const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
         arm_theta_e_ground_x_x[e] = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
@@ -1782,6 +1443,17 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
         arm_theta_e_ground_y_x[e] = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
         const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
         arm_theta_e_ground_z_x[e] = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
+        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
+        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
+        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
+        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
+        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_wd_x = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
+        qd[4 + 3 * e] * arm_theta_e_w_z;
+        const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
+        qd[4 + 3 * e] * arm_theta_e_w_x;
+        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
         /* arm_phi_e: motion from arm_theta_e outward */
         const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
         const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
@@ -1789,6 +1461,35 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
         const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y[e];
         const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y[e];
         const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y[e];
+        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
+        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
+        const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
+        const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
+        const double arm_phi_e_bias_a_y = arm_phi_e_sin * arm_theta_e_bias_a_z + arm_phi_e_cos * arm_psi_e_bias_a_y_2;
+        const double arm_phi_e_bias_a_z = arm_phi_e_cos * arm_theta_e_bias_a_z - arm_phi_e_sin * arm_psi_e_bias_a_y_2;
+        const double arm_phi_e_bias_wd_y = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
+        qd[5 + 3 * e] * arm_phi_e_w_z;
+        const double arm_phi_e_bias_wd_z = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
+        qd[5 + 3 * e] * arm_phi_e_w_y;
+        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
+        const double next_carried_15 = -(arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y);
+        const double next_carried_18 = arm_phi_e_bias_wd_z + arm_phi_e_w_y * arm_phi_e_w_x;
+        const double next_carried_21 = arm_phi_e_w_z * arm_phi_e_w_x - arm_phi_e_bias_wd_y;
+        last_arm_phi_e_w_x = arm_phi_e_w_x;
+        last_arm_phi_e_w_y = arm_phi_e_w_y;
+        last_arm_phi_e_w_z = arm_phi_e_w_z;
+        last_arm_theta_e_v_x = arm_theta_e_v_x;
+        last_arm_phi_e_v_y = arm_phi_e_v_y;
+        last_arm_phi_e_v_z = arm_phi_e_v_z;
+        last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x;
+        last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y;
+        last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z;
+        last_arm_theta_e_bias_a_x = arm_theta_e_bias_a_x;
+        last_arm_phi_e_bias_a_y = arm_phi_e_bias_a_y;
+        last_arm_phi_e_bias_a_z = arm_phi_e_bias_a_z;
+        carried_15 = next_carried_15;
+        carried_18 = next_carried_18;
+        carried_21 = next_carried_21;
         last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x[e];
         last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
         last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
@@ -1807,186 +1508,92 @@ void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, con
     const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
     const double effector_z_position_z = last_arm_psi_e_position_z + last_arm_theta_e_ground_z_x * effector_z_shift_x;
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double t1 = effector_z_position_z - arm_psi_position_z;
-    const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double t2 = effector_z_position_x - arm_psi_e_position_x_2[e];
-        const double t3 = effector_z_position_y - arm_psi_e_position_y_2[e];
-        const double t4 = effector_z_position_z - arm_psi_e_position_z_2[e];
-        const double row_2_u_arm_psi_e = last_arm_phi_e_ground_x_z_at[e] * t3 - last_arm_phi_e_ground_y_z_at[e] *
-        t2;
-        const double row_2_u_arm_theta_e = arm_psi_e_ground_x_y[e] * t3 - arm_psi_e_ground_y_y[e] * t2;
-        const double row_2_u_arm_phi_e = arm_theta_e_ground_x_x[e] * t3 - arm_theta_e_ground_y_x[e] * t2;
-        C[3 + 3 * e] = last_arm_phi_e_ground_y_z_at[e] * t4 - last_arm_phi_e_ground_z_z_at[e] * t3;
-        C[4 + 3 * e] = arm_psi_e_ground_y_y[e] * t4 - arm_psi_e_ground_z_y[e] * t3;
-        C[5 + 3 * e] = arm_theta_e_ground_y_x[e] * t4 - arm_theta_e_ground_z_x[e] * t3;
-        C[16 + 3 * e] = last_arm_phi_e_ground_z_z_at[e] * t2 - last_arm_phi_e_ground_x_z_at[e] * t4;
-        C[17 + 3 * e] = arm_psi_e_ground_z_y[e] * t2 - arm_psi_e_ground_x_y[e] * t4;
-        C[18 + 3 * e] = arm_theta_e_ground_z_x[e] * t2 - arm_theta_e_ground_x_x[e] * t4;
-        C[29 + 3 * e] = row_2_u_arm_psi_e;
-        C[30 + 3 * e] = row_2_u_arm_theta_e;
-        C[31 + 3 * e] = row_2_u_arm_phi_e;
-    }
-    C[0 * 13 + 0] = 0.0;
-    C[0 * 13 + 1] = -effector_z_position_y;
-    C[0 * 13 + 2] = -column_psi_cos * t1;
-    C[0 * 13 + 12] = last_arm_theta_e_ground_x_x;
-    C[1 * 13 + 0] = 0.0;
-    C[1 * 13 + 1] = effector_z_position_x;
-    C[1 * 13 + 2] = -column_psi_sin * t1;
-    C[1 * 13 + 12] = last_arm_theta_e_ground_y_x;
-    C[2 * 13 + 0] = 1.0;
-    C[2 * 13 + 1] = 0.0;
-    C[2 * 13 + 2] = row_2_u_arm_psi;
-    C[2 * 13 + 12] = last_arm_theta_e_ground_z_x;
-}
-
-void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
-        const double q[13], const double qd[13], double d[1 * 3]) {
-    (void)x;
-    (void)t;
-    double sine[11], cosine[11];
-    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
-    /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sine[0];
-    const double column_psi_cos = cosine[0];
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sine[1];
-    const double arm_psi_cos = cosine[1];
-    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double arm_psi_w_x = qd[1] * arm_psi_sin;
-    const double arm_psi_w_y = qd[1] * arm_psi_cos;
-    const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
-    const double t1 = arm_psi_w_x * qd[2];
-    const double t2 = arm_psi_w_x * arm_psi_w_y;
-    const double t3 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
-    const double t4 = t1 + t1;
-    /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t2;
-    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t4;
-    double last_arm_phi_e_w_x = arm_psi_w_x;
-    double last_arm_phi_e_w_y = arm_psi_w_y;
-    double last_arm_phi_e_w_z = qd[2];
-    double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
-    double last_arm_phi_e_bias_wd_y = -t1;
-    double last_arm_phi_e_bias_wd_z = 0.0;
-    double last_arm_theta_e_bias_a_x = -p->derived.constant_3 * t3;
-    double last_arm_phi_e_bias_a_y = arm_psi_e_bias_a_y;
-    double last_arm_phi_e_bias_a_z = arm_psi_e_bias_a_z;
-    double carried_15 = -t3;
-    double carried_18 = t2;
-    double carried_21 = t4;
-    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
-    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
-    double last_arm_phi_e_ground_x_z = column_psi_sin;
-    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
-    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
-    double last_arm_phi_e_ground_y_z = -column_psi_cos;
-    double last_arm_theta_e_ground_z_x = arm_psi_sin;
-    double last_arm_phi_e_ground_z_y = arm_psi_cos;
-    double last_arm_phi_e_ground_z_z = 0.0;
-    for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[2 + 3 * e];
-        const double arm_psi_e_cos = cosine[2 + 3 * e];
-        const double arm_theta_e_sin = sine[3 + 3 * e];
-        const double arm_theta_e_cos = cosine[3 + 3 * e];
-        const double arm_phi_e_sin = sine[4 + 3 * e];
-        const double arm_phi_e_cos = cosine[4 + 3 * e];
-        /* arm_psi_e: motion from arm_psi_e outward */
-        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_ground_y_y = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
-        const double arm_psi_e_ground_z_y = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
-        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
-        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
-        const double t5 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
-        const double t6 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
-        const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
-        const double arm_psi_e_bias_a_x_2 = arm_psi_e_sin * t6 + arm_psi_e_cos * t5;
-        const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t6 - arm_psi_e_sin * t5;
-        const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
-        qd[3 + 3 * e] * arm_psi_e_w_y;
-        const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
-        qd[3 + 3 * e] * arm_psi_e_w_x;
-        const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
-        /* arm_theta_e: motion from arm_psi_e outward */
-        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
-        const double arm_theta_e_ground_y_x = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
-        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
-        const double arm_theta_e_ground_z_x = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
-        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
-        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
-        const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
-        const double arm_theta_e_bias_wd_x = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
-        qd[4 + 3 * e] * arm_theta_e_w_z;
-        const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
-        qd[4 + 3 * e] * arm_theta_e_w_x;
-        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
-        /* arm_phi_e: motion from arm_theta_e outward */
-        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
-        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
-        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y;
-        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y;
-        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y;
-        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y;
-        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
-        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
-        const double arm_phi_e_bias_a_y = arm_phi_e_sin * arm_theta_e_bias_a_z + arm_phi_e_cos * arm_psi_e_bias_a_y_2;
-        const double arm_phi_e_bias_a_z = arm_phi_e_cos * arm_theta_e_bias_a_z - arm_phi_e_sin * arm_psi_e_bias_a_y_2;
-        const double arm_phi_e_bias_wd_y = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
-        qd[5 + 3 * e] * arm_phi_e_w_z;
-        const double arm_phi_e_bias_wd_z = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
-        qd[5 + 3 * e] * arm_phi_e_w_y;
-        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
-        const double next_carried_15 = -(arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y);
-        const double next_carried_18 = arm_phi_e_bias_wd_z + arm_phi_e_w_y * arm_phi_e_w_x;
-        const double next_carried_21 = arm_phi_e_w_z * arm_phi_e_w_x - arm_phi_e_bias_wd_y;
-        last_arm_phi_e_w_x = arm_phi_e_w_x;
-        last_arm_phi_e_w_y = arm_phi_e_w_y;
-        last_arm_phi_e_w_z = arm_phi_e_w_z;
-        last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x;
-        last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y;
-        last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z;
-        last_arm_theta_e_bias_a_x = arm_theta_e_bias_a_x;
-        last_arm_phi_e_bias_a_y = arm_phi_e_bias_a_y;
-        last_arm_phi_e_bias_a_z = arm_phi_e_bias_a_z;
-        carried_15 = next_carried_15;
-        carried_18 = next_carried_18;
-        carried_21 = next_carried_21;
-        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
-        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
-        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
-        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x;
-        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
-        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
-        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x;
-        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
-        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
-    }
-    /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
+    const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
+    const double effector_z_v_x = last_arm_phi_e_w_y * effector_z_shift_x - last_arm_phi_e_v_z;
     const double effector_z_bias_a_z = last_arm_theta_e_bias_a_x + carried_15 * effector_z_shift_x;
-    const double t7 = last_arm_phi_e_w_y * qd[12];
-    const double t8 = last_arm_phi_e_w_z * qd[12];
-    const double effector_z_bias_a_x = t7 + t7 - (last_arm_phi_e_bias_a_z + carried_21 * effector_z_shift_x);
-    const double effector_z_bias_a_y = last_arm_phi_e_bias_a_y + carried_18 * effector_z_shift_x + (t8 + t8);
+    const double t8 = last_arm_phi_e_w_y * qd[12];
+    const double t9 = last_arm_phi_e_w_z * qd[12];
+    const double effector_z_v_z = last_arm_theta_e_v_x + qd[12];
+    const double effector_z_bias_a_x = t8 + t8 - (last_arm_phi_e_bias_a_z + carried_21 * effector_z_shift_x);
+    const double effector_z_bias_a_y = last_arm_phi_e_bias_a_y + carried_18 * effector_z_shift_x + (t9 + t9);
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
+    const double point_E_xd = last_arm_phi_e_ground_x_y * effector_z_v_y - last_arm_phi_e_ground_x_z * effector_z_v_x +
+        last_arm_theta_e_ground_x_x * effector_z_v_z;
+    const double point_E_yd = last_arm_phi_e_ground_y_y * effector_z_v_y - last_arm_phi_e_ground_y_z * effector_z_v_x +
+        last_arm_theta_e_ground_y_x * effector_z_v_z;
+    const double point_E_zd = last_arm_phi_e_ground_z_y * effector_z_v_y - last_arm_phi_e_ground_z_z * effector_z_v_x +
+        last_arm_theta_e_ground_z_x * effector_z_v_z;
     const double point_E_bias_x = last_arm_phi_e_ground_x_y * effector_z_bias_a_y - last_arm_phi_e_ground_x_z *
         effector_z_bias_a_x + last_arm_theta_e_ground_x_x * effector_z_bias_a_z;
     const double point_E_bias_y = last_arm_phi_e_ground_y_y * effector_z_bias_a_y - last_arm_phi_e_ground_y_z *
         effector_z_bias_a_x + last_arm_theta_e_ground_y_x * effector_z_bias_a_z;
     const double point_E_bias_z = last_arm_phi_e_ground_z_y * effector_z_bias_a_y - last_arm_phi_e_ground_z_z *
         effector_z_bias_a_x + last_arm_theta_e_ground_z_x * effector_z_bias_a_z;
-    d[0 * 3 + 0] = point_E_bias_x;
-    d[0 * 3 + 1] = point_E_bias_y;
-    d[0 * 3 + 2] = point_E_bias_z;
+    const double t10 = effector_z_position_z - arm_psi_position_z;
+    const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    for (int e = 0; e < 3; e++) { /* arm_psi_e */
+        const double t11 = effector_z_position_x - arm_psi_e_position_x_2[e];
+        const double t12 = effector_z_position_y - arm_psi_e_position_y_2[e];
+        const double t13 = effector_z_position_z - arm_psi_e_position_z_2[e];
+        const double row_2_u_arm_psi_e = last_arm_phi_e_ground_x_z_at[e] * t12 - last_arm_phi_e_ground_y_z_at[e] *
+        t11;
+        const double row_2_u_arm_theta_e = arm_psi_e_ground_x_y[e] * t12 - arm_psi_e_ground_y_y[e] * t11;
+        const double row_2_u_arm_phi_e = arm_theta_e_ground_x_x[e] * t12 - arm_theta_e_ground_y_x[e] * t11;
+        out->C[3 + 3 * e] = last_arm_phi_e_ground_y_z_at[e] * t13 - last_arm_phi_e_ground_z_z_at[e] * t12;
+        out->C[4 + 3 * e] = arm_psi_e_ground_y_y[e] * t13 - arm_psi_e_ground_z_y[e] * t12;
+        out->C[5 + 3 * e] = arm_theta_e_ground_y_x[e] * t13 - arm_theta_e_ground_z_x[e] * t12;
+        out->C[16 + 3 * e] = last_arm_phi_e_ground_z_z_at[e] * t11 - last_arm_phi_e_ground_x_z_at[e] * t13;
+        out->C[17 + 3 * e] = arm_psi_e_ground_z_y[e] * t11 - arm_psi_e_ground_x_y[e] * t13;
+        out->C[18 + 3 * e] = arm_theta_e_ground_z_x[e] * t11 - arm_theta_e_ground_x_x[e] * t13;
+        out->C[29 + 3 * e] = row_2_u_arm_psi_e;
+        out->C[30 + 3 * e] = row_2_u_arm_theta_e;
+        out->C[31 + 3 * e] = row_2_u_arm_phi_e;
+    }
+    out->r[0 * 3 + 0] = effector_z_position_x;
+    out->r[0 * 3 + 1] = effector_z_position_y;
+    out->r[0 * 3 + 2] = effector_z_position_z;
+    out->rd[0 * 3 + 0] = point_E_xd;
+    out->rd[0 * 3 + 1] = point_E_yd;
+    out->rd[0 * 3 + 2] = point_E_zd;
+    out->C[0 * 13 + 0] = 0.0;
+    out->C[0 * 13 + 1] = -effector_z_position_y;
+    out->C[0 * 13 + 2] = -column_psi_cos * t10;
+    out->C[0 * 13 + 12] = last_arm_theta_e_ground_x_x;
+    out->C[1 * 13 + 0] = 0.0;
+    out->C[1 * 13 + 1] = effector_z_position_x;
+    out->C[1 * 13 + 2] = -column_psi_sin * t10;
+    out->C[1 * 13 + 12] = last_arm_theta_e_ground_y_x;
+    out->C[2 * 13 + 0] = 1.0;
+    out->C[2 * 13 + 1] = 0.0;
+    out->C[2 * 13 + 2] = row_2_u_arm_psi;
+    out->C[2 * 13 + 12] = last_arm_theta_e_ground_z_x;
+    out->d[0 * 3 + 0] = point_E_bias_x;
+    out->d[0 * 3 + 1] = point_E_bias_y;
+    out->d[0 * 3 + 2] = point_E_bias_z;
+}
+
+void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double rd[1 * 3]) {
+    struct manipulator_flexible_point_terms_result point_terms;
+    manipulator_flexible_point_terms(p, x, t, q, qd, &point_terms);
+    for (int i = 0; i < 3; i++)
+        rd[i] = point_terms.rd[i];
+}
+
+void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double C[3 * 13]) {
+    struct manipulator_flexible_point_terms_result point_terms;
+    manipulator_flexible_point_terms(p, x, t, q, qd, &point_terms);
+    for (int i = 0; i < 39; i++)
+        C[i] = point_terms.C[i];
+}
+
+void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double d[1 * 3]) {
+    struct manipulator_flexible_point_terms_result point_terms;
+    manipulator_flexible_point_terms(p, x, t, q, qd, &point_terms);
+    for (int i = 0; i < 3; i++)
+        d[i] = point_terms.d[i];
 }
 
 void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -2760,20 +2367,19 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
     const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
     const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
     const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
-    const double t7 = p->derived.constant_3 * t5;
     const double arm_psi_e_bias_a_y = p->derived.constant_3 * t4;
     const double arm_psi_e_bias_a_z = p->derived.constant_3 * t6;
-    const double arm_psi_e_bias_a_falling_x = arm_psi_bias_a_falling_x - t7;
+    const double arm_psi_e_bias_a_falling_x = arm_psi_bias_a_falling_x - p->derived.constant_3 * t5;
     const double arm_psi_e_bias_a_falling_y = arm_psi_bias_a_falling_y + arm_psi_e_bias_a_y;
     /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
     /* effector_z: composite pseudo-inertia of all beyond, inward */
-    const double t8 = p->m_E * effector_z_shift_x;
+    const double t7 = p->m_E * effector_z_shift_x;
     /* arm_psi: bias forces c, inward */
     const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
     const double arm_psi_load_moment_y = t3 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t3;
     /* row 2 (velocity level): u qdd + v = 0 */
-    const double t9 = t2 * (p->derived.constant_11 * cos(t1));
+    const double t8 = t2 * (p->derived.constant_11 * cos(t1));
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
     const double arm_psi_load_moment_z = t4 * p->derived.constant_8 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
     const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
@@ -2794,9 +2400,6 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
     double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
     double last_arm_phi_e_bias_wd_y = -t3;
     double last_arm_phi_e_bias_wd_z = 0.0;
-    double last_arm_theta_e_bias_a_x = -t7;
-    double last_arm_phi_e_bias_a_y = arm_psi_e_bias_a_y;
-    double last_arm_phi_e_bias_a_z = arm_psi_e_bias_a_z;
     double last_arm_theta_e_bias_a_falling_x = arm_psi_e_bias_a_falling_x;
     double last_arm_phi_e_bias_a_falling_y = arm_psi_e_bias_a_falling_y;
     double last_arm_phi_e_bias_a_falling_z = arm_psi_e_bias_a_z;
@@ -2838,23 +2441,16 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
         last_arm_theta_e_ground_y_x;
         const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
-        const double t10 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+        const double t9 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
         const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
-        const double arm_psi_e_v_x = arm_psi_e_sin * t10 + arm_psi_e_cos * last_arm_theta_e_v_x;
-        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t10 - arm_psi_e_sin * last_arm_theta_e_v_x;
-        const double t11 = p->derived.arm_element_length * carried_15;
-        const double t12 = p->derived.arm_element_length * carried_18;
-        const double t13 = p->derived.arm_element_length * carried_21;
-        const double t14 = last_arm_theta_e_bias_a_x + t11;
-        const double t15 = last_arm_phi_e_bias_a_y + t12;
-        const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + t13;
-        const double arm_psi_e_bias_a_x_2 = arm_psi_e_sin * t15 + arm_psi_e_cos * t14;
-        const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t15 - arm_psi_e_sin * t14;
-        const double t16 = last_arm_theta_e_bias_a_falling_x + t11;
-        const double t17 = last_arm_phi_e_bias_a_falling_y + t12;
-        const double arm_psi_e_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + t13;
-        const double arm_psi_e_bias_a_falling_x_2 = arm_psi_e_sin * t17 + arm_psi_e_cos * t16;
-        const double arm_psi_e_bias_a_falling_y_2 = arm_psi_e_cos * t17 - arm_psi_e_sin * t16;
+        const double arm_psi_e_v_x = arm_psi_e_sin * t9 + arm_psi_e_cos * last_arm_theta_e_v_x;
+        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t9 - arm_psi_e_sin * last_arm_theta_e_v_x;
+        const double t10 = last_arm_theta_e_bias_a_falling_x + p->derived.arm_element_length * carried_15;
+        const double t11 = last_arm_phi_e_bias_a_falling_y + p->derived.arm_element_length * carried_18;
+        const double arm_psi_e_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + p->derived.arm_element_length *
+        carried_21;
+        const double arm_psi_e_bias_a_falling_x_2 = arm_psi_e_sin * t11 + arm_psi_e_cos * t10;
+        const double arm_psi_e_bias_a_falling_y_2 = arm_psi_e_cos * t11 - arm_psi_e_sin * t10;
         const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
         qd[3 + 3 * e] * arm_psi_e_w_y;
         const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
@@ -2871,8 +2467,6 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
         const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
         const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
         const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
-        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
-        const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
         const double arm_theta_e_bias_a_falling_z = arm_theta_e_sin * arm_psi_e_bias_a_falling_x_2 + arm_theta_e_cos *
         arm_psi_e_bias_a_falling_z;
         const double arm_theta_e_bias_a_falling_x = arm_theta_e_cos * arm_psi_e_bias_a_falling_x_2 - arm_theta_e_sin *
@@ -2893,8 +2487,6 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
         const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
         const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
         const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
-        const double arm_phi_e_bias_a_y = arm_phi_e_sin * arm_theta_e_bias_a_z + arm_phi_e_cos * arm_psi_e_bias_a_y_2;
-        const double arm_phi_e_bias_a_z = arm_phi_e_cos * arm_theta_e_bias_a_z - arm_phi_e_sin * arm_psi_e_bias_a_y_2;
         const double arm_phi_e_bias_a_falling_y = arm_phi_e_sin * arm_theta_e_bias_a_falling_z + arm_phi_e_cos *
         arm_psi_e_bias_a_falling_y_2;
         const double arm_phi_e_bias_a_falling_z = arm_phi_e_cos * arm_theta_e_bias_a_falling_z - arm_phi_e_sin *
@@ -2904,22 +2496,22 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
         const double arm_phi_e_bias_wd_z = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
         qd[5 + 3 * e] * arm_phi_e_w_y;
         const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
-        const double t18 = arm_phi_e_w_y * arm_phi_e_w_x;
-        const double t19 = arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y;
-        const double t20 = arm_phi_e_bias_wd_z + t18;
-        const double t21 = arm_phi_e_w_z * arm_phi_e_w_x;
-        const double t22 = t21 - arm_phi_e_bias_wd_y;
+        const double t12 = arm_phi_e_w_y * arm_phi_e_w_x;
+        const double t13 = arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y;
+        const double t14 = arm_phi_e_bias_wd_z + t12;
+        const double t15 = arm_phi_e_w_z * arm_phi_e_w_x;
+        const double t16 = t15 - arm_phi_e_bias_wd_y;
         /* arm_phi_e: bias forces c, inward */
         arm_phi_e_bias_moment_x[e] = arm_theta_e_bias_wd_x * arm_phi_e_inertia_xx;
         /* arm_phi_e: inertia and gravity of the body at qdd = 0 */
-        arm_phi_e_load_moment_y[e] = t21 * (arm_phi_e_inertia_xx - arm_phi_e_inertia_yy) + arm_phi_e_bias_wd_y *
+        arm_phi_e_load_moment_y[e] = t15 * (arm_phi_e_inertia_xx - arm_phi_e_inertia_yy) + arm_phi_e_bias_wd_y *
         arm_phi_e_inertia_yy - arm_phi_e_bias_a_falling_z * arm_phi_e_moment_x;
-        arm_phi_e_load_moment_z[e] = t18 * (arm_phi_e_inertia_yy - arm_phi_e_inertia_xx) + arm_phi_e_bias_wd_z *
+        arm_phi_e_load_moment_z[e] = t12 * (arm_phi_e_inertia_yy - arm_phi_e_inertia_xx) + arm_phi_e_bias_wd_z *
         arm_phi_e_inertia_yy + arm_phi_e_bias_a_falling_y * arm_phi_e_moment_x;
-        arm_phi_e_load_force_x[e] = arm_theta_e_bias_a_falling_x * arm_phi_e_mass - t19 * arm_phi_e_moment_x;
-        arm_phi_e_load_force_y[e] = t20 * arm_phi_e_moment_x + arm_phi_e_bias_a_falling_y * arm_phi_e_mass;
-        arm_phi_e_load_force_z[e] = t22 * arm_phi_e_moment_x + arm_phi_e_bias_a_falling_z * arm_phi_e_mass;
-        const double next_carried_15 = -t19;
+        arm_phi_e_load_force_x[e] = arm_theta_e_bias_a_falling_x * arm_phi_e_mass - t13 * arm_phi_e_moment_x;
+        arm_phi_e_load_force_y[e] = t14 * arm_phi_e_moment_x + arm_phi_e_bias_a_falling_y * arm_phi_e_mass;
+        arm_phi_e_load_force_z[e] = t16 * arm_phi_e_moment_x + arm_phi_e_bias_a_falling_z * arm_phi_e_mass;
+        const double next_carried_15 = -t13;
         last_arm_phi_e_w_x = arm_phi_e_w_x;
         last_arm_phi_e_w_y = arm_phi_e_w_y;
         last_arm_phi_e_w_z = arm_phi_e_w_z;
@@ -2929,15 +2521,12 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
         last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x;
         last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y;
         last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z;
-        last_arm_theta_e_bias_a_x = arm_theta_e_bias_a_x;
-        last_arm_phi_e_bias_a_y = arm_phi_e_bias_a_y;
-        last_arm_phi_e_bias_a_z = arm_phi_e_bias_a_z;
         last_arm_theta_e_bias_a_falling_x = arm_theta_e_bias_a_falling_x;
         last_arm_phi_e_bias_a_falling_y = arm_phi_e_bias_a_falling_y;
         last_arm_phi_e_bias_a_falling_z = arm_phi_e_bias_a_falling_z;
         carried_15 = next_carried_15;
-        carried_18 = t20;
-        carried_21 = t22;
+        carried_18 = t14;
+        carried_21 = t16;
         last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
         last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
         last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
@@ -2955,20 +2544,14 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
     const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
     const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
     const double effector_z_v_x = last_arm_phi_e_w_y * effector_z_shift_x - last_arm_phi_e_v_z;
-    const double t23 = carried_15 * effector_z_shift_x;
-    const double t24 = carried_18 * effector_z_shift_x;
-    const double t25 = carried_21 * effector_z_shift_x;
-    const double effector_z_bias_a_z = last_arm_theta_e_bias_a_x + t23;
-    const double effector_z_bias_a_falling_z = last_arm_theta_e_bias_a_falling_x + t23;
-    const double t26 = last_arm_phi_e_w_y * qd[12];
-    const double t27 = last_arm_phi_e_w_z * qd[12];
-    const double t28 = t26 + t26;
-    const double t29 = t27 + t27;
+    const double effector_z_bias_a_falling_z = last_arm_theta_e_bias_a_falling_x + carried_15 * effector_z_shift_x;
+    const double t17 = last_arm_phi_e_w_y * qd[12];
+    const double t18 = last_arm_phi_e_w_z * qd[12];
     const double effector_z_v_z = last_arm_theta_e_v_x + qd[12];
-    const double effector_z_bias_a_x = t28 - (last_arm_phi_e_bias_a_z + t25);
-    const double effector_z_bias_a_y = last_arm_phi_e_bias_a_y + t24 + t29;
-    const double effector_z_bias_a_falling_x = t28 - (last_arm_phi_e_bias_a_falling_z + t25);
-    const double effector_z_bias_a_falling_y = last_arm_phi_e_bias_a_falling_y + t24 + t29;
+    const double effector_z_bias_a_falling_x = t17 + t17 - (last_arm_phi_e_bias_a_falling_z + carried_21 *
+        effector_z_shift_x);
+    const double effector_z_bias_a_falling_y = last_arm_phi_e_bias_a_falling_y + carried_18 * effector_z_shift_x +
+        (t18 + t18);
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = last_arm_phi_e_ground_x_y * effector_z_v_y - last_arm_phi_e_ground_x_z * effector_z_v_x +
         last_arm_theta_e_ground_x_x * effector_z_v_z;
@@ -2976,63 +2559,62 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
         last_arm_theta_e_ground_y_x * effector_z_v_z;
     const double point_E_zd = last_arm_phi_e_ground_z_y * effector_z_v_y - last_arm_phi_e_ground_z_z * effector_z_v_x +
         last_arm_theta_e_ground_z_x * effector_z_v_z;
-    const double point_E_bias_x = last_arm_phi_e_ground_x_y * effector_z_bias_a_y - last_arm_phi_e_ground_x_z *
-        effector_z_bias_a_x + last_arm_theta_e_ground_x_x * effector_z_bias_a_z;
-    const double point_E_bias_y = last_arm_phi_e_ground_y_y * effector_z_bias_a_y - last_arm_phi_e_ground_y_z *
-        effector_z_bias_a_x + last_arm_theta_e_ground_y_x * effector_z_bias_a_z;
-    const double point_E_bias_z = last_arm_phi_e_ground_z_y * effector_z_bias_a_y - last_arm_phi_e_ground_z_z *
-        effector_z_bias_a_x + last_arm_theta_e_ground_z_x * effector_z_bias_a_z;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t30 = (effector_z_position_x - p->xc) / p->a;
-    const double t31 = effector_z_position_y / p->b;
-    const double row_1_phi = t30 * t30 + t31 * t31 - 1.0;
-    const double t32 = point_E_xd * p->derived.constant_9;
-    const double t33 = t30 * t32;
-    const double t34 = point_E_yd * p->derived.constant_10;
-    const double t35 = t31 * t34;
-    const double row_1_psi = t33 + t33 + (t35 + t35);
-    const double t36 = t32 * t32 + t30 * (point_E_bias_x * p->derived.constant_9);
-    const double t37 = t34 * t34 + t31 * (point_E_bias_y * p->derived.constant_10);
-    const double row_1_v = t36 + t36 + (t37 + t37);
-    const double t38 = p->derived.constant_10 * (t31 + t31);
-    const double t39 = p->derived.constant_9 * (t30 + t30);
-    const double row_1_u_effector_z = last_arm_theta_e_ground_x_x * t39 + last_arm_theta_e_ground_y_x * t38;
+    const double t19 = (effector_z_position_x - p->xc) / p->a;
+    const double t20 = effector_z_position_y / p->b;
+    const double row_1_phi = t19 * t19 + t20 * t20 - 1.0;
+    const double t21 = point_E_xd * p->derived.constant_9;
+    const double t22 = t19 * t21;
+    const double t23 = point_E_yd * p->derived.constant_10;
+    const double t24 = t20 * t23;
+    const double row_1_psi = t22 + t22 + (t24 + t24);
+    const double t25 = p->derived.constant_10 * (t20 + t20);
+    const double t26 = p->derived.constant_9 * (t19 + t19);
+    const double row_1_u_effector_z = last_arm_theta_e_ground_x_x * t26 + last_arm_theta_e_ground_y_x * t25;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double row_2_v = point_E_bias_z - p->v0 * (t9 + t9);
     /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
     /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double t40 = p->m_E * (effector_z_shift_x * effector_z_shift_x);
+    const double t27 = p->m_E * (effector_z_shift_x * effector_z_shift_x);
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double t41 = arm_psi_sin * arm_psi_cos;
-    /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t42 = last_arm_phi_e_ground_x_z * t39 + last_arm_phi_e_ground_y_z * t38;
-    const double t43 = last_arm_phi_e_ground_x_y * t39 + last_arm_phi_e_ground_y_y * t38;
+    const double t28 = arm_psi_sin * arm_psi_cos;
+    /* row 1 (position level): u qdd + v = 0 */
+    const double t29 = t21 * t21 + t19 * ((last_arm_phi_e_ground_x_y * effector_z_bias_a_falling_y - last_arm_phi_e_ground_x_z *
+        effector_z_bias_a_falling_x + last_arm_theta_e_ground_x_x * effector_z_bias_a_falling_z) * p->derived.constant_9);
+    const double t30 = t23 * t23 + t20 * ((last_arm_phi_e_ground_y_y * effector_z_bias_a_falling_y - last_arm_phi_e_ground_y_z *
+        effector_z_bias_a_falling_x + last_arm_theta_e_ground_y_x * effector_z_bias_a_falling_z) * p->derived.constant_10);
+    const double row_1_v_2 = t29 + t29 + (t30 + t30);
+    /* row 2 (velocity level): u qdd + v = 0 */
+    const double row_2_v_2 = last_arm_phi_e_ground_z_y * effector_z_bias_a_falling_y - last_arm_phi_e_ground_z_z *
+        effector_z_bias_a_falling_x + last_arm_theta_e_ground_z_x * effector_z_bias_a_falling_z - p->g - p->v0 *
+        (t8 + t8);
+    const double t31 = last_arm_phi_e_ground_x_z * t26 + last_arm_phi_e_ground_y_z * t25;
+    const double t32 = last_arm_phi_e_ground_x_y * t26 + last_arm_phi_e_ground_y_y * t25;
     double arm_theta_e_cos_inverse[3];
-    double t60[3];
-    double t61[3];
-    double t64[3];
-    double t65[3];
-    double t68[3];
-    double t69[3];
+    double t49[3];
+    double t50[3];
+    double t53[3];
+    double t54[3];
+    double t57[3];
+    double t58[3];
+    double t90[3];
+    double t91[3];
+    double t92[3];
     double t101[3];
     double t102[3];
-    double t103[3];
+    double t111[3];
     double t112[3];
-    double t113[3];
-    double t122[3];
-    double t123[3];
-    double carried_61 = t40;
-    double carried_62 = t40;
+    double carried_61 = t27;
+    double carried_62 = t27;
     double carried_63 = 0.0;
     double carried_64 = 0.0;
     double carried_65 = 0.0;
-    double carried_66 = -t8;
+    double carried_66 = -t7;
     double carried_67 = 0.0;
-    double carried_68 = t8;
+    double carried_68 = t7;
     double carried_69 = 0.0;
     double carried_70 = 0.0;
     double carried_71 = p->m_E;
@@ -3046,11 +2628,11 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
     double carried_79 = 0.0;
     double carried_80 = effector_z_load_force_y;
     double carried_81 = -effector_z_load_force_x;
-    double carried_88 = effector_z_shift_x * t42;
-    double carried_89 = -effector_z_shift_x * t43;
+    double carried_88 = effector_z_shift_x * t31;
+    double carried_89 = -effector_z_shift_x * t32;
     double carried_90 = 0.0;
-    double carried_91 = -t43;
-    double carried_92 = -t42;
+    double carried_91 = -t32;
+    double carried_92 = -t31;
     double carried_99 = last_arm_phi_e_ground_z_z * effector_z_shift_x;
     double carried_100 = -last_arm_phi_e_ground_z_y * effector_z_shift_x;
     double carried_101 = 0.0;
@@ -3067,125 +2649,124 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
         const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
         const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
         /* springs -s (q - rest), dampers -d qd, and forces that the model names */
-        const double t44 = p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi * qd[4 + 3 * e];
-        const double t45 = p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e];
+        const double t33 = p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi * qd[4 + 3 * e];
+        const double t34 = p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e];
         /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
         arm_theta_e_cos_inverse[e] = 1.0 / arm_theta_e_cos;
-        const double t46 = arm_phi_e_sin * arm_phi_e_sin;
-        const double t47 = arm_phi_e_sin * arm_phi_e_cos;
-        const double t48 = arm_theta_e_sin * arm_theta_e_sin;
-        const double t49 = arm_theta_e_sin * arm_theta_e_cos;
-        const double t50 = arm_psi_e_sin * arm_psi_e_sin;
-        const double t51 = arm_psi_e_sin * arm_psi_e_cos;
+        const double t35 = arm_phi_e_sin * arm_phi_e_sin;
+        const double t36 = arm_phi_e_sin * arm_phi_e_cos;
+        const double t37 = arm_theta_e_sin * arm_theta_e_sin;
+        const double t38 = arm_theta_e_sin * arm_theta_e_cos;
+        const double t39 = arm_psi_e_sin * arm_psi_e_sin;
+        const double t40 = arm_psi_e_sin * arm_psi_e_cos;
         /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-        const double t52 = arm_phi_e_inertia_yy + carried_61;
-        const double t53 = carried_66 - arm_phi_e_moment_x;
-        const double t54 = arm_phi_e_moment_x + carried_68;
-        const double t55 = 1.0 / t52;
-        const double t56 = carried_63 * t55;
-        const double t57 = t52 * (1.0 / (t52 * (arm_phi_e_inertia_yy + carried_62) - carried_63 * carried_63));
-        const double t58 = carried_67 - carried_64 * t56;
-        const double t59 = carried_64 * t55;
-        t60[e] = t57 * t58;
-        t61[e] = t59 - t56 * t60[e];
-        const double t62 = t54 - carried_65 * t56;
-        const double t63 = carried_65 * t55;
-        t64[e] = t57 * t62;
-        t65[e] = t63 - t56 * t64[e];
-        const double t66 = carried_69 - t53 * t56;
-        const double t67 = t53 * t55;
-        t68[e] = t57 * t66;
-        t69[e] = t67 - t56 * t68[e];
-        const double t70 = arm_phi_e_mass + carried_70 - carried_64 * t59 - t58 * t60[e];
-        const double t71 = carried_73 - carried_64 * t63 - t58 * t64[e];
-        const double t72 = carried_74 - carried_64 * t67 - t58 * t68[e];
-        const double t73 = arm_phi_e_mass + carried_71 - carried_65 * t63 - t62 * t64[e];
-        const double t74 = carried_75 - carried_65 * t67 - t62 * t68[e];
-        const double t75 = arm_phi_e_mass + carried_72 - t53 * t67 - t66 * t68[e];
-        const double t76 = t73 - t75;
-        const double t77 = (t47 + t47) * t74 + t46 * t76;
-        const double t78 = arm_phi_e_cos * t71 - arm_phi_e_sin * t72;
-        const double t79 = arm_phi_e_cos * t72 + arm_phi_e_sin * t71;
-        const double t80 = t73 - t77;
-        const double t81 = t75 + t77;
-        const double t82 = t47 * t76 + (1.0 - (t46 + t46)) * t74;
-        const double t83 = t81 - t70;
-        const double t84 = (t49 + t49) * t79 + t48 * t83;
-        const double t85 = arm_theta_e_cos * t82 - arm_theta_e_sin * t78;
-        const double t86 = arm_theta_e_cos * t78 + arm_theta_e_sin * t82;
-        const double t87 = t81 - t84;
-        const double t88 = t70 + t84;
-        const double t89 = t49 * t83 + (1.0 - (t48 + t48)) * t79;
-        const double t90 = t88 - t80;
-        const double t91 = (t51 + t51) * t86 + t50 * t90;
-        const double t92 = arm_psi_e_cos * t89 - arm_psi_e_sin * t85;
-        const double t93 = arm_psi_e_cos * t85 + arm_psi_e_sin * t89;
-        const double t94 = t80 + t91;
-        const double t95 = t51 * t90 + (1.0 - (t50 + t50)) * t86;
-        const double t96 = p->derived.arm_element_length * t93;
+        const double t41 = arm_phi_e_inertia_yy + carried_61;
+        const double t42 = carried_66 - arm_phi_e_moment_x;
+        const double t43 = arm_phi_e_moment_x + carried_68;
+        const double t44 = 1.0 / t41;
+        const double t45 = carried_63 * t44;
+        const double t46 = t41 * (1.0 / (t41 * (arm_phi_e_inertia_yy + carried_62) - carried_63 * carried_63));
+        const double t47 = carried_67 - carried_64 * t45;
+        const double t48 = carried_64 * t44;
+        t49[e] = t46 * t47;
+        t50[e] = t48 - t45 * t49[e];
+        const double t51 = t43 - carried_65 * t45;
+        const double t52 = carried_65 * t44;
+        t53[e] = t46 * t51;
+        t54[e] = t52 - t45 * t53[e];
+        const double t55 = carried_69 - t42 * t45;
+        const double t56 = t42 * t44;
+        t57[e] = t46 * t55;
+        t58[e] = t56 - t45 * t57[e];
+        const double t59 = arm_phi_e_mass + carried_70 - carried_64 * t48 - t47 * t49[e];
+        const double t60 = carried_73 - carried_64 * t52 - t47 * t53[e];
+        const double t61 = carried_74 - carried_64 * t56 - t47 * t57[e];
+        const double t62 = arm_phi_e_mass + carried_71 - carried_65 * t52 - t51 * t53[e];
+        const double t63 = carried_75 - carried_65 * t56 - t51 * t57[e];
+        const double t64 = arm_phi_e_mass + carried_72 - t42 * t56 - t55 * t57[e];
+        const double t65 = t62 - t64;
+        const double t66 = (t36 + t36) * t63 + t35 * t65;
+        const double t67 = arm_phi_e_cos * t60 - arm_phi_e_sin * t61;
+        const double t68 = arm_phi_e_cos * t61 + arm_phi_e_sin * t60;
+        const double t69 = t62 - t66;
+        const double t70 = t64 + t66;
+        const double t71 = t36 * t65 + (1.0 - (t35 + t35)) * t63;
+        const double t72 = t70 - t59;
+        const double t73 = (t38 + t38) * t68 + t37 * t72;
+        const double t74 = arm_theta_e_cos * t71 - arm_theta_e_sin * t67;
+        const double t75 = arm_theta_e_cos * t67 + arm_theta_e_sin * t71;
+        const double t76 = t70 - t73;
+        const double t77 = t59 + t73;
+        const double t78 = t38 * t72 + (1.0 - (t37 + t37)) * t68;
+        const double t79 = t77 - t69;
+        const double t80 = (t40 + t40) * t75 + t39 * t79;
+        const double t81 = arm_psi_e_cos * t78 - arm_psi_e_sin * t74;
+        const double t82 = arm_psi_e_cos * t74 + arm_psi_e_sin * t78;
+        const double t83 = t69 + t80;
+        const double t84 = t40 * t79 + (1.0 - (t39 + t39)) * t75;
+        const double t85 = p->derived.arm_element_length * t82;
         /* arm_phi_e: force left for the joint, inward */
-        const double t97 = arm_theta_e_sin * t45;
-        const double t98 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi *
-        qd[3 + 3 * e] + t97);
-        const double t99 = arm_theta_e_sin * t98 + arm_theta_e_cos * t45;
+        const double t86 = arm_theta_e_sin * t34;
+        const double t87 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi *
+        qd[3 + 3 * e] + t86);
+        const double t88 = arm_theta_e_sin * t87 + arm_theta_e_cos * t34;
         /* arm_phi_e: force left for the joint, inward */
-        const double t100 = arm_phi_e_sin * t98 + arm_phi_e_cos * t44 + (arm_phi_e_load_moment_y[e] + carried_77);
-        t101[e] = (e == 2 ? p->derived.constant_16 : p->derived.constant_15) * (t45 + (arm_phi_e_bias_moment_x[e] +
+        const double t89 = arm_phi_e_sin * t87 + arm_phi_e_cos * t33 + (arm_phi_e_load_moment_y[e] + carried_77);
+        t90[e] = (e == 2 ? p->derived.constant_16 : p->derived.constant_15) * (t34 + (arm_phi_e_bias_moment_x[e] +
         carried_76));
-        t102[e] = t57 * (arm_phi_e_sin * t44 - arm_phi_e_cos * t98 - (arm_phi_e_load_moment_z[e] + carried_78) +
-        t56 * t100);
-        t103[e] = t55 * t100 + t56 * t102[e];
-        const double t104 = arm_phi_e_load_force_x[e] + carried_79 + (carried_67 * t102[e] - carried_64 *
-        t103[e]);
-        const double t105 = arm_phi_e_load_force_y[e] + carried_80 + (t54 * t102[e] - carried_65 * t103[e]);
-        const double t106 = arm_phi_e_load_force_z[e] + carried_81 + (carried_69 * t102[e] - t53 * t103[e]);
-        const double t107 = arm_phi_e_cos * t105 - arm_phi_e_sin * t106;
-        const double t108 = arm_phi_e_sin * t105 + arm_phi_e_cos * t106;
-        const double t109 = arm_theta_e_cos * t108 - arm_theta_e_sin * t104;
-        const double t110 = arm_theta_e_sin * t108 + arm_theta_e_cos * t104;
-        const double t111 = arm_psi_e_sin * t110 + arm_psi_e_cos * t107;
+        t91[e] = t46 * (arm_phi_e_sin * t33 - arm_phi_e_cos * t87 - (arm_phi_e_load_moment_z[e] + carried_78) +
+        t45 * t89);
+        t92[e] = t44 * t89 + t45 * t91[e];
+        const double t93 = arm_phi_e_load_force_x[e] + carried_79 + (carried_67 * t91[e] - carried_64 * t92[e]);
+        const double t94 = arm_phi_e_load_force_y[e] + carried_80 + (t43 * t91[e] - carried_65 * t92[e]);
+        const double t95 = arm_phi_e_load_force_z[e] + carried_81 + (carried_69 * t91[e] - t42 * t92[e]);
+        const double t96 = arm_phi_e_cos * t94 - arm_phi_e_sin * t95;
+        const double t97 = arm_phi_e_sin * t94 + arm_phi_e_cos * t95;
+        const double t98 = arm_theta_e_cos * t97 - arm_theta_e_sin * t93;
+        const double t99 = arm_theta_e_sin * t97 + arm_theta_e_cos * t93;
+        const double t100 = arm_psi_e_sin * t99 + arm_psi_e_cos * t96;
         /* arm_phi_e: force left for the joint, inward */
-        t112[e] = t57 * (t56 * carried_88 - carried_89);
-        t113[e] = t55 * carried_88 + t56 * t112[e];
-        const double t114 = carried_90 + (carried_67 * t112[e] - carried_64 * t113[e]);
-        const double t115 = carried_91 + (t54 * t112[e] - carried_65 * t113[e]);
-        const double t116 = carried_92 + (carried_69 * t112[e] - t53 * t113[e]);
-        const double t117 = arm_phi_e_cos * t115 - arm_phi_e_sin * t116;
-        const double t118 = arm_phi_e_sin * t115 + arm_phi_e_cos * t116;
-        const double t119 = arm_theta_e_cos * t118 - arm_theta_e_sin * t114;
-        const double t120 = arm_theta_e_sin * t118 + arm_theta_e_cos * t114;
-        const double t121 = arm_psi_e_sin * t120 + arm_psi_e_cos * t117;
+        t101[e] = t46 * (t45 * carried_88 - carried_89);
+        t102[e] = t44 * carried_88 + t45 * t101[e];
+        const double t103 = carried_90 + (carried_67 * t101[e] - carried_64 * t102[e]);
+        const double t104 = carried_91 + (t43 * t101[e] - carried_65 * t102[e]);
+        const double t105 = carried_92 + (carried_69 * t101[e] - t42 * t102[e]);
+        const double t106 = arm_phi_e_cos * t104 - arm_phi_e_sin * t105;
+        const double t107 = arm_phi_e_sin * t104 + arm_phi_e_cos * t105;
+        const double t108 = arm_theta_e_cos * t107 - arm_theta_e_sin * t103;
+        const double t109 = arm_theta_e_sin * t107 + arm_theta_e_cos * t103;
+        const double t110 = arm_psi_e_sin * t109 + arm_psi_e_cos * t106;
         /* arm_phi_e: force left for the joint, inward */
-        t122[e] = t57 * (t56 * carried_99 - carried_100);
-        t123[e] = t55 * carried_99 + t56 * t122[e];
-        const double t124 = carried_101 + (carried_67 * t122[e] - carried_64 * t123[e]);
-        const double t125 = carried_102 + (t54 * t122[e] - carried_65 * t123[e]);
-        const double t126 = carried_103 + (carried_69 * t122[e] - t53 * t123[e]);
-        const double t127 = arm_phi_e_cos * t125 - arm_phi_e_sin * t126;
-        const double t128 = arm_phi_e_sin * t125 + arm_phi_e_cos * t126;
-        const double t129 = arm_theta_e_cos * t128 - arm_theta_e_sin * t124;
-        const double t130 = arm_theta_e_sin * t128 + arm_theta_e_cos * t124;
-        const double t131 = arm_psi_e_sin * t130 + arm_psi_e_cos * t127;
-        const double next_carried_61 = p->derived.constant_2 * t87;
-        const double next_carried_62 = p->derived.constant_2 * t94;
-        const double next_carried_63 = -p->derived.constant_2 * t93;
-        const double next_carried_64 = -p->derived.arm_element_length * t92;
-        const double next_carried_65 = -t96;
-        const double next_carried_66 = -p->derived.arm_element_length * t87;
-        const double next_carried_67 = p->derived.arm_element_length * t95;
-        const double next_carried_68 = p->derived.arm_element_length * t94;
-        const double next_carried_70 = t88 - t91;
-        const double next_carried_76 = arm_psi_e_sin * t44 - arm_psi_e_cos * t99;
-        const double next_carried_77 = -(arm_psi_e_sin * t99 + arm_psi_e_cos * t44 + p->derived.arm_element_length *
-        t109);
-        const double next_carried_78 = t97 - arm_theta_e_cos * t98 + p->derived.arm_element_length * t111;
-        const double next_carried_79 = arm_psi_e_cos * t110 - arm_psi_e_sin * t107;
-        const double next_carried_88 = -p->derived.arm_element_length * t119;
-        const double next_carried_89 = p->derived.arm_element_length * t121;
-        const double next_carried_90 = arm_psi_e_cos * t120 - arm_psi_e_sin * t117;
-        const double next_carried_99 = -p->derived.arm_element_length * t129;
-        const double next_carried_100 = p->derived.arm_element_length * t131;
-        const double next_carried_101 = arm_psi_e_cos * t130 - arm_psi_e_sin * t127;
+        t111[e] = t46 * (t45 * carried_99 - carried_100);
+        t112[e] = t44 * carried_99 + t45 * t111[e];
+        const double t113 = carried_101 + (carried_67 * t111[e] - carried_64 * t112[e]);
+        const double t114 = carried_102 + (t43 * t111[e] - carried_65 * t112[e]);
+        const double t115 = carried_103 + (carried_69 * t111[e] - t42 * t112[e]);
+        const double t116 = arm_phi_e_cos * t114 - arm_phi_e_sin * t115;
+        const double t117 = arm_phi_e_sin * t114 + arm_phi_e_cos * t115;
+        const double t118 = arm_theta_e_cos * t117 - arm_theta_e_sin * t113;
+        const double t119 = arm_theta_e_sin * t117 + arm_theta_e_cos * t113;
+        const double t120 = arm_psi_e_sin * t119 + arm_psi_e_cos * t116;
+        const double next_carried_61 = p->derived.constant_2 * t76;
+        const double next_carried_62 = p->derived.constant_2 * t83;
+        const double next_carried_63 = -p->derived.constant_2 * t82;
+        const double next_carried_64 = -p->derived.arm_element_length * t81;
+        const double next_carried_65 = -t85;
+        const double next_carried_66 = -p->derived.arm_element_length * t76;
+        const double next_carried_67 = p->derived.arm_element_length * t84;
+        const double next_carried_68 = p->derived.arm_element_length * t83;
+        const double next_carried_70 = t77 - t80;
+        const double next_carried_76 = arm_psi_e_sin * t33 - arm_psi_e_cos * t88;
+        const double next_carried_77 = -(arm_psi_e_sin * t88 + arm_psi_e_cos * t33 + p->derived.arm_element_length *
+        t98);
+        const double next_carried_78 = t86 - arm_theta_e_cos * t87 + p->derived.arm_element_length * t100;
+        const double next_carried_79 = arm_psi_e_cos * t99 - arm_psi_e_sin * t96;
+        const double next_carried_88 = -p->derived.arm_element_length * t108;
+        const double next_carried_89 = p->derived.arm_element_length * t110;
+        const double next_carried_90 = arm_psi_e_cos * t109 - arm_psi_e_sin * t106;
+        const double next_carried_99 = -p->derived.arm_element_length * t118;
+        const double next_carried_100 = p->derived.arm_element_length * t120;
+        const double next_carried_101 = arm_psi_e_cos * t119 - arm_psi_e_sin * t116;
         carried_61 = next_carried_61;
         carried_62 = next_carried_62;
         carried_63 = next_carried_63;
@@ -3194,118 +2775,118 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
         carried_66 = next_carried_66;
         carried_67 = next_carried_67;
         carried_68 = next_carried_68;
-        carried_69 = t96;
+        carried_69 = t85;
         carried_70 = next_carried_70;
-        carried_71 = t94;
-        carried_72 = t87;
-        carried_73 = t95;
-        carried_74 = t92;
-        carried_75 = t93;
+        carried_71 = t83;
+        carried_72 = t76;
+        carried_73 = t84;
+        carried_74 = t81;
+        carried_75 = t82;
         carried_76 = next_carried_76;
         carried_77 = next_carried_77;
         carried_78 = next_carried_78;
         carried_79 = next_carried_79;
-        carried_80 = t111;
-        carried_81 = t109;
+        carried_80 = t100;
+        carried_81 = t98;
         carried_88 = next_carried_88;
         carried_89 = next_carried_89;
         carried_90 = next_carried_90;
-        carried_91 = t121;
-        carried_92 = t119;
+        carried_91 = t110;
+        carried_92 = t108;
         carried_99 = next_carried_99;
         carried_100 = next_carried_100;
         carried_101 = next_carried_101;
-        carried_102 = t131;
-        carried_103 = t129;
+        carried_102 = t120;
+        carried_103 = t118;
     }
     /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
     const double arm_psi_U_force_x = carried_67 + p->derived.constant_3 * carried_73;
-    const double t132 = p->derived.constant_3 * carried_66;
-    const double t133 = p->derived.constant_3 * carried_68;
+    const double t121 = p->derived.constant_3 * carried_66;
+    const double t122 = p->derived.constant_3 * carried_68;
     const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.constant_17 + p->derived.constant_3 *
         carried_65 - p->derived.constant_3 * carried_69;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + (t133 + (carried_62 + carried_71 * p->derived.constant_17 +
-        t133));
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + (t122 + (carried_62 + carried_71 * p->derived.constant_17 +
+        t122));
     const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + (carried_68 + p->derived.constant_3 * carried_71);
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t134 = arm_psi_U_moment_y * arm_psi_D_inverse;
-    const double t135 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t136 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t137 = p->derived.arm_psi_inertia_yy + (carried_61 + carried_72 * p->derived.constant_17 -
-        t132 - t132) - arm_psi_U_moment_y * t134;
-    const double t138 = p->derived.arm_psi_mass + carried_71 - arm_psi_U_force_y * t136;
+    const double t123 = arm_psi_U_moment_y * arm_psi_D_inverse;
+    const double t124 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t125 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t126 = p->derived.arm_psi_inertia_yy + (carried_61 + carried_72 * p->derived.constant_17 -
+        t121 - t121) - arm_psi_U_moment_y * t123;
+    const double t127 = p->derived.arm_psi_mass + carried_71 - arm_psi_U_force_y * t125;
     const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (carried_64 - p->derived.constant_3 *
-        carried_74 - arm_psi_U_moment_y * t135)) + arm_psi_cos * (arm_psi_cos * (carried_65 - p->derived.constant_3 *
-        carried_75 - arm_psi_U_moment_y * t136));
-    const double t139 = t138 + ((carried_73 - arm_psi_U_force_x * t136) * (t41 + t41) + arm_psi_sin * arm_psi_sin *
-        (p->derived.arm_psi_mass + carried_70 - arm_psi_U_force_x * t135 - t138));
+        carried_74 - arm_psi_U_moment_y * t124)) + arm_psi_cos * (arm_psi_cos * (carried_65 - p->derived.constant_3 *
+        carried_75 - arm_psi_U_moment_y * t125));
+    const double t128 = t127 + ((carried_73 - arm_psi_U_force_x * t125) * (t28 + t28) + arm_psi_sin * arm_psi_sin *
+        (p->derived.arm_psi_mass + carried_70 - arm_psi_U_force_x * t124 - t127));
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (t137 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
-        t137)));
+    const double column_psi_U_moment_z = p->Izz_col + (t126 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        t126)));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t140 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t129 = column_psi_U_force_z * column_psi_D_inverse;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + t139 - column_psi_U_force_z * t140);
+    const double base_z_U_force_z = p->m_base + (p->m_col + t128 - column_psi_U_force_z * t129);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* arm_phi_e: force left for the joint, inward */
-    const double t141 = arm_psi_load_moment_z + (carried_78 + p->derived.constant_3 * carried_80);
+    const double t130 = arm_psi_load_moment_z + (carried_78 + p->derived.constant_3 * carried_80);
     /* column_psi: force left for the joint, inward */
-    const double t142 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+    const double t131 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
         qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + carried_76) + arm_psi_cos * (arm_psi_load_moment_y +
-        (carried_77 - p->derived.constant_3 * carried_81) - t134 * t141));
-    const double t143 = p->derived.column_psi_load_force_z + (arm_psi_sin * (arm_psi_load_force_x + carried_79 -
-        t135 * t141) + arm_psi_cos * (arm_psi_load_force_y + carried_80 - t136 * t141)) + t140 * t142;
+        (carried_77 - p->derived.constant_3 * carried_81) - t123 * t130));
+    const double t132 = p->derived.column_psi_load_force_z + (arm_psi_sin * (arm_psi_load_force_x + carried_79 -
+        t124 * t130) + arm_psi_cos * (arm_psi_load_force_y + carried_80 - t125 * t130)) + t129 * t131;
     /* base_z: acceleration, outward */
-    const double t144 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        t143));
+    const double t133 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+        t132));
     /* column_psi: acceleration, outward */
-    const double t145 = t140 * t144 + column_psi_D_inverse * t142;
-    const double t146 = arm_psi_cos * t145;
-    const double t147 = arm_psi_sin * t144;
-    const double t148 = arm_psi_cos * t144;
+    const double t134 = t129 * t133 + column_psi_D_inverse * t131;
+    const double t135 = arm_psi_cos * t134;
+    const double t136 = arm_psi_sin * t133;
+    const double t137 = arm_psi_cos * t133;
     /* arm_psi: acceleration, outward */
-    const double t149 = t134 * t146 - (t135 * t147 + t136 * t148) + arm_psi_D_inverse * t141;
+    const double t138 = t123 * t135 - (t124 * t136 + t125 * t137) + arm_psi_D_inverse * t130;
     /* arm_phi_e: force left for the joint, inward */
-    const double t150 = carried_89 + p->derived.constant_3 * carried_91;
+    const double t139 = carried_89 + p->derived.constant_3 * carried_91;
     /* arm_psi: force left for the joint, inward */
-    const double t151 = arm_psi_cos * (carried_88 - p->derived.constant_3 * carried_92 - t134 * t150);
+    const double t140 = arm_psi_cos * (carried_88 - p->derived.constant_3 * carried_92 - t123 * t139);
     /* base_z: acceleration, outward */
-    const double t152 = base_z_D_inverse * (t140 * t151 - (arm_psi_sin * (carried_90 - t135 * t150) + arm_psi_cos *
-        (carried_91 - t136 * t150)));
+    const double t141 = base_z_D_inverse * (t129 * t140 - (arm_psi_sin * (carried_90 - t124 * t139) + arm_psi_cos *
+        (carried_91 - t125 * t139)));
     /* column_psi: acceleration, outward */
-    const double t153 = t140 * t152 + column_psi_D_inverse * t151;
-    const double t154 = arm_psi_cos * t153;
-    const double t155 = arm_psi_sin * t152;
-    const double t156 = arm_psi_cos * t152;
+    const double t142 = t129 * t141 + column_psi_D_inverse * t140;
+    const double t143 = arm_psi_cos * t142;
+    const double t144 = arm_psi_sin * t141;
+    const double t145 = arm_psi_cos * t141;
     /* arm_psi: acceleration, outward */
-    const double t157 = t135 * t155 + t136 * t156 - t134 * t154 + arm_psi_D_inverse * t150;
+    const double t146 = t124 * t144 + t125 * t145 - t123 * t143 + arm_psi_D_inverse * t139;
     /* arm_phi_e: force left for the joint, inward */
-    const double t158 = carried_100 + p->derived.constant_3 * carried_102;
+    const double t147 = carried_100 + p->derived.constant_3 * carried_102;
     /* arm_psi: force left for the joint, inward */
-    const double t159 = arm_psi_cos * (carried_99 - p->derived.constant_3 * carried_103 - t134 * t158);
+    const double t148 = arm_psi_cos * (carried_99 - p->derived.constant_3 * carried_103 - t123 * t147);
     /* base_z: acceleration, outward */
-    const double t160 = base_z_D_inverse * (t140 * t159 - (arm_psi_sin * (carried_101 - t135 * t158) + arm_psi_cos *
-        (carried_102 - t136 * t158)));
+    const double t149 = base_z_D_inverse * (t129 * t148 - (arm_psi_sin * (carried_101 - t124 * t147) + arm_psi_cos *
+        (carried_102 - t125 * t147)));
     /* column_psi: acceleration, outward */
-    const double t161 = t140 * t160 + column_psi_D_inverse * t159;
-    const double t162 = arm_psi_cos * t161;
-    const double t163 = arm_psi_sin * t160;
-    const double t164 = arm_psi_cos * t160;
+    const double t150 = t129 * t149 + column_psi_D_inverse * t148;
+    const double t151 = arm_psi_cos * t150;
+    const double t152 = arm_psi_sin * t149;
+    const double t153 = arm_psi_cos * t149;
     /* arm_psi: acceleration, outward */
-    const double t165 = t135 * t163 + t136 * t164 - t134 * t162 + arm_psi_D_inverse * t158;
+    const double t154 = t124 * t152 + t125 * t153 - t123 * t151 + arm_psi_D_inverse * t147;
+    double t155[3];
+    double t164[3];
+    double t165[3];
     double t166[3];
-    double t175[3];
+    double t167[3];
     double t176[3];
     double t177[3];
     double t178[3];
-    double t187[3];
+    double t179[3];
     double t188[3];
     double t189[3];
     double t190[3];
-    double t199[3];
-    double t200[3];
-    double t201[3];
     double carried_82_at[3];
     double carried_83_at[3];
     double carried_84_at[3];
@@ -3315,24 +2896,24 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
     double carried_104_at[3];
     double carried_105_at[3];
     double carried_106_at[3];
-    double carried_82 = arm_psi_sin * t145;
-    double carried_83 = t146;
-    double carried_84 = -t149;
-    double carried_85 = -t147;
-    double carried_86 = -(t148 + p->derived.constant_3 * t149);
-    double carried_87 = -p->derived.constant_3 * t146;
-    double carried_93 = -arm_psi_sin * t153;
-    double carried_94 = -t154;
-    double carried_95 = -t157;
-    double carried_96 = t155;
-    double carried_97 = t156 - p->derived.constant_3 * t157;
-    double carried_98 = p->derived.constant_3 * t154;
-    double carried_104 = -arm_psi_sin * t161;
-    double carried_105 = -t162;
-    double carried_106 = -t165;
-    double carried_107 = t163;
-    double carried_108 = t164 - p->derived.constant_3 * t165;
-    double carried_109 = p->derived.constant_3 * t162;
+    double carried_82 = arm_psi_sin * t134;
+    double carried_83 = t135;
+    double carried_84 = -t138;
+    double carried_85 = -t136;
+    double carried_86 = -(t137 + p->derived.constant_3 * t138);
+    double carried_87 = -p->derived.constant_3 * t135;
+    double carried_93 = -arm_psi_sin * t142;
+    double carried_94 = -t143;
+    double carried_95 = -t146;
+    double carried_96 = t144;
+    double carried_97 = t145 - p->derived.constant_3 * t146;
+    double carried_98 = p->derived.constant_3 * t143;
+    double carried_104 = -arm_psi_sin * t150;
+    double carried_105 = -t151;
+    double carried_106 = -t154;
+    double carried_107 = t152;
+    double carried_108 = t153 - p->derived.constant_3 * t154;
+    double carried_109 = p->derived.constant_3 * t151;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
@@ -3350,103 +2931,103 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
         carried_105_at[e] = carried_105;
         carried_106_at[e] = carried_106;
         /* arm_phi_e: acceleration, outward */
-        t166[e] = arm_psi_e_sin * carried_83 + arm_psi_e_cos * carried_82;
-        const double t167 = carried_86 + p->derived.arm_element_length * carried_84;
-        const double t168 = carried_87 - p->derived.arm_element_length * carried_83;
-        const double t169 = arm_psi_e_sin * t167 + arm_psi_e_cos * carried_85;
-        const double t170 = arm_psi_e_cos * t167 - arm_psi_e_sin * carried_85;
-        const double t171 = arm_theta_e_sin * t169 + arm_theta_e_cos * t168;
-        const double t172 = arm_theta_e_cos * t169 - arm_theta_e_sin * t168;
+        t155[e] = arm_psi_e_sin * carried_83 + arm_psi_e_cos * carried_82;
+        const double t156 = carried_86 + p->derived.arm_element_length * carried_84;
+        const double t157 = carried_87 - p->derived.arm_element_length * carried_83;
+        const double t158 = arm_psi_e_sin * t156 + arm_psi_e_cos * carried_85;
+        const double t159 = arm_psi_e_cos * t156 - arm_psi_e_sin * carried_85;
+        const double t160 = arm_theta_e_sin * t158 + arm_theta_e_cos * t157;
+        const double t161 = arm_theta_e_cos * t158 - arm_theta_e_sin * t157;
         /* arm_phi_e: acceleration, outward */
-        const double t173 = arm_phi_e_sin * t171 + arm_phi_e_cos * t170;
-        const double t174 = arm_phi_e_cos * t171 - arm_phi_e_sin * t170;
-        t175[e] = t103[e] + (t61[e] * t172 + t65[e] * t173 + t69[e] * t174);
-        t176[e] = t102[e] - (t60[e] * t172 + t64[e] * t173 + t68[e] * t174);
-        t177[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t176[e] - arm_phi_e_sin * t175[e] - (arm_theta_e_sin *
-        t166[e] + arm_theta_e_cos * carried_84));
+        const double t162 = arm_phi_e_sin * t160 + arm_phi_e_cos * t159;
+        const double t163 = arm_phi_e_cos * t160 - arm_phi_e_sin * t159;
+        t164[e] = t92[e] + (t50[e] * t161 + t54[e] * t162 + t58[e] * t163);
+        t165[e] = t91[e] - (t49[e] * t161 + t53[e] * t162 + t57[e] * t163);
+        t166[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t165[e] - arm_phi_e_sin * t164[e] - (arm_theta_e_sin *
+        t155[e] + arm_theta_e_cos * carried_84));
         /* arm_phi_e: acceleration, outward */
-        t178[e] = arm_psi_e_sin * carried_94 + arm_psi_e_cos * carried_93;
-        const double t179 = carried_97 + p->derived.arm_element_length * carried_95;
-        const double t180 = carried_98 - p->derived.arm_element_length * carried_94;
-        const double t181 = arm_psi_e_sin * t179 + arm_psi_e_cos * carried_96;
-        const double t182 = arm_psi_e_cos * t179 - arm_psi_e_sin * carried_96;
-        const double t183 = arm_theta_e_sin * t181 + arm_theta_e_cos * t180;
-        const double t184 = arm_theta_e_cos * t181 - arm_theta_e_sin * t180;
+        t167[e] = arm_psi_e_sin * carried_94 + arm_psi_e_cos * carried_93;
+        const double t168 = carried_97 + p->derived.arm_element_length * carried_95;
+        const double t169 = carried_98 - p->derived.arm_element_length * carried_94;
+        const double t170 = arm_psi_e_sin * t168 + arm_psi_e_cos * carried_96;
+        const double t171 = arm_psi_e_cos * t168 - arm_psi_e_sin * carried_96;
+        const double t172 = arm_theta_e_sin * t170 + arm_theta_e_cos * t169;
+        const double t173 = arm_theta_e_cos * t170 - arm_theta_e_sin * t169;
         /* arm_phi_e: acceleration, outward */
-        const double t185 = arm_phi_e_sin * t183 + arm_phi_e_cos * t182;
-        const double t186 = arm_phi_e_cos * t183 - arm_phi_e_sin * t182;
-        t187[e] = t113[e] + (t61[e] * t184 + t65[e] * t185 + t69[e] * t186);
-        t188[e] = t112[e] - (t60[e] * t184 + t64[e] * t185 + t68[e] * t186);
-        t189[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t188[e] - arm_phi_e_sin * t187[e] - (arm_theta_e_sin *
-        t178[e] + arm_theta_e_cos * carried_95));
+        const double t174 = arm_phi_e_sin * t172 + arm_phi_e_cos * t171;
+        const double t175 = arm_phi_e_cos * t172 - arm_phi_e_sin * t171;
+        t176[e] = t102[e] + (t50[e] * t173 + t54[e] * t174 + t58[e] * t175);
+        t177[e] = t101[e] - (t49[e] * t173 + t53[e] * t174 + t57[e] * t175);
+        t178[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t177[e] - arm_phi_e_sin * t176[e] - (arm_theta_e_sin *
+        t167[e] + arm_theta_e_cos * carried_95));
         /* arm_phi_e: acceleration, outward */
-        t190[e] = arm_psi_e_sin * carried_105 + arm_psi_e_cos * carried_104;
-        const double t191 = carried_108 + p->derived.arm_element_length * carried_106;
-        const double t192 = carried_109 - p->derived.arm_element_length * carried_105;
-        const double t193 = arm_psi_e_sin * t191 + arm_psi_e_cos * carried_107;
-        const double t194 = arm_psi_e_cos * t191 - arm_psi_e_sin * carried_107;
-        const double t195 = arm_theta_e_sin * t193 + arm_theta_e_cos * t192;
-        const double t196 = arm_theta_e_cos * t193 - arm_theta_e_sin * t192;
+        t179[e] = arm_psi_e_sin * carried_105 + arm_psi_e_cos * carried_104;
+        const double t180 = carried_108 + p->derived.arm_element_length * carried_106;
+        const double t181 = carried_109 - p->derived.arm_element_length * carried_105;
+        const double t182 = arm_psi_e_sin * t180 + arm_psi_e_cos * carried_107;
+        const double t183 = arm_psi_e_cos * t180 - arm_psi_e_sin * carried_107;
+        const double t184 = arm_theta_e_sin * t182 + arm_theta_e_cos * t181;
+        const double t185 = arm_theta_e_cos * t182 - arm_theta_e_sin * t181;
         /* arm_phi_e: acceleration, outward */
-        const double t197 = arm_phi_e_sin * t195 + arm_phi_e_cos * t194;
-        const double t198 = arm_phi_e_cos * t195 - arm_phi_e_sin * t194;
-        t199[e] = t123[e] + (t61[e] * t196 + t65[e] * t197 + t69[e] * t198);
-        t200[e] = t122[e] - (t60[e] * t196 + t64[e] * t197 + t68[e] * t198);
-        t201[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t200[e] - arm_phi_e_sin * t199[e] - (arm_theta_e_sin *
-        t190[e] + arm_theta_e_cos * carried_106));
-        const double next_carried_82 = -t101[e];
-        const double next_carried_83 = -t175[e];
+        const double t186 = arm_phi_e_sin * t184 + arm_phi_e_cos * t183;
+        const double t187 = arm_phi_e_cos * t184 - arm_phi_e_sin * t183;
+        t188[e] = t112[e] + (t50[e] * t185 + t54[e] * t186 + t58[e] * t187);
+        t189[e] = t111[e] - (t49[e] * t185 + t53[e] * t186 + t57[e] * t187);
+        t190[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t189[e] - arm_phi_e_sin * t188[e] - (arm_theta_e_sin *
+        t179[e] + arm_theta_e_cos * carried_106));
+        const double next_carried_82 = -t90[e];
+        const double next_carried_83 = -t164[e];
         const double next_carried_93 = 0.0;
-        const double next_carried_94 = -t187[e];
+        const double next_carried_94 = -t176[e];
         const double next_carried_104 = 0.0;
-        const double next_carried_105 = -t199[e];
+        const double next_carried_105 = -t188[e];
         carried_82 = next_carried_82;
         carried_83 = next_carried_83;
-        carried_84 = t176[e];
-        carried_85 = t172;
-        carried_86 = t173;
-        carried_87 = t174;
+        carried_84 = t165[e];
+        carried_85 = t161;
+        carried_86 = t162;
+        carried_87 = t163;
         carried_93 = next_carried_93;
         carried_94 = next_carried_94;
-        carried_95 = t188[e];
-        carried_96 = t184;
-        carried_97 = t185;
-        carried_98 = t186;
+        carried_95 = t177[e];
+        carried_96 = t173;
+        carried_97 = t174;
+        carried_98 = t175;
         carried_104 = next_carried_104;
         carried_105 = next_carried_105;
-        carried_106 = t200[e];
-        carried_107 = t196;
-        carried_108 = t197;
-        carried_109 = t198;
+        carried_106 = t189[e];
+        carried_107 = t185;
+        carried_108 = t186;
+        carried_109 = t187;
     }
     /* arm_phi_e: acceleration, outward */
-    const double t202 = carried_86 + effector_z_shift_x * carried_84;
-    const double t203 = effector_z_shift_x * carried_83 - carried_87;
+    const double t191 = carried_86 + effector_z_shift_x * carried_84;
+    const double t192 = effector_z_shift_x * carried_83 - carried_87;
     /* effector_z: acceleration, outward */
-    const double t204 = carried_85 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
-    const double t205 = carried_85 - t204;
+    const double t193 = carried_85 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t194 = carried_85 - t193;
     /* effector_z: acceleration, outward */
-    const double t206 = row_1_u_effector_z * p->derived.effector_z_D_inverse - carried_96;
-    const double t207 = row_1_u_effector_z * (carried_96 + t206) - (t42 * (effector_z_shift_x * carried_94 -
-        carried_98) - t43 * (carried_97 + effector_z_shift_x * carried_95));
+    const double t195 = row_1_u_effector_z * p->derived.effector_z_D_inverse - carried_96;
+    const double t196 = row_1_u_effector_z * (carried_96 + t195) - (t31 * (effector_z_shift_x * carried_94 -
+        carried_98) - t32 * (carried_97 + effector_z_shift_x * carried_95));
     /* arm_phi_e: acceleration, outward */
-    const double t208 = carried_108 + effector_z_shift_x * carried_106;
-    const double t209 = effector_z_shift_x * carried_105 - carried_109;
+    const double t197 = carried_108 + effector_z_shift_x * carried_106;
+    const double t198 = effector_z_shift_x * carried_105 - carried_109;
     /* effector_z: acceleration, outward */
-    const double t210 = last_arm_theta_e_ground_z_x * p->derived.effector_z_D_inverse - carried_107;
-    const double t211 = carried_107 + t210;
-    const double t212 = row_1_u_effector_z * t211 - (t42 * t209 - t43 * t208);
-    const double t213 = last_arm_theta_e_ground_z_x * t211 - (last_arm_phi_e_ground_z_z * t209 - last_arm_phi_e_ground_z_y *
-        t208);
-    const double t214 = row_1_phi * p->derived.row_1_position_gain + (row_1_v + row_1_psi * p->derived.row_1_rate_gain) +
-        (row_1_u_effector_z * t205 - (t203 * t42 - t202 * t43));
-    const double row_1_pivot_inverse = (t207 * 1e-12 < t207 ? 1.0 / t207 : 0.0);
-    const double t215 = t212 * row_1_pivot_inverse;
-    const double t216 = t213 - t212 * t215;
-    const double row_2_pivot_inverse = (t213 * 1e-12 < t216 ? 1.0 / t216 : 0.0);
-    const double row_2_lambda = (t214 * t215 - (row_2_v + p->derived.row_1_rate_gain * row_2_psi + (last_arm_theta_e_ground_z_x *
-        t205 - (last_arm_phi_e_ground_z_z * t203 - last_arm_phi_e_ground_z_y * t202)))) * row_2_pivot_inverse;
-    const double t217 = row_1_pivot_inverse * (t214 + t212 * row_2_lambda);
+    const double t199 = last_arm_theta_e_ground_z_x * p->derived.effector_z_D_inverse - carried_107;
+    const double t200 = carried_107 + t199;
+    const double t201 = row_1_u_effector_z * t200 - (t31 * t198 - t32 * t197);
+    const double t202 = last_arm_theta_e_ground_z_x * t200 - (last_arm_phi_e_ground_z_z * t198 - last_arm_phi_e_ground_z_y *
+        t197);
+    const double t203 = row_1_phi * p->derived.row_1_position_gain + (row_1_psi * p->derived.row_1_rate_gain +
+        row_1_v_2) + (row_1_u_effector_z * t194 - (t192 * t31 - t191 * t32));
+    const double row_1_pivot_inverse = (t196 * 1e-12 < t196 ? 1.0 / t196 : 0.0);
+    const double t204 = t201 * row_1_pivot_inverse;
+    const double t205 = t202 - t201 * t204;
+    const double row_2_pivot_inverse = (t202 * 1e-12 < t205 ? 1.0 / t205 : 0.0);
+    const double row_2_lambda = (t203 * t204 - (p->derived.row_1_rate_gain * row_2_psi + row_2_v_2 + (last_arm_theta_e_ground_z_x *
+        t194 - (last_arm_phi_e_ground_z_z * t192 - last_arm_phi_e_ground_z_y * t191)))) * row_2_pivot_inverse;
+    const double t206 = row_1_pivot_inverse * (t203 + t201 * row_2_lambda);
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_cos = cosine[2 + 3 * e];
         const double arm_psi_e_sin = sine[2 + 3 * e];
@@ -3455,25 +3036,25 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
         const double arm_theta_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         /* qdd = qdd_free + M^-1 u^T lambda */
-        const double t218 = (arm_psi_e_cos * carried_94_at[e] - arm_psi_e_sin * carried_93_at[e] + (arm_phi_e_sin *
-        t188[e] + arm_phi_e_cos * t187[e])) * t217 - (arm_psi_e_cos * carried_83_at[e] - arm_psi_e_sin * carried_82_at[e] +
-        (arm_phi_e_sin * t176[e] + arm_phi_e_cos * t175[e]));
-        const double t219 = arm_theta_e_sin * t177[e] - (t101[e] + (arm_theta_e_cos * t166[e] - arm_theta_e_sin *
-        carried_84_at[e])) - (arm_theta_e_sin * carried_95_at[e] - arm_theta_e_cos * t178[e] + arm_theta_e_sin *
-        t189[e]) * t217;
-        out->qdd[3 + 3 * e] = t177[e] - t189[e] * t217 + t201[e] * row_2_lambda;
-        out->qdd[4 + 3 * e] = t218 - (arm_psi_e_cos * carried_105_at[e] - arm_psi_e_sin * carried_104_at[e] +
-        (arm_phi_e_sin * t200[e] + arm_phi_e_cos * t199[e])) * row_2_lambda;
-        out->qdd[5 + 3 * e] = t219 + (arm_theta_e_sin * carried_106_at[e] - arm_theta_e_cos * t190[e] + arm_theta_e_sin *
-        t201[e]) * row_2_lambda;
+        const double t207 = (arm_psi_e_cos * carried_94_at[e] - arm_psi_e_sin * carried_93_at[e] + (arm_phi_e_sin *
+        t177[e] + arm_phi_e_cos * t176[e])) * t206 - (arm_psi_e_cos * carried_83_at[e] - arm_psi_e_sin * carried_82_at[e] +
+        (arm_phi_e_sin * t165[e] + arm_phi_e_cos * t164[e]));
+        const double t208 = arm_theta_e_sin * t166[e] - (t90[e] + (arm_theta_e_cos * t155[e] - arm_theta_e_sin *
+        carried_84_at[e])) - (arm_theta_e_sin * carried_95_at[e] - arm_theta_e_cos * t167[e] + arm_theta_e_sin *
+        t178[e]) * t206;
+        out->qdd[3 + 3 * e] = t166[e] - t178[e] * t206 + t190[e] * row_2_lambda;
+        out->qdd[4 + 3 * e] = t207 - (arm_psi_e_cos * carried_105_at[e] - arm_psi_e_sin * carried_104_at[e] +
+        (arm_phi_e_sin * t189[e] + arm_phi_e_cos * t188[e])) * row_2_lambda;
+        out->qdd[5 + 3 * e] = t208 + (arm_theta_e_sin * carried_106_at[e] - arm_theta_e_cos * t179[e] + arm_theta_e_sin *
+        t190[e]) * row_2_lambda;
     }
-    out->qdd[0] = t160 * row_2_lambda - (t144 + t152 * t217);
-    out->qdd[1] = t145 + t153 * t217 - t161 * row_2_lambda;
-    out->qdd[2] = t157 * t217 - t149 - t165 * row_2_lambda;
-    out->qdd[12] = t210 * row_2_lambda - (t204 + t206 * t217);
-    out->lambda[0] = -t217;
+    out->qdd[0] = t149 * row_2_lambda - (t133 + t141 * t206);
+    out->qdd[1] = t134 + t142 * t206 - t150 * row_2_lambda;
+    out->qdd[2] = t146 * t206 - t138 - t154 * row_2_lambda;
+    out->qdd[12] = t199 * row_2_lambda - (t193 + t195 * t206);
+    out->lambda[0] = -t206;
     out->lambda[1] = row_2_lambda;
-    out->power[0] = point_E_zd * row_2_lambda - t217 * (point_E_xd * t39 + point_E_yd * t38);
+    out->power[0] = point_E_zd * row_2_lambda - t206 * (point_E_xd * t26 + point_E_yd * t25);
 }
 
 void manipulator_flexible_force(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -3488,11 +3069,13 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     for (int i = 0; i < 2; i++)
         lambda[i] = constrained.lambda[i];
     { /* r = u^T lambda */
-        for (int k = 0; k < 2; k++)
+        for (int k = 0; k < 2; k += 2)
             for (int i = 0; i < 13; i++) {
-                const double left = 1.0 * u[k * 13 + i];
+                const double left_0 = 1.0 * u[k * 13 + i];
+                const double left_1 = 1.0 * u[(k + 1) * 13 + i];
                 for (int j = 0; j < 1; j++)
-                    force[i * 1 + j] += left * lambda[k * 1 + j];
+                    force[i * 1 + j] = force[i * 1 + j] + left_0 * lambda[k * 1 + j]
+                        + left_1 * lambda[(k + 1) * 1 + j];
             }
     }
 }
@@ -3962,6 +3545,12 @@ static void manipulator_flexible_r_doubles(const double *p, const double *x, dou
         (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
+static void manipulator_flexible_point_terms_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_flexible_point_terms((const struct manipulator_flexible_parameters *)(const void *)p,
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, (struct manipulator_flexible_point_terms_result *)(void *)out);
+}
+
 static void manipulator_flexible_rd_doubles(const double *p, const double *x, double t, const double *q,
         const double *qd, double *out) {
     manipulator_flexible_rd((const struct manipulator_flexible_parameters *)(const void *)p,
@@ -4067,7 +3656,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "8ac21d61e585a577",
+    SET(hash) "b7b2f044ce132beb",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,
@@ -4076,6 +3665,8 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(point_count) 1,
     SET(course_count) 2,
     SET(break_count) 2,
+    SET(qdd_cost) 2703,
+    SET(tangent_cost) 0,
     SET(coordinates) manipulator_flexible_coordinate_names,
     SET(parameters) manipulator_flexible_parameter_names,
     SET(inputs) 0,
@@ -4114,6 +3705,7 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(M_h) 0,
     SET(f) manipulator_flexible_f_doubles,
     SET(row_terms) manipulator_flexible_row_terms_doubles,
+    SET(point_terms) manipulator_flexible_point_terms_doubles,
     SET(constrained) manipulator_flexible_constrained_doubles,
     SET(tangent) 0,
     SET(d_qdd) 0,

@@ -22,27 +22,28 @@
  *   u             122    211    2   22
  *   v             286    460    3   24
  *   row_terms     286    460    3   24
- *   phi            48     88    2   22
- *   psi           129    224    3   23
+ *   phi           286    460    3   24
+ *   psi           286    460    3   24
  *   k             286    460    3   24
- *   r              69    127    0   22
- *   rd            116    207    0   22
- *   C             107    185    0   22
- *   d             169    283    0   22
+ *   r             255    413    0   22
+ *   point_terms    255    413    0   22
+ *   rd            255    413    0   22
+ *   C             255    413    0   22
+ *   d             255    413    0   22
  *   energy        144    225    0   20
  *   power          12     25    1    3
  *   Q_q           246    343    0   22
  *   qdd_free      548    714   13   23
- *   qdd          1004   1424   18   27
- *   constrained   1004   1424   18   27
- *   force        1152   1661   20   49
+ *   qdd           973   1388   18   27
+ *   constrained    973   1388   18   27
+ *   force        1121   1625   20   49
  *   equations     820   1247    4   65
  *   f             242    325    1   23
  *   course          2      7    2    4
  *   breaks          0      0    0    0
  *   anchor         24     43    0   22
  *   start           0      0    0    0
- * Choices by counted operations: M written out, 754 (loops 1198); Q_q in loops, 435 (written out 360); qdd_free recursive, 1314 operations; qdd recursive, 2494 operations.
+ * Choices by counted operations: M written out, 754 (loops 1198); Q_q in loops, 435 (written out 360); qdd_free recursive, 1314 operations; qdd recursive, 2427 operations.
  */
 #ifndef REFDYN_GENERATED_manipulator_flexible_H
 #define REFDYN_GENERATED_manipulator_flexible_H
@@ -127,6 +128,13 @@ struct manipulator_flexible_row_terms_result {
     double k[2]; /* (m) stabilised right side, u qdd = k */
 };
 
+struct manipulator_flexible_point_terms_result {
+    double r[3]; /* (points x 3) positions [m] */
+    double rd[3]; /* (points x 3) velocities [m/s] */
+    double C[39]; /* (points x 3 x n) rd = C qd */
+    double d[3]; /* (points x 3) bias accelerations, rdd = C qdd + d [m/s^2] */
+};
+
 struct manipulator_flexible_constrained_result {
     double qdd[13]; /* (n) accelerations with stabilised constraints */
     double lambda[2]; /* (m) multipliers, r = u^T lambda */
@@ -188,6 +196,10 @@ void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, con
 /* positions of the points: (points x 3) positions [m] */
 void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double r[1 * 3]);
+
+/* r, rd, C and d in one call */
+void manipulator_flexible_point_terms(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], struct manipulator_flexible_point_terms_result *out);
 
 /* velocities of the points: (points x 3) velocities [m/s] */
 void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,

@@ -8,6 +8,7 @@
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("no-tree-slp-vectorize,no-tree-pre,no-gcse,no-rerun-cse-after-loop")
 #pragma GCC optimize("no-tree-dominator-opts,no-tree-vrp,no-code-hoisting,no-schedule-insns2,no-ivopts")
+#pragma GCC optimize("no-tree-ccp,no-dse,no-cprop-registers")
 #endif
 
 void manipulator_rigid_prepare(struct manipulator_rigid_parameters *p) {
@@ -271,64 +272,18 @@ void manipulator_rigid_row_terms(const struct manipulator_rigid_parameters *p, c
 
 void manipulator_rigid_phi(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double phi[2]) {
-    (void)x;
-    (void)t;
-    (void)qd;
-    /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_cos = cos(q[2]);
-    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    /* effector_z: motion from arm_psi outward */
-    const double effector_z_shift_x = p->L + q[3];
-    const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
-    /* row 1 (position level): u qdd + v = 0 */
-    const double t1 = (effector_z_position_x - p->xc) / p->a;
-    const double t2 = effector_z_position_y / p->b;
-    const double row_1_phi = t1 * t1 + t2 * t2 - 1.0;
-    phi[0] = row_1_phi;
-    phi[1] = 0.0;
+    struct manipulator_rigid_row_terms_result row_terms;
+    manipulator_rigid_row_terms(p, x, t, q, qd, &row_terms);
+    for (int i = 0; i < 2; i++)
+        phi[i] = row_terms.phi[i];
 }
 
 void manipulator_rigid_psi(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double psi[2]) {
-    (void)x;
-    const double t1 = sin(t * 3.141592653589793 / p->T);
-    /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
-    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double arm_psi_w_y = qd[1] * arm_psi_cos;
-    const double arm_psi_v_x = qd[0] * arm_psi_sin;
-    const double arm_psi_v_y = qd[0] * arm_psi_cos;
-    /* effector_z: motion from arm_psi outward */
-    const double effector_z_shift_x = p->L + q[3];
-    const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
-    const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
-    const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
-    const double effector_z_v_z = arm_psi_v_x + qd[3];
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + column_psi_cos *
-        arm_psi_sin * effector_z_v_y);
-    const double point_E_yd = column_psi_cos * effector_z_v_x - column_psi_sin * arm_psi_sin * effector_z_v_y +
-        arm_psi_ground_y_x * effector_z_v_z;
-    const double point_E_zd = arm_psi_cos * effector_z_v_y + arm_psi_sin * effector_z_v_z;
-    /* row 1 (position level): u qdd + v = 0 */
-    const double t2 = (effector_z_position_x - p->xc) / p->a * (point_E_xd * p->derived.constant_5);
-    const double t3 = effector_z_position_y / p->b * (point_E_yd * p->derived.constant_6);
-    const double row_1_psi = t2 + t2 + (t3 + t3);
-    /* row 2 (velocity level): u qdd + v = 0 */
-    const double row_2_psi = point_E_zd - p->v0 * (t1 * t1);
-    psi[0] = row_1_psi;
-    psi[1] = row_2_psi;
+    struct manipulator_rigid_row_terms_result row_terms;
+    manipulator_rigid_row_terms(p, x, t, q, qd, &row_terms);
+    for (int i = 0; i < 2; i++)
+        psi[i] = row_terms.psi[i];
 }
 
 void manipulator_rigid_k(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -341,9 +296,16 @@ void manipulator_rigid_k(const struct manipulator_rigid_parameters *p, const str
 
 void manipulator_rigid_r(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double r[1 * 3]) {
+    struct manipulator_rigid_point_terms_result point_terms;
+    manipulator_rigid_point_terms(p, x, t, q, qd, &point_terms);
+    for (int i = 0; i < 3; i++)
+        r[i] = point_terms.r[i];
+}
+
+void manipulator_rigid_point_terms(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], struct manipulator_rigid_point_terms_result *out) {
     (void)x;
     (void)t;
-    (void)qd;
     /* column_psi: motion from base_z outward */
     const double column_psi_sin = sin(q[1]);
     const double column_psi_cos = cos(q[1]);
@@ -351,117 +313,86 @@ void manipulator_rigid_r(const struct manipulator_rigid_parameters *p, const str
     const double arm_psi_sin = sin(q[2]);
     const double arm_psi_cos = cos(q[2]);
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
+    const double t1 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
+    const double t2 = column_psi_sin * arm_psi_sin;
     const double arm_psi_position_z = p->h + q[0];
+    const double arm_psi_w_x = qd[1] * arm_psi_sin;
+    const double arm_psi_w_y = qd[1] * arm_psi_cos;
+    const double arm_psi_v_x = qd[0] * arm_psi_sin;
+    const double arm_psi_v_y = qd[0] * arm_psi_cos;
+    const double t3 = arm_psi_w_x * qd[2];
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
     const double effector_z_shift_ground_z = arm_psi_sin * effector_z_shift_x;
     const double effector_z_position_z = arm_psi_position_z + effector_z_shift_ground_z;
-    r[0 * 3 + 0] = effector_z_position_x;
-    r[0 * 3 + 1] = effector_z_position_y;
-    r[0 * 3 + 2] = effector_z_position_z;
+    const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
+    const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
+    const double t4 = (qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y) * effector_z_shift_x;
+    const double t5 = arm_psi_w_y * qd[3];
+    const double t6 = qd[2] * qd[3];
+    const double effector_z_v_z = arm_psi_v_x + qd[3];
+    const double effector_z_bias_a_x = t5 + t5 - (t3 + t3) * effector_z_shift_x;
+    const double effector_z_bias_a_y = arm_psi_w_x * arm_psi_w_y * effector_z_shift_x + (t6 + t6);
+    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
+    const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + t1 *
+        effector_z_v_y);
+    const double point_E_yd = column_psi_cos * effector_z_v_x - t2 * effector_z_v_y + arm_psi_ground_y_x *
+        effector_z_v_z;
+    const double point_E_zd = arm_psi_cos * effector_z_v_y + arm_psi_sin * effector_z_v_z;
+    const double point_E_bias_y = column_psi_cos * effector_z_bias_a_x - t2 * effector_z_bias_a_y - arm_psi_ground_y_x *
+        t4;
+    const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t4;
+    const double t7 = effector_z_position_z - arm_psi_position_z;
+    const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    out->r[0 * 3 + 0] = effector_z_position_x;
+    out->r[0 * 3 + 1] = effector_z_position_y;
+    out->r[0 * 3 + 2] = effector_z_position_z;
+    out->rd[0 * 3 + 0] = point_E_xd;
+    out->rd[0 * 3 + 1] = point_E_yd;
+    out->rd[0 * 3 + 2] = point_E_zd;
+    out->C[0 * 4 + 0] = 0.0;
+    out->C[0 * 4 + 1] = -effector_z_position_y;
+    out->C[0 * 4 + 2] = -column_psi_cos * t7;
+    out->C[0 * 4 + 3] = arm_psi_ground_x_x;
+    out->C[1 * 4 + 0] = 0.0;
+    out->C[1 * 4 + 1] = effector_z_position_x;
+    out->C[1 * 4 + 2] = -column_psi_sin * t7;
+    out->C[1 * 4 + 3] = arm_psi_ground_y_x;
+    out->C[2 * 4 + 0] = 1.0;
+    out->C[2 * 4 + 1] = 0.0;
+    out->C[2 * 4 + 2] = row_2_u_arm_psi;
+    out->C[2 * 4 + 3] = arm_psi_sin;
+    out->d[0 * 3 + 0] = -(column_psi_sin * effector_z_bias_a_x + t1 * effector_z_bias_a_y + arm_psi_ground_x_x *
+        t4);
+    out->d[0 * 3 + 1] = point_E_bias_y;
+    out->d[0 * 3 + 2] = point_E_bias_z;
 }
 
 void manipulator_rigid_rd(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double rd[1 * 3]) {
-    (void)x;
-    (void)t;
-    /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
-    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double arm_psi_w_y = qd[1] * arm_psi_cos;
-    const double arm_psi_v_x = qd[0] * arm_psi_sin;
-    const double arm_psi_v_y = qd[0] * arm_psi_cos;
-    /* effector_z: motion from arm_psi outward */
-    const double effector_z_shift_x = p->L + q[3];
-    const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
-    const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
-    const double effector_z_v_z = arm_psi_v_x + qd[3];
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + column_psi_cos *
-        arm_psi_sin * effector_z_v_y);
-    const double point_E_yd = column_psi_cos * effector_z_v_x - column_psi_sin * arm_psi_sin * effector_z_v_y +
-        arm_psi_ground_y_x * effector_z_v_z;
-    const double point_E_zd = arm_psi_cos * effector_z_v_y + arm_psi_sin * effector_z_v_z;
-    rd[0 * 3 + 0] = point_E_xd;
-    rd[0 * 3 + 1] = point_E_yd;
-    rd[0 * 3 + 2] = point_E_zd;
+    struct manipulator_rigid_point_terms_result point_terms;
+    manipulator_rigid_point_terms(p, x, t, q, qd, &point_terms);
+    for (int i = 0; i < 3; i++)
+        rd[i] = point_terms.rd[i];
 }
 
 void manipulator_rigid_C(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double C[3 * 4]) {
-    (void)x;
-    (void)t;
-    (void)qd;
-    /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
-    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double arm_psi_position_z = p->h + q[0];
-    /* effector_z: motion from arm_psi outward */
-    const double effector_z_shift_x = p->L + q[3];
-    const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
-    const double effector_z_shift_ground_z = arm_psi_sin * effector_z_shift_x;
-    const double effector_z_position_z = arm_psi_position_z + effector_z_shift_ground_z;
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double t1 = effector_z_position_z - arm_psi_position_z;
-    const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    C[0 * 4 + 0] = 0.0;
-    C[0 * 4 + 1] = -effector_z_position_y;
-    C[0 * 4 + 2] = -column_psi_cos * t1;
-    C[0 * 4 + 3] = arm_psi_ground_x_x;
-    C[1 * 4 + 0] = 0.0;
-    C[1 * 4 + 1] = effector_z_position_x;
-    C[1 * 4 + 2] = -column_psi_sin * t1;
-    C[1 * 4 + 3] = arm_psi_ground_y_x;
-    C[2 * 4 + 0] = 1.0;
-    C[2 * 4 + 1] = 0.0;
-    C[2 * 4 + 2] = row_2_u_arm_psi;
-    C[2 * 4 + 3] = arm_psi_sin;
+    struct manipulator_rigid_point_terms_result point_terms;
+    manipulator_rigid_point_terms(p, x, t, q, qd, &point_terms);
+    for (int i = 0; i < 12; i++)
+        C[i] = point_terms.C[i];
 }
 
 void manipulator_rigid_d(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double d[1 * 3]) {
-    (void)x;
-    (void)t;
-    /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
-    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double arm_psi_w_x = qd[1] * arm_psi_sin;
-    const double arm_psi_w_y = qd[1] * arm_psi_cos;
-    const double t1 = arm_psi_w_x * qd[2];
-    /* effector_z: motion from arm_psi outward */
-    const double effector_z_shift_x = p->L + q[3];
-    const double t2 = (qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y) * effector_z_shift_x;
-    const double t3 = arm_psi_w_y * qd[3];
-    const double t4 = qd[2] * qd[3];
-    const double effector_z_bias_a_x = t3 + t3 - (t1 + t1) * effector_z_shift_x;
-    const double effector_z_bias_a_y = arm_psi_w_x * arm_psi_w_y * effector_z_shift_x + (t4 + t4);
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double point_E_bias_y = column_psi_cos * effector_z_bias_a_x - column_psi_sin * arm_psi_sin * effector_z_bias_a_y -
-        arm_psi_ground_y_x * t2;
-    const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t2;
-    d[0 * 3 + 0] = -(column_psi_sin * effector_z_bias_a_x + column_psi_cos * arm_psi_sin * effector_z_bias_a_y +
-        arm_psi_ground_x_x * t2);
-    d[0 * 3 + 1] = point_E_bias_y;
-    d[0 * 3 + 2] = point_E_bias_z;
+    struct manipulator_rigid_point_terms_result point_terms;
+    manipulator_rigid_point_terms(p, x, t, q, qd, &point_terms);
+    for (int i = 0; i < 3; i++)
+        d[i] = point_terms.d[i];
 }
 
 void manipulator_rigid_energy(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -649,25 +580,19 @@ void manipulator_rigid_constrained(const struct manipulator_rigid_parameters *p,
     const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
     const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
     const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
-    const double t8 = t7 * effector_z_shift_x;
-    const double t9 = t6 * effector_z_shift_x;
-    const double effector_z_bias_a_falling_z = arm_psi_bias_a_falling_x - t8;
-    const double t10 = arm_psi_w_y * qd[3];
-    const double t11 = qd[2] * qd[3];
-    const double t12 = t11 + t11;
+    const double effector_z_bias_a_falling_z = arm_psi_bias_a_falling_x - t7 * effector_z_shift_x;
+    const double t8 = arm_psi_w_y * qd[3];
+    const double t9 = qd[2] * qd[3];
     const double effector_z_v_z = arm_psi_v_x + qd[3];
-    const double effector_z_bias_a_x = t10 + t10 - (t5 + t5) * effector_z_shift_x;
-    const double effector_z_bias_a_y = t9 + t12;
-    const double effector_z_bias_a_falling_y = arm_psi_bias_a_falling_y + t9 + t12;
+    const double effector_z_bias_a_x = t8 + t8 - (t5 + t5) * effector_z_shift_x;
+    const double effector_z_bias_a_falling_y = arm_psi_bias_a_falling_y + t6 * effector_z_shift_x + (t9 +
+        t9);
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + t3 *
         effector_z_v_y);
     const double point_E_yd = column_psi_cos * effector_z_v_x - t4 * effector_z_v_y + arm_psi_ground_y_x *
         effector_z_v_z;
     const double point_E_zd = arm_psi_cos * effector_z_v_y + arm_psi_sin * effector_z_v_z;
-    const double point_E_bias_y = column_psi_cos * effector_z_bias_a_x - t4 * effector_z_bias_a_y - arm_psi_ground_y_x *
-        t8;
-    const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t8;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
     /* effector_z: bias forces c, inward */
@@ -678,25 +603,20 @@ void manipulator_rigid_constrained(const struct manipulator_rigid_parameters *p,
     const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
     const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t13 = (effector_z_position_x - p->xc) / p->a;
-    const double t14 = effector_z_position_y / p->b;
-    const double row_1_phi = t13 * t13 + t14 * t14 - 1.0;
-    const double t15 = point_E_xd * p->derived.constant_5;
-    const double t16 = t13 * t15;
-    const double t17 = point_E_yd * p->derived.constant_6;
-    const double t18 = t14 * t17;
-    const double row_1_psi = t16 + t16 + (t18 + t18);
-    const double t19 = t15 * t15 - t13 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
-        arm_psi_ground_x_x * t8) * p->derived.constant_5);
-    const double t20 = t17 * t17 + t14 * (point_E_bias_y * p->derived.constant_6);
-    const double row_1_v = t19 + t19 + (t20 + t20);
-    const double t21 = p->derived.constant_6 * (t14 + t14);
-    const double t22 = p->derived.constant_5 * (t13 + t13);
-    const double row_1_u_effector_z = arm_psi_ground_x_x * t22 + arm_psi_ground_y_x * t21;
+    const double t10 = (effector_z_position_x - p->xc) / p->a;
+    const double t11 = effector_z_position_y / p->b;
+    const double row_1_phi = t10 * t10 + t11 * t11 - 1.0;
+    const double t12 = point_E_xd * p->derived.constant_5;
+    const double t13 = t10 * t12;
+    const double t14 = point_E_yd * p->derived.constant_6;
+    const double t15 = t11 * t14;
+    const double row_1_psi = t13 + t13 + (t15 + t15);
+    const double t16 = p->derived.constant_6 * (t11 + t11);
+    const double t17 = p->derived.constant_5 * (t10 + t10);
+    const double row_1_u_effector_z = arm_psi_ground_x_x * t17 + arm_psi_ground_y_x * t16;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    const double t23 = t2 * (p->derived.constant_7 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t23 + t23);
+    const double t18 = t2 * (p->derived.constant_7 * cos(t1));
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
     const double arm_psi_load_moment_z = t6 * p->derived.constant_3 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
     const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
@@ -708,84 +628,92 @@ void manipulator_rigid_constrained(const struct manipulator_rigid_parameters *p,
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->m_E * (effector_z_shift_x * effector_z_shift_x);
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t24 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
-    const double t25 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t24;
+    const double t19 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
+    const double t20 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t19;
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     const double column_psi_U_moment_z = p->Izz_col + (arm_psi_U_moment_z + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
         arm_psi_U_moment_z)));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + (t25 + arm_psi_sin * arm_psi_sin * (p->derived.arm_psi_mass -
-        t25)));
+    const double base_z_U_force_z = p->m_base + (p->m_col + (t20 + arm_psi_sin * arm_psi_sin * (p->derived.arm_psi_mass -
+        t20)));
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* effector_z: force left for the joint, inward */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* base_z: acceleration, outward */
-    const double t26 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
+    const double t21 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
         (p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
-        t24 * arm_psi_carried_moment_z)))));
+        t19 * arm_psi_carried_moment_z)))));
     /* column_psi: acceleration, outward */
-    const double t27 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
+    const double t22 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
         0.5 * qd[1] - column_psi_bias_moment_z);
-    const double t28 = arm_psi_sin * t26;
-    const double t29 = arm_psi_cos * t26;
+    const double t23 = arm_psi_sin * t21;
+    const double t24 = arm_psi_cos * t21;
     /* arm_psi: acceleration, outward */
-    const double t30 = t24 * t29 - arm_psi_D_inverse * arm_psi_carried_moment_z;
-    const double t31 = effector_z_shift_x * t30 - t29;
+    const double t25 = t19 * t24 - arm_psi_D_inverse * arm_psi_carried_moment_z;
+    const double t26 = effector_z_shift_x * t25 - t24;
     /* effector_z: acceleration, outward */
-    const double t32 = t28 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
-    const double t33 = t32 - t28;
-    /* rows: (u M^-1 u^T) lambda = k - u qdd_free */
-    const double t34 = column_psi_sin * t22;
-    const double t35 = column_psi_cos * t21;
-    const double t36 = t3 * t22 + t4 * t21;
-    const double t37 = t34 - t35;
+    const double t27 = t23 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t28 = t27 - t23;
+    /* row 1 (position level): u qdd + v = 0 */
+    const double t29 = t12 * t12 + t10 * ((arm_psi_ground_x_x * effector_z_bias_a_falling_z - (column_psi_sin *
+        effector_z_bias_a_x + t3 * effector_z_bias_a_falling_y)) * p->derived.constant_5);
+    const double t30 = t14 * t14 + t11 * ((column_psi_cos * effector_z_bias_a_x - t4 * effector_z_bias_a_falling_y +
+        arm_psi_ground_y_x * effector_z_bias_a_falling_z) * p->derived.constant_6);
+    const double row_1_v_2 = t29 + t29 + (t30 + t30);
+    /* row 2 (velocity level): u qdd + v = 0 */
+    const double row_2_v_2 = arm_psi_cos * effector_z_bias_a_falling_y + arm_psi_sin * effector_z_bias_a_falling_z -
+        p->g - p->v0 * (t18 + t18);
+    const double t31 = column_psi_sin * t17;
+    const double t32 = column_psi_cos * t16;
+    const double t33 = t3 * t17 + t4 * t16;
+    const double t34 = t31 - t32;
     /* effector_z: force left for the joint, inward */
-    const double t38 = effector_z_shift_x * t36;
+    const double t35 = effector_z_shift_x * t33;
     /* base_z: acceleration, outward */
-    const double t39 = base_z_D_inverse * (arm_psi_cos * (t36 - t24 * t38));
+    const double t36 = base_z_D_inverse * (arm_psi_cos * (t33 - t19 * t35));
     /* column_psi: acceleration, outward */
-    const double t40 = column_psi_D_inverse * (arm_psi_cos * (effector_z_shift_x * (t35 - t34)));
-    const double t41 = arm_psi_sin * t39;
-    const double t42 = arm_psi_cos * t39;
+    const double t37 = column_psi_D_inverse * (arm_psi_cos * (effector_z_shift_x * (t32 - t31)));
+    const double t38 = arm_psi_sin * t36;
+    const double t39 = arm_psi_cos * t36;
     /* arm_psi: acceleration, outward */
-    const double t43 = t24 * t42 - arm_psi_D_inverse * t38;
+    const double t40 = t19 * t39 - arm_psi_D_inverse * t35;
     /* effector_z: acceleration, outward */
-    const double t44 = t41 + row_1_u_effector_z * p->derived.effector_z_D_inverse;
-    const double t45 = row_1_u_effector_z * (t44 - t41) - (t37 * (effector_z_shift_x * (arm_psi_cos * t40)) +
-        t36 * (effector_z_shift_x * t43 - t42));
+    const double t41 = t38 + row_1_u_effector_z * p->derived.effector_z_D_inverse;
+    const double t42 = row_1_u_effector_z * (t41 - t38) - (t34 * (effector_z_shift_x * (arm_psi_cos * t37)) +
+        t33 * (effector_z_shift_x * t40 - t39));
     /* effector_z: force left for the joint, inward */
-    const double t46 = arm_psi_cos * effector_z_shift_x;
+    const double t43 = arm_psi_cos * effector_z_shift_x;
     /* base_z: acceleration, outward */
-    const double t47 = base_z_D_inverse * (arm_psi_cos * (t24 * t46 - arm_psi_cos));
+    const double t44 = base_z_D_inverse * (arm_psi_cos * (t19 * t43 - arm_psi_cos));
     /* column_psi: acceleration, outward */
-    const double t48 = arm_psi_sin * t47;
-    const double t49 = arm_psi_cos * t47;
+    const double t45 = arm_psi_sin * t44;
+    const double t46 = arm_psi_cos * t44;
     /* arm_psi: acceleration, outward */
-    const double t50 = t24 * t49 + arm_psi_D_inverse * t46;
-    const double t51 = effector_z_shift_x * t50 - t49;
+    const double t47 = t19 * t46 + arm_psi_D_inverse * t43;
+    const double t48 = effector_z_shift_x * t47 - t46;
     /* effector_z: acceleration, outward */
-    const double t52 = t48 + arm_psi_sin * p->derived.effector_z_D_inverse;
-    const double t53 = t52 - t48;
-    const double t54 = row_1_u_effector_z * t53 - t36 * t51;
-    const double t55 = arm_psi_cos * t51 + arm_psi_sin * t53;
-    const double t56 = row_1_phi * p->derived.row_1_position_gain + (row_1_v + row_1_psi * p->derived.row_1_rate_gain) +
-        (row_1_u_effector_z * t33 - (effector_z_shift_x * (arm_psi_cos * t27) * t37 + t31 * t36));
-    const double row_1_pivot_inverse = (t45 * 1e-12 < t45 ? 1.0 / t45 : 0.0);
-    const double t57 = t54 * row_1_pivot_inverse;
-    const double t58 = t55 - t54 * t57;
-    const double row_2_pivot_inverse = (t55 * 1e-12 < t58 ? 1.0 / t58 : 0.0);
-    const double row_2_lambda = (t56 * t57 - (row_2_v + p->derived.row_1_rate_gain * row_2_psi + (arm_psi_cos *
-        t31 + arm_psi_sin * t33))) * row_2_pivot_inverse;
-    const double t59 = row_1_pivot_inverse * (t56 + t54 * row_2_lambda);
-    out->qdd[0] = t39 * t59 - t26 - t47 * row_2_lambda;
-    out->qdd[1] = t27 - t40 * t59;
-    out->qdd[2] = t30 - t43 * t59 + t50 * row_2_lambda;
-    out->qdd[3] = t32 - t44 * t59 + t52 * row_2_lambda;
-    out->lambda[0] = -t59;
+    const double t49 = t45 + arm_psi_sin * p->derived.effector_z_D_inverse;
+    const double t50 = t49 - t45;
+    const double t51 = row_1_u_effector_z * t50 - t33 * t48;
+    const double t52 = arm_psi_cos * t48 + arm_psi_sin * t50;
+    const double t53 = row_1_phi * p->derived.row_1_position_gain + (row_1_psi * p->derived.row_1_rate_gain +
+        row_1_v_2) + (row_1_u_effector_z * t28 - (effector_z_shift_x * (arm_psi_cos * t22) * t34 + t26 * t33));
+    const double row_1_pivot_inverse = (t42 * 1e-12 < t42 ? 1.0 / t42 : 0.0);
+    const double t54 = t51 * row_1_pivot_inverse;
+    const double t55 = t52 - t51 * t54;
+    const double row_2_pivot_inverse = (t52 * 1e-12 < t55 ? 1.0 / t55 : 0.0);
+    const double row_2_lambda = (t53 * t54 - (p->derived.row_1_rate_gain * row_2_psi + row_2_v_2 + (arm_psi_cos *
+        t26 + arm_psi_sin * t28))) * row_2_pivot_inverse;
+    const double t56 = row_1_pivot_inverse * (t53 + t51 * row_2_lambda);
+    out->qdd[0] = t36 * t56 - t21 - t44 * row_2_lambda;
+    out->qdd[1] = t22 - t37 * t56;
+    out->qdd[2] = t25 - t40 * t56 + t47 * row_2_lambda;
+    out->qdd[3] = t27 - t41 * t56 + t49 * row_2_lambda;
+    out->lambda[0] = -t56;
     out->lambda[1] = row_2_lambda;
-    out->power[0] = point_E_zd * row_2_lambda - t59 * (point_E_xd * t22 + point_E_yd * t21);
+    out->power[0] = point_E_zd * row_2_lambda - t56 * (point_E_xd * t17 + point_E_yd * t16);
 }
 
 void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -800,11 +728,13 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
     for (int i = 0; i < 2; i++)
         lambda[i] = constrained.lambda[i];
     { /* r = u^T lambda */
-        for (int k = 0; k < 2; k++)
+        for (int k = 0; k < 2; k += 2)
             for (int i = 0; i < 4; i++) {
-                const double left = 1.0 * u[k * 4 + i];
+                const double left_0 = 1.0 * u[k * 4 + i];
+                const double left_1 = 1.0 * u[(k + 1) * 4 + i];
                 for (int j = 0; j < 1; j++)
-                    force[i * 1 + j] += left * lambda[k * 1 + j];
+                    force[i * 1 + j] = force[i * 1 + j] + left_0 * lambda[k * 1 + j]
+                        + left_1 * lambda[(k + 1) * 1 + j];
             }
     }
 }
@@ -1067,6 +997,12 @@ static void manipulator_rigid_r_doubles(const double *p, const double *x, double
         (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, out);
 }
 
+static void manipulator_rigid_point_terms_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_rigid_point_terms((const struct manipulator_rigid_parameters *)(const void *)p,
+        (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, (struct manipulator_rigid_point_terms_result *)(void *)out);
+}
+
 static void manipulator_rigid_rd_doubles(const double *p, const double *x, double t, const double *q,
         const double *qd, double *out) {
     manipulator_rigid_rd((const struct manipulator_rigid_parameters *)(const void *)p,
@@ -1172,7 +1108,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "dd78f717b6c2c96e",
+    SET(hash) "a58846c9a6dd673d",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,
@@ -1181,6 +1117,8 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(point_count) 1,
     SET(course_count) 2,
     SET(break_count) 2,
+    SET(qdd_cost) 402,
+    SET(tangent_cost) 0,
     SET(coordinates) manipulator_rigid_coordinate_names,
     SET(parameters) manipulator_rigid_parameter_names,
     SET(inputs) 0,
@@ -1219,6 +1157,7 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(M_h) 0,
     SET(f) manipulator_rigid_f_doubles,
     SET(row_terms) manipulator_rigid_row_terms_doubles,
+    SET(point_terms) manipulator_rigid_point_terms_doubles,
     SET(constrained) manipulator_rigid_constrained_doubles,
     SET(tangent) 0,
     SET(d_qdd) 0,

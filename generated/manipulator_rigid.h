@@ -18,13 +18,14 @@
  *   u              11     17    2    4
  *   v              45     71    3    6
  *   row_terms      45     71    3    6
- *   phi             4      6    2    3
- *   psi            13     26    3    5
+ *   phi            45     71    3    6
+ *   psi            45     71    3    6
  *   k              45     71    3    6
- *   r               3      5    0    4
- *   rd              8     17    0    4
- *   C               5      9    0    4
- *   d              12     23    0    4
+ *   r              23     42    0    4
+ *   point_terms     23     42    0    4
+ *   rd             23     42    0    4
+ *   C              23     42    0    4
+ *   d              23     42    0    4
  *   energy         20     37    0    2
  *   power           3      7    1    3
  *   Q_q             4     15    0    4
@@ -103,6 +104,13 @@ struct manipulator_rigid_row_terms_result {
     double k[2]; /* (m) stabilised right side, u qdd = k */
 };
 
+struct manipulator_rigid_point_terms_result {
+    double r[3]; /* (points x 3) positions [m] */
+    double rd[3]; /* (points x 3) velocities [m/s] */
+    double C[12]; /* (points x 3 x n) rd = C qd */
+    double d[3]; /* (points x 3) bias accelerations, rdd = C qdd + d [m/s^2] */
+};
+
 struct manipulator_rigid_constrained_result {
     double qdd[4]; /* (n) accelerations with stabilised constraints */
     double lambda[2]; /* (m) multipliers, r = u^T lambda */
@@ -164,6 +172,10 @@ void manipulator_rigid_k(const struct manipulator_rigid_parameters *p, const str
 /* positions of the points: (points x 3) positions [m] */
 void manipulator_rigid_r(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double r[1 * 3]);
+
+/* r, rd, C and d in one call */
+void manipulator_rigid_point_terms(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], struct manipulator_rigid_point_terms_result *out);
 
 /* velocities of the points: (points x 3) velocities [m/s] */
 void manipulator_rigid_rd(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
