@@ -25,7 +25,10 @@ static const double safety = 0.9; /* aims below the tolerance, so that few steps
 /* an estimate that is near 0 by chance says nothing about the next step */
 static const double growth_most = 5;
 static const double growth_least = 0.2;
-static const double shrink_failed = 0.25;   /* no estimate, so a guess */
+static const double shrink_failed = 0.4; /* no estimate, so a guess */
+/* a step that failed is not soon tried again: no longer one than this part of it, then more by this factor a
+ * step */
+static const double cap_failed = 0.6, cap_growth = 1.1;
 static const double error_share = 0.7;      /* exponents times the order: of this error, */
 static const double error_last_share = 0.4; /* and of the one before */
 static const double error_least = 1e-4;     /* of the one before, lest a lucky step blows up the next */
@@ -296,6 +299,8 @@ static void propose_after_accepted(struct refdyn_drive *drive, double h, double 
     drive->step_next = h < drive->step_next ? fmax(proposed, drive->step_next) : proposed;
     if (drive->options.step_max > 0)
         drive->step_next = fmin(drive->step_next, drive->options.step_max);
+    drive->step_next = fmin(drive->step_next, drive->step_cap);
+    drive->step_cap *= cap_growth;
     drive->error_last = fmax(error, error_least);
 }
 
@@ -317,6 +322,7 @@ static int try_adaptive(struct refdyn_drive *drive, double h, double t_new) {
         status = arrive(drive, t_new, h);
     if (status) {
         drive->cause = status;
+        drive->step_cap = cap_failed * h;
         error = INFINITY;
     }
     if (error <= 1) {

@@ -23,6 +23,8 @@ enum { ITERATIONS_MOST = 12, CONTINUED = 3 };
 /* Newton ends when what is left changes no velocity by more than this part of the tolerance, per second:
  * errors of slow motions add up over many steps. */
 static const double settled_part = 0.02;
+/* Of no larger tolerance than this: what is left would excite fast modes that nothing damps. */
+static const double settled_most = 1e-5;
 /* Where corrections no longer fall, rounding is met, if they move no position by more than this. */
 static const double stalled = 1e-11;
 /* A correction must fall below this part of the one before, else a smaller step is needed. */
@@ -150,7 +152,7 @@ static double correct(struct refdyn_drive *drive, const struct refdyn_collocatio
 
 /* Accelerations of all stages; drive->contraction tells how fast it went. */
 static int solve_stages(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, double h) {
-    const double enough = settled_part * drive->options.tol / h;
+    const double enough = settled_part * fmin(drive->options.tol, settled_most) / h;
     double last = INFINITY;
     drive->contraction = 0;
     for (int iteration = 0; iteration < ITERATIONS_MOST; iteration++) {

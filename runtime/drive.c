@@ -169,6 +169,7 @@ int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, co
     drive->t_most = INFINITY;
     drive->step_next = drive->options.step;
     drive->error_last = 1;
+    drive->step_cap = INFINITY;
     drive->method = options_method(drive);
     drive->cause = REFDYN_OK;
     drive->statistics = (struct refdyn_statistics){.phi_row = -1, .psi_row = -1};

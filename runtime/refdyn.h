@@ -340,6 +340,7 @@ struct refdyn_drive {
                           [s] */
     double t_most;     /* adaptive steps end here, see refdyn_drive_limit [s] */
     double step_next;  /* adaptive: proposed step, 0: to be found [s] */
+    double step_cap;   /* adaptive: steps longer than this have failed lately [s] */
     double error_last; /* adaptive: error norm of the last accepted step */
     double from, to;   /* fixed step: output interval in progress [s] */
     long interval_steps, interval_done; /* fixed step: steps of that interval */
