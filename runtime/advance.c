@@ -29,10 +29,11 @@ static const double shrink_failed = 0.4; /* no estimate, so a guess */
 /* a step that failed is not soon tried again: no longer one than this part of it, then more by this factor a
  * step */
 static const double cap_failed = 0.6, cap_growth = 1.1;
-static const double error_share = 0.7;      /* exponents times the order: of this error, */
-static const double error_last_share = 0.4; /* and of the one before */
-static const double error_least = 1e-4;     /* of the one before, lest a lucky step blows up the next */
-static const double first_share = 0.1; /* of the change tol^(1/order), which a step of that order may make */
+static const double kept_least = 0.95, kept_most = 1.25; /* within them a step is kept, with its factors */
+static const double error_share = 0.7;                   /* exponents times the order: of this error, */
+static const double error_last_share = 0.4;              /* and of the one before */
+static const double error_least = 1e-4; /* of the one before, lest a lucky step blows up the next */
+static const double first_share = 0.1;  /* of the change tol^(1/order), which a step of that order may make */
 static const double turned_most =
     0.1; /* [rad, or length]: beyond, directions in the metric of M are found anew */
 
@@ -79,7 +80,7 @@ static double largest_turn(const struct refdyn_drive *drive, const double *q) {
 static int align_with_mass(struct refdyn_drive *drive, double t, const double *state) {
     struct refdyn_workspace *work = drive->work;
     const int n = work->n;
-    if (drive->is_aligned == work->partition.changes + 1 && largest_turn(drive, state) < turned_most)
+    if (drive->is_aligned == work->partition.choices && largest_turn(drive, state) < turned_most)
         return REFDYN_OK;
     int status = refdyn_equations(work, t, state, state + n);
     if (!status)
@@ -88,7 +89,7 @@ static int align_with_mass(struct refdyn_drive *drive, double t, const double *s
         return status;
     refdyn_linear_directions(&drive->linear);
     memcpy(drive->aligned, state, (size_t)n * sizeof *state);
-    drive->is_aligned = work->partition.changes + 1;
+    drive->is_aligned = work->partition.choices;
     return REFDYN_OK;
 }
 
@@ -106,10 +107,10 @@ static int align(struct refdyn_drive *drive, double t, const double *state) {
 }
 
 int refdyn_meet_programme(struct refdyn_drive *drive, double t, double *state) {
-    const int status = align(drive, t, state);
-    return status ? status
-                  : refdyn_project_along(drive->work, drive->linear.directions, t, state,
-                                         state + drive->work->n);
+    const struct refdyn_linear *linear = &drive->linear;
+    const int n = drive->work->n, status = align(drive, t, state);
+    const struct refdyn_directions along = {linear->directions, linear->rows, linear->size - n};
+    return status ? status : refdyn_project_along(drive->work, &along, t, state, state + n);
 }
 
 /* ---- Work of forces ---- */
@@ -166,8 +167,10 @@ static int complete(struct refdyn_drive *drive, double t_new) {
         status = refdyn_meet_programme(drive, t_new, drive->state_new);
         is_known = is_known && memcmp(drive->side, drive->state_new, (size_t)(2 * n) * sizeof *q) == 0;
     }
+    work->partition.rank_most = work->m;
     if (!status)
         status = refdyn_partition_watch(work, t_new, q, qd);
+    work->partition.rank_most = work->partition.rank;
     if (!status && !is_known)
         status = refdyn_slope(drive, t_new, drive->state_new, drive->slope_new);
     if (status)
@@ -295,6 +298,13 @@ static void propose_after_accepted(struct refdyn_drive *drive, double h, double 
     const double factor = safety * pow(fmax(error, DBL_MIN), -error_share / order) *
                           pow(drive->error_last, error_last_share / order);
     const double proposed = h * bounded(factor, growth_least, growth_most);
+    if (refdyn_method_facts(drive->method).collocation && proposed > h * kept_least &&
+        proposed < h * kept_most) {
+        drive->error_last = fmax(error, error_least);
+        drive->step_next = fmin(h, drive->step_cap);
+        drive->step_cap *= cap_growth;
+        return;
+    }
     /* a step that was cut short to land says nothing against the longer one */
     drive->step_next = h < drive->step_next ? fmax(proposed, drive->step_next) : proposed;
     if (drive->options.step_max > 0)

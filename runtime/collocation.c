@@ -30,7 +30,7 @@ static const double stalled = 1e-11;
 /* A correction must fall below this part of the one before, else a smaller step is needed. */
 static const double slow = 0.5;
 /* Factors are used again while each correction falls below this part of the one before. */
-static const double fast = 0.05;
+static const double fast = 0.2;
 /* A vibration of more than so many radians a step is not resolved: its error is that of its size. */
 static const double resolved = 6;
 

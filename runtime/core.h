@@ -22,12 +22,17 @@ int refdyn_partition_update(struct refdyn_workspace *work, const double *right, 
 /* refdyn_project, with the equations of the given state already in the workspace. */
 int refdyn_project_evaluated(struct refdyn_workspace *work, double t, double *q, double *qd);
 /*
- * The same along given directions z_a (rank x n, ordered as partition.row; any with a regular u z), with the
- * row terms of the given state in the workspace; at the end those of the new one. Errors: NOT_FINITE,
+ * The same along given directions, of which count x count products with their rows are regular; with the row
+ * terms of the given state in the workspace, at the end those of the new one. Errors: NOT_FINITE,
  * NO_CONVERGENCE.
  */
-int refdyn_project_along(struct refdyn_workspace *work, const double *directions, double t, double *q,
-                         double *qd);
+struct refdyn_directions {
+    const double *vectors; /* (count x n) */
+    const int *rows;       /* (count) that they belong to */
+    int count;
+};
+int refdyn_project_along(struct refdyn_workspace *work, const struct refdyn_directions *along, double t,
+                         double *q, double *qd);
 
 /* What 1 rad weighs against in coordinate j: `length` for a translation, 1 for a rotation. */
 double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double length);

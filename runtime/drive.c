@@ -147,6 +147,7 @@ static int begin_here(struct refdyn_drive *drive) {
     drive->tried_t = INFINITY;
     drive->interval_steps = drive->interval_done = 0;
     drive->seen[2 * drive->work->n] = drive->work_done;
+    drive->work->partition.rank_most = drive->work->partition.rank;
     memcpy(drive->state, drive->seen, bytes);
     memcpy(drive->state_new, drive->seen, bytes);
     const int status = refdyn_slope(drive, drive->t, drive->state, drive->slope);
@@ -191,6 +192,7 @@ int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, co
 }
 
 int refdyn_drive_refresh(struct refdyn_drive *drive) {
+    drive->work->partition.rank_most = drive->work->m;
     int status =
         refdyn_accelerate(drive->work, drive->t, drive->q, drive->qd, drive->options.stabilise, drive->qdd);
     if (!status)
@@ -230,13 +232,18 @@ static int look_at(struct refdyn_drive *drive, double t) {
 /* The state at t with its accelerations. */
 static int show(struct refdyn_drive *drive, double t) {
     const int n = drive->work->n;
+    struct refdyn_partition *partition = &drive->work->partition;
     int status = look_at(drive, t);
     drive->work_done = drive->seen[2 * n];
+    partition->rank_most = drive->work->m;
     if (!status)
         status = refdyn_equations(drive->work, t, drive->q, drive->qd);
     if (!status)
         refdyn_record_residuals(drive);
-    return status ? status : solve_seen(drive);
+    if (!status)
+        status = solve_seen(drive);
+    partition->rank_most = partition->rank;
+    return status;
 }
 
 /* After a step that failed for good, the last accepted state is the end. */

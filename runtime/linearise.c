@@ -59,6 +59,12 @@ int refdyn_linear_evaluate(struct refdyn_linear *linear, struct refdyn_workspace
     return status ? status : REFDYN_NOT_FINITE;
 }
 
+/* The independent rows of the partition stand behind the coordinates. */
+static void take_rows(struct refdyn_linear *linear, const struct refdyn_workspace *work) {
+    linear->size = linear->n + work->partition.rank;
+    memcpy(linear->rows, work->partition.row, (size_t)work->partition.rank * sizeof(int));
+}
+
 /* Row i of the matrix and of its right side from base + g first + g^2 second and from base, g first. */
 static void fill_row(struct refdyn_linear *linear, int i, const double *restrict base,
                      const double *restrict first, const double *restrict second, double g) {
@@ -73,10 +79,10 @@ static void fill_row(struct refdyn_linear *linear, int i, const double *restrict
 }
 
 /* The border -u^T, and the zeros in its corner. */
-static void fill_border(struct refdyn_linear *linear, const struct refdyn_workspace *work, const double *u) {
+static void fill_border(struct refdyn_linear *linear, const double *u) {
     const int n = linear->n, size = linear->size;
     for (int k = 0; k < size - n; k++) {
-        const double *row = u + work->partition.row[k] * n;
+        const double *row = u + linear->rows[k] * n;
         for (int i = 0; i < n; i++)
             linear->matrix[i * size + n + k] = -row[i];
         for (int i = n; i < size; i++)
@@ -92,28 +98,35 @@ static int factor(struct refdyn_linear *linear) {
 int refdyn_linear_factor(struct refdyn_linear *linear, const struct refdyn_workspace *work, double g) {
     const int n = linear->n;
     linear->g = g;
-    linear->size = n + work->partition.rank;
+    take_rows(linear, work);
     for (int i = 0; i < n; i++) {
         fill_row(linear, i, linear->M + i * n, linear->D + i * n, linear->K + i * n, g);
         linear->right_t[i] = -g * linear->f_t[i];
     }
     for (int i = n; i < linear->size; i++) {
-        const int a = work->partition.row[i - n];
+        const int a = linear->rows[i - n];
         fill_row(linear, i, linear->u + a * n, linear->G_qd + a * n, linear->G_q + a * n, g);
         linear->right_t[i] = -g * linear->g_t[a];
     }
-    fill_border(linear, work, linear->u);
+    fill_border(linear, linear->u);
+    return factor(linear);
+}
+
+/* M and u with its border. */
+static int factor_mass(struct refdyn_linear *linear, const struct refdyn_workspace *work, const double *M,
+                       const double *u) {
+    const int n = linear->n;
+    take_rows(linear, work);
+    for (int i = 0; i < linear->size; i++) {
+        const double *from = i < n ? M + i * n : u + linear->rows[i - n] * n;
+        memcpy(linear->matrix + i * linear->size, from, (size_t)n * sizeof *from);
+    }
+    fill_border(linear, u);
     return factor(linear);
 }
 
 int refdyn_linear_factor_mass(struct refdyn_linear *linear, const struct refdyn_workspace *work) {
-    const int n = linear->n, size = linear->size = n + work->partition.rank;
-    for (int i = 0; i < size; i++) {
-        const double *from = i < n ? work->M + i * n : work->u + work->partition.row[i - n] * n;
-        memcpy(linear->matrix + i * size, from, (size_t)n * sizeof *from);
-    }
-    fill_border(linear, work, work->u);
-    return factor(linear);
+    return factor_mass(linear, work, work->M, work->u);
 }
 
 void refdyn_linear_solve(struct refdyn_linear *linear, const double *r_q, const double *r_v, double dt,
@@ -164,14 +177,15 @@ static void fill_complex_row(const double *restrict base, const double *restrict
 
 int refdyn_linear_factor_complex(struct refdyn_linear *linear, const struct refdyn_workspace *work, int k,
                                  double re, double im) {
-    const int n = linear->n, size = linear->size = n + work->partition.rank;
+    take_rows(linear, work);
+    const int n = linear->n, size = linear->size;
     double *real = linear->complex + k * 2 * size * size, *imaginary = real + size * size;
     memset(real, 0, (size_t)(2 * size * size) * sizeof *real);
     for (int i = 0; i < n; i++)
         fill_complex_row(linear->M + i * n, linear->D + i * n, linear->K + i * n, re, im, n, real + i * size,
                          imaginary + i * size);
     for (int i = n; i < size; i++) {
-        const int a = linear->rows[i - n] = work->partition.row[i - n];
+        const int a = linear->rows[i - n];
         fill_complex_row(linear->u + a * n, linear->G_qd + a * n, linear->G_q + a * n, re, im, n,
                          real + i * size, imaginary + i * size);
         for (int j = 0; j < n; j++)
@@ -224,20 +238,6 @@ static void change_accelerations(struct refdyn_linear *linear, const double *dq,
     memcpy(da, linear->x, (size_t)n * sizeof *da);
 }
 
-static int factor_tangent_mass(struct refdyn_linear *linear, const struct refdyn_workspace *work) {
-    const int n = linear->n, size = linear->size = n + work->partition.rank;
-    for (int i = 0; i < size; i++) {
-        const double *from = linear->M + i * n;
-        if (i >= n) {
-            linear->rows[i - n] = work->partition.row[i - n];
-            from = linear->u + linear->rows[i - n] * n;
-        }
-        memcpy(linear->matrix + i * size, from, (size_t)n * sizeof *from);
-    }
-    fill_border(linear, work, linear->u);
-    return factor(linear);
-}
-
 /* Three vectors of an iteration and what they tell: a = alpha v + beta q, so that lambda^2 = alpha lambda +
  * beta. */
 struct fit {
@@ -271,7 +271,7 @@ int refdyn_linear_spectrum(struct refdyn_drive *drive, double *rate, double *dam
     double *q = drive->stage, *v = drive->stage + n, *a = drive->side;
     int status = refdyn_linear_at_begin(drive);
     if (!status)
-        status = factor_tangent_mass(linear, drive->work);
+        status = factor_mass(linear, drive->work, linear->M, linear->u);
     drive->is_aligned = 0;
     if (status)
         return status;

@@ -22,7 +22,8 @@ static const double worse = 10;
 void refdyn_partition_reset(struct refdyn_workspace *work) {
     struct refdyn_partition *partition = &work->partition;
     partition->rank = -1;
-    partition->is_declared = partition->changes = 0;
+    partition->rank_most = work->m;
+    partition->is_declared = partition->changes = partition->choices = 0;
     partition->condition = partition->condition_chosen = partition->condition_max = 1;
     partition->pivot = partition->pivot_min = 1;
 }
@@ -111,7 +112,7 @@ static int pivot_fully(struct refdyn_workspace *work, const int *allowed) {
     for (int a = 0; a < work->m; a++)
         partition->row[a] = a;
     int rank = 0, row = 0, column = 0;
-    while (rank < work->m && rank < work->n &&
+    while (rank < work->m && rank < work->n && rank < partition->rank_most &&
            find_pivot(work, rank, allowed, &row, &column) > work->rank_tol) {
         move_pivot(work, rank, row, column);
         eliminate_column(work, rank);
@@ -264,6 +265,8 @@ static void eliminate_backward(struct refdyn_workspace *work) {
 /* True when a row that was redundant at the choice no longer is. */
 static int rank_has_grown(const struct refdyn_workspace *work) {
     const int n = work->n, rank = work->partition.rank;
+    if (rank >= work->partition.rank_most)
+        return 0;
     for (int a = rank; a < work->m; a++)
         for (int b = rank; b < n; b++)
             if (fabs(work->rows[a * (n + 1) + b]) * work->weight[b] > work->rank_tol * work->row_size[a])
@@ -311,6 +314,7 @@ static int eliminate_chosen(struct refdyn_workspace *work, const double *right, 
     if (refdyn_fault_not_finite(work))
         return REFDYN_NOT_FINITE;
     choose(work);
+    work->partition.choices++;
     order_weights(work);
     gather_rows(work, right, sign);
     eliminate_forward(work);

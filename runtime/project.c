@@ -208,48 +208,46 @@ static int not_converged(struct refdyn_workspace *work) {
     return REFDYN_NO_CONVERGENCE;
 }
 
-/* x += the combination of the directions of the listed rows with u dx = -residual. */
-static int correct_rows(struct refdyn_workspace *work, const double *directions,
+/* x += the combination of the directions with u dx = -residual, of the rows that have such a residual. */
+static int correct_rows(struct refdyn_workspace *work, const struct refdyn_directions *along,
                         int (*has)(const struct refdyn_model *, int), const double *residual, double *x) {
     const int n = work->n;
     int *listed = work->mark, count = 0;
-    for (int k = 0; k < work->partition.rank; k++)
-        if (has(work->model, work->partition.row[k]))
+    for (int k = 0; k < along->count; k++)
+        if (has(work->model, along->rows[k]))
             listed[count++] = k;
     for (int i = 0; i < count; i++) {
-        const int row = work->partition.row[listed[i]];
+        const int row = along->rows[listed[i]];
         work->wanted[i] = -residual[row];
         for (int j = 0; j < count; j++)
-            work->basis[i * count + j] = dense_dot(work->u + row * n, directions + listed[j] * n, n);
+            work->basis[i * count + j] = dense_dot(work->u + row * n, along->vectors + listed[j] * n, n);
     }
     if (refdyn_lu_factor(work->basis, count, work->mark + n, work->lambda) >= 0)
         return not_converged(work);
     refdyn_lu_solve(work->basis, count, work->mark + n, work->wanted);
     for (int j = 0; j < count; j++)
-        dense_add(x, work->wanted[j], directions + listed[j] * n, n);
+        dense_add(x, work->wanted[j], along->vectors + listed[j] * n, n);
     return REFDYN_OK;
 }
 
-static int correct_along(struct refdyn_workspace *work, const double *directions, double t, double *q,
-                         double *qd) {
-    int status = correct_rows(work, directions, has_position, work->phi, q);
+static int correct_along(struct refdyn_workspace *work, const struct refdyn_directions *along, double t,
+                         double *q, double *qd) {
+    int status = correct_rows(work, along, has_position, work->phi, q);
     if (!status)
-        status = correct_rows(work, directions, has_velocity, work->psi, qd);
+        status = correct_rows(work, along, has_velocity, work->psi, qd);
     return status ? status : refdyn_row_terms(work, t, q, qd);
 }
 
 /* By the smallest change in the metric of the present M. */
-static int correct_in_mass(struct refdyn_workspace *work, const double *directions, double t, double *q,
-                           double *qd) {
-    (void)directions;
+static int correct_in_mass(struct refdyn_workspace *work, double t, double *q, double *qd) {
     const int status = correct(work, q, qd);
     return status ? status : refdyn_equations(work, t, q, qd);
 }
 
-/* Newton; velocities are judged once the positions no longer change them. */
-static int iterate(struct refdyn_workspace *work,
-                   int (*correction)(struct refdyn_workspace *, const double *, double, double *, double *),
-                   const double *directions, double t, double *q, double *qd) {
+/* Newton; velocities are judged once the positions no longer change them. along: or NULL, in the metric of M.
+ */
+static int iterate(struct refdyn_workspace *work, const struct refdyn_directions *along, double t, double *q,
+                   double *qd) {
     double last_phi = INFINITY, last_psi = INFINITY;
     int positions_are_done = 0;
     for (int iteration = 0; iteration <= ITERATIONS_MOST; iteration++) {
@@ -257,7 +255,7 @@ static int iterate(struct refdyn_workspace *work,
             positions_are_done = positions_done(work, q, &last_phi);
         if (positions_are_done && velocities_done(work, qd, &last_psi))
             return REFDYN_OK;
-        const int status = correction(work, directions, t, q, qd);
+        const int status = along ? correct_along(work, along, t, q, qd) : correct_in_mass(work, t, q, qd);
         if (status)
             return status;
     }
@@ -265,12 +263,12 @@ static int iterate(struct refdyn_workspace *work,
 }
 
 int refdyn_project_evaluated(struct refdyn_workspace *work, double t, double *q, double *qd) {
-    return iterate(work, correct_in_mass, NULL, t, q, qd);
+    return iterate(work, NULL, t, q, qd);
 }
 
-int refdyn_project_along(struct refdyn_workspace *work, const double *directions, double t, double *q,
-                         double *qd) {
-    return iterate(work, correct_along, directions, t, q, qd);
+int refdyn_project_along(struct refdyn_workspace *work, const struct refdyn_directions *along, double t,
+                         double *q, double *qd) {
+    return iterate(work, along, t, q, qd);
 }
 
 int refdyn_project(struct refdyn_workspace *work, double t, double *q, double *qd,

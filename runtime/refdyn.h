@@ -62,7 +62,10 @@ struct refdyn_partition {
                     independent ones, ascending */
     int *row; /* (m) rows: the first `rank` are used, in the order of elimination; the others are redundant */
     int rank; /* independent rows, -1: not chosen yet */
+    int rank_most;    /* the rank is not found higher than this: within a step, off the programme, rows that
+                         depend on    others there look independent */
     int is_declared;  /* the dependent coordinates are the model's declared ones */
+    int choices;      /* how often they were chosen since the last reset */
     int changes;      /* how often the dependent coordinates were changed since the first choice */
     double condition; /* estimate for K_d (scaled) at the last accelerations: |[1 -P]| / smallest pivot */
     double condition_chosen; /* the same when it was chosen */
