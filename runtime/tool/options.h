@@ -25,9 +25,9 @@ struct options {
     bool fold;
     /* NULL: not given */
     const char *output, *emit, *state, *from, *method, *stabilise, *start, *hold, *summary, *vary, *steps,
-        *accelerations, *loops;
+        *tols, *methods, *accelerations, *loops;
     /* 0: not given */
-    double until, step, tolerance, every;
+    double until, step, tolerance, every, seconds;
 };
 
 struct command {
