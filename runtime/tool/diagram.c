@@ -34,9 +34,8 @@ static void put_block(FILE *script, const struct study *study, int i, int j) {
 }
 
 static void put_style(FILE *script, const char *title, const struct study *study) {
-    fputs("set logscale xy\nset format x '1e%T'\nset format y '1e%T'\nset key outside bottom center offset "
-          "0,-0.4 "
-          "horizontal\n"
+    fputs("set logscale xy\nset format x '1e%T'\nset format y '1e%T'\nset key outside bottom center "
+          "horizontal height 1\n"
           "set xlabel 'CPU time of the integration [s]'\nset lmargin 11\nset title ",
           script);
     gnuplot_quote(script, title);
