@@ -293,7 +293,7 @@ enum status run_report(const struct options *options) {
     enum status status = plan_report(report);
     if (status == STATUS_DONE)
         status = run_all(report);
-    if (status == STATUS_DONE && motion_interrupted) {
+    if (motion_interrupted) {
         fputs("refdyn report: interrupted\n", stderr);
         status = STATUS_NUMBERS;
     }

@@ -303,5 +303,5 @@ enum status study_run(struct study *study, const struct study_plan *plan, struct
     progress_end(&runs.progress);
     free(runs.reference);
     free(runs.track);
-    return motion_interrupted ? STATUS_NUMBERS : status;
+    return status;
 }

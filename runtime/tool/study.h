@@ -58,8 +58,8 @@ struct study {
     int stride;                          /* numbers that make one distance: 3 for points, 1 for coordinates */
 };
 
-/* Runs all within about `seconds`. Returns STATUS_DONE also when runs failed; STATUS_NUMBERS when no two
- * methods came to the end for a reference, or after an interrupt. */
+/* Runs all within about `seconds`; an interrupt ends it early. Returns STATUS_DONE also when runs failed,
+ * STATUS_NUMBERS when no two methods came to the end for a reference. */
 enum status study_run(struct study *study, const struct study_plan *plan, struct scene *scene,
                       double seconds);
 /* The run came to the end. */
