@@ -1,5 +1,7 @@
 """The command line: exit statuses, messages, files at fault, the compile cache, and what a failed run leaves."""
+import csv
 import json
+import math
 import os
 import re
 import stat
@@ -7,7 +9,7 @@ import subprocess
 
 import pytest
 
-from program import MODELS, REFERENCE, REFDYN, SOURCE, TESTS, evaluate, read_run, refdyn
+from program import MODELS, REFERENCE, REFDYN, SCALE, SOURCE, TESTS, evaluate, motion, oracle, read_run, refdyn
 
 PENDULUM = TESTS / "models" / "double_pendulum.lua"
 COMMANDS = ["gen", "check", "eval", "statics", "modes", "sim", "plot", "bench", "report"]
@@ -29,6 +31,8 @@ WRONG_USAGE = [
     ["sim", PENDULUM, "--until", "1", "--stabilise", "much", "-o", "x.csv"],
     ["sim", PENDULUM, "--until", "1", "--step", "0", "-o", "x.csv"],
     ["gen", PENDULUM, "--emit", "qddd", "-o", "x"], ["gen", PENDULUM, "--emit", "M,nothing", "-o", "x"], ["gen", PENDULUM, "--emit", "", "-o", "x"],
+    ["report", PENDULUM, "--until", "1", "--methods", "rk4,rk3", "-o", "x"], ["report", PENDULUM, "--until", "1", "--tols", "1e-3,2", "-o", "x"],
+    ["report", PENDULUM, "--until", "1", "--steps", "1e-3,", "--seconds", "0", "-o", "x"],
     ["check", PENDULUM, PENDULUM], ["check", PENDULUM, "--set", "n_rfe"], ["check", PENDULUM, "--until", "1"], ["plot", "-o", "x.svg"],
 ]
 
@@ -367,15 +371,59 @@ def test_bench_has_every_quantity(model, tmp_path):
         assert found.get(name) == [int(count) for count in counts], name
 
 
+def read_report(folder):
+    """The lines of the one CSV there."""
+    [path] = folder.glob("*.csv")
+    with open(path) as file:
+        return list(csv.DictReader(file))
+
+
 def test_report(tmp_path):
-    refdyn("report", REFERENCE, "--set", "n_rfe=1", "--until", "0.2", "--steps", "2e-3,1e-3", "-o", tmp_path)
-    names = {path.suffix for path in tmp_path.iterdir()}
-    assert names >= {".csv", ".svg"}
+    """Slope, floor, page and figure; everything but the times is the same on a second call."""
+    done, kept = [], []
+    for folder in (tmp_path / "one", tmp_path / "two"):
+        done.append(refdyn("report", REFERENCE, "--set", "n_rfe=1", "--until", "0.5", "--methods", "rk4,rodas5p", "--steps", "4e-3,2e-3,1e-3",
+                           "--tols", "1e-5,1e-4", "-o", folder).stdout)
+        lines = read_report(folder)
+        kept.append([{key: value for key, value in line.items() if key != "cpu_s"} for line in lines])
+        assert all(float(line["cpu_s"]) > 0 for line in lines if line["result"] == "done")
+        assert {path.suffix for path in folder.iterdir()} == {".csv", ".svg", ".html"}
+        page, figure = ((folder / f"manipulator.{ending}").read_text() for ending in ("html", "svg"))
+        assert figure[figure.index("<svg"):].strip() in page and "rodas5p" in figure
+        assert not re.search(r"(src|href)=.https?:", page)
+    assert kept[0] == kept[1]
+    references = [line for line in kept[0] if line["kind"] == "reference"]
+    assert len({line["method"] for line in references}) == 2 and float(references[1]["error"]) < 1e-9
+    tols = [float(line["tol"]) for line in kept[0] if line["kind"] == "run" and line["method"] == "rodas5p"]
+    assert tols == [1e-4, 1e-5]
+    slope = re.search(r"^rk4, project: error goes with step\^(\S+) ", done[0], re.M)
+    assert slope and abs(float(slope[1]) - 4) < 0.5 * SCALE, done[0]
+    assert "1e-06 m" in done[0]
+
+
+def test_report_errors_are_those_of_the_motion(tmp_path):
+    """The same error as against the motion that other programs found."""
+    arguments = ["--set", "n_rfe=1", "--until", "10", "--every", "0.5"]
+    refdyn("report", REFERENCE, *arguments, "--methods", "rodas5p", "--tols", "1e-6", "-o", tmp_path)
+    [claimed] = [float(line["error"]) for line in read_report(tmp_path) if line["kind"] == "run"]
+    run, _, _ = motion(REFERENCE, *arguments, "--method", "rodas5p", "--tol", "1e-6")
+    found = max(math.dist([run[f"E_{axis}"][i] for axis in "xyz"], sample["r_E"])
+                for i, sample in enumerate(oracle("traj_seed_rigid")["samples"]))
+    assert abs(claimed - found) <= 1e-2 * found * SCALE, (claimed, found)
 
 
 def test_report_shows_every_stabilisation(tmp_path):
-    """Where rounding is reached with steps that Baumgarte's gains do not allow, smaller ones are added for it."""
-    refdyn("report", REFERENCE, "--vary", "n_rfe=1", "--from", "statics", "--until", "0.2", "-o", tmp_path)
-    [path] = tmp_path.glob("*.csv")
-    done = [line.split(",") for line in path.read_text().splitlines() if line.endswith(",done")]
-    assert {line[2] for line in done} == {"none", "baumgarte", "project"}
+    """Each goes down to steps with which it is stable, however small its gains make them."""
+    refdyn("report", REFERENCE, "--vary", "n_rfe=1", "--methods", "rk4", "--from", "statics", "--until", "0.2", "-o", tmp_path)
+    done = [line for line in read_report(tmp_path) if line["kind"] == "run" and line["result"] == "done"]
+    assert {line["stabilise"] for line in done} == {"none", "baumgarte", "project"} and {line["variant"] for line in done} == {"n_rfe=1"}
+
+
+def test_report_stops_what_is_too_slow(tmp_path):
+    done = refdyn("report", REFERENCE, "--set", "n_rfe=1", "--until", "10", "--methods", "rk4", "--steps", "1e-8,1e-3", "--seconds", "12",
+                  "-o", tmp_path)
+    slow = [line for line in read_report(tmp_path) if "too slow" in line["result"]]
+    assert [float(line["step"]) for line in slow] == [1e-8] * 3 and "too slow" in done.stdout
+    assert refdyn("report", REFERENCE, "--until", "1", "--seconds", "1e-9", "-o", tmp_path / "none", status=3).stderr.count("--seconds")
+    assert not (tmp_path / "none").exists()
+

@@ -69,15 +69,8 @@ static void show_log(const char *path) {
 /* Gnuplot's file, smaller, under the final name. */
 static bool publish(const char *from, const char *path) {
     struct output output;
-    char *text = NULL;
-    size_t size = 0;
-    FILE *file = fopen(from, "r");
-    bool is_read = file && getdelim(&text, &size, '\0', file) > 0;
-    if (file)
-        fclose(file);
-    if (!is_read)
-        fprintf(stderr, "refdyn: %s: cannot be read\n", from);
-    bool is_open = is_read && output_open(&output, path);
+    char *text = file_text(from);
+    bool is_open = text && output_open(&output, path);
     if (is_open)
         svg_shrink(text, output.file);
     free(text);

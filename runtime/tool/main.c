@@ -93,15 +93,22 @@ const struct command commands[] = {
     {.name = "report",
      .run = run_report,
      .operands = "MODEL.lua",
-     .options = "until! output! from steps every vary hold set fold",
+     .options = "until! output! from methods tols steps seconds every vary hold set fold",
      .output = "DIR",
-     .purpose = "error against run time, as CSV and SVG",
+     .purpose = "error against run time of all methods, as CSV, SVG and HTML",
      .help =
-         "RK4 over a range of steps with each stabilisation, from a start on the programme, against a "
-         "reference of half\n"
-         "the smallest step. Writes NAME.csv and NAME.svg into the folder of -o.\n\n"
+         "Every method over a range of tolerances, or of steps with each stabilisation, from a start on the "
+         "programme,\n"
+         "against a reference that an explicit and an implicit method agree on, at fifty times unless "
+         "--every "
+         "tells others.\n"
+         "Writes NAME.csv, NAME.svg and NAME.html into the folder of -o, and prints what the runs say.\n"
+         "Runs that --seconds does not suffice for are stopped and listed; times, and which runs these are, "
+         "differ from\n"
+         "call to call, all else does not.\n\n"
          "  refdyn report models/manipulator.lua --from statics --until 2 -o out\n"
-         "  refdyn report models/manipulator.lua --until 1 --vary n_rfe=1,2,4 --steps 1e-4,5e-5 -o out\n"},
+         "  refdyn report models/manipulator.lua --until 1 --vary n_rfe=1,2,4 --methods rk8,rodas5p -o "
+         "out\n"},
     {.name = NULL},
 };
 

@@ -27,8 +27,7 @@ void motion_catch_interrupt(void) {
     sigaction(SIGINT, &action, NULL);
 }
 
-/* "rk4, rk54, ..." */
-static const char *known_methods(char text[static 128]) {
+const char *known_methods(char text[static 128]) {
     text[0] = '\0';
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
         sprintf(text + strlen(text), "%s%s", method ? ", " : "", refdyn_method_name(method));
@@ -133,8 +132,15 @@ double motion_time(const struct motion *motion, long i) {
     return i >= motion->outputs - 1 ? motion->until : motion->from + (double)i * motion->every;
 }
 
-static double fraction_done(const struct motion *motion) {
+double motion_fraction(const struct motion *motion) {
     return (motion->drive.t - motion->from) / (motion->until - motion->from);
+}
+
+/* Beyond its limit, or on the way there: at a tenth of it, twice as fast would still be too slow. */
+static bool is_too_slow(const struct motion *motion, double cpu_s) {
+    const double limit = motion->cpu_limit;
+    return limit > 0 && motion->drive.t < motion->until &&
+           (cpu_s > limit || (cpu_s > limit / 10 && cpu_s > 2 * limit * motion_fraction(motion)));
 }
 
 int motion_to(struct motion *motion, long i, struct progress *progress) {
@@ -143,9 +149,11 @@ int motion_to(struct motion *motion, long i, struct progress *progress) {
     while (status == REFDYN_OK && motion->drive.t < goal) {
         status = refdyn_drive_step(&motion->drive, goal, STEPS_PER_LOOK);
         if (progress)
-            progress_show(progress, fraction_done(motion));
+            progress_show(progress, motion_fraction(motion));
         if (motion_interrupted && status == REFDYN_OK)
             status = MOTION_INTERRUPTED;
+        if (status == REFDYN_OK && is_too_slow(motion, motion->cpu_s + cpu_seconds() - begin))
+            status = MOTION_TOO_SLOW;
     }
     motion->cpu_s += cpu_seconds() - begin;
     motion->wall_s = wall_seconds() - motion->started;

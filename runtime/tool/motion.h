@@ -9,7 +9,7 @@
 
 #include <signal.h>
 
-enum { MOTION_INTERRUPTED = 1000 /* beside the runtime's statuses */, STABILISE_COUNT = 3 };
+enum { MOTION_INTERRUPTED = 1000 /* beside the runtime's statuses */, MOTION_TOO_SLOW, STABILISE_COUNT = 3 };
 
 /* By enum refdyn_stabilise. */
 extern const char *const stabilise_names[STABILISE_COUNT];
@@ -22,9 +22,12 @@ struct motion {
     double from, until, every; /* [s] */
     long outputs;              /* the first one is the start */
     double cpu_s, wall_s;      /* of integration alone; since the start */
+    double cpu_limit;          /* MOTION_TOO_SLOW beyond; 0, as at the start: none [s] */
     double started;
 };
 
+/* "rk4, rk54, ..." */
+const char *known_methods(char text[static 128]);
 /* Runtime options from --method --step --tol --stabilise --start; complains when they do not go together. */
 enum status motion_options(const struct options *options, struct refdyn_options *drive);
 /* NULL unless --from names a STATE.json. */
@@ -37,7 +40,10 @@ int motion_start(struct motion *motion, struct scene *scene, const struct refdyn
                  double every);
 /* Time of output number i, 0 to outputs - 1: a multiple of `every`, or the end. */
 double motion_time(const struct motion *motion, long i);
-/* Goes on to output i; progress may be NULL. Returns a status of the runtime, or MOTION_INTERRUPTED. */
+/* How much of the way from the start to the end is done. */
+double motion_fraction(const struct motion *motion);
+/* Goes on to output i; progress may be NULL. Returns a status of the runtime, MOTION_INTERRUPTED or
+ * MOTION_TOO_SLOW. */
 int motion_to(struct motion *motion, long i, struct progress *progress);
 void motion_release(struct motion *motion);
 

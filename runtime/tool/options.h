@@ -25,9 +25,9 @@ struct options {
     bool fold;
     /* NULL: not given */
     const char *output, *emit, *state, *from, *at, *method, *stabilise, *start, *hold, *summary, *vary,
-        *steps, *accelerations, *loops;
+        *steps, *tols, *methods, *accelerations, *loops;
     /* 0: not given */
-    double until, step, tolerance, every, modes;
+    double until, step, tolerance, every, modes, seconds;
 };
 
 struct command {

@@ -180,3 +180,21 @@ char *text_format(const char *format, ...) {
     va_end(list);
     return text;
 }
+
+FILE *text_stream(char **text, size_t *size) {
+    return checked(open_memstream(text, size));
+}
+
+char *file_text(const char *path) {
+    char *text = NULL;
+    size_t size = 0;
+    FILE *file = fopen(path, "r");
+    const bool is_read = file && getdelim(&text, &size, '\0', file) > 0;
+    if (file)
+        fclose(file);
+    if (is_read)
+        return text;
+    free(text);
+    fprintf(stderr, "refdyn: %s: cannot be read\n", path);
+    return NULL;
+}

@@ -49,6 +49,10 @@ void output_release(struct output *output);
 
 /* A copy of text in heap memory made like printf; ends the program with a message when memory is short. */
 char *text_format(const char *format, ...) __attribute__((format(printf, 1, 2)));
+/* All of a text file in heap memory; NULL with a complaint when it is empty or cannot be read. */
+char *file_text(const char *path);
+/* A stream whose text is in *text (heap memory) once it is closed; ends the program when memory is short. */
+FILE *text_stream(char **text, size_t *size);
 /* Zeroed heap memory; ends the program with a message when memory is short. */
 void *allocate(size_t count, size_t size);
 

@@ -1,7 +1,8 @@
-/* `refdyn report`: error against run time of RK4, for each stabilisation, as CSV and SVG. */
-#include "gnuplot.h"
+/* `refdyn report`: error against run time of all methods, as CSV, SVG and a page. */
+#include "diagram.h"
+#include "findings.h"
 #include "output.h"
-#include "study.h"
+#include "page.h"
 #include "timing.h"
 
 #include <errno.h>
@@ -10,37 +11,82 @@
 #include <string.h>
 #include <sys/stat.h>
 
-enum { VARIANTS_MAX = 8, WIDTH = 900, HEIGHT = 620 };
+enum { VARIANTS_MAX = 8, REPORT_OUTPUTS = 50 /* times at which runs are compared */ };
 
-static const double budget_seconds = 80; /* of all runs together, when the steps are chosen here */
+static const double seconds_default = 60; /* of all runs together */
 
 struct report {
     const struct options *options;
     char *model_name, *vary_name;
     char *values[VARIANTS_MAX]; /* of the varied option; NULL: the model as it is given */
     int variant_count;
-    double steps[STEPS_MAX];
-    int step_count; /* 0: chosen */
+    struct study_plan plan;
     struct study studies[VARIANTS_MAX];
     int done;
 };
 
 /* ---- What is asked for */
 
-static enum status read_steps(struct report *report) {
-    const char *at = report->options->steps;
-    while (at && *at) {
+static int by_descent(const void *a, const void *b) {
+    const double x = *(const double *)a, y = *(const double *)b;
+    return (x < y) - (x > y);
+}
+
+/* A list "a,b,c" of positive numbers below `most`, sorted from the loosest setting on. */
+static enum status read_numbers(const struct options *options, const char *name, const char *text,
+                                double most, double numbers[static SETTINGS_MAX], int *count) {
+    for (const char *at = text; *at;) {
         char *end;
-        double step = strtod(at, &end);
-        if (end == at || !isfinite(step) || step <= 0 || (*end && *end != ',') ||
-            report->step_count == STEPS_MAX)
-            return usage_error(report->options->command,
-                               "--steps: '%s' is no list of up to %d positive numbers",
-                               report->options->steps, STEPS_MAX);
-        report->steps[report->step_count++] = step;
+        const double number = strtod(at, &end);
+        if (end == at || !(number > 0 && number < most) || (*end && *end != ',') || *count == SETTINGS_MAX)
+            return usage_error(options->command, "--%s: '%s' is no list of up to %d numbers between 0 and %g",
+                               name, text, SETTINGS_MAX, most);
+        numbers[(*count)++] = number;
         at = end + (*end == ',');
     }
+    qsort(numbers, (size_t)*count, sizeof *numbers, by_descent);
     return STATUS_DONE;
+}
+
+/* From 1e-3 to 1e-12. */
+static void list_tolerances(struct study_plan *plan) {
+    static const double tols[] = {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12};
+    plan->tol_count = sizeof tols / sizeof tols[0];
+    memcpy(plan->tols, tols, sizeof tols);
+}
+
+static enum status read_methods(const struct options *options, struct study_plan *plan) {
+    char known[128];
+    for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
+        plan->methods[method] = !options->methods;
+    for (const char *at = options->methods; at && *at;) {
+        const size_t length = strcspn(at, ",");
+        char *name = text_format("%.*s", (int)length, at);
+        const int method = refdyn_method_find(name);
+        free(name);
+        if (method < 0)
+            return usage_error(options->command, "--methods: '%s' is no list of %s", options->methods,
+                               known_methods(known));
+        plan->methods[method] = true;
+        at += length + (at[length] == ',');
+    }
+    return STATUS_DONE;
+}
+
+static enum status read_plan(struct report *report) {
+    const struct options *options = report->options;
+    struct study_plan *plan = &report->plan;
+    plan->until = options->until;
+    plan->are_tols_given = options->tols;
+    enum status status = read_methods(options, plan);
+    if (status == STATUS_DONE && options->tols)
+        status = read_numbers(options, "tols", options->tols, 1, plan->tols, &plan->tol_count);
+    else
+        list_tolerances(plan);
+    if (status == STATUS_DONE && options->steps)
+        status =
+            read_numbers(options, "steps", options->steps, options->until, plan->steps, &plan->step_count);
+    return status;
 }
 
 static enum status read_vary(struct report *report) {
@@ -58,29 +104,17 @@ static enum status read_vary(struct report *report) {
     return STATUS_DONE;
 }
 
-static const struct option *find_option(const struct model *model, const char *name) {
+static bool has_option(const struct model *model, const char *name) {
     for (int i = 0; i < model->option_count; i++)
         if (strcmp(model->options[i].name, name) == 0)
-            return &model->options[i];
-    return NULL;
-}
-
-/* By default a model with flexible links is compared with its rigid form. */
-static void vary_flexibility(struct report *report, const struct model *model) {
-    const struct option *option = find_option(model, "n_rfe");
-    if (!option || strcmp(option->value, "1") == 0) {
-        report->variant_count = 1;
-        return;
-    }
-    report->vary_name = text_format("n_rfe");
-    report->values[report->variant_count++] = text_format("1");
-    report->values[report->variant_count++] = text_format("%s", option->value);
+            return true;
+    return false;
 }
 
 /* Reads the model once for its name and options. */
 static enum status plan_report(struct report *report) {
     struct scene scene = {.is_read = false};
-    enum status status = read_steps(report);
+    enum status status = read_plan(report);
     if (status == STATUS_DONE && report->options->vary)
         status = read_vary(report);
     if (status != STATUS_DONE)
@@ -89,8 +123,8 @@ static enum status plan_report(struct report *report) {
     if (status == STATUS_DONE) {
         report->model_name = text_format("%s", scene.generation.model.name);
         if (!report->options->vary)
-            vary_flexibility(report, &scene.generation.model);
-        else if (!find_option(&scene.generation.model, report->vary_name))
+            report->variant_count = 1;
+        else if (!has_option(&scene.generation.model, report->vary_name))
             status = usage_error(report->options->command, "--vary: the model has no option '%s'",
                                  report->vary_name);
     }
@@ -103,7 +137,8 @@ static enum status plan_report(struct report *report) {
 static enum status run_study(struct report *report, struct study *study, const struct options *options,
                              double seconds) {
     struct scene scene;
-    unsigned needs = NEEDS_MOTION | NEEDS_POINTS;
+    struct study_plan plan = report->plan;
+    unsigned needs = NEEDS_MOTION | NEEDS_POINTS | NEEDS_TANGENT;
     if (options->from && strcmp(options->from, "statics") == 0)
         needs |= NEEDS_STATICS;
     enum status status = scene_open(&scene, options, needs, motion_state_path(options));
@@ -113,8 +148,9 @@ static enum status run_study(struct report *report, struct study *study, const s
         status = usage_error(options->command, "--until %g: the motion starts at t = %g", options->until,
                              scene.state.t);
     if (status == STATUS_DONE) {
-        const double *steps = report->step_count ? report->steps : NULL;
-        status = study_run(study, &scene, options, steps, report->step_count, seconds);
+        plan.every = options->every > 0 ? options->every : (options->until - scene.state.t) / REPORT_OUTPUTS;
+        study->facts = page_facts(&scene, options, &plan);
+        status = study_run(study, &plan, &scene, seconds);
     }
     scene_close(&scene);
     return status;
@@ -139,115 +175,82 @@ static enum status run_variant(struct report *report, int i, double seconds) {
 
 static enum status run_all(struct report *report) {
     enum status status = STATUS_DONE;
-    double start = wall_seconds();
+    const double seconds = report->options->seconds > 0 ? report->options->seconds : seconds_default;
+    const double start = wall_seconds();
     motion_catch_interrupt();
     for (int i = 0; i < report->variant_count && status == STATUS_DONE; i++) {
-        double left = budget_seconds - (wall_seconds() - start);
+        const double left = fmax(seconds - (wall_seconds() - start), 0);
         status = run_variant(report, i, left / (report->variant_count - i));
     }
     return status;
 }
 
-/* ---- CSV and SVG */
+/* ---- CSV */
 
-static void put_trial(FILE *out, const struct study *study, const struct trial *trial, const char *kind) {
-    const double values[] = {trial->cpu_s, trial->phi_max, trial->psi_max, trial->energy_error};
-    fprintf(out, "%s,rk4,%s,%s,", study->name, stabilise_names[trial->stabilise], kind);
-    fprintf(out, "%.6g,%ld,%ld,", trial->step, trial->steps, trial->evaluations);
-    if (trial->track)
-        fprintf(out, "%.6g", trial->error);
-    for (int i = 0; i < 4; i++)
-        fprintf(out, ",%.6g", values[i]);
-    if (trial->result == REFDYN_OK)
-        fputs(",done\n", out);
-    else
-        fprintf(out, ",\"stopped at t = %.6g s: %s\"\n", trial->stopped_t, refdyn_status_text(trial->result));
+/* A number, or nothing where there is none. */
+static void put_csv_number(FILE *out, double value, bool is_there) {
+    if (is_there)
+        fprintf(out, "%.6g", value);
+    fputc(',', out);
+}
+
+static void put_csv_trial(FILE *out, const struct study *study, const struct trial *trial, const char *kind) {
+    char *outcome = trial_outcome(trial);
+    fprintf(out, "%s,%s,%s,", study->name, kind, refdyn_method_name((int)trial->method));
+    put_csv_number(out, trial->tol, trial->tol > 0);
+    put_csv_number(out, trial->step, trial->step > 0);
+    fprintf(out, "%s,%ld,%ld,%ld,%ld,", stabilise_names[trial->stabilise], trial->steps, trial->rejected,
+            trial->evaluations, trial->tangents);
+    put_csv_number(out, trial->error, is_done(trial));
+    put_csv_number(out, trial->phi_max, true);
+    put_csv_number(out, trial->psi_max, true);
+    put_csv_number(out, trial->energy_error, true);
+    put_csv_number(out, trial->cpu_s, is_done(trial));
+    fprintf(out, strchr(outcome, ',') ? "\"%s\"\n" : "%s\n", outcome);
+    free(outcome);
 }
 
 static bool write_csv(const struct report *report, const char *path) {
     struct output output;
     if (!output_open(&output, path))
         return false;
-    fputs("variant,method,stabilise,kind,step_s,steps,evaluations,error,cpu_s,phi_max,psi_max,energy_error,"
-          "outcome\n",
+    fputs("variant,kind,method,tol,step,stabilise,steps,rejected,evaluations,tangents,error,phi_max,psi_max,"
+          "energy_error,cpu_s,result\n",
           output.file);
     for (int i = 0; i < report->done; i++) {
         const struct study *study = &report->studies[i];
-        for (int j = 0; j < study->count; j++)
-            put_trial(output.file, study, &study->trials[j], "trial");
-        put_trial(output.file, study, &study->reference, "reference");
+        for (int j = 0; j < REFERENCES; j++)
+            put_csv_trial(output.file, study, &study->references[j], "reference");
+        for (int j = 0; j < study->series_count; j++)
+            for (int k = 0; k < study->series[j].count; k++)
+                put_csv_trial(output.file, study, &study->series[j].trials[k], "run");
     }
     return output_close(&output);
 }
 
-/* A named block of `cpu_s,error` lines for each study and stabilisation. */
-static int put_block(FILE *script, const struct study *study, int i, int stabilise) {
-    int count = 0;
-    fprintf(script, "$data_%d_%d << END\n", i, stabilise);
-    for (int j = 0; j < study->count; j++) {
-        const struct trial *trial = &study->trials[j];
-        if ((int)trial->stabilise != stabilise || !trial->track || !(trial->error > 0) ||
-            !isfinite(trial->error))
-            continue;
-        fprintf(script, "%.9g,%.9g\n", trial->cpu_s, trial->error);
-        count++;
+/* ---- The page, and what is said */
+
+static bool write_page(const struct report *report, const char *path, const char *svg) {
+    struct output output;
+    char *figure = file_text(svg);
+    const bool is_open = figure && output_open(&output, path);
+    if (is_open) {
+        char *title = text_format("%s: error against run time", report->model_name);
+        page_write(output.file, title, report->studies, report->done, figure);
+        free(title);
     }
-    fputs("END\n", script);
-    return count;
+    free(figure);
+    return is_open && output_close(&output);
 }
 
-static void put_style(FILE *script) {
-    fputs("set logscale xy\nset format x '1e%T'\nset format y '1e%T'\nset key outside bottom center "
-          "horizontal\n"
-          "set xlabel 'CPU time of the integration [s]'\nset lmargin 11\n",
-          script);
-}
-
-static bool write_svg(const struct report *report, const char *path) {
-    struct gnuplot gnuplot;
-    bool counts[VARIANTS_MAX][STABILISE_COUNT];
-    if (!gnuplot_open(&gnuplot, WIDTH, HEIGHT))
-        return false;
-    FILE *script = gnuplot.script;
-    for (int i = 0; i < report->done; i++)
-        for (int s = 0; s < STABILISE_COUNT; s++)
-            counts[i][s] = put_block(script, &report->studies[i], i, s) > 0;
-    put_style(script);
-    char *title = text_format("%s, %g s: error against run time of RK4, one mark a step size",
-                              report->model_name, report->options->until);
-    fputs("set title ", script);
-    gnuplot_quote(script, title);
-    free(title);
-    fprintf(script, "\nset ylabel '%s'\nplot ",
-            report->studies[0].stride == 3 ? "largest position error of the points [m]"
-                                           : "largest error of a coordinate [m, rad]");
-    for (int i = 0; i < report->done; i++)
-        for (int s = 0; s < STABILISE_COUNT; s++) {
-            if (!counts[i][s])
-                continue;
-            fprintf(script,
-                    "$data_%d_%d using 1:2 with linespoints linewidth 1.6 linecolor '%s' dashtype %s "
-                    "pointtype %d "
-                    "pointsize 0.7 title ",
-                    i, s, plot_colours[s], plot_dashes[i % DASH_COUNT], 5 + 2 * (i % 5));
-            char *name = text_format("%s, %s", report->studies[i].name, stabilise_names[s]);
-            gnuplot_quote(script, name);
-            free(name);
-            fputs(", ", script);
-        }
-    fputs("NaN notitle\n", script);
-    return gnuplot_draw(&gnuplot, path);
-}
-
-static void print_failures(const struct report *report) {
-    for (int i = 0; i < report->done; i++)
-        for (int j = 0; j < report->studies[i].count; j++) {
-            const struct trial *trial = &report->studies[i].trials[j];
-            if (trial->result != REFDYN_OK && trial->result != MOTION_INTERRUPTED)
-                fprintf(stderr, "refdyn report: %s, %s, step %.4g s: stopped at t = %.4g s: %s\n",
-                        report->studies[i].name, stabilise_names[trial->stabilise], trial->step,
-                        trial->stopped_t, refdyn_status_text(trial->result));
-        }
+static void print_findings(const struct report *report) {
+    for (int i = 0; i < report->done; i++) {
+        const struct study *study = &report->studies[i];
+        char *lasting = findings_lasting(study), *times = findings_times(study);
+        printf("== %s\n%s%s", study->name, lasting, times);
+        free(times);
+        free(lasting);
+    }
 }
 
 static enum status write_report(const struct report *report) {
@@ -258,17 +261,24 @@ static enum status write_report(const struct report *report) {
     }
     char *csv = text_format("%s/%s.csv", folder, report->model_name);
     char *svg = text_format("%s/%s.svg", folder, report->model_name);
-    bool is_written = write_csv(report, csv) && write_svg(report, svg);
+    char *page = text_format("%s/%s.html", folder, report->model_name);
+    char *title = text_format("%s, %g s: error against run time, one mark a tolerance or step",
+                              report->model_name, report->options->until);
+    const bool is_written = write_csv(report, csv) &&
+                            diagram_draw(svg, title, report->studies, report->done) &&
+                            write_page(report, page, svg);
+    free(title);
+    free(page);
     free(svg);
     free(csv);
-    print_failures(report);
+    print_findings(report);
     return is_written ? STATUS_DONE : STATUS_FAULT;
 }
 
 static void release_report(struct report *report) {
     for (int i = 0; i < report->done; i++) {
-        study_release(&report->studies[i]);
-        free((char *)report->studies[i].name);
+        free(report->studies[i].facts);
+        free(report->studies[i].name);
     }
     for (int i = 0; i < report->variant_count; i++)
         free(report->values[i]);
@@ -283,7 +293,7 @@ enum status run_report(const struct options *options) {
     enum status status = plan_report(report);
     if (status == STATUS_DONE)
         status = run_all(report);
-    if (status == STATUS_DONE && motion_interrupted) {
+    if (motion_interrupted) {
         fputs("refdyn report: interrupted\n", stderr);
         status = STATUS_NUMBERS;
     }

@@ -1,81 +1,119 @@
 /* Error against run time: see study.h. */
 #include "study.h"
 #include "output.h"
+#include "timing.h"
 
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum {
-    HALVINGS_MAX = 20, /* of the time between outputs: down to a millionth of it */
-    AUTOMATIC_STEPS = 12,
-    SMALLER_STEPS = 4,  /* beyond those, for a stabilisation that needs them */
-    REPORT_OUTPUTS = 50 /* times at which positions are compared */
+enum { HALVINGS_MAX = 26 /* of the time between outputs */, REPEATS_MAX = 10 };
+
+/* Most independent first: one explicit and one implicit method, others where one of these cannot. */
+static const enum refdyn_method witnesses[] = {REFDYN_RK8, REFDYN_RODAS6P, REFDYN_RODAS5P, REFDYN_RK54};
+static const double witness_tols[] = {1e-14, 1e-12, 1e-10, 1e-8}; /* the tightest that comes to the end */
+static const double witness_share = 1.0 / 6; /* of all time, for each: some is left even when all fail */
+
+static const double settled_part = 0.05;  /* of the way */
+static const double repeat_seconds = 0.2; /* short runs are repeated up to this */
+static const double run_share = 0.5;      /* of the time that is left, for one run */
+static const double limit_least = 1e-3;   /* [s], where no time is left */
+
+/* What all runs of a study share. */
+struct runs {
+    struct study *study;
+    const struct study_plan *plan;
+    struct scene *scene;
+    struct progress progress;
+    double *track, *reference; /* (outputs x tracked) of the last run, and of the reference */
 };
 
-/* Two runs this near, as a part of the way, are one motion; this near, as a part of their size, one up to
- * rounding. */
-static const double settled_part = 0.05, exhausted_part = 1e-12;
+bool is_done(const struct trial *trial) {
+    return trial->result == REFDYN_OK;
+}
 
-/* Runs at all steps h, h/2 ... c cost less than twice the last one each, and the reference two of the last.
- */
-static const double study_cost = 2 * STABILISE_COUNT + 2;
+bool has_reference(const struct study *study) {
+    return study->floor <= settled_part * study->way;
+}
 
-static void put_track(const struct motion *motion, const struct study *study, double *track) {
+bool is_settled(const struct study *study, const struct trial *trial) {
+    return is_done(trial) && trial->error <= settled_part * study->way;
+}
+
+/* ---- One run */
+
+static void put_track(const struct runs *runs, const struct motion *motion, long output) {
     const struct refdyn_drive *drive = &motion->drive;
     const struct refdyn_workspace *work = drive->work;
-    if (study->stride == 3)
+    const int tracked = runs->study->tracked;
+    double *track = runs->track + output * tracked;
+    if (runs->study->stride == 3)
         work->model->r(work->p, work->x, drive->t, drive->q, drive->qd, track);
     else
-        memcpy(track, drive->q, (size_t)study->tracked * sizeof *track);
+        memcpy(track, drive->q, (size_t)tracked * sizeof *track);
 }
 
 static void keep_facts(struct trial *trial, const struct motion *motion) {
     const struct refdyn_statistics *s = &motion->drive.statistics;
+    const double fraction = motion_fraction(motion);
     trial->cpu_s = motion->cpu_s;
+    if (trial->result == MOTION_TOO_SLOW)
+        trial->cpu_s /= fraction;
+    trial->cause = motion->drive.cause;
+    trial->stopped_t = motion->drive.t;
     trial->steps = s->steps;
+    trial->rejected = s->rejected;
     trial->evaluations = s->evaluations;
+    trial->tangents = s->tangents;
     trial->phi_max = s->phi_max;
     trial->psi_max = s->psi_max;
     trial->energy_error = refdyn_energy_error(&motion->energy);
-    trial->stopped_t = motion->drive.t;
 }
 
-static double output_interval(const struct scene *scene, const struct options *options) {
-    return options->every > 0 ? options->every : (options->until - scene->state.t) / REPORT_OUTPUTS;
+static void make_room(struct runs *runs, long outputs) {
+    const size_t count = (size_t)(outputs * runs->study->tracked);
+    if (runs->track)
+        return;
+    runs->study->outputs = outputs;
+    runs->track = allocate(count, sizeof *runs->track);
+    runs->reference = allocate(count, sizeof *runs->reference);
 }
 
-/* One motion at trial->step and trial->stabilise, from a start on the programme. */
-static void run_trial(struct trial *trial, struct study *study, struct scene *scene,
-                      const struct options *options, struct progress *progress) {
-    struct refdyn_options drive = refdyn_options_default(REFDYN_RK4);
+/* One motion from a start on the programme, with the energy balance, as `refdyn sim` runs it. */
+static void run_once(struct runs *runs, struct trial *trial) {
+    struct refdyn_options drive = refdyn_options_default(trial->method);
     struct motion motion;
+    drive.tol = trial->tol;
     drive.step = trial->step;
     drive.stabilise = trial->stabilise;
     drive.project_start = 1;
     drive.balance = 1;
-    refdyn_partition_reset(&scene->work); /* every trial chooses its own, whatever ran before */
-    trial->result = motion_start(&motion, scene, &drive, options->until, output_interval(scene, options));
-    study->outputs = motion.outputs;
-    trial->track = allocate((size_t)(motion.outputs * study->tracked), sizeof *trial->track);
+    trial->result = motion_start(&motion, runs->scene, &drive, runs->plan->until, runs->plan->every);
+    motion.cpu_limit = trial->cpu_limit_s;
+    make_room(runs, motion.outputs);
     for (long i = 0; i < motion.outputs && trial->result == REFDYN_OK; i++) {
         if (i > 0)
-            trial->result = motion_to(&motion, i, progress);
-        put_track(&motion, study, trial->track + i * study->tracked);
+            trial->result = motion_to(&motion, i, &runs->progress);
+        put_track(runs, &motion, i);
     }
     keep_facts(trial, &motion);
     motion_release(&motion);
-    if (trial->result != REFDYN_OK) {
-        free(trial->track);
-        trial->track = NULL;
-    }
 }
 
-static struct trial *add_trial(struct study *study, double step, enum refdyn_stabilise stabilise) {
-    struct trial *trial = &study->trials[study->count++];
-    *trial = (struct trial){.step = step, .stabilise = stabilise};
-    return trial;
+/* What disturbs a run can only make it longer: the least time counts. */
+static void repeat_short(struct runs *runs, struct trial *trial) {
+    double spent = trial->cpu_s, least = trial->cpu_s;
+    for (int i = 1; i < REPEATS_MAX && spent < repeat_seconds && is_done(trial) && !motion_interrupted; i++) {
+        struct trial again = *trial;
+        again.cpu_limit_s = 0;
+        run_once(runs, &again);
+        spent += again.cpu_s;
+        least = is_done(&again) ? fmin(least, again.cpu_s) : least;
+    }
+    trial->cpu_s = least;
 }
+
+/* ---- Distances */
 
 static double distance(const double *a, const double *b, int count) {
     double sum = 0;
@@ -84,157 +122,186 @@ static double distance(const double *a, const double *b, int count) {
     return sqrt(sum);
 }
 
-/* How far two runs are apart, and how far the second gets from its start and from the origin. */
-struct comparison {
-    double apart, way, size;
-};
-
-static struct comparison compare(const struct study *study, const double *a, const double *b) {
-    static const double origin[3] = {0, 0, 0};
-    struct comparison c = {0, 0, 0};
+/* Largest distance of the last run from the reference; NaN when any is. */
+static double distance_from_reference(const struct runs *runs) {
+    const struct study *study = runs->study;
+    double largest = 0;
     for (long i = 0; i < study->outputs * study->tracked; i += study->stride) {
-        double apart = distance(a + i, b + i, study->stride);
-        c.apart = apart <= c.apart ? c.apart : apart; /* NaN counts as larger */
-        c.way = fmax(c.way, distance(b + i, b + i % study->tracked, study->stride));
-        c.size = fmax(c.size, distance(b + i, origin, study->stride));
+        const double apart = distance(runs->track + i, runs->reference + i, study->stride);
+        if (isnan(apart))
+            return NAN;
+        largest = fmax(largest, apart);
     }
-    return c;
+    return largest;
 }
 
-/* The last trial takes the place of the one before it. */
-static void replace_previous(struct study *study) {
-    struct trial *previous = &study->trials[study->count - 2];
-    free(previous->track);
-    *previous = study->trials[--study->count];
+static double find_way(const struct runs *runs) {
+    const struct study *study = runs->study;
+    double way = 0;
+    for (long i = 0; i < study->outputs * study->tracked; i += study->stride)
+        way = fmax(way, distance(runs->reference + i, runs->reference + i % study->tracked, study->stride));
+    return way;
 }
 
-/* Compares the last two trials. Before the motion settles the later one takes the place of the earlier,
- * unless they stand on the two sides of the edge of stability. Returns whether a smaller step is of use. */
-static bool sort_last(struct study *study, bool *is_settled) {
-    const struct trial *now = &study->trials[study->count - 1], *previous = now - 1;
-    bool is_of_use = true;
-    if (study->count > 1 && previous->track && now->track) {
-        struct comparison c = compare(study, previous->track, now->track);
-        *is_settled = *is_settled || c.apart <= settled_part * c.way;
-        is_of_use = c.apart > exhausted_part * c.size;
+/* ---- The reference */
+
+/* The tightest tolerance at which the method comes to the end in `seconds`. */
+static bool run_witness(struct runs *runs, struct trial *trial, enum refdyn_method method, double seconds) {
+    const double end = wall_seconds() + seconds;
+    const int count = sizeof witness_tols / sizeof witness_tols[0];
+    for (int i = 0; i < count && wall_seconds() < end && !motion_interrupted; i++) {
+        *trial = (struct trial){.method = method,
+                                .stabilise = runs->scene->model->m > 0 ? REFDYN_PROJECT : REFDYN_NONE,
+                                .tol = witness_tols[i],
+                                .cpu_limit_s = end - wall_seconds()};
+        run_once(runs, trial);
+        if (is_done(trial))
+            return true;
     }
-    if (study->count > 1 && !*is_settled && (previous->track || !now->track))
-        replace_previous(study);
-    return is_of_use;
+    return false;
 }
 
-/*
- * Steps halved from the largest with which the projected motion settles, that is agrees with the motion at
- * half that step, until rounding is reached or time runs out; the one before the first is listed too, when it
- * failed. The projected trials are then done. Returns how many steps.
- */
-static int find_steps(struct study *study, struct scene *scene, const struct options *options, double seconds,
-                      double steps[static STEPS_MAX], struct progress *progress) {
-    double step = output_interval(scene, options);
-    bool is_settled = false, is_of_use = true;
-    for (int i = 0; i < HALVINGS_MAX && is_of_use && study->count < AUTOMATIC_STEPS && !motion_interrupted;
-         i++) {
-        run_trial(add_trial(study, step, REFDYN_PROJECT), study, scene, options, progress);
-        is_of_use = sort_last(study, &is_settled);
-        if (study->trials[study->count - 1].cpu_s * 2 * study_cost > seconds)
-            is_of_use = false;
-        step /= 2;
+static enum status find_reference(struct runs *runs, double seconds) {
+    struct study *study = runs->study;
+    const int count = sizeof witnesses / sizeof witnesses[0];
+    int found = 0;
+    for (int i = 0; i < count && found < REFERENCES; i++) {
+        struct trial *trial = &study->references[found];
+        if (!run_witness(runs, trial, witnesses[i], seconds * witness_share))
+            continue;
+        if (found++ == 0)
+            memcpy(runs->reference, runs->track,
+                   (size_t)(study->outputs * study->tracked) * sizeof *runs->track);
+        trial->error = distance_from_reference(runs);
     }
-    for (int i = 0; i < study->count; i++)
-        steps[i] = study->trials[i].step;
-    return study->count;
+    study->floor = study->references[REFERENCES - 1].error;
+    study->way = find_way(runs);
+    if (found < REFERENCES && !motion_interrupted)
+        fprintf(
+            stderr,
+            "refdyn report: %s: no two methods came to the end at tight tolerances, there is no reference; "
+            "--seconds gives them more time\n",
+            study->name);
+    return found == REFERENCES ? STATUS_DONE : STATUS_NUMBERS;
 }
 
-static const struct trial *last_stable(const struct study *study, enum refdyn_stabilise stabilise) {
-    const struct trial *found = NULL;
-    for (int i = 0; i < study->count; i++)
-        if (study->trials[i].stabilise == stabilise && study->trials[i].track)
-            found = &study->trials[i];
-    return found;
+/* ---- Series */
+
+/* Settings of a series: as the plan lists them, or steps halved from the time between outputs on. */
+static int setting_count(const struct runs *runs, const struct series *series) {
+    const struct study_plan *plan = runs->plan;
+    return !series->is_fixed ? plan->tol_count : plan->step_count ? plan->step_count : HALVINGS_MAX;
 }
 
-/* Halves further where none of the steps was small enough for a stabilisation, until one is and the next is
- * done; a Baumgarte row needs 2 alpha h below 2.78 even where rounding is reached long before. Returns the
- * smallest step. */
-static double add_smaller_steps(struct study *study, struct scene *scene, const struct options *options,
-                                enum refdyn_stabilise stabilise, double step, double seconds,
-                                struct progress *progress) {
-    const struct trial *projected = last_stable(study, REFDYN_PROJECT);
-    double cost = (projected ? projected->cpu_s : 0) * study_cost;
-    bool is_missing = !last_stable(study, stabilise);
-    for (int i = 0; i < SMALLER_STEPS && is_missing && !motion_interrupted && (cost *= 2) < seconds; i++) {
-        is_missing = !last_stable(study, stabilise);
-        run_trial(add_trial(study, step /= 2, stabilise), study, scene, options, progress);
-    }
-    return step;
+static double setting_at(const struct runs *runs, const struct series *series, int i) {
+    const struct study_plan *plan = runs->plan;
+    if (!series->is_fixed)
+        return plan->tols[i];
+    return plan->step_count ? plan->steps[i] : ldexp(plan->every, -i);
 }
 
-static void judge(struct trial *trial, const struct study *study) {
-    if (!trial->track)
-        return;
-    trial->error = 0;
-    for (long i = 0; i < study->outputs * study->tracked; i += study->stride) {
-        double error = distance(trial->track + i, study->reference.track + i, study->stride);
-        if (!(error <= trial->error)) /* NaN counts as larger */
-            trial->error = error;
+/* CPU time that the next run will take: it grows as from the run before the last one to the last. */
+static double expected_time(const struct series *series) {
+    if (series->count == 0)
+        return 0;
+    const struct trial *last = &series->trials[series->count - 1];
+    const bool has_growth = series->count > 1 && is_done(last) && is_done(last - 1);
+    return last->cpu_s * (has_growth ? fmax(1, last->cpu_s / last[-1].cpu_s) : 1);
+}
+
+/* Of the steps too large for the motion the last one alone stays: the edge of stability. */
+static void forget_before_edge(const struct study *study, struct series *series) {
+    struct trial *now = &series->trials[series->count - 1];
+    if (series->count > 1 && !is_settled(study, now) && !is_settled(study, now - 1)) {
+        now[-1] = *now;
+        series->count--;
     }
 }
 
-static double smallest(const double *steps, int count) {
-    double least = steps[0];
-    for (int i = 1; i < count; i++)
-        if (steps[i] < least)
-            least = steps[i];
-    return least;
+/* Settings that nobody asked for end where the error comes to the floor, steps also where rounding makes it
+ * grow. */
+static bool is_exhausted(const struct runs *runs, const struct series *series) {
+    const struct study *study = runs->study;
+    const struct trial *now = &series->trials[series->count - 1];
+    if (series->is_fixed ? runs->plan->step_count > 0 : runs->plan->are_tols_given)
+        return false;
+    return series->count == SETTINGS_MAX ||
+           (is_settled(study, now) &&
+            (now->error <= study->floor || (series->is_fixed && series->count > 1 &&
+                                            is_settled(study, now - 1) && now->error >= now[-1].error)));
 }
 
-static enum status run_reference(struct study *study, struct scene *scene, const struct options *options,
-                                 double step, struct progress *progress) {
-    study->reference = (struct trial){.step = step, .stabilise = REFDYN_PROJECT};
-    run_trial(&study->reference, study, scene, options, progress);
-    if (study->reference.result == REFDYN_OK)
-        return STATUS_DONE;
-    if (study->reference.result != MOTION_INTERRUPTED)
-        fprintf(stderr, "refdyn report: %s: the reference run with step %g s stopped at t = %g s: %s\n",
-                study->name, step, study->reference.stopped_t, refdyn_status_text(study->reference.result));
-    return STATUS_NUMBERS;
+/* Adds the next run to the series; a limit below what is expected lists it without trying. */
+static void run_next(struct runs *runs, struct series *series, double limit) {
+    const double setting = setting_at(runs, series, series->next++), expected = expected_time(series);
+    struct trial *trial = &series->trials[series->count++];
+    *trial = (struct trial){.method = series->method,
+                            .stabilise = series->stabilise,
+                            .tol = series->is_fixed ? 0 : setting,
+                            .step = series->is_fixed ? setting : 0,
+                            .cpu_limit_s = limit,
+                            .cpu_s = expected,
+                            .stopped_t = runs->study->from,
+                            .result = MOTION_TOO_SLOW,
+                            .error = NAN};
+    if (expected <= limit)
+        run_once(runs, trial);
+    if (is_done(trial))
+        trial->error = distance_from_reference(runs);
+    repeat_short(runs, trial);
+    if (series->is_fixed && runs->plan->step_count == 0)
+        forget_before_edge(runs->study, series);
+    series->is_over = series->trials[series->count - 1].result == MOTION_TOO_SLOW ||
+                      series->next == setting_count(runs, series) || is_exhausted(runs, series);
 }
 
-enum status study_run(struct study *study, struct scene *scene, const struct options *options,
-                      const double *steps, int step_count, double seconds) {
-    double found[STEPS_MAX] = {0};
-    struct progress progress;
+/* Of fixed steps each stabilisation, since their stability limits differ; of the others the projection. */
+static void list_series(struct study *study, const struct study_plan *plan, bool has_rows) {
+    for (int method = 0; method < REFDYN_METHOD_COUNT; method++) {
+        const bool is_fixed = refdyn_options_default((enum refdyn_method)method).tol == 0;
+        for (int i = 0; i < STABILISE_COUNT && plan->methods[method]; i++) {
+            const enum refdyn_stabilise stabilise = (enum refdyn_stabilise)(STABILISE_COUNT - 1 - i);
+            if (has_rows ? is_fixed || stabilise == REFDYN_PROJECT : stabilise == REFDYN_NONE)
+                study->series[study->series_count++] = (struct series){
+                    .method = (enum refdyn_method)method, .stabilise = stabilise, .is_fixed = is_fixed};
+        }
+    }
+}
+
+/* Always the run that is expected to be the quickest, so that no slow one takes the time of others. */
+static struct series *next_series(struct study *study) {
+    struct series *next = NULL;
+    for (int i = 0; i < study->series_count; i++) {
+        struct series *series = &study->series[i];
+        if (!series->is_over && (!next || expected_time(series) < expected_time(next)))
+            next = series;
+    }
+    return next;
+}
+
+static void run_all_series(struct runs *runs, double end) {
+    struct series *series;
+    while (!motion_interrupted && (series = next_series(runs->study))) {
+        const double left = fmax(end - wall_seconds(), limit_least);
+        run_next(runs, series, left * run_share);
+    }
+}
+
+enum status study_run(struct study *study, const struct study_plan *plan, struct scene *scene,
+                      double seconds) {
     const struct refdyn_model *model = scene->model;
-    study->count = 0;
+    const double end = wall_seconds() + seconds;
+    struct runs runs = {.study = study, .plan = plan, .scene = scene};
+    study->from = scene->state.t;
     study->stride = model->point_count ? 3 : 1;
     study->tracked = model->point_count ? 3 * model->point_count : model->n;
-    progress_start(&progress, study->name);
-    bool is_automatic = !steps;
-    if (is_automatic) {
-        step_count = find_steps(study, scene, options, seconds, found, &progress);
-        steps = found;
-    }
-    double least = smallest(steps, step_count), least_tried = least;
-    for (int i = 0; i < STABILISE_COUNT; i++) {
-        enum refdyn_stabilise stabilise = (enum refdyn_stabilise)i;
-        bool has_use = model->m > 0 || stabilise == REFDYN_NONE;
-        for (int j = 0; j < step_count && !motion_interrupted && has_use; j++)
-            if (!is_automatic || stabilise != REFDYN_PROJECT)
-                run_trial(add_trial(study, steps[j], stabilise), study, scene, options, &progress);
-        if (is_automatic && has_use)
-            least_tried = fmin(
-                least_tried, add_smaller_steps(study, scene, options, stabilise, least, seconds, &progress));
-    }
-    enum status status = run_reference(study, scene, options, least_tried / 2, &progress);
-    for (int i = 0; i < study->count && status == STATUS_DONE; i++)
-        judge(&study->trials[i], study);
-    progress_end(&progress);
+    list_series(study, plan, model->m > 0);
+    progress_start(&runs.progress, study->name);
+    enum status status = find_reference(&runs, seconds);
+    if (status == STATUS_DONE)
+        run_all_series(&runs, end);
+    progress_end(&runs.progress);
+    free(runs.reference);
+    free(runs.track);
     return status;
-}
-
-void study_release(struct study *study) {
-    for (int i = 0; i < study->count; i++)
-        free(study->trials[i].track);
-    free(study->reference.track);
-    study->count = 0;
 }

@@ -1,0 +1,12 @@
+/*
+ * Error over run time as a drawing, one line a method and stabilisation.
+ */
+#ifndef REFDYN_TOOL_DIAGRAM_H
+#define REFDYN_TOOL_DIAGRAM_H
+
+#include "study.h"
+
+/* Draws into `path`. Complains on stderr when it fails. */
+bool diagram_draw(const char *path, const char *title, const struct study *studies, int count);
+
+#endif

@@ -1,0 +1,224 @@
+/* The page of a report: see page.h. */
+#include "page.h"
+#include "findings.h"
+#include "output.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static const char head[] =
+    "<meta charset=\"utf-8\">\n<style>\n"
+    "body { font: 15px/1.45 sans-serif; max-width: 62em; margin: 2em auto; padding: 0 1em; color: #222 }\n"
+    "table { border-collapse: collapse; margin: 0.6em 0 }\n"
+    "th, td { padding: 0.15em 0.8em 0.15em 0; border-bottom: 1px solid #ddd; text-align: right }\n"
+    "th:first-child, td:first-child, td:last-child { text-align: left }\n"
+    "svg { width: 100%; height: auto }\n</style>\n";
+
+/* ---- Pieces */
+
+static void put_escaped(FILE *out, const char *text) {
+    for (; *text; text++)
+        if (*text == '&')
+            fputs("&amp;", out);
+        else if (*text == '<')
+            fputs("&lt;", out);
+        else if (*text == '>')
+            fputs("&gt;", out);
+        else
+            fputc(*text, out);
+}
+
+static void put_cell(FILE *out, const char *text) {
+    fputs("<td>", out);
+    put_escaped(out, text);
+    fputs("</td>", out);
+}
+
+static void put_value(FILE *out, const char *format, double value) {
+    fputs("<td>", out);
+    if (isfinite(value))
+        fprintf(out, format, value);
+    fputs("</td>", out);
+}
+
+static void put_exact(FILE *out, double value) {
+    char text[NUMBER_LENGTH];
+    put_cell(out, exact_text(value, text));
+}
+
+static void put_row_of_texts(FILE *out, const char *name, const char *value) {
+    fputs("<tr>", out);
+    put_cell(out, name);
+    put_cell(out, value);
+    fputs("</tr>\n", out);
+}
+
+/* Lines as a list. */
+static void put_list(FILE *out, const char *lines) {
+    fputs("<ul>\n", out);
+    while (*lines) {
+        const size_t length = strcspn(lines, "\n");
+        char *line = text_format("%.*s", (int)length, lines);
+        fputs("<li>", out);
+        put_escaped(out, line);
+        fputs("</li>\n", out);
+        free(line);
+        lines += length + (lines[length] == '\n');
+    }
+    fputs("</ul>\n", out);
+}
+
+/* ---- Facts */
+
+static const char *start_text(const struct options *options) {
+    const char *from = options->from;
+    if (motion_state_path(options))
+        return "a given state";
+    return from && strcmp(from, "statics") == 0 ? "the static equilibrium" : "the model's initial state";
+}
+
+static void put_motion(FILE *out, const struct scene *scene, const struct options *options,
+                       const struct study_plan *plan) {
+    const struct refdyn_model *model = scene->model;
+    char *size =
+        text_format("coordinates %d, constraint rows %d, points %d", model->n, model->m, model->point_count);
+    char *span = text_format("t = %g to %g s from %s, made consistent; states compared every %g s",
+                             scene->state.t, plan->until, start_text(options), plan->every);
+    fputs("<table>\n", out);
+    put_row_of_texts(out, "model", model->name);
+    put_row_of_texts(out, "hash of its C", model->hash);
+    put_row_of_texts(out, "size", size);
+    put_row_of_texts(out, "motion", span);
+    for (int i = 0; i < scene->generation.model.option_count; i++) {
+        const struct option *option = &scene->generation.model.options[i];
+        put_row_of_texts(out, option->name, option->value);
+    }
+    fputs("</table>\n", out);
+    free(span);
+    free(size);
+}
+
+static void put_named(FILE *out, const char *title, const struct refdyn_name *names, const double *values,
+                      const double *rates, int count) {
+    if (count == 0)
+        return;
+    fprintf(out, "<details><summary>%s</summary>\n<table>\n", title);
+    for (int i = 0; i < count; i++) {
+        fputs("<tr>", out);
+        put_cell(out, names[i].name);
+        put_exact(out, values[i]);
+        if (rates)
+            put_exact(out, rates[i]);
+        put_cell(out, names[i].unit ? names[i].unit : "");
+        fputs("</tr>\n", out);
+    }
+    fputs("</table>\n</details>\n", out);
+}
+
+char *page_facts(const struct scene *scene, const struct options *options, const struct study_plan *plan) {
+    const struct refdyn_model *model = scene->model;
+    char *text;
+    size_t size;
+    FILE *out = text_stream(&text, &size);
+    put_motion(out, scene, options, plan);
+    put_named(out, "Parameters", model->parameters, scene->work.p, NULL, model->parameter_count);
+    put_named(out, "Inputs", model->inputs, scene->work.x, NULL, model->input_count);
+    put_named(out, "Start: coordinates and rates", model->coordinates, scene->q, scene->qd, model->n);
+    fclose(out);
+    return text;
+}
+
+/* ---- Runs */
+
+static void put_error(FILE *out, const struct study *study, const struct trial *trial) {
+    if (trial->error < study->floor)
+        fprintf(out, "<td>below %.1e</td>", study->floor);
+    else
+        put_value(out, "%.2e", trial->error);
+}
+
+static void put_trial(FILE *out, const struct study *study, const char *name, const struct trial *trial) {
+    char *setting = trial_setting(trial), *outcome = trial_outcome(trial);
+    fputs("<tr>", out);
+    put_cell(out, name);
+    put_cell(out, setting);
+    fprintf(out, "<td>%ld</td><td>%ld</td><td>%ld</td><td>%ld</td>", trial->steps, trial->rejected,
+            trial->evaluations, trial->tangents);
+    put_error(out, study, trial);
+    put_value(out, "%.1e", trial->phi_max);
+    put_value(out, "%.1e", trial->psi_max);
+    put_value(out, "%.1e", trial->energy_error);
+    put_value(out, "%.3g", is_done(trial) ? trial->cpu_s : NAN);
+    put_cell(out, outcome);
+    fputs("</tr>\n", out);
+    free(outcome);
+    free(setting);
+}
+
+static void put_trials(FILE *out, const struct study *study) {
+    fprintf(out,
+            "<table>\n<tr><th>method</th><th>setting</th><th>steps</th><th>rejected</th><th>evaluations</th>"
+            "<th>tangents</th><th>error [%s]</th><th>phi</th><th>psi</th><th>energy</th><th>CPU [s]</th>"
+            "<th></th></tr>\n",
+            study_unit(study));
+    for (int i = 0; i < study->series_count; i++) {
+        const struct series *series = &study->series[i];
+        char *name = series_name(study, series);
+        for (int j = 0; j < series->count; j++)
+            put_trial(out, study, name, &series->trials[j]);
+        free(name);
+    }
+    fputs("</table>\n", out);
+}
+
+/* CPU time of the quickest run of each series at each level. */
+static void put_levels(FILE *out, const struct study *study) {
+    fputs("<table>\n<tr><th>CPU time [s] for an error of at most</th>", out);
+    for (int k = 0; k < LEVEL_COUNT; k++)
+        fprintf(out, "<th>%g %s</th>", finding_levels[k], study_unit(study));
+    fputs("</tr>\n", out);
+    for (int i = 0; i < study->series_count; i++) {
+        char *name = series_name(study, &study->series[i]);
+        fputs("<tr>", out);
+        put_cell(out, name);
+        for (int k = 0; k < LEVEL_COUNT; k++) {
+            const struct trial *quickest = series_quickest(study, &study->series[i], finding_levels[k]);
+            put_value(out, "%.3g", quickest ? quickest->cpu_s : NAN);
+        }
+        fputs("</tr>\n", out);
+        free(name);
+    }
+    fputs("</table>\n", out);
+}
+
+static void put_study(FILE *out, const struct study *study) {
+    char *lasting = findings_lasting(study), *times = findings_times(study);
+    fputs("<h2>", out);
+    put_escaped(out, study->name);
+    fprintf(out, "</h2>\n%s<h3>The same on every machine</h3>\n<p>Of the runs that there was time for.</p>\n",
+            study->facts);
+    put_list(out, lasting);
+    fputs("<h3>Measured on this machine</h3>\n<p>CPU time of the integration on one core, the least of "
+          "repeated runs; another call gives other times.</p>\n",
+          out);
+    put_list(out, times);
+    put_levels(out, study);
+    fputs("<h3>All runs</h3>\n", out);
+    put_trials(out, study);
+    free(times);
+    free(lasting);
+}
+
+void page_write(FILE *out, const char *title, const struct study *studies, int count, const char *figure) {
+    const char *drawing = strstr(figure, "<svg"); /* behind the prologue of an SVG file */
+    fputs("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n", out);
+    fprintf(out, "%s<title>", head);
+    put_escaped(out, title);
+    fputs("</title>\n</head>\n<body>\n<h1>", out);
+    put_escaped(out, title);
+    fprintf(out, "</h1>\n%s\n", drawing ? drawing : "");
+    for (int i = 0; i < count; i++)
+        put_study(out, &studies[i]);
+    fputs("</body>\n</html>\n", out);
+}
