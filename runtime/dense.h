@@ -54,8 +54,11 @@ int refdyn_lu_factor(double *A, int n, int *pivot, double *scale);
 /* The same of complex matrices, real parts in A and imaginary ones behind them, in A + n n; vectors alike, in
  * x and x + n. */
 int refdyn_complex_lu_factor(double *A, int n, int *pivot);
-void refdyn_complex_lu_solve(const double *A, int n, const int *pivot, double *x);
-/* x := A^-1 x with the factors. */
-void refdyn_lu_solve(const double *A, int n, const int *pivot, double *x);
+int refdyn_complex_lu_solve(const double *A, int n, const int *pivot, double *x);
+/* x := A^-1 x with the factors. Returns 0, as all of lu.c that cannot fail. */
+int refdyn_lu_solve(const double *A, int n, const int *pivot, double *x);
+
+/* y := A x, A (rows x columns) without gaps. */
+int refdyn_times(const double *A, int rows, int columns, const double *x, double *y);
 
 #endif

@@ -137,8 +137,8 @@ void refdyn_linear_solve(struct refdyn_linear *linear, const double *r_q, const 
         sides[j] = linear->g * r_v[j] + r_q[j];
         sides[n + j] = r_q[j];
     }
-    for (int i = 0; i < linear->size; i++)
-        linear->x[i] = dense_dot(linear->right + i * 2 * n, sides, 2 * n) + dt * linear->right_t[i];
+    refdyn_times(linear->right, linear->size, 2 * n, sides, linear->x);
+    dense_add(linear->x, dt, linear->right_t, linear->size);
     refdyn_lu_solve(linear->matrix, linear->size, linear->pivot, linear->x);
     for (int j = 0; j < n; j++) {
         dq[j] = linear->g * linear->x[j];
@@ -204,10 +204,11 @@ static void solve_complex(struct refdyn_linear *linear, int k) {
 void refdyn_linear_solve_complex(struct refdyn_linear *linear, int k, double *re, double *im) {
     const int n = linear->n, size = linear->size;
     double *x = linear->x, *y = x + size;
-    for (int i = 0; i < size; i++) {
-        const double *row = i < n ? linear->M + i * n : linear->u + linear->rows[i - n] * n;
-        x[i] = dense_dot(row, re, n);
-        y[i] = dense_dot(row, im, n);
+    refdyn_times(linear->M, n, n, re, x);
+    refdyn_times(linear->M, n, n, im, y);
+    for (int i = n; i < size; i++) {
+        x[i] = dense_dot(linear->u + linear->rows[i - n] * n, re, n);
+        y[i] = dense_dot(linear->u + linear->rows[i - n] * n, im, n);
     }
     solve_complex(linear, k);
     memcpy(re, x, (size_t)n * sizeof *re);
