@@ -171,7 +171,7 @@ static int complete(struct refdyn_drive *drive, double t_new) {
     return status;
 }
 
-static void accept(struct refdyn_drive *drive, double h) {
+void refdyn_accept_step(struct refdyn_drive *drive, double h) {
     struct refdyn_statistics *statistics = &drive->statistics;
     statistics->step_smallest = statistics->steps ? fmin(statistics->step_smallest, h) : h;
     statistics->step_largest = fmax(statistics->step_largest, h);
@@ -182,7 +182,7 @@ static void accept(struct refdyn_drive *drive, double h) {
 /* Takes the new state as the end of the step. */
 static int arrive(struct refdyn_drive *drive, double t_new, double h) {
     drive->t_end = t_new;
-    accept(drive, h);
+    refdyn_accept_step(drive, h);
     return drive->options.balance && refdyn_method_facts(drive->method).rosenbrock
                ? refdyn_find_work(drive, 1, drive->state_new + 2 * drive->work->n)
                : REFDYN_OK;
@@ -199,15 +199,14 @@ static int attempt(struct refdyn_drive *drive, double h) {
 
 /* ---- Fixed steps ---- */
 
-/* Smallest step that still moves the time by a few units in its last place. */
-static double step_least(const struct refdyn_drive *drive, double t_out) {
+double refdyn_step_least(const struct refdyn_drive *drive, double t_out) {
     return 4 * DBL_EPSILON * fmax(fabs(drive->t_begin), fabs(t_out));
 }
 
 /* Cuts [t, t_out] into equal steps; a part of 1e-8 of a step more than asked for does not make one more. */
 static int plan_interval(struct refdyn_drive *drive, double t_out) {
     const double count = ceil((t_out - drive->t_begin) / drive->options.step * (1 - sqrt(DBL_EPSILON)));
-    if (!(count < (double)LONG_MAX) || drive->options.step < step_least(drive, t_out))
+    if (!(count < (double)LONG_MAX) || drive->options.step < refdyn_step_least(drive, t_out))
         return REFDYN_STEP_TOO_SMALL;
     drive->from = drive->t_begin;
     drive->to = t_out;
@@ -325,7 +324,7 @@ static int try_adaptive(struct refdyn_drive *drive, double h, double t_new) {
     return 0;
 }
 
-static int limit_reached(const struct refdyn_drive *drive) {
+int refdyn_step_limit_reached(const struct refdyn_drive *drive) {
     const struct refdyn_statistics *statistics = &drive->statistics;
     return drive->options.step_limit > 0 &&
            statistics->steps + statistics->rejected >= drive->options.step_limit;
@@ -335,9 +334,9 @@ static int step_adaptive(struct refdyn_drive *drive, double t_out, double t_stop
     if (drive->step_next <= 0)
         drive->step_next = find_first_step(drive, fmin(t_stop, t_out) - drive->t_begin);
     for (;;) {
-        if (limit_reached(drive))
+        if (refdyn_step_limit_reached(drive))
             return REFDYN_TOO_MANY_STEPS;
-        if (!(drive->step_next >= step_least(drive, t_out)))
+        if (!(drive->step_next >= refdyn_step_least(drive, t_out)))
             return REFDYN_STEP_TOO_SMALL;
         const double h = clip_step(drive, t_stop);
         const double t_new = h == t_stop - drive->t_begin ? t_stop : drive->t_begin + h;
@@ -346,8 +345,7 @@ static int step_adaptive(struct refdyn_drive *drive, double t_out, double t_stop
     }
 }
 
-/* The next break ahead, INFINITY: none. */
-static double find_break(struct refdyn_drive *drive, double least) {
+double refdyn_break_ahead(struct refdyn_drive *drive, double least) {
     const int count = drive->work->model->break_count;
     while (drive->break_next < count && !(drive->breaks[drive->break_next] > drive->t_begin + least))
         drive->break_next++;
@@ -360,9 +358,9 @@ int refdyn_advance(struct refdyn_drive *drive, double t_out) {
     int status = begin(drive);
     if (status)
         return status;
-    if (limit_reached(drive))
+    if (refdyn_step_limit_reached(drive))
         return REFDYN_TOO_MANY_STEPS;
-    const double least = step_least(drive, t_out), ahead = find_break(drive, least);
+    const double least = refdyn_step_least(drive, t_out), ahead = refdyn_break_ahead(drive, least);
     if (drive->options.tol == 0)
         return step_fixed(drive, ahead < t_out - least ? ahead : t_out);
     const double bound = drive->t_most > drive->t_begin ? drive->t_most : INFINITY;
