@@ -36,7 +36,9 @@ static const double patience = 3;        /* [s] tighter tolerances than one that
 static const double repeated = 0.3;      /* [s] what takes longer is not repeated */
 static const double weight_none = 1e100; /* of work_done, which stays 0 */
 
-enum kind { CORE, GSL, CVODE_EXACT, CVODE_DIFFERENCES };
+/* CVODE with the exact Jacobian; with difference quotients; exact, without the orders 3 to 5, whose stability
+ * ends where oscillations lie. */
+enum kind { CORE, GSL, CVODE_EXACT, CVODE_DIFFERENCES, CVODE_ORDER_2 };
 
 struct integrator {
     enum kind kind;
@@ -167,14 +169,15 @@ static int cvode_jacobian(realtype t, N_Vector y, N_Vector dydt, SUNMatrix J, vo
 
 /* Tolerances of the components, and the settings that are not CVODE's defaults. */
 static int set_cvode(struct motion *motion, void *cvode, N_Vector y, N_Vector weights, SUNMatrix J,
-                     SUNLinearSolver solver, int is_exact) {
+                     SUNLinearSolver solver, enum kind kind) {
     const int n = motion->work.n;
     for (int i = 0; i < 2 * n; i++)
         NV_Ith_S(weights, i) = motion->drive.options.tol;
     NV_Ith_S(weights, 2 * n) = weight_none;
     return CVodeInit(cvode, cvode_slope, 0, y) || CVodeSVtolerances(cvode, 0, weights) ||
            CVodeSetUserData(cvode, motion) || CVodeSetLinearSolver(cvode, solver, J) ||
-           (is_exact && CVodeSetJacFn(cvode, cvode_jacobian)) || CVodeSetMaxNumSteps(cvode, STEPS_MOST) ||
+           (kind != CVODE_DIFFERENCES && CVodeSetJacFn(cvode, cvode_jacobian)) ||
+           (kind == CVODE_ORDER_2 && CVodeSetMaxOrd(cvode, 2)) || CVodeSetMaxNumSteps(cvode, STEPS_MOST) ||
            CVodeSetStopTime(cvode, motion->scene->until);
 }
 
@@ -194,7 +197,7 @@ static void no_message(int code, const char *module, const char *function, char 
     (void)code, (void)module, (void)function, (void)message, (void)data;
 }
 
-static int by_cvode(struct motion *motion, int is_exact) {
+static int by_cvode(struct motion *motion, enum kind kind) {
     const int n = motion->work.n;
     SUNContext context;
     int status = refdyn_drive_start(&motion->drive, 0, motion->scene->q, motion->scene->qd);
@@ -206,7 +209,7 @@ static int by_cvode(struct motion *motion, int is_exact) {
     void *cvode = CVodeCreate(CV_BDF, context);
     memcpy(N_VGetArrayPointer(y), motion->drive.state_new, (size_t)(2 * n + 1) * sizeof(double));
     CVodeSetErrHandlerFn(cvode, no_message, NULL);
-    status = set_cvode(motion, cvode, y, weights, J, solver, is_exact);
+    status = set_cvode(motion, cvode, y, weights, J, solver, kind);
     if (!status)
         status = run_cvode(motion, cvode, y);
     motion->drive.statistics.evaluations = motion->work.evaluations;
@@ -242,7 +245,8 @@ static int integrate(const struct integrator *integrator, struct motion *motion)
         return by_gsl(motion, (enum refdyn_gsl_method)integrator->method);
     case CVODE_EXACT:
     case CVODE_DIFFERENCES:
-        return by_cvode(motion, integrator->kind == CVODE_EXACT);
+    case CVODE_ORDER_2:
+        return by_cvode(motion, integrator->kind);
     }
     return 1;
 }
@@ -303,6 +307,7 @@ static int list_integrators(struct integrator *list) {
         list[count++] = (struct integrator){GSL, method, refdyn_gsl_method_name(method)};
     list[count++] = (struct integrator){CVODE_EXACT, 0, "cvode"};
     list[count++] = (struct integrator){CVODE_DIFFERENCES, 0, "cvode_differences"};
+    list[count++] = (struct integrator){CVODE_ORDER_2, 0, "cvode_order_2"};
     return count;
 }
 
