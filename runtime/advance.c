@@ -127,10 +127,12 @@ int refdyn_find_work(struct refdyn_drive *drive, double theta, double *work_done
         const double at = theta * places[k], t = fmin(drive->t_begin + at * h, drive->t_limit);
         int status = REFDYN_OK;
         if (at == 1)
-            memcpy(drive->side, drive->slope_new, (size_t)(2 * n + 1) * sizeof(double));
+            memcpy(drive->stage, drive->state_new, (size_t)(2 * n) * sizeof(double));
         else
             status = refdyn_rosenbrock_interpolate(drive, at, drive->stage);
-        if (!status && at != 1)
+        if (!status && at == 1 && drive->t_end < drive->t_limit)
+            memcpy(drive->side, drive->slope_new, (size_t)(2 * n + 1) * sizeof(double));
+        else if (!status) /* at a break, on its left side */
             status = refdyn_slope(drive, t, drive->stage, drive->side);
         if (status)
             return status;
@@ -178,7 +180,7 @@ static int complete(struct refdyn_drive *drive, double t_new) {
     return status;
 }
 
-static void accept(struct refdyn_drive *drive, double h) {
+void refdyn_accept_step(struct refdyn_drive *drive, double h) {
     struct refdyn_statistics *statistics = &drive->statistics;
     statistics->step_smallest = statistics->steps ? fmin(statistics->step_smallest, h) : h;
     statistics->step_largest = fmax(statistics->step_largest, h);
@@ -189,7 +191,7 @@ static void accept(struct refdyn_drive *drive, double h) {
 /* Takes the new state as the end of the step. */
 static int arrive(struct refdyn_drive *drive, double t_new, double h) {
     drive->t_end = t_new;
-    accept(drive, h);
+    refdyn_accept_step(drive, h);
     refdyn_choose_after_step(drive);
     return drive->options.balance && refdyn_method_facts(drive->method).rosenbrock
                ? refdyn_find_work(drive, 1, drive->state_new + 2 * drive->work->n)
@@ -209,15 +211,14 @@ static int attempt(struct refdyn_drive *drive, double h) {
 
 /* ---- Fixed steps ---- */
 
-/* Smallest step that still moves the time by a few units in its last place. */
-static double step_least(const struct refdyn_drive *drive, double t_out) {
+double refdyn_step_least(const struct refdyn_drive *drive, double t_out) {
     return 4 * DBL_EPSILON * fmax(fabs(drive->t_begin), fabs(t_out));
 }
 
 /* Cuts [t, t_out] into equal steps; a part of 1e-8 of a step more than asked for does not make one more. */
 static int plan_interval(struct refdyn_drive *drive, double t_out) {
     const double count = ceil((t_out - drive->t_begin) / drive->options.step * (1 - sqrt(DBL_EPSILON)));
-    if (!(count < (double)LONG_MAX) || drive->options.step < step_least(drive, t_out))
+    if (!(count < (double)LONG_MAX) || drive->options.step < refdyn_step_least(drive, t_out))
         return REFDYN_STEP_TOO_SMALL;
     drive->from = drive->t_begin;
     drive->to = t_out;
@@ -345,7 +346,7 @@ static int try_adaptive(struct refdyn_drive *drive, double h, double t_new) {
     return 0;
 }
 
-static int limit_reached(const struct refdyn_drive *drive) {
+int refdyn_step_limit_reached(const struct refdyn_drive *drive) {
     const struct refdyn_statistics *statistics = &drive->statistics;
     return drive->options.step_limit > 0 &&
            statistics->steps + statistics->rejected >= drive->options.step_limit;
@@ -355,9 +356,9 @@ static int step_adaptive(struct refdyn_drive *drive, double t_out, double t_stop
     if (drive->step_next <= 0)
         drive->step_next = find_first_step(drive, fmin(t_stop, t_out) - drive->t_begin);
     for (;;) {
-        if (limit_reached(drive))
+        if (refdyn_step_limit_reached(drive))
             return REFDYN_TOO_MANY_STEPS;
-        if (!(drive->step_next >= step_least(drive, t_out)))
+        if (!(drive->step_next >= refdyn_step_least(drive, t_out)))
             return REFDYN_STEP_TOO_SMALL;
         const double h = clip_step(drive, t_stop);
         const double t_new = h == t_stop - drive->t_begin ? t_stop : drive->t_begin + h;
@@ -366,8 +367,7 @@ static int step_adaptive(struct refdyn_drive *drive, double t_out, double t_stop
     }
 }
 
-/* The next break ahead, INFINITY: none. */
-static double find_break(struct refdyn_drive *drive, double least) {
+double refdyn_break_ahead(struct refdyn_drive *drive, double least) {
     const int count = drive->work->model->break_count;
     while (drive->break_next < count && !(drive->breaks[drive->break_next] > drive->t_begin + least))
         drive->break_next++;
@@ -380,9 +380,9 @@ int refdyn_advance(struct refdyn_drive *drive, double t_out) {
     int status = begin(drive);
     if (status)
         return status;
-    if (limit_reached(drive))
+    if (refdyn_step_limit_reached(drive))
         return REFDYN_TOO_MANY_STEPS;
-    const double least = step_least(drive, t_out), ahead = find_break(drive, least);
+    const double least = refdyn_step_least(drive, t_out), ahead = refdyn_break_ahead(drive, least);
     if (drive->options.tol == 0)
         return step_fixed(drive, ahead < t_out - least ? ahead : t_out);
     double bound = drive->t_most > drive->t_begin ? drive->t_most : INFINITY;

@@ -1,5 +1,6 @@
 # What `cmake --install` installs: the program, the runtime library with its headers, and the files by which
-# other projects find it: find_package(refdyn) gives the target refdyn::runtime, pkg-config the package refdyn.
+# other projects find it: find_package(refdyn) gives the target refdyn::runtime, pkg-config the package refdyn;
+# with GSL also refdyn::gsl and refdyn-gsl.
 include(CMakePackageConfigHelpers)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/refdyn)
 
@@ -8,6 +9,10 @@ if(TARGET refdyn)
 endif()
 if(TARGET refdyn_runtime)
     install(TARGETS refdyn_runtime EXPORT refdyn)
+    if(TARGET refdyn_gsl)
+        install(TARGETS refdyn_gsl EXPORT refdyn)
+        install(FILES runtime/gsl/refdyn_gsl.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/refdyn)
+    endif()
     install(EXPORT refdyn NAMESPACE refdyn:: FILE refdynConfig.cmake DESTINATION ${package_folder})
 endif()
 install(FILES ${runtime_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/refdyn)
@@ -20,3 +25,7 @@ install(FILES ${CMAKE_BINARY_DIR}/refdynConfigVersion.cmake DESTINATION ${packag
 file(RELATIVE_PATH prefix_from_pc /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
 configure_file(runtime/refdyn.pc.in refdyn.pc @ONLY)
 install(FILES ${CMAKE_BINARY_DIR}/refdyn.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+if(TARGET refdyn_gsl)
+    configure_file(runtime/gsl/refdyn-gsl.pc.in refdyn-gsl.pc @ONLY)
+    install(FILES ${CMAKE_BINARY_DIR}/refdyn-gsl.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+endif()

@@ -1,4 +1,4 @@
-"""Cases that others have published: a planar pendulum as a constrained point mass, a cantilever bent far."""
+"""Cases that others have published: a planar pendulum as a constrained point mass, the car axis, a cantilever bent far."""
 import json
 
 import numpy
@@ -21,6 +21,17 @@ def test_planar_pendulum(options, tolerance, tmp_path):
     error = abs(numpy.array([run["bob_x"], run["bob_y"]]).T - expected).max()
     assert error <= tolerance * SCALE, f"{error:.1e}"
     assert abs(run["energy"] - run["energy"][0]).max() <= 10 * tolerance * SCALE
+
+
+@pytest.mark.parametrize("method", ["rk8", "rodas5p"])
+def test_car_axis(method, tmp_path):
+    """Test Set for IVP Solvers: stiff springs, a constraint that moves, four redundant coordinates; 3 s."""
+    refdyn("sim", TESTS / "bench" / "car_axis.lua", "--until", 3, "--every", 3, "--method", method, "--tol", "1e-10", "-o", tmp_path / "run.csv")
+    run = read_run(tmp_path / "run.csv")
+    expected = {"left_x": 0.0493455784275402809122, "left_z": 0.496989460230171153861,
+                "right_x": 1.04174252488542151681, "right_z": 0.373911027265361256927}
+    error = max(abs(run[name][-1] - value) for name, value in expected.items())
+    assert error <= 1e-9 * SCALE, f"{error:.1e}"
 
 
 # P L^2/(E I), deflection across and shortening along, over L

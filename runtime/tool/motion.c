@@ -27,6 +27,20 @@ void motion_catch_interrupt(void) {
     sigaction(SIGINT, &action, NULL);
 }
 
+/* GSL's methods work in the room of an implicit method. */
+static enum status choose_gsl(const struct options *options, struct refdyn_options *drive) {
+    if (!by_gsl_is_built)
+        return usage_error(options->command, "--method: '%s' needs a refdyn that is built with GSL",
+                           options->method);
+    if (options->step > 0)
+        return usage_error(options->command, "--step: %s finds its steps, it takes --tol", options->method);
+    *drive = refdyn_options_default(REFDYN_RODAS5P);
+    drive->stabilise = by_gsl_stabilise(options->method);
+    if (options->tolerance > 0)
+        drive->tol = options->tolerance;
+    return STATUS_DONE;
+}
+
 const char *known_methods(char text[static 128]) {
     text[0] = '\0';
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
@@ -37,6 +51,8 @@ const char *known_methods(char text[static 128]) {
 static enum status choose_method(const struct options *options, struct refdyn_options *drive) {
     char known[128];
     int method = options->step > 0 ? REFDYN_RK4 : REFDYN_AUTO;
+    if (by_gsl_has(options->method))
+        return choose_gsl(options, drive);
     if (options->method)
         method = refdyn_method_find(options->method);
     if (method < 0)
@@ -77,6 +93,11 @@ enum status motion_options(const struct options *options, struct refdyn_options 
             return usage_error(options->command, "--stabilise: '%s' is none of none, baumgarte, project",
                                options->stabilise);
         drive->stabilise = (enum refdyn_stabilise)found;
+        if (found == REFDYN_PROJECT && by_gsl_has(options->method) &&
+            by_gsl_stabilise(options->method) != REFDYN_PROJECT)
+            return usage_error(options->command,
+                               "--stabilise: a projection would make %s start again after each step",
+                               options->method);
     }
     if (options->start && strcmp(options->start, "as-is") != 0 && strcmp(options->start, "project") != 0)
         return usage_error(options->command, "--start: '%s' is none of as-is, project", options->start);
@@ -115,6 +136,7 @@ int motion_start(struct motion *motion, struct scene *scene, const struct refdyn
     double span = until - scene->state.t;
     *motion =
         (struct motion){.scene = scene, .from = scene->state.t, .until = until, .started = wall_seconds()};
+    motion->method = refdyn_method_name((int)drive->method);
     motion->every = every > 0 ? every : span / DEFAULT_OUTPUTS;
     motion->outputs = count_outputs(motion);
     size_t size = refdyn_drive_size(scene->model, drive);
@@ -126,6 +148,11 @@ int motion_start(struct motion *motion, struct scene *scene, const struct refdyn
     refdyn_drive_limit(&motion->drive, until);
     motion->cpu_s = cpu_seconds() - begin;
     return status == REFDYN_OK ? refdyn_energy_start(&motion->energy, &motion->drive) : status;
+}
+
+int motion_by_gsl(struct motion *motion, const char *method) {
+    motion->method = method;
+    return by_gsl_open(&motion->gsl, &motion->drive, method);
 }
 
 double motion_time(const struct motion *motion, long i) {
@@ -147,7 +174,8 @@ int motion_to(struct motion *motion, long i, struct progress *progress) {
     double goal = motion_time(motion, i), begin = cpu_seconds();
     int status = REFDYN_OK;
     while (status == REFDYN_OK && motion->drive.t < goal) {
-        status = refdyn_drive_step(&motion->drive, goal, STEPS_PER_LOOK);
+        status = motion->gsl ? by_gsl_step(motion->gsl, goal, STEPS_PER_LOOK)
+                             : refdyn_drive_step(&motion->drive, goal, STEPS_PER_LOOK);
         if (progress)
             progress_show(progress, motion_fraction(motion));
         if (motion_interrupted && status == REFDYN_OK)
@@ -163,6 +191,8 @@ int motion_to(struct motion *motion, long i, struct progress *progress) {
 }
 
 void motion_release(struct motion *motion) {
+    by_gsl_close(motion->gsl);
     free(motion->memory);
+    motion->gsl = NULL;
     motion->memory = NULL;
 }

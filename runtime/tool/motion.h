@@ -4,6 +4,7 @@
 #ifndef REFDYN_TOOL_MOTION_H
 #define REFDYN_TOOL_MOTION_H
 
+#include "by_gsl.h"
 #include "commands.h"
 #include "progress.h"
 
@@ -17,6 +18,8 @@ extern const char *const stabilise_names[STABILISE_COUNT];
 struct motion {
     struct scene *scene;
     struct refdyn_drive drive;
+    const char *method;
+    struct by_gsl *gsl; /* takes the steps, NULL: the drive does */
     void *memory;
     struct refdyn_energy energy;
     double from, until, every; /* [s] */
@@ -38,6 +41,8 @@ enum status motion_place(struct scene *scene, const struct options *options);
 /* Starts at the scene's state. Returns a status of the runtime; motion_release in any case. */
 int motion_start(struct motion *motion, struct scene *scene, const struct refdyn_options *drive, double until,
                  double every);
+/* After motion_start: the steps by a method of GSL. Returns a status of the runtime. */
+int motion_by_gsl(struct motion *motion, const char *method);
 /* Time of output number i, 0 to outputs - 1: a multiple of `every`, or the end. */
 double motion_time(const struct motion *motion, long i);
 /* How much of the way from the start to the end is done. */

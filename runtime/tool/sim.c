@@ -51,7 +51,7 @@ static void print_summary(const struct motion *motion) {
     const struct refdyn_statistics *s = &motion->drive.statistics;
     const struct refdyn_options *o = &motion->drive.options;
     char text[NUMBER_LENGTH];
-    fprintf(stderr, "method       %s, %s %s, stabilised by %s\n", refdyn_method_name((int)o->method),
+    fprintf(stderr, "method       %s, %s %s, stabilised by %s\n", motion->method,
             o->tol > 0 ? "tolerance" : "step [s]", exact_text(o->tol > 0 ? o->tol : o->step, text),
             stabilise_names[o->stabilise]);
     fprintf(stderr, "steps        %ld taken, %ld rejected, from %.3g to %.3g s\n", s->steps, s->rejected,
@@ -74,7 +74,7 @@ static bool write_summary(const struct motion *motion, const char *path) {
         return false;
     struct document document = {.out = output.file};
     put_open(&document, NULL, '{');
-    put_text(&document, "method", refdyn_method_name((int)motion->drive.options.method));
+    put_text(&document, "method", motion->method);
     put_whole(&document, "steps", s->steps);
     put_whole(&document, "rejected", s->rejected);
     put_whole(&document, "evaluations", s->evaluations);
@@ -141,6 +141,8 @@ static enum status simulate(struct scene *scene, const struct options *options,
     if (!output_open(&output, options->output))
         return STATUS_FAULT;
     int result = motion_start(&motion, scene, drive, options->until, options->every);
+    if (result == REFDYN_OK && by_gsl_has(options->method))
+        result = motion_by_gsl(&motion, options->method);
     enum status status;
     if (result == REFDYN_OK) {
         print_start(options, &motion.drive);

@@ -1,0 +1,53 @@
+/*
+ * The exact Jacobian of the motion as a system of first order.
+ *
+ * Takes the emitted `tangent` at a state; gives the derivatives of accelerations a by positions, rates and
+ * time from (linearise.h)
+ *     [ M  -u^T ] [ da      ]   [ -K   dq - D    dqd - f_t dt ]
+ *     [ u   0   ] [ dlambda ] = [ -G_q dq - G_qd dqd - g_t dt ]
+ * with one factorisation and a solution for each column.
+ */
+#include "first_order.h"
+
+#include <string.h>
+
+#include "dense.h"
+#include "linearise.h"
+
+/* Derivatives of the accelerations for the right side -[force; row], entry j of rows of `width`, into
+ * column[i stride]. */
+static void solve_column(struct refdyn_linear *linear, const struct refdyn_partition *partition,
+                         const double *force, const double *row, int width, int j, double *column,
+                         int stride) {
+    const int n = linear->n;
+    for (int i = 0; i < n; i++)
+        linear->x[i] = -force[i * width + j];
+    for (int i = n; i < linear->size; i++)
+        linear->x[i] = -row[partition->row[i - n] * width + j];
+    refdyn_lu_solve(linear->matrix, linear->size, linear->pivot, linear->x);
+    for (int i = 0; i < n; i++)
+        column[i * stride] = linear->x[i];
+}
+
+int refdyn_first_order_jacobian(struct refdyn_drive *drive, double t, const double *y, double *by_y,
+                                double *by_t) {
+    const struct refdyn_partition *partition = &drive->work->partition;
+    struct refdyn_linear *linear = &drive->linear;
+    const int n = drive->work->n, size = 2 * n + 1;
+    drive->has_tangent = 0;
+    drive->statistics.tangents++;
+    int status = refdyn_linear_evaluate(linear, drive->work, t, y, y + n);
+    if (!status)
+        status = refdyn_linear_factor(linear, drive->work, 0);
+    if (status)
+        return status;
+    memset(by_y, 0, (size_t)(size * size) * sizeof *by_y);
+    memset(by_t, 0, (size_t)size * sizeof *by_t);
+    for (int j = 0; j < n; j++) {
+        by_y[j * size + n + j] = 1;
+        solve_column(linear, partition, linear->K, linear->G_q, n, j, by_y + n * size + j, size);
+        solve_column(linear, partition, linear->D, linear->G_qd, n, j, by_y + n * size + n + j, size);
+    }
+    solve_column(linear, partition, linear->f_t, linear->g_t, 1, 0, by_t + n, 1);
+    return REFDYN_OK;
+}

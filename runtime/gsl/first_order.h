@@ -1,0 +1,18 @@
+/*
+ * The motion as a system of first order, y' = f(t, y) with y = q, qd, work_done (2 n + 1), for integrators
+ * that take no other form. f is refdyn_slope; this is its exact derivative.
+ */
+#ifndef REFDYN_FIRST_ORDER_H
+#define REFDYN_FIRST_ORDER_H
+
+#include "refdyn.h"
+
+/*
+ * df/dy (row-major) and df/dt (2 n + 1) at (t, y). The row of work_done is 0: nothing depends on the work, so
+ * that Newton's method needs it for no other component. The drive needs room for a tangent: that of an
+ * implicit method. Errors: NOT_FINITE, TANGENT_SINGULAR.
+ */
+int refdyn_first_order_jacobian(struct refdyn_drive *drive, double t, const double *y, double *by_y,
+                                double *by_t);
+
+#endif
