@@ -109,7 +109,7 @@ static int align(struct refdyn_drive *drive, double t, const double *state) {
 int refdyn_meet_programme(struct refdyn_drive *drive, double t, double *state) {
     const struct refdyn_linear *linear = &drive->linear;
     const int n = drive->work->n, status = align(drive, t, state);
-    const struct refdyn_directions along = {linear->directions, linear->rows, linear->size - n};
+    const struct refdyn_directions along = refdyn_linear_found(linear);
     return status ? status : refdyn_project_along(drive->work, &along, t, state, state + n);
 }
 

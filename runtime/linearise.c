@@ -146,6 +146,10 @@ void refdyn_linear_solve(struct refdyn_linear *linear, const double *r_q, const 
     }
 }
 
+struct refdyn_directions refdyn_linear_found(const struct refdyn_linear *linear) {
+    return (struct refdyn_directions){linear->directions, linear->rows, linear->size - linear->n};
+}
+
 void refdyn_linear_directions(struct refdyn_linear *linear) {
     const int n = linear->n;
     for (int k = 0; k < linear->size - n; k++) {

@@ -12,6 +12,7 @@
 #ifndef REFDYN_LINEARISE_H
 #define REFDYN_LINEARISE_H
 
+#include "core.h"
 #include "refdyn.h"
 #include "room.h"
 
@@ -32,10 +33,11 @@ void refdyn_linear_solve(struct refdyn_linear *linear, const double *r_q, const 
                          double *dq, double *dqd);
 /*
  * Directions z_a (n) with u_b z_a = 1 for a = b and 0 otherwise, that are smallest in a metric: of the
- * factored matrix, or of M in the workspace (refdyn_linear_factor_mass). Into linear->directions, ordered as
- * partition.row.
+ * factored matrix, or of M in the workspace (refdyn_linear_factor_mass). Into linear->directions; refdyn_linear_found tells
+ * them with their rows.
  */
 void refdyn_linear_directions(struct refdyn_linear *linear);
+struct refdyn_directions refdyn_linear_found(const struct refdyn_linear *linear);
 int refdyn_linear_factor_mass(struct refdyn_linear *linear, const struct refdyn_workspace *work);
 
 /* Evaluates the tangent at the begin of a drive's step, unless that was done. */

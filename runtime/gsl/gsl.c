@@ -93,7 +93,8 @@ static int project(struct refdyn_gsl *gsl, double t, double h) {
         return status;
     refdyn_linear_directions(&drive->linear);
     gsl_odeiv2_evolve_reset(gsl->driver->e); /* its slope is that of the state before */
-    return refdyn_project_along(work, drive->linear.directions, t, q, qd);
+    const struct refdyn_directions along = refdyn_linear_found(&drive->linear);
+    return refdyn_project_along(work, &along, t, q, qd);
 }
 
 /* Row terms, projection where that is asked for, and partition at the new state. */
