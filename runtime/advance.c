@@ -29,9 +29,9 @@ static const double shrink_failed = 0.4; /* no estimate, so a guess */
 /* a step that failed is not soon tried again: no longer one than this part of it, then more by this factor a
  * step */
 static const double cap_failed = 0.6, cap_growth = 1.1;
-static const double kept_least = 0.95, kept_most = 1.25; /* within them a step is kept, with its factors */
-static const double error_share = 0.7;                   /* exponents times the order: of this error, */
-static const double error_last_share = 0.4;              /* and of the one before */
+static const double kept_least = 0.95, kept_most = 1.1; /* within them a step is kept, with its factors */
+static const double error_share = 0.7;                  /* exponents times the order: of this error, */
+static const double error_last_share = 0.4;             /* and of the one before */
 static const double error_least = 1e-4; /* of the one before, lest a lucky step blows up the next */
 static const double first_share = 0.1;  /* of the change tol^(1/order), which a step of that order may make */
 static const double turned_most =
@@ -98,9 +98,7 @@ static int align(struct refdyn_drive *drive, double t, const double *state) {
     const struct refdyn_method_facts facts = refdyn_method_facts(drive->method);
     if (!facts.is_implicit || (facts.collocation && facts.collocation->lambda[1] != 0))
         return align_with_mass(drive, t, state);
-    if (!drive->is_aligned && facts.collocation)
-        refdyn_linear_directions_complex(&drive->linear);
-    if (!drive->is_aligned && facts.rosenbrock)
+    if (!drive->is_aligned)
         refdyn_linear_directions(&drive->linear);
     drive->is_aligned = 1;
     return REFDYN_OK;

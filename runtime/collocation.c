@@ -30,7 +30,7 @@ static const double stalled = 1e-11;
 /* A correction must fall below this part of the one before, else a smaller step is needed. */
 static const double slow = 0.5;
 /* Factors are used again while each correction falls below this part of the one before. */
-static const double fast = 0.2;
+static const double fast = 0.1;
 /* A vibration of more than so many radians a step is not resolved: its error is that of its size. */
 static const double resolved = 6;
 
@@ -89,10 +89,8 @@ static void stage_state(const struct refdyn_drive *drive, const struct refdyn_co
     double *q = drive->stage, *qd = drive->stage + n;
     memcpy(q, drive->state, (size_t)(2 * n + 1) * sizeof *q);
     dense_add(q, h * table->c[i], drive->state + n, n);
-    for (int j = 0; j < s; j++) {
-        dense_add(q, h * h * table->aa[i * s + j], a + j * n, n);
-        dense_add(qd, h * table->a[i * s + j], a + j * n, n);
-    }
+    refdyn_add_all(q, h * h, table->aa + i * s, s, a, n, n);
+    refdyn_add_all(qd, h, table->a + i * s, s, a, n, n);
 }
 
 /* What the stages' accelerations miss: a - those of their states. */
@@ -124,6 +122,29 @@ static double largest_share(const struct refdyn_drive *drive, const double *x) {
     return largest;
 }
 
+/* A real eigenvalue, which comes first, has the matrix of a Rosenbrock step. */
+static int is_real(const struct refdyn_collocation_table *table, int k) {
+    return table->lambda[2 * k + 1] == 0;
+}
+
+static int factor_for(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, int k,
+                      double h) {
+    const double re = h * table->lambda[2 * k], im = h * table->lambda[2 * k + 1];
+    drive->statistics.factorisations += is_real(table, k) ? 1 : 4;
+    return is_real(table, k) ? refdyn_linear_factor(&drive->linear, drive->work, re)
+                             : refdyn_linear_factor_complex(&drive->linear, drive->work, k, re, im);
+}
+
+/* The change of accelerations by a residual re + i im, in its place. */
+static void solve_for(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, int k,
+                      double *re, double *im) {
+    drive->statistics.solutions += is_real(table, k) ? 1 : 4;
+    if (is_real(table, k))
+        refdyn_linear_solve_residual(&drive->linear, re);
+    else
+        refdyn_linear_solve_complex(&drive->linear, k, re, im);
+}
+
 /* One Newton correction of the accelerations; returns its largest entry, in units of 1 rad and `length`. */
 static double correct(struct refdyn_drive *drive, const struct refdyn_collocation_table *table) {
     const struct stages stages = stages_of(drive, table);
@@ -135,14 +156,14 @@ static double correct(struct refdyn_drive *drive, const struct refdyn_collocatio
         memset(im, 0, (size_t)n * sizeof *im);
         for (int i = 0; i < s; i++) {
             dense_add(re, -table->left[2 * (k * s + i)], stages.missing + i * n, n);
-            dense_add(im, -table->left[2 * (k * s + i) + 1], stages.missing + i * n, n);
+            if (!is_real(table, k))
+                dense_add(im, -table->left[2 * (k * s + i) + 1], stages.missing + i * n, n);
         }
-        refdyn_linear_solve_complex(&drive->linear, k, re, im);
-        drive->statistics.solutions += 4;
-        for (int i = 0; i < s; i++) {
+        solve_for(drive, table, k, re, im);
+        for (int i = 0; i < s; i++)
             dense_add(stages.change + i * n, table->right[2 * (k * s + i)], re, n);
+        for (int i = 0; i < s && !is_real(table, k); i++)
             dense_add(stages.change + i * n, -table->right[2 * (k * s + i) + 1], im, n);
-        }
     }
     dense_add(stages.now, 1, stages.change, s * n);
     for (int i = 0; i < s; i++)
@@ -179,11 +200,10 @@ static void finish(struct refdyn_drive *drive, const struct refdyn_collocation_t
     double *q = drive->state_new, *qd = q + n;
     memcpy(q, drive->state, (size_t)(2 * n + 1) * sizeof *q);
     dense_add(q, h, drive->state + n, n);
-    for (int j = 0; j < table->stages; j++) {
-        dense_add(q, h * h * table->bb[j], stages.now + j * n, n);
-        dense_add(qd, h * table->b[j], stages.now + j * n, n);
+    refdyn_add_all(q, h * h, table->bb, table->stages, stages.now, n, n);
+    refdyn_add_all(qd, h, table->b, table->stages, stages.now, n, n);
+    for (int j = 0; j < table->stages; j++)
         q[2 * n] += h * table->b[j] * stages.power[j];
-    }
 }
 
 /* What the polynomial with these weights misses at the begin of the step, without what stiffness makes of it.
@@ -196,7 +216,7 @@ static void defect(struct refdyn_drive *drive, const struct refdyn_collocation_t
     for (int j = 0; j < table->stages; j++)
         dense_add(d, weights[j], stages.now + j * n, n);
     memset(drive->side, 0, (size_t)n * sizeof *d);
-    refdyn_linear_solve_complex(&drive->linear, 0, d, drive->side);
+    solve_for(drive, table, 0, d, drive->side);
 }
 
 static void estimate(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, double h) {
@@ -214,44 +234,11 @@ static void estimate(struct refdyn_drive *drive, const struct refdyn_collocation
     }
 }
 
-static int factor(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, double h) {
-    int status = refdyn_linear_at_begin(drive);
-    drive->statistics.factorisations += 4 * table->eigenvalues;
-    for (int k = 0; k < table->eigenvalues && !status; k++)
-        status = refdyn_linear_factor_complex(&drive->linear, drive->work, k, h * table->lambda[2 * k],
-                                              h * table->lambda[2 * k + 1]);
-    drive->factored_h = status ? 0 : h;
-    if (table->lambda[1] == 0)
-        drive->is_aligned = 0;
-    return status;
-}
-
-int refdyn_collocation_step(struct refdyn_drive *drive, double h) {
-    const struct refdyn_collocation_table *table = refdyn_method_facts(drive->method).collocation;
-    const int is_kept = drive->factored_h == h && drive->contraction <= fast;
-    int status = is_kept ? REFDYN_OK : factor(drive, table, h);
-    drive->failed_t = drive->t_begin;
-    guess(drive, table, h);
-    if (!status)
-        status = solve_stages(drive, table, h);
-    if (status == REFDYN_NO_CONVERGENCE && is_kept) {
-        status = factor(drive, table, h);
-        guess(drive, table, h);
-        if (!status)
-            status = solve_stages(drive, table, h);
-    }
-    if (status)
-        return status;
-    finish(drive, table, h);
-    estimate(drive, table, h);
-    return refdyn_is_finite(drive->state_new, 2 * drive->work->n) ? REFDYN_OK : REFDYN_NOT_FINITE;
-}
-
-int refdyn_collocation_interpolate(struct refdyn_drive *drive, double theta, double *state) {
-    const struct refdyn_collocation_table *table = refdyn_method_facts(drive->method).collocation;
+/* The state at t_begin + theta h of the polynomial through the accelerations as they are now. */
+static void state_between(const struct refdyn_drive *drive, const struct refdyn_collocation_table *table,
+                          double h, double theta, double *state) {
     const struct stages stages = stages_of(drive, table);
     const int n = drive->work->n, s = table->stages;
-    const double h = drive->t_end - drive->t_begin;
     memcpy(state, drive->state, (size_t)(2 * n + 1) * sizeof *state);
     dense_add(state, h * theta, drive->state + n, n);
     for (int j = 0; j < s; j++) {
@@ -264,5 +251,55 @@ int refdyn_collocation_interpolate(struct refdyn_drive *drive, double theta, dou
         dense_add(state + n, h * once, stages.now + j * n, n);
         state[2 * n] += h * once * stages.power[j];
     }
+}
+
+/* The tangent in the middle of the step, where the first guess puts it, suits all stages; without a guess, or
+ * where that state is no good, at the begin. */
+static int find_tangent(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, double h) {
+    if (drive->last_h > 0) {
+        state_between(drive, table, h, 0.5, drive->stage);
+        drive->has_tangent = 0;
+        drive->statistics.tangents++;
+        if (!refdyn_linear_evaluate(&drive->linear, drive->work, fmin(drive->t_begin + h / 2, drive->t_limit),
+                                    drive->stage, drive->stage + drive->work->n))
+            return REFDYN_OK;
+    }
+    return refdyn_linear_at_begin(drive);
+}
+
+static int factor(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, double h) {
+    int status = find_tangent(drive, table, h);
+    for (int k = 0; k < table->eigenvalues && !status; k++)
+        status = factor_for(drive, table, k, h);
+    drive->factored_h = status ? 0 : h;
+    if (is_real(table, 0))
+        drive->is_aligned = 0;
+    return status;
+}
+
+int refdyn_collocation_step(struct refdyn_drive *drive, double h) {
+    const struct refdyn_collocation_table *table = refdyn_method_facts(drive->method).collocation;
+    const int is_kept = drive->factored_h == h && drive->contraction <= fast;
+    drive->failed_t = drive->t_begin;
+    guess(drive, table, h);
+    int status = is_kept ? REFDYN_OK : factor(drive, table, h);
+    if (!status)
+        status = solve_stages(drive, table, h);
+    if (status == REFDYN_NO_CONVERGENCE && is_kept) {
+        guess(drive, table, h);
+        status = factor(drive, table, h);
+        if (!status)
+            status = solve_stages(drive, table, h);
+    }
+    if (status)
+        return status;
+    finish(drive, table, h);
+    estimate(drive, table, h);
+    return refdyn_is_finite(drive->state_new, 2 * drive->work->n) ? REFDYN_OK : REFDYN_NOT_FINITE;
+}
+
+int refdyn_collocation_interpolate(struct refdyn_drive *drive, double theta, double *state) {
+    state_between(drive, refdyn_method_facts(drive->method).collocation, drive->t_end - drive->t_begin, theta,
+                  state);
     return REFDYN_OK;
 }

@@ -55,10 +55,14 @@ int refdyn_lu_factor(double *A, int n, int *pivot, double *scale);
  * x and x + n. */
 int refdyn_complex_lu_factor(double *A, int n, int *pivot);
 int refdyn_complex_lu_solve(const double *A, int n, const int *pivot, double *x);
-/* x := A^-1 x with the factors. Returns 0, as all of lu.c that cannot fail. */
+/* x := A^-1 x with the factors. Returns 0, as all of wide.c that cannot fail. */
 int refdyn_lu_solve(const double *A, int n, const int *pivot, double *x);
 
 /* y := A x, A (rows x columns) without gaps. */
 int refdyn_times(const double *A, int rows, int columns, const double *x, double *y);
+
+/* y (n) += scale sum_j weight_j x_j over `count` vectors, `stride` apart. */
+int refdyn_add_all(double *y, double scale, const double *weights, int count, const double *x, int stride,
+                   int n);
 
 #endif

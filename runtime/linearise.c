@@ -199,34 +199,28 @@ int refdyn_linear_factor_complex(struct refdyn_linear *linear, const struct refd
     return failed < 0 ? REFDYN_OK : REFDYN_TANGENT_SINGULAR;
 }
 
-static void solve_complex(struct refdyn_linear *linear, int k) {
-    const int size = linear->size;
-    refdyn_complex_lu_solve(linear->complex + k * 2 * size * size, size, linear->complex_pivot + k * size,
-                            linear->x);
+/* M x and u x */
+static void times_mass(const struct refdyn_linear *linear, const double *x, double *y) {
+    const int n = linear->n;
+    refdyn_times(linear->M, n, n, x, y);
+    for (int i = n; i < linear->size; i++)
+        y[i] = dense_dot(linear->u + linear->rows[i - n] * n, x, n);
 }
 
 void refdyn_linear_solve_complex(struct refdyn_linear *linear, int k, double *re, double *im) {
     const int n = linear->n, size = linear->size;
-    double *x = linear->x, *y = x + size;
-    refdyn_times(linear->M, n, n, re, x);
-    refdyn_times(linear->M, n, n, im, y);
-    for (int i = n; i < size; i++) {
-        x[i] = dense_dot(linear->u + linear->rows[i - n] * n, re, n);
-        y[i] = dense_dot(linear->u + linear->rows[i - n] * n, im, n);
-    }
-    solve_complex(linear, k);
-    memcpy(re, x, (size_t)n * sizeof *re);
-    memcpy(im, y, (size_t)n * sizeof *im);
+    times_mass(linear, re, linear->x);
+    times_mass(linear, im, linear->x + size);
+    refdyn_complex_lu_solve(linear->complex + k * 2 * size * size, size, linear->complex_pivot + k * size,
+                            linear->x);
+    memcpy(re, linear->x, (size_t)n * sizeof *re);
+    memcpy(im, linear->x + size, (size_t)n * sizeof *im);
 }
 
-void refdyn_linear_directions_complex(struct refdyn_linear *linear) {
-    const int n = linear->n, size = linear->size;
-    for (int k = 0; k < size - n; k++) {
-        memset(linear->x, 0, (size_t)(2 * size) * sizeof(double));
-        linear->x[n + k] = 1;
-        solve_complex(linear, 0);
-        memcpy(linear->directions + k * n, linear->x, (size_t)n * sizeof(double));
-    }
+void refdyn_linear_solve_residual(struct refdyn_linear *linear, double *x) {
+    times_mass(linear, x, linear->x);
+    refdyn_lu_solve(linear->matrix, linear->size, linear->pivot, linear->x);
+    memcpy(x, linear->x, (size_t)linear->n * sizeof *x);
 }
 
 /* da of dq and dqd, with the factors of M and its rows: M da - u^T mu = -K dq - D dqd, u da = -G_q dq - G_qd

@@ -33,8 +33,8 @@ void refdyn_linear_solve(struct refdyn_linear *linear, const double *r_q, const 
                          double *dq, double *dqd);
 /*
  * Directions z_a (n) with u_b z_a = 1 for a = b and 0 otherwise, that are smallest in a metric: of the
- * factored matrix, or of M in the workspace (refdyn_linear_factor_mass). Into linear->directions; refdyn_linear_found tells
- * them with their rows.
+ * factored matrix, or of M in the workspace (refdyn_linear_factor_mass). Into linear->directions;
+ * refdyn_linear_found tells them with their rows.
  */
 void refdyn_linear_directions(struct refdyn_linear *linear);
 struct refdyn_directions refdyn_linear_found(const struct refdyn_linear *linear);
@@ -44,14 +44,13 @@ int refdyn_linear_factor_mass(struct refdyn_linear *linear, const struct refdyn_
 int refdyn_linear_at_begin(struct refdyn_drive *drive);
 /*
  * Factors matrix number k (of `complexes`) for the complex g = re + i im. Solves with it for the change of
- * accelerations by a residual: M x on the right side for n, u x for the rows; x (n) as re and im, in place.
- * Directions for projections from the real part of matrix 0.
+ * accelerations by a residual x: right side M x and u x; x (n) as re and im, in place.
  */
 int refdyn_linear_factor_complex(struct refdyn_linear *linear, const struct refdyn_workspace *work, int k,
                                  double re, double im);
 void refdyn_linear_solve_complex(struct refdyn_linear *linear, int k, double *re, double *im);
-void refdyn_linear_directions_complex(struct refdyn_linear *linear);
-
+/* The same with the real matrix. */
+void refdyn_linear_solve_residual(struct refdyn_linear *linear, double *x);
 /*
  * The largest |eigenvalue| [1/s] of the linearised equations at the begin of a drive's step, and its damping
  * ratio, by iteration of vectors: good to some per cent, since what is asked is a limit of steps.

@@ -27,9 +27,7 @@ int refdyn_rosenbrock_room(const struct refdyn_rosenbrock_table *table, int n) {
 static void combine(const struct refdyn_drive *drive, const double *weights, int count, double *y) {
     const int size = 2 * drive->work->n;
     memcpy(y, drive->state, (size_t)size * sizeof *y);
-    for (int j = 0; j < count; j++)
-        if (weights[j] != 0)
-            dense_add(y, weights[j], drive->stages + j * size, size);
+    refdyn_add_all(y, 1, weights, count, drive->stages, size, size);
 }
 
 /* Slope of stage i, whose point is drive->stage. */
@@ -54,8 +52,7 @@ static int take_stage(struct refdyn_drive *drive, const struct refdyn_rosenbrock
         if (status)
             return status;
     }
-    for (int j = 0; j < i; j++)
-        dense_add(right, table->c[i * count_all(table) + j] / h, drive->stages + j * size, size);
+    refdyn_add_all(right, 1 / h, table->c + i * count_all(table), i, drive->stages, size, size);
     refdyn_linear_solve(&drive->linear, right, right + n, table->gamma_sum[i] * h, U, U + n);
     return REFDYN_OK;
 }
@@ -74,8 +71,7 @@ int refdyn_rosenbrock_step(struct refdyn_drive *drive, double h) {
         return status;
     combine(drive, table->b, table->stages, drive->state_new);
     memset(drive->error, 0, (size_t)size * sizeof(double));
-    for (int j = 0; j < table->stages; j++)
-        dense_add(drive->error, table->e[j], drive->stages + j * size, size);
+    refdyn_add_all(drive->error, 1, table->e, table->stages, drive->stages, size, size);
     return refdyn_is_finite(drive->state_new, size) ? REFDYN_OK : REFDYN_NOT_FINITE;
 }
 

@@ -26,9 +26,7 @@ int refdyn_runge_kutta_room(const struct refdyn_tableau *tableau, int n) {
 static void combine(const struct refdyn_drive *drive, double h, const double *weights, int count, double *y) {
     const int size = 2 * drive->work->n + 1;
     memcpy(y, drive->state, (size_t)size * sizeof *y);
-    for (int j = 0; j < count; j++)
-        if (weights[j] != 0)
-            dense_add(y, h * weights[j], drive->stages + j * size, size);
+    refdyn_add_all(y, h, weights, count, drive->stages, size, size);
 }
 
 /* error := h sum_j weight_j slope_j, q and qd only */

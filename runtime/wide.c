@@ -1,10 +1,11 @@
 /*
- * L U factorisation of real and complex matrices, with partial pivoting: see dense.h.
+ * Dense kernels that are compiled twice, for wide vectors and for any processor: L U factorisation of real
+ * and complex matrices with partial pivoting, products, sums of many vectors. See dense.h.
  *
  * Columns are eliminated in panels: what four of them subtract from the rest is subtracted in one pass, which
- * reads and writes each entry once (Golub and Van Loan, Matrix Computations, 3.2.11); entry by entry it is
- * the same sum in the same order. On x86-64 the same code is compiled for wide vectors, too, and taken where
- * the processor has them; no operation is fused or reordered, so results do not depend on it.
+ * reads and writes each entry once (Golub and Van Loan, Matrix Computations, 3.2.11). On x86-64 the version
+ * for wide vectors is taken where the processor has them; no operation is fused or reordered, so results do
+ * not depend on it.
  */
 #include <math.h>
 
@@ -257,6 +258,25 @@ INLINE int complex_lu_solve(const double *A, int n, const int *pivot, double *x)
     return 0;
 }
 
+/* y += scale sum_j weight_j x_j, vectors `stride` apart; four of them in one pass */
+INLINE int add_all(double *restrict y, double scale, const double *weights, int count,
+                   const double *restrict x, int stride, int n) {
+    int j = 0;
+    for (; j + 3 < count; j += 4) {
+        const double a = scale * weights[j], b = scale * weights[j + 1], c = scale * weights[j + 2],
+                     d = scale * weights[j + 3];
+        const double *u = x + j * stride, *v = u + stride, *w = v + stride, *z = w + stride;
+        for (int i = 0; i < n; i++)
+            y[i] = y[i] + a * u[i] + b * v[i] + c * w[i] + d * z[i];
+    }
+    for (; j < count; j++) {
+        const double a = scale * weights[j], *u = x + j * stride;
+        for (int i = 0; i < n; i++)
+            y[i] += a * u[i];
+    }
+    return 0;
+}
+
 /* ---- Each of them compiled twice: for wide vectors, and for any processor ---- */
 
 #ifdef HAS_WIDE
@@ -282,3 +302,7 @@ COMPILE(int, lu_solve, (const double *A, int n, const int *pivot, double *x), (A
 COMPILE(int, complex_lu_solve, (const double *A, int n, const int *pivot, double *x), (A, n, pivot, x))
 COMPILE(int, times, (const double *A, int rows, int columns, const double *x, double *y),
         (A, rows, columns, x, y))
+COMPILE(int, add_all,
+        (double *restrict y, double scale, const double *weights, int count, const double *restrict x,
+         int stride, int n),
+        (y, scale, weights, count, x, stride, n))
