@@ -162,10 +162,12 @@ static int complete(struct refdyn_drive *drive, double t_new) {
         status = refdyn_meet_programme(drive, t_new, drive->state_new);
         is_known = is_known && memcmp(drive->side, drive->state_new, (size_t)(2 * n) * sizeof *q) == 0;
     }
+    work->partition.rank_most = work->m;
     if (!status)
         status = refdyn_partition_watch(work, t_new, q, qd);
     if (!status && !is_known)
         status = refdyn_slope(drive, t_new, drive->state_new, drive->slope_new);
+    work->partition.rank_most = work->partition.rank;
     if (status)
         drive->failed_t = t_new;
     return status;

@@ -128,6 +128,7 @@ static int begin_here(struct refdyn_drive *drive) {
     memcpy(drive->state_new, drive->seen, bytes);
     const int status = refdyn_slope(drive, drive->t, drive->state, drive->slope);
     memcpy(drive->slope_new, drive->slope, bytes);
+    drive->work->partition.rank_most = drive->work->partition.rank;
     return status;
 }
 
@@ -160,6 +161,7 @@ int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, co
 }
 
 int refdyn_drive_refresh(struct refdyn_drive *drive) {
+    drive->work->partition.rank_most = drive->work->m;
     int status =
         refdyn_accelerate(drive->work, drive->t, drive->q, drive->qd, drive->options.stabilise, drive->qdd);
     if (!status)

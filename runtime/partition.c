@@ -22,6 +22,7 @@ static const double worse = 10;
 void refdyn_partition_reset(struct refdyn_workspace *work) {
     struct refdyn_partition *partition = &work->partition;
     partition->rank = -1;
+    partition->rank_most = work->m;
     partition->is_declared = partition->changes = 0;
     partition->condition = partition->condition_chosen = partition->condition_max = 1;
     partition->pivot = partition->pivot_min = 1;
@@ -111,7 +112,7 @@ static int pivot_fully(struct refdyn_workspace *work, const int *allowed) {
     for (int a = 0; a < work->m; a++)
         partition->row[a] = a;
     int rank = 0, row = 0, column = 0;
-    while (rank < work->m && rank < work->n &&
+    while (rank < partition->rank_most && rank < work->n &&
            find_pivot(work, rank, allowed, &row, &column) > work->rank_tol) {
         move_pivot(work, rank, row, column);
         eliminate_column(work, rank);
@@ -264,7 +265,7 @@ static void eliminate_backward(struct refdyn_workspace *work) {
 /* True when a row that was redundant at the choice no longer is. */
 static int rank_has_grown(const struct refdyn_workspace *work) {
     const int n = work->n, rank = work->partition.rank;
-    for (int a = rank; a < work->m; a++)
+    for (int a = rank; a < work->m && rank < work->partition.rank_most; a++)
         for (int b = rank; b < n; b++)
             if (fabs(work->rows[a * (n + 1) + b]) * work->weight[b] > work->rank_tol * work->row_size[a])
                 return 1;

@@ -62,8 +62,10 @@ struct refdyn_partition {
                     independent ones, ascending */
     int *row; /* (m) rows: the first `rank` are used, in the order of elimination; the others are redundant */
     int rank; /* independent rows, -1: not chosen yet */
-    int is_declared;  /* the dependent coordinates are the model's declared ones */
-    int changes;      /* how often the dependent coordinates were changed since the first choice */
+    int rank_most;   /* it does not grow beyond this. A drive lets it grow at the ends of steps alone: between
+                        them, off the programme, a redundant row looks independent */
+    int is_declared; /* the dependent coordinates are the model's declared ones */
+    int changes;     /* how often the dependent coordinates were changed since the first choice */
     double condition; /* estimate for K_d (scaled) at the last accelerations: |[1 -P]| / smallest pivot */
     double condition_chosen; /* the same when it was chosen */
     double pivot;         /* smallest pivot of K_d (scaled) at the last accelerations: 1 best, 0 singular */
