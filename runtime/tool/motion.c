@@ -27,27 +27,37 @@ void motion_catch_interrupt(void) {
     sigaction(SIGINT, &action, NULL);
 }
 
-/* "rk4, rk54, ..." */
-static const char *known_methods(char text[static 128]) {
+enum { METHODS_LENGTH = 32 * REFDYN_METHOD_COUNT };
+
+/* "rk4, rk54, ...": all, or those that need no tangent. */
+static const char *known_methods(char text[static METHODS_LENGTH], bool is_explicit) {
+    size_t length = 0;
     text[0] = '\0';
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
-        sprintf(text + strlen(text), "%s%s", method ? ", " : "", refdyn_method_name(method));
+        if (!is_explicit || !refdyn_method_is_implicit((enum refdyn_method)method))
+            length += (size_t)snprintf(text + length, METHODS_LENGTH - length, "%s%s", length ? ", " : "",
+                                       refdyn_method_name(method));
     return text;
 }
 
 static enum status choose_method(const struct options *options, struct refdyn_options *drive) {
-    char known[128];
+    char known[METHODS_LENGTH];
     int method = options->step > 0 ? REFDYN_RK4 : REFDYN_RODAS5P;
     if (options->method)
         method = refdyn_method_find(options->method);
     if (method < 0)
         return usage_error(options->command, "--method: '%s' is none of %s", options->method,
-                           known_methods(known));
+                           known_methods(known, false));
     if (options->tolerance > 0 && options->step > 0)
         return usage_error(options->command, "--step is for fixed steps, --tol for steps that are found");
-    if (options->tolerance > 0 && method == REFDYN_RK4)
-        return usage_error(options->command, "--tol: rk4 has fixed steps, it takes --step");
+    if (options->step_max > 0 && options->step > 0)
+        return usage_error(options->command,
+                           "--step is for fixed steps, --step-max for steps that are found");
     *drive = refdyn_options_default((enum refdyn_method)method);
+    if ((options->tolerance > 0 || options->step_max > 0) && drive->tol == 0)
+        return usage_error(options->command, "--%s: %s has fixed steps, it takes --step",
+                           options->tolerance > 0 ? "tol" : "step-max", refdyn_method_name(method));
+    drive->step_max = options->step_max;
     if (options->step > 0) {
         drive->step = options->step;
         drive->tol = 0;
@@ -86,6 +96,23 @@ enum status motion_options(const struct options *options, struct refdyn_options 
     if (refdyn_options_validate(drive, &fact) != REFDYN_OK)
         return usage_error(options->command, "%s", fact);
     return STATUS_DONE;
+}
+
+enum status motion_fit(const struct scene *scene, const struct options *options,
+                       struct refdyn_options *drive) {
+    char known[METHODS_LENGTH];
+    if (!refdyn_method_is_implicit(drive->method) || scene->model->tangent)
+        return STATUS_DONE;
+    if (!options->method) {
+        drive->method = REFDYN_RK54;
+        return STATUS_DONE;
+    }
+    fprintf(
+        stderr,
+        "refdyn: %s: --method %s needs the exact tangent, which the printed form does not have; without it "
+        "go %s\n",
+        scene->model->name, options->method, known_methods(known, true));
+    return STATUS_FAULT;
 }
 
 const char *motion_state_path(const struct options *options) {

@@ -25,8 +25,13 @@ struct motion {
     double started;
 };
 
-/* Runtime options from --method --step --tol --stabilise --start; complains when they do not go together. */
+/* Runtime options from --method --step --tol --step-max --stabilise --start; complains when they do not go
+ * together. */
 enum status motion_options(const struct options *options, struct refdyn_options *drive);
+/* A model in the printed form has no tangent: complains when the method that was asked for needs it, takes
+ * rk54 when none was asked for. */
+enum status motion_fit(const struct scene *scene, const struct options *options,
+                       struct refdyn_options *drive);
 /* NULL unless --from names a STATE.json. */
 const char *motion_state_path(const struct options *options);
 /* Sets the scene's q, qd and t to the start of the motion that --from tells, and the anchored parameters from

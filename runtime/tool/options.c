@@ -2,6 +2,7 @@
  */
 #include "options.h"
 #include "message.h"
+#include "refdyn.h"
 
 #include <errno.h>
 #include <getopt.h>
@@ -17,8 +18,8 @@ enum kind { KIND_FLAG, KIND_TEXT, KIND_POSITIVE, KIND_SETTING, KIND_HELP };
 struct rule {
     const char *name, *argument;
     enum kind kind;
-    size_t offset; /* of the field in struct options */
-    const char *help;
+    size_t offset;    /* of the field in struct options */
+    const char *help; /* NULL: the methods */
 };
 
 #define FIELD(name) offsetof(struct options, name)
@@ -29,13 +30,14 @@ static const struct rule rules[] = {
     {"state", "STATE.json", KIND_TEXT, FIELD(state),
      "t, q, qd, inputs, parameters; what is left out is the model's"},
     {"until", "T", KIND_POSITIVE, FIELD(until), "end of the motion [s]"},
-    {"method", "NAME", KIND_TEXT, FIELD(method), "rk4 (default with --step) or rk54 (default without)"},
-    {"step", "H", KIND_POSITIVE, FIELD(step), "step size [s]"},
-    {"tol", "TOL", KIND_POSITIVE, FIELD(tolerance), "error of a step of rk54 [rad, m] (default 1e-6)"},
+    {"method", "NAME", KIND_TEXT, FIELD(method), NULL},
+    {"step", "H", KIND_POSITIVE, FIELD(step), "fixed steps of this size [s]"},
+    {"tol", "TOL", KIND_POSITIVE, FIELD(tolerance), "steps are found: error of each [rad, m] (default 1e-6)"},
+    {"step-max", "H", KIND_POSITIVE, FIELD(step_max), "largest step that is found [s] (default: no bound)"},
     {"every", "DT", KIND_POSITIVE, FIELD(every), "time between outputs [s] (default T/200)"},
     {"from", "WHERE", KIND_TEXT, FIELD(from), "initial (default), statics, or a STATE.json"},
     {"stabilise", "HOW", KIND_TEXT, FIELD(stabilise),
-     "none, baumgarte (default with rk4) or project (default with rk54)"},
+     "none, baumgarte (default with rk4) or project (default with the others)"},
     {"start", "HOW", KIND_TEXT, FIELD(start), "as-is (default) or project: moved onto the programme first"},
     {"hold", "a,b", KIND_TEXT, FIELD(hold),
      "coordinates held in statics, instead of the model's ('' frees all)"},
@@ -92,6 +94,20 @@ static void print_usage(const struct command *command, FILE *out) {
     fputc('\n', out);
 }
 
+/* The methods that the runtime has, and which one is taken. */
+static void print_methods(void) {
+    for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
+        printf("%s%s", method ? ", " : "", refdyn_method_name(method));
+    puts(" (default: rk4 with --step, rodas5p without)");
+}
+
+static void print_rule_help(const struct rule *rule) {
+    if (rule->help)
+        puts(rule->help);
+    else
+        print_methods();
+}
+
 static void print_command_help(const struct command *command) {
     print_usage(command, stdout);
     printf("\n%s\n\n%s\noptions:\n", command->purpose, command->help);
@@ -103,7 +119,8 @@ static void print_command_help(const struct command *command) {
         bool is_short = strcmp(rules[i].name, "output") == 0;
         int width = printf("  %s%s %s", is_short ? "-o, --" : "--", rules[i].name,
                            is_short ? command->output : argument);
-        printf("%*s%s\n", width < 28 ? 28 - width : 1, "", rules[i].help);
+        printf("%*s", width < 28 ? 28 - width : 1, "");
+        print_rule_help(&rules[i]);
     }
     puts("\nexit status: 0 done; 1 model, state or file at fault; 2 wrong usage; 3 the numbers failed");
 }

@@ -27,7 +27,7 @@ struct options {
     const char *output, *emit, *state, *from, *method, *stabilise, *start, *hold, *summary, *vary, *steps,
         *accelerations, *loops;
     /* 0: not given */
-    double until, step, tolerance, every;
+    double until, step, step_max, tolerance, every;
 };
 
 struct command {

@@ -156,13 +156,15 @@ static char *emit_list(const struct model *model, const struct options *options,
         return text_format("%s%s", options->emit ? "start,equations," : "all",
                            options->emit ? options->emit : "");
     bool rows = model->row_count > 0, points = model->point_count > 0;
-    return text_format(
-        "%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
-        needs & NEEDS_STATE && rows ? ",u,v,phi,psi,k" : "", needs & NEEDS_STATICS ? ",Q,Q_q" : "",
-        needs & (NEEDS_STATE | NEEDS_MOTION) ? ",energy,power,course" : "",
-        !(needs & NEEDS_MOTION) ? "" : rows ? ",constrained" : ",qdd_free",
-        needs & NEEDS_TANGENT ? ",tangent" : "",
-        needs & NEEDS_POINTS && points ? ",r" : "", needs & NEEDS_POINT_RATES && points ? ",rd,C,d" : "");
+    return text_format("%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
+                       needs & NEEDS_STATE && rows ? ",u,v,phi,psi,k" : "",
+                       needs & NEEDS_STATICS ? ",Q,Q_q" : "",
+                       needs & (NEEDS_STATE | NEEDS_MOTION) ? ",energy,power,course" : "",
+                       !(needs & NEEDS_MOTION) ? ""
+                       : rows                  ? ",constrained"
+                                               : ",qdd_free",
+                       needs & NEEDS_TANGENT ? ",tangent" : "", needs & NEEDS_POINTS && points ? ",r" : "",
+                       needs & NEEDS_POINT_RATES && points ? ",rd,C,d" : "");
 }
 
 static enum status emit_and_load(struct scene *scene, const struct options *options, unsigned needs) {

@@ -100,7 +100,7 @@ static enum status stop(const struct motion *motion, struct output *output, int 
     if (result != MOTION_INTERRUPTED)
         numbers_failed(motion->scene, result, drive->t, drive->q, drive->qd);
     if (result > REFDYN_OK && result != MOTION_INTERRUPTED)
-        fputs("refdyn: a smaller --step, or --method rk54, may help\n", stderr);
+        fputs("refdyn: a smaller --step or --tol may help\n", stderr);
     if (output->part && is_kept)
         fprintf(stderr, "refdyn: what was computed until then is in %s\n", output->part);
     output_release(output);
@@ -178,6 +178,8 @@ enum status run_sim(const struct options *options) {
         needs |= NEEDS_TANGENT;
     motion_catch_interrupt();
     status = scene_open(&scene, options, needs, motion_state_path(options));
+    if (status == STATUS_DONE)
+        status = motion_fit(&scene, options, &drive);
     if (status == STATUS_DONE)
         status = motion_place(&scene, options);
     if (status == STATUS_DONE)
