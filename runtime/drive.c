@@ -236,6 +236,14 @@ int refdyn_drive_step(struct refdyn_drive *drive, double t_out, long steps) {
     return status;
 }
 
+int refdyn_drive_look(struct refdyn_drive *drive, double t) {
+    if (!(t >= drive->t_begin && t <= drive->t_end))
+        return REFDYN_BAD_OPTION;
+    const int status = show(drive, t);
+    collect_counts(drive);
+    return status ? fail(drive, status, t) : REFDYN_OK;
+}
+
 int refdyn_drive_to(struct refdyn_drive *drive, double t_out) {
     return refdyn_drive_step(drive, t_out, LONG_MAX);
 }

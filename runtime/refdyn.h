@@ -208,6 +208,8 @@ enum refdyn_method {
 
 /* "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "ros34pw2"; NULL outside the range. */
 const char *refdyn_method_name(int method);
+/* Order in the step: the error of a motion goes with its power, and about with tol where steps are found. */
+int refdyn_method_order(enum refdyn_method method);
 /* Does the method need the emitted `tangent`? */
 int refdyn_method_is_implicit(enum refdyn_method method);
 /* The method of that name, -1 when there is none. */
@@ -333,6 +335,9 @@ int refdyn_drive_step(struct refdyn_drive *drive, double t_out, long steps);
 void refdyn_drive_limit(struct refdyn_drive *drive, double t);
 /* Steps until t_out. Same errors. */
 int refdyn_drive_to(struct refdyn_drive *drive, double t_out);
+/* The state at t inside the last step, t_begin <= t <= t_end, as at an output; the steps go on from its end.
+ * Errors: BAD_OPTION when t lies outside; those of refdyn_accelerate and refdyn_project. */
+int refdyn_drive_look(struct refdyn_drive *drive, double t);
 /* After the caller has changed work->x, work->p or the drive's q, qd between steps: goes on from there. */
 int refdyn_drive_refresh(struct refdyn_drive *drive);
 

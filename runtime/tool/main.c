@@ -44,7 +44,8 @@ const struct command commands[] = {
     {.name = "sim",
      .run = run_sim,
      .operands = "MODEL.lua",
-     .options = "until! from method step tol step-max every stabilise start hold output summary set fold",
+     .options = "until! from method step tol step-max accuracy verify inputs stop every stabilise start hold "
+                "output summary set fold",
      .output = "RUN.csv",
      .purpose = "one motion, as CSV",
      .help = "Columns: t, coordinates, rates, points, residuals, energy, programme forces, inputs. A summary "

@@ -11,6 +11,9 @@
 /* A multiple of --every this near to the end (as a part of --every) is the end. */
 static const double end_slack = 1e-9;
 
+/* alpha h = beta h of --stabilise baumgarte-auto: see README.md for what it does to residuals and errors. */
+static const double automatic_share = 0.5;
+
 enum { DEFAULT_OUTPUTS = 200, STEPS_PER_LOOK = 64 /* between looks at SIGINT and the clock */ };
 
 volatile sig_atomic_t motion_interrupted;
@@ -82,10 +85,14 @@ enum status motion_options(const struct options *options, struct refdyn_options 
     enum status status = choose_method(options, drive);
     if (status != STATUS_DONE)
         return status;
-    if (options->stabilise) {
+    if (options->stabilise && strcmp(options->stabilise, "baumgarte-auto") == 0) {
+        drive->stabilise = REFDYN_BAUMGARTE;
+        drive->gain_share = automatic_share;
+    } else if (options->stabilise) {
         int found = find_text(stabilise_names, STABILISE_COUNT, options->stabilise);
         if (found < 0)
-            return usage_error(options->command, "--stabilise: '%s' is none of none, baumgarte, project",
+            return usage_error(options->command,
+                               "--stabilise: '%s' is none of none, baumgarte, baumgarte-auto, project",
                                options->stabilise);
         drive->stabilise = (enum refdyn_stabilise)found;
     }
@@ -138,6 +145,11 @@ static long count_outputs(const struct motion *motion) {
     return (long)ceil(span - end_slack) + 1;
 }
 
+/* When the inputs change next, INFINITY: never. */
+static double next_sample(const struct motion *motion) {
+    return motion->scene->inputs ? inputs_next(motion->scene->inputs) : INFINITY;
+}
+
 int motion_start(struct motion *motion, struct scene *scene, const struct refdyn_options *drive, double until,
                  double every) {
     double span = until - scene->state.t;
@@ -149,9 +161,11 @@ int motion_start(struct motion *motion, struct scene *scene, const struct refdyn
     motion->memory = allocate(1, size);
     int status = refdyn_drive_init(&motion->drive, &scene->work, drive, motion->memory, size);
     double begin = cpu_seconds();
+    if (scene->inputs)
+        inputs_set(scene->inputs, motion->from, scene->work.x);
     if (status == REFDYN_OK)
         status = refdyn_drive_start(&motion->drive, motion->from, scene->q, scene->qd);
-    refdyn_drive_limit(&motion->drive, until);
+    refdyn_drive_limit(&motion->drive, fmin(until, next_sample(motion)));
     motion->cpu_s = cpu_seconds() - begin;
     return status == REFDYN_OK ? refdyn_energy_start(&motion->energy, &motion->drive) : status;
 }
@@ -164,11 +178,41 @@ static double fraction_done(const struct motion *motion) {
     return (motion->drive.t - motion->from) / (motion->until - motion->from);
 }
 
+bool motion_is_stopped(const struct motion *motion) {
+    return motion->stops && motion->stops->reached;
+}
+
+/* The inputs of the sample at the drive's time, from which the state is met anew. */
+static int take_sample(struct motion *motion) {
+    struct refdyn_drive *drive = &motion->drive;
+    inputs_set(motion->scene->inputs, drive->t, drive->work->x);
+    refdyn_drive_limit(drive, fmin(motion->until, next_sample(motion)));
+    const int status = refdyn_drive_refresh(drive);
+    if (status == REFDYN_OK && motion->stops)
+        stops_hold(motion->stops);
+    return status;
+}
+
+/* Some steps towards `goal`; with stops to watch, to the next end of a step and no further. */
+static int go_on(struct motion *motion, double goal) {
+    struct refdyn_drive *drive = &motion->drive;
+    const double before = drive->t, sample = next_sample(motion);
+    double bound = fmin(goal, sample);
+    if (motion->stops && before < drive->t_end)
+        bound = fmin(bound, drive->t_end);
+    int status = refdyn_drive_step(drive, bound, motion->stops ? 1 : STEPS_PER_LOOK);
+    if (status == REFDYN_OK && motion->stops)
+        status = stops_meet(motion->stops, before);
+    if (status == REFDYN_OK && drive->t == sample && !motion_is_stopped(motion))
+        status = take_sample(motion);
+    return status;
+}
+
 int motion_to(struct motion *motion, long i, struct progress *progress) {
     double goal = motion_time(motion, i), begin = cpu_seconds();
     int status = REFDYN_OK;
-    while (status == REFDYN_OK && motion->drive.t < goal) {
-        status = refdyn_drive_step(&motion->drive, goal, STEPS_PER_LOOK);
+    while (status == REFDYN_OK && motion->drive.t < goal && !motion_is_stopped(motion)) {
+        status = go_on(motion, goal);
         if (progress)
             progress_show(progress, fraction_done(motion));
         if (motion_interrupted && status == REFDYN_OK)

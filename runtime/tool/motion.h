@@ -6,6 +6,7 @@
 
 #include "commands.h"
 #include "progress.h"
+#include "stops.h"
 
 #include <signal.h>
 
@@ -19,6 +20,7 @@ struct motion {
     struct refdyn_drive drive;
     void *memory;
     struct refdyn_energy energy;
+    struct stops *stops;       /* conditions that end it, the caller's; NULL, as after motion_start: none */
     double from, until, every; /* [s] */
     long outputs;              /* the first one is the start */
     double cpu_s, wall_s;      /* of integration alone; since the start */
@@ -42,8 +44,10 @@ int motion_start(struct motion *motion, struct scene *scene, const struct refdyn
                  double every);
 /* Time of output number i, 0 to outputs - 1: a multiple of `every`, or the end. */
 double motion_time(const struct motion *motion, long i);
-/* Goes on to output i; progress may be NULL. Returns a status of the runtime, or MOTION_INTERRUPTED. */
+/* Goes on to output i, or to where one of the stops is reached; progress may be NULL. Returns a status of the
+ * runtime, or MOTION_INTERRUPTED. */
 int motion_to(struct motion *motion, long i, struct progress *progress);
+bool motion_is_stopped(const struct motion *motion);
 void motion_release(struct motion *motion);
 
 /* Set by SIGINT once motion_catch_interrupt was called. */

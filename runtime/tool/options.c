@@ -13,7 +13,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum kind { KIND_FLAG, KIND_TEXT, KIND_POSITIVE, KIND_SETTING, KIND_HELP };
+enum kind { KIND_FLAG, KIND_TEXT, KIND_POSITIVE, KIND_SETTING, KIND_STOP, KIND_HELP };
 
 struct rule {
     const char *name, *argument;
@@ -34,10 +34,17 @@ static const struct rule rules[] = {
     {"step", "H", KIND_POSITIVE, FIELD(step), "fixed steps of this size [s]"},
     {"tol", "TOL", KIND_POSITIVE, FIELD(tolerance), "steps are found: error of each [rad, m] (default 1e-6)"},
     {"step-max", "H", KIND_POSITIVE, FIELD(step_max), "largest step that is found [s] (default: no bound)"},
+    {"accuracy", "ERROR", KIND_POSITIVE, FIELD(accuracy),
+     "the error of the whole motion [m, rad]: the tolerance is found"},
+    {"verify", NULL, KIND_FLAG, FIELD(verify), "estimate the error of the whole motion by a finer one"},
+    {"inputs", "FILE.csv", KIND_TEXT, FIELD(inputs), "samples of inputs over t, each held until the next"},
+    {"stop", "NAME<VALUE", KIND_STOP, 0,
+     "end where a column of the CSV falls below a value, or with > exceeds it (repeatable)"},
     {"every", "DT", KIND_POSITIVE, FIELD(every), "time between outputs [s] (default T/200)"},
     {"from", "WHERE", KIND_TEXT, FIELD(from), "initial (default), statics, or a STATE.json"},
     {"stabilise", "HOW", KIND_TEXT, FIELD(stabilise),
-     "none, baumgarte (default with rk4) or project (default with the others)"},
+     "none, baumgarte (default with rk4), baumgarte-auto (gains from the step) or project (default with the "
+     "others)"},
     {"start", "HOW", KIND_TEXT, FIELD(start), "as-is (default) or project: moved onto the programme first"},
     {"hold", "a,b", KIND_TEXT, FIELD(hold),
      "coordinates held in statics, instead of the model's ('' frees all)"},
@@ -229,6 +236,9 @@ static enum status take_option(struct options *options, const struct rule *rule)
         return STATUS_DONE;
     case KIND_POSITIVE:
         return read_positive(options->command, rule->name, optarg, (double *)field);
+    case KIND_STOP:
+        options->stops[options->stop_count++] = optarg;
+        return STATUS_DONE;
     default:
         return add_setting(options, optarg);
     }
@@ -305,7 +315,8 @@ bool options_read(int argc, char **argv, struct options *options, enum status *s
         return false;
     }
     options->settings = calloc((size_t)argc, sizeof *options->settings);
-    if (!options->settings) {
+    options->stops = calloc((size_t)argc, sizeof *options->stops);
+    if (!options->settings || !options->stops) {
         fputs("refdyn: out of memory\n", stderr);
         *status = STATUS_FAULT;
         return false;
@@ -315,5 +326,7 @@ bool options_read(int argc, char **argv, struct options *options, enum status *s
 
 void options_release(struct options *options) {
     free(options->settings);
+    free(options->stops);
     options->settings = NULL;
+    options->stops = NULL;
 }

@@ -22,12 +22,14 @@ struct options {
     int operand_count;
     struct assignment *settings; /* later ones win */
     int setting_count;
-    bool fold;
+    const char **stops; /* --stop NAME<VALUE */
+    int stop_count;
+    bool fold, verify;
     /* NULL: not given */
     const char *output, *emit, *state, *from, *method, *stabilise, *start, *hold, *summary, *vary, *steps,
-        *accelerations, *loops;
+        *inputs, *accelerations, *loops;
     /* 0: not given */
-    double until, step, step_max, tolerance, every;
+    double until, step, step_max, tolerance, accuracy, every;
 };
 
 struct command {
