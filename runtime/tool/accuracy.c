@@ -126,7 +126,7 @@ enum status search_run(struct search *search, const struct task *task, const str
     const int order = refdyn_method_order(options.method);
     int failures = 0, place = 0;
     *search = (struct search){.taken = NULL};
-    options.tol = fmax(fmin(first_tol * accuracy, first_most), tol_least);
+    options.tol = fmax(fmin(first_tol * accuracy, first_most), tol_least / fall_least);
     for (struct candidate *before = NULL;;) {
         struct candidate *now = &search->candidates[place];
         run(search, now, &each, &options);
