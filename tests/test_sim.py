@@ -200,6 +200,16 @@ def test_stop_between_outputs(tmp_path):
     assert summary["error"]["t"] == list(run["t"])
 
 
+def test_stop_of_an_accurate_motion():
+    """Runs of --accuracy end at times of their own: compared are the outputs that they have in common."""
+    name, at = "E_z", exact([*SWING[:-1], 0.01])
+    value = (at["E_z"][0] + at["E_z"].min()) / 2
+    first = at["t"][numpy.argmax(at["E_z"] < value)]
+    run, _, summary = motion(*SWING[:-1], 0.01, "--accuracy", "1e-8", "--stop", f"{name}<{float(value)!r}")
+    assert 0 <= first - run["t"][-1] <= 0.01 and abs(run[name][-1] - value) < 1e-12
+    assert summary["error"]["t"] == list(run["t"])[:-1] and summary["error"]["largest"] <= 1e-8
+
+
 def test_stop_at_the_start(tmp_path):
     run, _, summary = motion(PENDULUM, "--until", 1, "--stop", "t<1")
     assert list(run["t"]) == [0] and summary["stop"] == {"condition": "t<1", "t": 0} and summary["steps"] == 0

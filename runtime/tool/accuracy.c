@@ -135,8 +135,10 @@ enum status search_run(struct search *search, const struct task *task, const str
             return now->rows ? now->trial.usage : STATUS_FAULT;
         search->last = now;
         const bool is_run = now->trial.result == REFDYN_OK;
-        if (now->trial.result == MOTION_INTERRUPTED || (!is_run && ++failures == FAILURES_MOST))
+        if (now->trial.result == MOTION_INTERRUPTED || (!is_run && ++failures == FAILURES_MOST)) {
+            search->taken = NULL;
             return STATUS_NUMBERS;
+        }
         if (is_run && before && judge(search, before, now, accuracy))
             return STATUS_DONE;
         if (search->is_exhausted || !tighten(&options, now, find_fall(now, accuracy, order), order))
