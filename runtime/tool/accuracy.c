@@ -15,8 +15,8 @@ static const double tol_least = 1e-14;   /* rounding is larger */
 static const double fall_least = 0.1;    /* of the tolerance from run to run, */
 static const double fall_most = 1e-4;    /* lest an extrapolation goes astray */
 static const double fall_unknown = 0.01; /* where the runs do not tell */
-static const double cost_growth =
-    1.5; /* from run to run: geometric, so all cost at most three times the last */
+/* From run to run: geometric, so that all cost at most three times the last. */
+static const double cost_growth = 1.5;
 static const double allowed_part = 0.8; /* of the error asked for: what is estimated may be larger */
 static const double aimed_part = 0.2;   /* of it: the next run shall do */
 
@@ -52,9 +52,11 @@ static bool is_good(const struct candidate *candidate, double allowed) {
 
 /* The tolerance falls by this factor to the next run. */
 static double find_fall(const struct candidate *now, double accuracy, int order) {
-    if (!now->has_estimate || !now->estimate.is_trusted)
-        return fall_unknown;
     const double cheap = fmin(fall_least, pow(cost_growth, -order));
+    if (now->trial.result != REFDYN_OK || (now->has_estimate && !now->estimate.is_trusted))
+        return fall_unknown;
+    if (!now->has_estimate)
+        return cheap;
     const double wanted = aimed_part * accuracy / error_of(now);
     return fmax(fall_most, fmin(cheap, wanted));
 }
