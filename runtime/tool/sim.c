@@ -19,7 +19,8 @@ static void print_remedies(const struct options *options, enum refdyn_stabilise 
     static const char *const what[] = {
         [REFDYN_NONE] = "with --stabilise none it stays off, --stabilise baumgarte would pull it in",
         [REFDYN_BAUMGARTE] = "the stabilisation (baumgarte) pulls it in",
-        [REFDYN_PROJECT] = "the first projection moves it onto the programme, baumgarte would pull it in"};
+        [REFDYN_PROJECT] = "the projection at the end of the first step moves it onto the programme, so that "
+                           "the motion hangs on the length of that step; baumgarte would pull it in"};
     fprintf(stderr,
             "  Two remedies: solve for a consistent start with --start project,\n"
             "  or start off the programme: %s.\n  This motion runs from the start as it is%s.\n",
