@@ -173,6 +173,7 @@ static int complete(struct refdyn_drive *drive, double t_new) {
     work->partition.rank_most = work->partition.rank;
     if (!status && !is_known)
         status = refdyn_slope(drive, t_new, drive->state_new, drive->slope_new);
+    work->partition.rank_most = work->partition.rank;
     if (status)
         drive->failed_t = t_new;
     return status;

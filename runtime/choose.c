@@ -147,7 +147,7 @@ static int has_slowed(struct refdyn_drive *drive) {
 void refdyn_choose_after_step(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
     drive->statistics.steps_by[drive->method]++;
-    if (drive->options.method != REFDYN_AUTO)
+    if (drive->options.method != REFDYN_AUTO || !drive->work->model->tangent)
         return;
     choice->steps_left--;
     if (choice->at >= 0 && choice->steps_left == MEASURED_STEPS)

@@ -152,6 +152,7 @@ static int begin_here(struct refdyn_drive *drive) {
     memcpy(drive->state_new, drive->seen, bytes);
     const int status = refdyn_slope(drive, drive->t, drive->state, drive->slope);
     memcpy(drive->slope_new, drive->slope, bytes);
+    drive->work->partition.rank_most = drive->work->partition.rank;
     return status;
 }
 
@@ -272,6 +273,14 @@ int refdyn_drive_step(struct refdyn_drive *drive, double t_out, long steps) {
     if (!status && seen)
         return fail(drive, seen, drive->t);
     return status;
+}
+
+int refdyn_drive_look(struct refdyn_drive *drive, double t) {
+    if (!(t >= drive->t_begin && t <= drive->t_end))
+        return REFDYN_BAD_OPTION;
+    const int status = show(drive, t);
+    collect_counts(drive);
+    return status ? fail(drive, status, t) : REFDYN_OK;
 }
 
 int refdyn_drive_to(struct refdyn_drive *drive, double t_out) {

@@ -71,10 +71,10 @@ static void fill_row(struct refdyn_linear *linear, int i, const double *restrict
     const int n = linear->n, size = linear->size;
     double *restrict row = linear->matrix + i * size, *restrict right = linear->right + i * 2 * n;
     for (int j = 0; j < n; j++) {
-        const double of_rate = g * first[j];
-        right[j] = base[j];
+        const double of_rate = g * first[j], of_step = of_rate + g * g * second[j];
+        right[j] = -of_step;
         right[n + j] = of_rate;
-        row[j] = base[j] + of_rate + g * g * second[j];
+        row[j] = base[j] + of_step;
     }
 }
 
@@ -141,6 +141,7 @@ void refdyn_linear_solve(struct refdyn_linear *linear, const double *r_q, const 
     dense_add(linear->x, dt, linear->right_t, linear->size);
     refdyn_lu_solve(linear->matrix, linear->size, linear->pivot, linear->x);
     for (int j = 0; j < n; j++) {
+        linear->x[j] += sides[j];
         dq[j] = linear->g * linear->x[j];
         dqd[j] = linear->x[j] - r_q[j];
     }

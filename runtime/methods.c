@@ -52,6 +52,10 @@ const char *refdyn_method_name(int method) {
                                                        : NULL;
 }
 
+int refdyn_method_order(enum refdyn_method method) {
+    return refdyn_method_facts(method).order;
+}
+
 int refdyn_method_find(const char *name) {
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
         if (strcmp(name, refdyn_method_name(method)) == 0)

@@ -62,11 +62,11 @@ struct refdyn_partition {
                     independent ones, ascending */
     int *row; /* (m) rows: the first `rank` are used, in the order of elimination; the others are redundant */
     int rank; /* independent rows, -1: not chosen yet */
-    int rank_most;    /* the rank is not found higher than this: within a step, off the programme, rows that
-                         depend on    others there look independent */
-    int is_declared;  /* the dependent coordinates are the model's declared ones */
-    int choices;      /* how often they were chosen since the last reset */
-    int changes;      /* how often the dependent coordinates were changed since the first choice */
+    int rank_most;   /* it does not grow beyond this. A drive lets it grow at the ends of steps alone: between
+                         them, off the programme, a redundant row looks independent */
+    int is_declared; /* the dependent coordinates are the model's declared ones */
+    int choices;     /* how often they were chosen since the last reset */
+    int changes;     /* how often the dependent coordinates were changed since the first choice */
     double condition; /* estimate for K_d (scaled) at the last accelerations: |[1 -P]| / smallest pivot */
     double condition_chosen; /* the same when it was chosen */
     double pivot;         /* smallest pivot of K_d (scaled) at the last accelerations: 1 best, 0 singular */
@@ -215,6 +215,8 @@ enum refdyn_method {
 /* "auto", "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss12", "ros34pw2"; NULL outside the
  * range. */
 const char *refdyn_method_name(int method);
+/* Order in the step: the error of a motion goes with its power, and about with tol where steps are found. */
+int refdyn_method_order(enum refdyn_method method);
 /* Does the method need the emitted `tangent`? */
 int refdyn_method_is_implicit(enum refdyn_method method);
 /* The method of that name, -1 when there is none. */
@@ -370,6 +372,9 @@ int refdyn_drive_step(struct refdyn_drive *drive, double t_out, long steps);
 void refdyn_drive_limit(struct refdyn_drive *drive, double t);
 /* Steps until t_out. Same errors. */
 int refdyn_drive_to(struct refdyn_drive *drive, double t_out);
+/* The state at t inside the last step, t_begin <= t <= t_end, as at an output; the steps go on from its end.
+ * Errors: BAD_OPTION when t lies outside; those of refdyn_accelerate and refdyn_project. */
+int refdyn_drive_look(struct refdyn_drive *drive, double t);
 /* After the caller has changed work->x, work->p or the drive's q, qd between steps: goes on from there. */
 int refdyn_drive_refresh(struct refdyn_drive *drive);
 

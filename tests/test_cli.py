@@ -427,3 +427,30 @@ def test_report_stops_what_is_too_slow(tmp_path):
     assert refdyn("report", REFERENCE, "--until", "1", "--seconds", "1e-9", "-o", tmp_path / "none", status=3).stderr.count("--seconds")
     assert not (tmp_path / "none").exists()
 
+
+PRINTED = ["--set", "n_rfe=1", "--set", "form=printed", "--until", "0.05"]
+
+
+def test_methods_of_the_printed_form(tmp_path):
+    """It has no tangent: an implicit method is refused with those that go; without --method one of them is taken."""
+    done = refdyn("sim", REFERENCE, *PRINTED, "--method", "rodas5p", "-o", tmp_path / "run.csv", status=1)
+    assert "tangent" in done.stderr and "printed" in done.stderr and "rk54" in done.stderr, done.stderr
+    assert not list(tmp_path.iterdir())
+    refdyn("sim", REFERENCE, *PRINTED, "-o", tmp_path / "run.csv", "--summary", tmp_path / "summary.json")
+    assert json.loads((tmp_path / "summary.json").read_text())["method"] == "rk54"
+
+
+def test_methods_and_steps(tmp_path):
+    """--tol or nothing: steps are found; --step: they are fixed, whatever the method. The methods are listed."""
+    known = refdyn("sim", "--help").stdout
+    for method in ("rk4", "rk54", "rk8", "rodas5p", "rodas6p", "ros34pw2"):
+        assert method in known and method in refdyn("sim", PENDULUM, "--until", "1", "--method", "rk3", status=2).stderr
+        refdyn("sim", PENDULUM, "--until", "0.1", "--every", "0.05", "--method", method, "--step", "0.01", "-o", tmp_path / "run.csv",
+               "--summary", tmp_path / "summary.json")
+        summary = json.loads((tmp_path / "summary.json").read_text())
+        assert summary["method"] == method and summary["steps"] == 10 and summary["rejected"] == 0
+    assert "--step" in refdyn("sim", PENDULUM, "--until", "1", "--method", "rk4", "--tol", "1e-6", status=2).stderr
+    assert "--step" in refdyn("sim", PENDULUM, "--until", "1", "--tol", "1e-6", "--step", "1e-2", status=2).stderr
+    refdyn("sim", PENDULUM, "--until", "1", "--tol", "1e-3", "--step-max", "0.02", "-o", tmp_path / "run.csv",
+           "--summary", tmp_path / "summary.json")
+    assert json.loads((tmp_path / "summary.json").read_text())["steps"] >= 50

@@ -63,14 +63,17 @@ const struct command commands[] = {
     {.name = "sim",
      .run = run_sim,
      .operands = "MODEL.lua",
-     .options = "until! from method step tol every stabilise start hold output summary set fold",
+     .options = "until! from method step tol step-max accuracy verify inputs stop every stabilise start hold "
+                "output summary set fold",
      .output = "RUN.csv",
      .purpose = "one motion, as CSV",
-     .help = "Columns: t, coordinates, rates, points, residuals, energy, programme forces, inputs. A summary "
-             "goes to stderr.\n\n"
-             "  refdyn sim models/manipulator.lua --set n_rfe=1 --until 10 --step 1e-3 -o rigid.csv\n"
-             "  refdyn sim models/manipulator.lua --from statics --until 10 --method rk54 --tol 1e-8 -o "
-             "flexible.csv\n"},
+     .help =
+         "Columns: t, coordinates, rates, points, residuals, energy, programme forces, inputs. A summary "
+         "goes to stderr.\n\n"
+         "  refdyn sim models/manipulator.lua --set n_rfe=1 --until 10 --step 1e-3 -o rigid.csv\n"
+         "  refdyn sim models/manipulator.lua --from statics --until 10 --tol 1e-8 -o flexible.csv\n"
+         "  refdyn sim models/manipulator.lua --from statics --until 10 --accuracy 1e-6 --stop 'E_z<2' -o "
+         "flexible.csv\n"},
     {.name = "plot",
      .run = run_plot,
      .operands = "RUN.csv...",

@@ -11,6 +11,9 @@
 /* A multiple of --every this near to the end (as a part of --every) is the end. */
 static const double end_slack = 1e-9;
 
+/* alpha h = beta h of --stabilise baumgarte-auto: larger ones let the stages of a step disturb each other. */
+static const double automatic_share = 0.05;
+
 enum { DEFAULT_OUTPUTS = 200, STEPS_PER_LOOK = 64 /* between looks at SIGINT and the clock */ };
 
 volatile sig_atomic_t motion_interrupted;
@@ -41,15 +44,19 @@ static enum status choose_gsl(const struct options *options, struct refdyn_optio
     return STATUS_DONE;
 }
 
-const char *known_methods(char text[static 128]) {
+/* "rk4, rk54, ...": all, or those that need no tangent. */
+const char *known_methods(char text[static METHODS_LENGTH], bool is_explicit) {
+    size_t length = 0;
     text[0] = '\0';
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
-        sprintf(text + strlen(text), "%s%s", method ? ", " : "", refdyn_method_name(method));
+        if (!is_explicit || !refdyn_method_is_implicit((enum refdyn_method)method))
+            length += (size_t)snprintf(text + length, METHODS_LENGTH - length, "%s%s", length ? ", " : "",
+                                       refdyn_method_name(method));
     return text;
 }
 
 static enum status choose_method(const struct options *options, struct refdyn_options *drive) {
-    char known[128];
+    char known[METHODS_LENGTH];
     int method = options->step > 0 ? REFDYN_RK4 : REFDYN_AUTO;
     if (by_gsl_has(options->method))
         return choose_gsl(options, drive);
@@ -57,12 +64,17 @@ static enum status choose_method(const struct options *options, struct refdyn_op
         method = refdyn_method_find(options->method);
     if (method < 0)
         return usage_error(options->command, "--method: '%s' is none of %s", options->method,
-                           known_methods(known));
+                           known_methods(known, false));
     if (options->tolerance > 0 && options->step > 0)
         return usage_error(options->command, "--step is for fixed steps, --tol for steps that are found");
-    if (options->tolerance > 0 && method == REFDYN_RK4)
-        return usage_error(options->command, "--tol: rk4 has fixed steps, it takes --step");
+    if (options->step_max > 0 && options->step > 0)
+        return usage_error(options->command,
+                           "--step is for fixed steps, --step-max for steps that are found");
     *drive = refdyn_options_default((enum refdyn_method)method);
+    if ((options->tolerance > 0 || options->step_max > 0) && drive->tol == 0)
+        return usage_error(options->command, "--%s: %s has fixed steps, it takes --step",
+                           options->tolerance > 0 ? "tol" : "step-max", refdyn_method_name(method));
+    drive->step_max = options->step_max;
     if (options->step > 0) {
         drive->step = options->step;
         drive->tol = 0;
@@ -87,10 +99,14 @@ enum status motion_options(const struct options *options, struct refdyn_options 
     enum status status = choose_method(options, drive);
     if (status != STATUS_DONE)
         return status;
-    if (options->stabilise) {
+    if (options->stabilise && strcmp(options->stabilise, "baumgarte-auto") == 0) {
+        drive->stabilise = REFDYN_BAUMGARTE;
+        drive->gain_share = automatic_share;
+    } else if (options->stabilise) {
         int found = find_text(stabilise_names, STABILISE_COUNT, options->stabilise);
         if (found < 0)
-            return usage_error(options->command, "--stabilise: '%s' is none of none, baumgarte, project",
+            return usage_error(options->command,
+                               "--stabilise: '%s' is none of none, baumgarte, baumgarte-auto, project",
                                options->stabilise);
         drive->stabilise = (enum refdyn_stabilise)found;
         if (found == REFDYN_PROJECT && by_gsl_has(options->method) &&
@@ -106,6 +122,19 @@ enum status motion_options(const struct options *options, struct refdyn_options 
     if (refdyn_options_validate(drive, &fact) != REFDYN_OK)
         return usage_error(options->command, "%s", fact);
     return STATUS_DONE;
+}
+
+enum status motion_fit(const struct scene *scene, const struct options *options,
+                       const struct refdyn_options *drive) {
+    char known[METHODS_LENGTH];
+    if (!refdyn_method_is_implicit(drive->method) || drive->method == REFDYN_AUTO || scene->model->tangent)
+        return STATUS_DONE;
+    fprintf(
+        stderr,
+        "refdyn: %s: --method %s needs the exact tangent, which the printed form does not have; without it "
+        "go %s\n",
+        scene->model->name, options->method, known_methods(known, true));
+    return STATUS_FAULT;
 }
 
 const char *motion_state_path(const struct options *options) {
@@ -131,6 +160,11 @@ static long count_outputs(const struct motion *motion) {
     return (long)ceil(span - end_slack) + 1;
 }
 
+/* When the inputs change next, INFINITY: never. */
+static double next_sample(const struct motion *motion) {
+    return motion->scene->inputs ? inputs_next(motion->scene->inputs) : INFINITY;
+}
+
 int motion_start(struct motion *motion, struct scene *scene, const struct refdyn_options *drive, double until,
                  double every) {
     double span = until - scene->state.t;
@@ -143,9 +177,11 @@ int motion_start(struct motion *motion, struct scene *scene, const struct refdyn
     motion->memory = allocate(1, size);
     int status = refdyn_drive_init(&motion->drive, &scene->work, drive, motion->memory, size);
     double begin = cpu_seconds();
+    if (scene->inputs)
+        inputs_set(scene->inputs, motion->from, scene->work.x);
     if (status == REFDYN_OK)
         status = refdyn_drive_start(&motion->drive, motion->from, scene->q, scene->qd);
-    refdyn_drive_limit(&motion->drive, until);
+    refdyn_drive_limit(&motion->drive, fmin(until, next_sample(motion)));
     motion->cpu_s = cpu_seconds() - begin;
     return status == REFDYN_OK ? refdyn_energy_start(&motion->energy, &motion->drive) : status;
 }
@@ -170,12 +206,43 @@ static bool is_too_slow(const struct motion *motion, double cpu_s) {
            (cpu_s > limit || (cpu_s > limit / 10 && cpu_s > 2 * limit * motion_fraction(motion)));
 }
 
+bool motion_is_stopped(const struct motion *motion) {
+    return motion->stops && motion->stops->reached;
+}
+
+/* The inputs of the sample at the drive's time, from which the state is met anew. */
+static int take_sample(struct motion *motion) {
+    struct refdyn_drive *drive = &motion->drive;
+    inputs_set(motion->scene->inputs, drive->t, drive->work->x);
+    refdyn_drive_limit(drive, fmin(motion->until, next_sample(motion)));
+    const int status = refdyn_drive_refresh(drive);
+    if (status == REFDYN_OK && motion->stops)
+        stops_hold(motion->stops);
+    return status;
+}
+
+/* Some steps towards `goal`; with stops to watch, to the next end of a step and no further. */
+static int go_on(struct motion *motion, double goal) {
+    struct refdyn_drive *drive = &motion->drive;
+    const double before = drive->t, sample = next_sample(motion);
+    double bound = fmin(goal, sample);
+    if (motion->stops && before < drive->t_end)
+        bound = fmin(bound, drive->t_end);
+    const long steps = motion->stops ? 1 : STEPS_PER_LOOK;
+    int status =
+        motion->gsl ? by_gsl_step(motion->gsl, bound, steps) : refdyn_drive_step(drive, bound, steps);
+    if (status == REFDYN_OK && motion->stops)
+        status = stops_meet(motion->stops, before);
+    if (status == REFDYN_OK && drive->t == sample && !motion_is_stopped(motion))
+        status = take_sample(motion);
+    return status;
+}
+
 int motion_to(struct motion *motion, long i, struct progress *progress) {
     double goal = motion_time(motion, i), begin = cpu_seconds();
     int status = REFDYN_OK;
-    while (status == REFDYN_OK && motion->drive.t < goal) {
-        status = motion->gsl ? by_gsl_step(motion->gsl, goal, STEPS_PER_LOOK)
-                             : refdyn_drive_step(&motion->drive, goal, STEPS_PER_LOOK);
+    while (status == REFDYN_OK && motion->drive.t < goal && !motion_is_stopped(motion)) {
+        status = go_on(motion, goal);
         if (progress)
             progress_show(progress, motion_fraction(motion));
         if (motion_interrupted && status == REFDYN_OK)

@@ -7,6 +7,7 @@
 #include "by_gsl.h"
 #include "commands.h"
 #include "progress.h"
+#include "stops.h"
 
 #include <signal.h>
 
@@ -22,6 +23,7 @@ struct motion {
     struct by_gsl *gsl; /* takes the steps, NULL: the drive does */
     void *memory;
     struct refdyn_energy energy;
+    struct stops *stops;       /* conditions that end it, the caller's; NULL, as after motion_start: none */
     double from, until, every; /* [s] */
     long outputs;              /* the first one is the start */
     double cpu_s, wall_s;      /* of integration alone; since the start */
@@ -29,10 +31,16 @@ struct motion {
     double started;
 };
 
-/* "rk4, rk54, ..." */
-const char *known_methods(char text[static 128]);
-/* Runtime options from --method --step --tol --stabilise --start; complains when they do not go together. */
+/* Room for the names of all methods. */
+enum { METHODS_LENGTH = 32 * REFDYN_METHOD_COUNT };
+/* "rk4, rk54, ...": all, or those that need no tangent. */
+const char *known_methods(char text[static METHODS_LENGTH], bool is_explicit);
+/* Runtime options from --method --step --tol --step-max --stabilise --start; complains when they do not go
+ * together. */
 enum status motion_options(const struct options *options, struct refdyn_options *drive);
+/* A model in the printed form has no tangent: complains when the method that was asked for needs it. */
+enum status motion_fit(const struct scene *scene, const struct options *options,
+                       const struct refdyn_options *drive);
 /* NULL unless --from names a STATE.json. */
 const char *motion_state_path(const struct options *options);
 /* Sets the scene's q, qd and t to the start of the motion that --from tells, and the anchored parameters from
@@ -47,9 +55,10 @@ int motion_by_gsl(struct motion *motion, const char *method);
 double motion_time(const struct motion *motion, long i);
 /* How much of the way from the start to the end is done. */
 double motion_fraction(const struct motion *motion);
-/* Goes on to output i; progress may be NULL. Returns a status of the runtime, MOTION_INTERRUPTED or
- * MOTION_TOO_SLOW. */
+/* Goes on to output i, or to where one of the stops is reached; progress may be NULL. Returns a status of the
+ * runtime, MOTION_INTERRUPTED or MOTION_TOO_SLOW. */
 int motion_to(struct motion *motion, long i, struct progress *progress);
+bool motion_is_stopped(const struct motion *motion);
 void motion_release(struct motion *motion);
 
 /* Set by SIGINT once motion_catch_interrupt was called. */

@@ -2,6 +2,7 @@
  */
 #include "options.h"
 #include "message.h"
+#include "refdyn.h"
 
 #include <errno.h>
 #include <getopt.h>
@@ -12,13 +13,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum kind { KIND_FLAG, KIND_TEXT, KIND_POSITIVE, KIND_SETTING, KIND_HELP };
+enum kind { KIND_FLAG, KIND_TEXT, KIND_POSITIVE, KIND_SETTING, KIND_STOP, KIND_HELP };
 
 struct rule {
     const char *name, *argument;
     enum kind kind;
-    size_t offset; /* of the field in struct options */
-    const char *help;
+    size_t offset;    /* of the field in struct options */
+    const char *help; /* NULL: the methods */
 };
 
 #define FIELD(name) offsetof(struct options, name)
@@ -29,15 +30,23 @@ static const struct rule rules[] = {
     {"state", "STATE.json", KIND_TEXT, FIELD(state),
      "t, q, qd, inputs, parameters; what is left out is the model's"},
     {"until", "T", KIND_POSITIVE, FIELD(until), "end of the motion [s]"},
-    {"method", "NAME", KIND_TEXT, FIELD(method), "rk4 (default with --step) or rk54 (default without)"},
-    {"step", "H", KIND_POSITIVE, FIELD(step), "step size [s]"},
-    {"tol", "TOL", KIND_POSITIVE, FIELD(tolerance), "error of a step of rk54 [rad, m] (default 1e-6)"},
+    {"method", "NAME", KIND_TEXT, FIELD(method), NULL},
+    {"step", "H", KIND_POSITIVE, FIELD(step), "fixed steps of this size [s]"},
+    {"tol", "TOL", KIND_POSITIVE, FIELD(tolerance), "steps are found: error of each [rad, m] (default 1e-6)"},
+    {"step-max", "H", KIND_POSITIVE, FIELD(step_max), "largest step that is found [s] (default: no bound)"},
+    {"accuracy", "ERROR", KIND_POSITIVE, FIELD(accuracy),
+     "the error of the whole motion [m, rad]: the tolerance is found"},
+    {"verify", NULL, KIND_FLAG, FIELD(verify), "estimate the error of the whole motion by a finer one"},
+    {"inputs", "FILE.csv", KIND_TEXT, FIELD(inputs), "samples of inputs over t, each held until the next"},
+    {"stop", "NAME<VALUE", KIND_STOP, 0,
+     "end where a column of the CSV falls below a value, or with > exceeds it (repeatable)"},
     {"every", "DT", KIND_POSITIVE, FIELD(every), "time between outputs [s] (default T/200)"},
     {"from", "WHERE", KIND_TEXT, FIELD(from), "initial (default), statics, or a STATE.json"},
     {"at", "WHERE", KIND_TEXT, FIELD(at), "statics (default), initial, or a STATE.json; rates are 0"},
     {"modes", "K", KIND_POSITIVE, FIELD(modes), "the K slowest modes only"},
     {"stabilise", "HOW", KIND_TEXT, FIELD(stabilise),
-     "none, baumgarte (default with rk4) or project (default with rk54)"},
+     "none, baumgarte (default with rk4), baumgarte-auto (gains from the step) or project (default with the "
+     "others)"},
     {"start", "HOW", KIND_TEXT, FIELD(start), "as-is (default) or project: moved onto the programme first"},
     {"hold", "a,b", KIND_TEXT, FIELD(hold),
      "coordinates held in statics and modes, instead of the model's ('' frees all)"},
@@ -98,6 +107,20 @@ static void print_usage(const struct command *command, FILE *out) {
     fputc('\n', out);
 }
 
+/* The methods that the runtime has, and which one is taken. */
+static void print_methods(void) {
+    for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
+        printf("%s%s", method ? ", " : "", refdyn_method_name(method));
+    puts(" (default: rk4 with --step, rodas5p without)");
+}
+
+static void print_rule_help(const struct rule *rule) {
+    if (rule->help)
+        puts(rule->help);
+    else
+        print_methods();
+}
+
 static void print_command_help(const struct command *command) {
     print_usage(command, stdout);
     printf("\n%s\n\n%s\noptions:\n", command->purpose, command->help);
@@ -109,7 +132,8 @@ static void print_command_help(const struct command *command) {
         bool is_short = strcmp(rules[i].name, "output") == 0;
         int width = printf("  %s%s %s", is_short ? "-o, --" : "--", rules[i].name,
                            is_short ? command->output : argument);
-        printf("%*s%s\n", width < 28 ? 28 - width : 1, "", rules[i].help);
+        printf("%*s", width < 28 ? 28 - width : 1, "");
+        print_rule_help(&rules[i]);
     }
     puts("\nexit status: 0 done; 1 model, state or file at fault; 2 wrong usage; 3 the numbers failed");
 }
@@ -218,6 +242,9 @@ static enum status take_option(struct options *options, const struct rule *rule)
         return STATUS_DONE;
     case KIND_POSITIVE:
         return read_positive(options->command, rule->name, optarg, (double *)field);
+    case KIND_STOP:
+        options->stops[options->stop_count++] = optarg;
+        return STATUS_DONE;
     default:
         return add_setting(options, optarg);
     }
@@ -294,7 +321,8 @@ bool options_read(int argc, char **argv, struct options *options, enum status *s
         return false;
     }
     options->settings = calloc((size_t)argc, sizeof *options->settings);
-    if (!options->settings) {
+    options->stops = calloc((size_t)argc, sizeof *options->stops);
+    if (!options->settings || !options->stops) {
         fputs("refdyn: out of memory\n", stderr);
         *status = STATUS_FAULT;
         return false;
@@ -304,5 +332,7 @@ bool options_read(int argc, char **argv, struct options *options, enum status *s
 
 void options_release(struct options *options) {
     free(options->settings);
+    free(options->stops);
     options->settings = NULL;
+    options->stops = NULL;
 }

@@ -22,12 +22,14 @@ struct options {
     int operand_count;
     struct assignment *settings; /* later ones win */
     int setting_count;
-    bool fold;
+    const char **stops; /* --stop NAME<VALUE */
+    int stop_count;
+    bool fold, verify;
     /* NULL: not given */
     const char *output, *emit, *state, *from, *at, *method, *stabilise, *start, *hold, *summary, *vary,
-        *steps, *tols, *methods, *accelerations, *loops;
+        *steps, *tols, *methods, *inputs, *accelerations, *loops;
     /* 0: not given */
-    double until, step, tolerance, every, modes, seconds;
+    double until, step, step_max, tolerance, accuracy, every, modes, seconds;
 };
 
 struct command {

@@ -90,6 +90,11 @@ void put_text(struct document *document, const char *key, const char *text) {
     print_quoted(document->out, text);
 }
 
+void put_truth(struct document *document, const char *key, bool value) {
+    start_entry(document, key);
+    fputs(value ? "true" : "false", document->out);
+}
+
 void put_null(struct document *document, const char *key) {
     put_number(document, key, NAN);
 }

@@ -28,6 +28,7 @@ void put_close(struct document *document, char bracket);
 void put_number(struct document *document, const char *key, double value); /* null when not finite */
 void put_whole(struct document *document, const char *key, long value);
 void put_text(struct document *document, const char *key, const char *text);
+void put_truth(struct document *document, const char *key, bool value);
 void put_null(struct document *document, const char *key);
 void put_array(struct document *document, const char *key, const double *values, int count);
 void put_matrix(struct document *document, const char *key, const double *values, int rows, int columns);

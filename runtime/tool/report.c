@@ -56,7 +56,7 @@ static void list_tolerances(struct study_plan *plan) {
 }
 
 static enum status read_methods(const struct options *options, struct study_plan *plan) {
-    char known[128];
+    char known[METHODS_LENGTH];
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
         plan->methods[method] = !options->methods;
     for (const char *at = options->methods; at && *at;) {
@@ -66,7 +66,7 @@ static enum status read_methods(const struct options *options, struct study_plan
         free(name);
         if (method < 0)
             return usage_error(options->command, "--methods: '%s' is no list of %s", options->methods,
-                               known_methods(known));
+                               known_methods(known, false));
         plan->methods[method] = true;
         at += length + (at[length] == ',');
     }

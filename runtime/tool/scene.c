@@ -160,10 +160,12 @@ static char *emit_list(const struct model *model, const struct options *options,
         "%s%s%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
         needs & NEEDS_STATE && rows ? ",u,v,phi,psi,k" : "", needs & NEEDS_STATICS ? ",Q,Q_q" : "",
         needs & (NEEDS_STATE | NEEDS_MOTION) ? ",energy,power,course" : "",
-        !(needs & NEEDS_MOTION) ? "" : rows ? ",constrained" : ",qdd_free",
-        needs & NEEDS_TANGENT ? ",tangent" : "",
-        needs & NEEDS_POINTS && points ? ",r" : "", needs & NEEDS_POINT_RATES && points ? ",rd,C,d" : "",
-        needs & NEEDS_LINEAR && rows ? ",d_rows" : "", needs & NEEDS_LINEAR && points ? ",C" : "");
+        !(needs & NEEDS_MOTION) ? ""
+        : rows                  ? ",constrained"
+                                : ",qdd_free",
+        needs & NEEDS_TANGENT ? ",tangent" : "", needs & NEEDS_POINTS && points ? ",r" : "",
+        needs & NEEDS_POINT_RATES && points ? ",rd,C,d" : "", needs & NEEDS_LINEAR && rows ? ",d_rows" : "",
+        needs & NEEDS_LINEAR && points ? ",C" : "");
 }
 
 static enum status emit_and_load(struct scene *scene, const struct options *options, unsigned needs) {

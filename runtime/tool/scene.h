@@ -8,6 +8,7 @@
 #define REFDYN_TOOL_SCENE_H
 
 #include "compile.h"
+#include "inputs.h"
 #include "options.h"
 #include "refdyn.h"
 #include "state.h"
@@ -19,9 +20,10 @@ struct scene {
     const struct refdyn_model *model;
     struct refdyn_workspace work;
     void *memory;
-    struct state state; /* as the STATE.json gave it; empty without one */
-    double *q, *qd;     /* (n) the model's initial state, or the STATE.json's where it gave one */
-    int *given;         /* (anchored_count) anchored parameters that --set or the STATE.json gave */
+    struct state state;    /* as the STATE.json gave it; empty without one */
+    double *q, *qd;        /* (n) the model's initial state, or the STATE.json's where it gave one */
+    struct inputs *inputs; /* sampled inputs of motions, the caller's; NULL: none */
+    int *given;            /* (anchored_count) anchored parameters that --set or the STATE.json gave */
 };
 
 enum {

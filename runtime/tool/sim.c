@@ -1,9 +1,14 @@
-/* `refdyn sim`: one motion, written as it goes, with a summary. */
-#include "motion.h"
-#include "output.h"
-#include "table.h"
+/* `refdyn sim`: one motion, written as it goes, with a summary; its error, or the tolerance that an error
+ * needs. */
+#include "accuracy.h"
+#include "summary.h"
 
+#include <float.h>
+#include <math.h>
 #include <string.h>
+
+/* Of the tolerance, in the run that tells the error of the other one. */
+static const double verify_part = 0.1;
 
 static const char *level_name(enum refdyn_row_level level) {
     static const char *const names[] = {"position", "velocity", "acceleration"};
@@ -14,7 +19,8 @@ static void print_remedies(const struct options *options, enum refdyn_stabilise 
     static const char *const what[] = {
         [REFDYN_NONE] = "with --stabilise none it stays off, --stabilise baumgarte would pull it in",
         [REFDYN_BAUMGARTE] = "the stabilisation (baumgarte) pulls it in",
-        [REFDYN_PROJECT] = "the first projection moves it onto the programme, baumgarte would pull it in"};
+        [REFDYN_PROJECT] = "the projection at the end of the first step moves it onto the programme, so that "
+                           "the motion hangs on the length of that step; baumgarte would pull it in"};
     fprintf(stderr,
             "  Two remedies: solve for a consistent start with --start project,\n"
             "  or start off the programme: %s.\n  This motion runs from the start as it is%s.\n",
@@ -47,121 +53,264 @@ static void print_start(const struct options *options, const struct refdyn_drive
     print_remedies(options, drive->options.stabilise);
 }
 
-static void print_summary(const struct motion *motion) {
-    const struct refdyn_statistics *s = &motion->drive.statistics;
-    const struct refdyn_options *o = &motion->drive.options;
-    char text[NUMBER_LENGTH];
-    fprintf(stderr, "method       %s, %s %s, stabilised by %s\n", motion->method,
-            o->tol > 0 ? "tolerance" : "step [s]", exact_text(o->tol > 0 ? o->tol : o->step, text),
-            stabilise_names[o->stabilise]);
-    fprintf(stderr, "steps        %ld taken, %ld rejected, from %.3g to %.3g s\n", s->steps, s->rejected,
-            s->step_smallest, s->step_largest);
-    fprintf(stderr, "evaluations  %ld\n", s->evaluations);
-    if (motion->scene->model->m > 0)
-        fprintf(stderr,
-                "residuals    largest |phi| %.3g, |psi| %.3g; dependent coordinates changed %d times\n",
-                s->phi_max, s->psi_max, s->partition_changes);
-    fprintf(stderr, "energy       balance error %.3g of the largest change\n",
-            refdyn_energy_error(&motion->energy));
-    fprintf(stderr, "time         %.3g s CPU for the integration, %.3g s wall\n", motion->cpu_s,
-            motion->wall_s);
-}
+/* ---- Runs ---- */
 
-static bool write_summary(const struct motion *motion, const char *path) {
-    const struct refdyn_statistics *s = &motion->drive.statistics;
-    struct output output;
-    if (!output_open(&output, path))
-        return false;
-    struct document document = {.out = output.file};
-    put_open(&document, NULL, '{');
-    put_text(&document, "method", motion->method);
-    put_whole(&document, "steps", s->steps);
-    put_whole(&document, "rejected", s->rejected);
-    put_whole(&document, "evaluations", s->evaluations);
-    put_number(&document, "phi_max", s->phi_max);
-    put_number(&document, "psi_max", s->psi_max);
-    put_number(&document, "energy_error", refdyn_energy_error(&motion->energy));
-    put_number(&document, "cpu_s", motion->cpu_s);
-    put_number(&document, "wall_s", motion->wall_s);
-    put_close(&document, '}');
-    return output_close(&output);
+static void on_start(const struct task *task, const struct motion *motion) {
+    print_start(task->options, &motion->drive);
+    print_redundant_rows(&task->scene->work);
 }
 
 /* The partial file stays, under its own name. */
-static enum status stop(const struct motion *motion, struct output *output, int result) {
-    const struct refdyn_drive *drive = &motion->drive;
-    char text[NUMBER_LENGTH];
+static void keep_part(struct output *output, bool has_rows) {
     bool is_kept = output_keep_part(output);
-    if (result == MOTION_INTERRUPTED)
-        fprintf(stderr, "refdyn: interrupted at t = %s s\n", exact_text(drive->t, text));
-    else if (drive->cause > 0 && drive->cause != result)
-        fprintf(stderr, "refdyn: at t = %s s: %s\n", exact_text(drive->failed_t, text),
-                refdyn_status_text(drive->cause));
-    if (result != MOTION_INTERRUPTED)
-        numbers_failed(motion->scene, result, drive->t, drive->q, drive->qd);
-    if (result > REFDYN_OK && result != MOTION_INTERRUPTED)
-        fputs("refdyn: a smaller --step, or --method rk54, may help\n", stderr);
-    if (output->part && is_kept)
+    if (output->part && !has_rows)
+        remove(output->part);
+    else if (output->part && is_kept)
         fprintf(stderr, "refdyn: what was computed until then is in %s\n", output->part);
     output_release(output);
+}
+
+static void print_failure(const struct trial *trial) {
+    const struct motion *motion = &trial->motion;
+    const struct refdyn_drive *drive = &motion->drive;
+    const struct scene *scene = motion->scene;
+    char text[NUMBER_LENGTH];
+    if (!trial->is_started)
+        numbers_failed(scene, trial->result, scene->state.t, scene->q, scene->qd);
+    else if (trial->result == MOTION_INTERRUPTED)
+        fprintf(stderr, "refdyn: interrupted at t = %s s\n", exact_text(drive->t, text));
+    else {
+        if (drive->cause > 0 && drive->cause != trial->result)
+            fprintf(stderr, "refdyn: at t = %s s: %s\n", exact_text(drive->failed_t, text),
+                    refdyn_status_text(drive->cause));
+        numbers_failed(scene, trial->result, drive->t, drive->q, drive->qd);
+        if (trial->result > REFDYN_OK)
+            fputs("refdyn: a smaller --step or --tol may help\n", stderr);
+    }
+}
+
+static enum status stop(const struct trial *trial, struct output *output) {
+    const struct summary summary = {.trial = trial};
+    if (trial->is_started)
+        summary_print(&summary);
+    print_failure(trial);
+    keep_part(output, trial->is_started);
     return STATUS_NUMBERS;
 }
 
-/* From the start to the end; the summary and the complete file at the end. */
-static enum status go(struct motion *motion, const struct options *options, struct output *output) {
-    struct table table;
-    struct progress progress;
-    int result = REFDYN_OK;
-    table_start(&table, output->file, &motion->drive);
-    table_row(&table);
-    progress_start(&progress, "motion");
-    for (long i = 1; i < motion->outputs && result == REFDYN_OK; i++) {
-        result = motion_to(motion, i, &progress);
-        if (result == REFDYN_OK)
-            table_row(&table);
-    }
-    progress_end(&progress);
-    table_release(&table);
-    print_summary(motion);
-    if (result != REFDYN_OK)
-        return stop(motion, output, result);
+/* The complete file and the summary. */
+static enum status finish(const struct summary *summary, const struct options *options,
+                          struct output *output) {
+    summary_print(summary);
     bool is_written = output_close(output);
     if (options->summary)
-        is_written = write_summary(motion, options->summary) && is_written;
+        is_written = summary_write(summary, options->summary) && is_written;
     return is_written ? STATUS_DONE : STATUS_FAULT;
 }
 
-static enum status simulate(struct scene *scene, const struct options *options,
-                            const struct refdyn_options *drive) {
-    struct motion motion;
+/* ---- --verify ---- */
+
+/* A tenth of the tolerance, or half the step; where not the tolerance rules the steps they are shorter, too.
+ */
+static struct refdyn_options finer(const struct refdyn_drive *drive) {
+    struct refdyn_options options = drive->options;
+    if (options.tol > 0) {
+        const int order = refdyn_method_order(drive->method);
+        options.tol *= verify_part;
+        options.step_max = drive->statistics.step_largest * pow(verify_part, 1.0 / order);
+    } else
+        options.step /= 2;
+    return options;
+}
+
+/* The same motion once more, to the same end, and the error of the first one. */
+static enum status verify(const struct trial *trial, const struct task *task, struct summary *summary,
+                          struct estimate *estimate) {
+    const struct refdyn_drive *drive = &trial->motion.drive;
+    const struct refdyn_options options = finer(drive);
+    struct task again = *task;
+    struct trial second;
+    again.until = drive->t;
+    again.has_stops = false;
+    again.on_start = NULL;
+    trial_run(&second, &again, &options, NULL);
+    enum status status = second.result == REFDYN_OK ? STATUS_DONE : STATUS_NUMBERS;
+    if (status == STATUS_DONE) {
+        const int order = refdyn_method_order(drive->method);
+        estimate_make(estimate, &trial->track, &second.track,
+                      options.tol > 0 ? verify_part : pow(0.5, order));
+        summary->estimate = estimate;
+        summary->cpu_total_s += second.motion.cpu_s;
+    } else {
+        fputs("refdyn: the finer motion of --verify:\n", stderr);
+        print_failure(&second);
+    }
+    trial_release(&second);
+    return status;
+}
+
+static enum status simulate(const struct task *task, const struct refdyn_options *drive,
+                            struct output *output) {
+    struct trial trial;
+    struct estimate estimate = {.count = 0};
+    struct summary summary = {.trial = &trial};
+    trial_run(&trial, task, drive, output->file);
+    enum status status = trial.usage;
+    if (status != STATUS_DONE)
+        keep_part(output, false);
+    else if (trial.result != REFDYN_OK)
+        status = stop(&trial, output);
+    else {
+        summary.cpu_total_s = trial.motion.cpu_s;
+        enum status verified = STATUS_DONE;
+        if (task->options->verify && trial.motion.drive.t > trial.motion.from)
+            verified = verify(&trial, task, &summary, &estimate);
+        status = finish(&summary, task->options, output);
+        status = status == STATUS_DONE ? verified : status;
+    }
+    estimate_release(&estimate);
+    trial_release(&trial);
+    return status;
+}
+
+/* ---- --accuracy ---- */
+
+static void copy_rows(FILE *from, FILE *to) {
+    char text[BUFSIZ];
+    size_t length;
+    rewind(from);
+    while ((length = fread(text, 1, sizeof text, from)) > 0)
+        fwrite(text, 1, length, to);
+}
+
+static enum status not_reached(const struct search *search, const struct options *options,
+                               struct output *output) {
+    const struct candidate *best = search->taken ? search->taken : search->last;
+    const struct trial *trial = &best->trial;
+    const struct summary summary = {.trial = trial,
+                                    .estimate = best->has_estimate ? &best->estimate : NULL,
+                                    .accuracy = options->accuracy,
+                                    .cpu_total_s = search->cpu_total_s};
+    copy_rows(best->rows, output->file);
+    if (trial->result != REFDYN_OK)
+        return stop(trial, output);
+    summary_print(&summary);
+    fprintf(stderr, "refdyn: --accuracy %g cannot be reached", options->accuracy);
+    if (best->has_estimate)
+        fprintf(stderr, ", the best estimated error is %.2g", best->estimate.largest.error);
+    fputs("\n", stderr);
+    keep_part(output, true);
+    return STATUS_NUMBERS;
+}
+
+static enum status search(const struct task *task, const struct refdyn_options *drive,
+                          struct output *output) {
+    struct search search;
+    enum status status = search_run(&search, task, drive);
+    if (status == STATUS_DONE) {
+        const struct summary summary = {.trial = &search.taken->trial,
+                                        .estimate = &search.taken->estimate,
+                                        .accuracy = task->options->accuracy,
+                                        .cpu_total_s = search.cpu_total_s};
+        copy_rows(search.taken->rows, output->file);
+        status = finish(&summary, task->options, output);
+    } else if (status == STATUS_NUMBERS)
+        status = not_reached(&search, task->options, output);
+    else
+        keep_part(output, false);
+    search_release(&search);
+    return status;
+}
+
+/* ---- The command ---- */
+
+/* Rows that have gains, as the model was told. */
+static bool has_gains(const struct scene *scene) {
+    const struct refdyn_model *model = scene->model;
+    for (int i = 0; i < 2 * model->m; i++)
+        if (model->gains && model->gains[i] >= 0 && scene->work.p[model->gains[i]] != 0)
+            return true;
+    return false;
+}
+
+/* Gains that the runtime may set from the step need a place that `k` reads. */
+static bool has_places_of_gains(const struct refdyn_model *model) {
+    for (int i = 0; i < 2 * model->m; i++)
+        if (model->gains && model->gains[i] >= 0)
+            return true;
+    return false;
+}
+
+static void print_gains(const struct scene *scene, const struct refdyn_options *drive) {
+    if (drive->stabilise != REFDYN_BAUMGARTE || scene->model->m == 0)
+        return;
+    if (drive->gain_share > 0 ? has_places_of_gains(scene->model) : has_gains(scene))
+        return;
+    fputs("refdyn: warning: no row has gains (alpha, beta), so that baumgarte leaves the residuals to drift; "
+          "--stabilise project holds them\n",
+          stderr);
+}
+
+static enum status run_task(const struct task *task, const struct refdyn_options *drive) {
+    const struct options *options = task->options;
     struct output output;
-    if (options->until <= scene->state.t)
+    if (options->until <= task->scene->state.t)
         return usage_error(options->command, "--until %g: the motion starts at t = %g", options->until,
-                           scene->state.t);
+                           task->scene->state.t);
     if (!output_open(&output, options->output))
         return STATUS_FAULT;
-    int result = motion_start(&motion, scene, drive, options->until, options->every);
-    if (result == REFDYN_OK && by_gsl_has(options->method))
-        result = motion_by_gsl(&motion, options->method);
-    enum status status;
-    if (result == REFDYN_OK) {
-        print_start(options, &motion.drive);
-        print_redundant_rows(&scene->work);
-        status = go(&motion, options, &output);
-    } else {
-        status = numbers_failed(scene, result, scene->state.t, scene->q, scene->qd);
-        output_keep_part(&output);
-        if (output.part)
-            remove(output.part); /* empty */
-        output_release(&output);
-    }
-    motion_release(&motion);
-    return status;
+    print_gains(task->scene, drive);
+    return options->accuracy > 0 ? search(task, drive, &output) : simulate(task, drive, &output);
 }
 
 static bool has_ending(const char *path, const char *ending) {
     size_t length = strlen(path), end = strlen(ending);
     return length >= end && strcmp(path + length - end, ending) == 0;
+}
+
+/* Which options of the error go together. */
+static enum status check_error_options(const struct options *options, const struct refdyn_options *drive) {
+    if (options->accuracy > 0 && (options->tolerance > 0 || drive->tol == 0))
+        return usage_error(options->command, "--accuracy finds the tolerance: %s does not go with it",
+                           options->tolerance > 0 ? "--tol"
+                           : options->step > 0    ? "--step"
+                                                  : "a method with fixed steps");
+    if (options->verify && drive->tol > 0 && drive->tol * verify_part < DBL_EPSILON)
+        return usage_error(options->command, "--verify needs --tol %g or larger", DBL_EPSILON / verify_part);
+    return STATUS_DONE;
+}
+
+static unsigned find_needs(const struct options *options, const struct refdyn_options *drive) {
+    unsigned needs = NEEDS_MOTION | NEEDS_POINTS | NEEDS_POINT_RATES;
+    if (options->from && strcmp(options->from, "statics") == 0)
+        needs |= NEEDS_STATICS;
+    if (refdyn_method_is_implicit(drive->method))
+        needs |= NEEDS_TANGENT;
+    return needs;
+}
+
+static enum status run_scene(struct scene *scene, const struct options *options,
+                             struct refdyn_options *drive) {
+    struct inputs inputs = {.count = 0};
+    const struct task task = {.scene = scene,
+                              .options = options,
+                              .until = options->until,
+                              .has_stops = options->stop_count > 0,
+                              .on_start = on_start};
+    enum status status = motion_fit(scene, options, drive);
+    if (status == STATUS_DONE && options->inputs) {
+        scene->inputs = &inputs;
+        status = inputs_read(&inputs, options->inputs, scene->model) ? STATUS_DONE : STATUS_FAULT;
+        if (status == STATUS_DONE)
+            inputs_set(&inputs, scene->state.t, scene->work.x);
+    }
+    if (status == STATUS_DONE)
+        status = motion_place(scene, options);
+    if (status == STATUS_DONE)
+        status = run_task(&task, drive);
+    inputs_release(&inputs);
+    scene->inputs = NULL;
+    return status;
 }
 
 enum status run_sim(const struct options *options) {
@@ -171,19 +320,14 @@ enum status run_sim(const struct options *options) {
         return usage_error(options->command, "-o %s: this version writes CSV, name a .csv file",
                            options->output);
     enum status status = motion_options(options, &drive);
+    if (status == STATUS_DONE)
+        status = check_error_options(options, &drive);
     if (status != STATUS_DONE)
         return status;
-    unsigned needs = NEEDS_MOTION | NEEDS_POINTS | NEEDS_POINT_RATES;
-    if (options->from && strcmp(options->from, "statics") == 0)
-        needs |= NEEDS_STATICS;
-    if (refdyn_method_is_implicit(drive.method))
-        needs |= NEEDS_TANGENT;
     motion_catch_interrupt();
-    status = scene_open(&scene, options, needs, motion_state_path(options));
+    status = scene_open(&scene, options, find_needs(options, &drive), motion_state_path(options));
     if (status == STATUS_DONE)
-        status = motion_place(&scene, options);
-    if (status == STATUS_DONE)
-        status = simulate(&scene, options, &drive);
+        status = run_scene(&scene, options, &drive);
     scene_close(&scene);
     return status;
 }

@@ -1,4 +1,4 @@
-/* A motion as CSV: see table.h. */
+/* The columns of a motion, and the motion as CSV: see table.h. */
 #include "table.h"
 #include "output.h"
 
@@ -7,48 +7,66 @@
 static const char *const axes[] = {"x", "y", "z"};
 static const char *const rates[] = {"", "d", "dd"};
 
-static void put_header(const struct table *table) {
-    const struct refdyn_model *model = table->drive->work->model;
-    FILE *out = table->out;
-    fputc('t', out);
-    for (int i = 0; i < model->n; i++)
-        fprintf(out, ",%s", model->coordinates[i].name);
-    for (int i = 0; i < model->n; i++)
-        fprintf(out, ",%s_d", model->coordinates[i].name);
+/* ---- Names ---- */
+
+static int count_columns(const struct refdyn_model *model) {
+    int count = 2 + 3 * model->n + 9 * model->point_count + model->input_count + model->course_count;
+    for (int i = 0; i < model->m; i++)
+        count += (model->rows[i].level == REFDYN_POSITION) + (model->rows[i].level != REFDYN_ACCELERATION);
+    return count;
+}
+
+static char **name_points(const struct refdyn_model *model, char **name) {
     for (int point = 0; point < model->point_count; point++)
         for (int rate = 0; rate < 3; rate++)
             for (int axis = 0; axis < 3; axis++)
-                fprintf(out, ",%s_%s%s", model->points[point], axes[axis], rates[rate]);
+                *name++ = text_format("%s_%s%s", model->points[point], axes[axis], rates[rate]);
+    return name;
+}
+
+static char **name_residuals(const struct refdyn_model *model, char **name) {
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level == REFDYN_POSITION)
-            fprintf(out, ",phi_%d", i + 1);
+            *name++ = text_format("phi_%d", i + 1);
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level != REFDYN_ACCELERATION)
-            fprintf(out, ",psi_%d", i + 1);
-    fputs(",energy", out);
-    for (int i = 0; i < model->n; i++)
-        fprintf(out, ",force_%s", model->coordinates[i].name);
-    for (int i = 0; i < model->input_count; i++)
-        fprintf(out, ",%s", model->inputs[i].name);
-    for (int i = 0; i < model->course_count; i++)
-        fprintf(out, ",%s", model->courses[i]);
-    fputc('\n', out);
+            *name++ = text_format("psi_%d", i + 1);
+    return name;
 }
 
-void table_start(struct table *table, FILE *out, const struct refdyn_drive *drive) {
+static void name_columns(const struct refdyn_model *model, char **name) {
+    *name++ = text_format("t");
+    for (int i = 0; i < model->n; i++)
+        *name++ = text_format("%s", model->coordinates[i].name);
+    for (int i = 0; i < model->n; i++)
+        *name++ = text_format("%s_d", model->coordinates[i].name);
+    name = name_residuals(model, name_points(model, name));
+    *name++ = text_format("energy");
+    for (int i = 0; i < model->n; i++)
+        *name++ = text_format("force_%s", model->coordinates[i].name);
+    for (int i = 0; i < model->input_count; i++)
+        *name++ = text_format("%s", model->inputs[i].name);
+    for (int i = 0; i < model->course_count; i++)
+        *name++ = text_format("%s", model->courses[i]);
+}
+
+void table_start(struct table *table, const struct refdyn_drive *drive) {
     const struct refdyn_model *model = drive->work->model;
     size_t n = (size_t)model->n, columns = 3 * (size_t)model->point_count;
-    *table = (struct table){.out = out, .drive = drive};
+    *table = (struct table){.drive = drive, .count = count_columns(model)};
+    table->names = allocate((size_t)table->count, sizeof *table->names);
+    table->values = allocate((size_t)table->count, sizeof *table->values);
     table->room = allocate(n + columns * (n + 3) + (size_t)model->course_count, sizeof *table->room);
-    put_header(table);
+    name_columns(model, table->names);
 }
 
-static void put_value(const struct table *table, double value) {
-    fputc(',', table->out);
-    print_number(table->out, value);
+/* ---- Values ---- */
+
+static void put_value(struct table *table, double value) {
+    table->values[table->filled++] = value;
 }
 
-static void put_values(const struct table *table, const double *values, int count) {
+static void put_values(struct table *table, const double *values, int count) {
     for (int i = 0; i < count; i++)
         put_value(table, values[i]);
 }
@@ -61,7 +79,7 @@ static void add_accelerations(const struct refdyn_drive *drive, const double *C,
             rdd[i] += C[i * n + j] * drive->qdd[j];
 }
 
-static void put_points(const struct table *table) {
+static void put_points(struct table *table) {
     const struct refdyn_drive *drive = table->drive;
     const struct refdyn_workspace *work = drive->work;
     const struct refdyn_model *model = work->model;
@@ -81,7 +99,7 @@ static void put_points(const struct table *table) {
     }
 }
 
-static void put_residuals(const struct table *table) {
+static void put_residuals(struct table *table) {
     const struct refdyn_workspace *work = table->drive->work;
     for (int i = 0; i < work->m; i++)
         if (work->model->rows[i].level == REFDYN_POSITION)
@@ -91,7 +109,7 @@ static void put_residuals(const struct table *table) {
             put_value(table, work->psi[i]);
 }
 
-static void put_courses(const struct table *table) {
+static void put_courses(struct table *table) {
     const struct refdyn_drive *drive = table->drive;
     const struct refdyn_workspace *work = drive->work;
     const struct refdyn_model *model = work->model;
@@ -101,11 +119,12 @@ static void put_courses(const struct table *table) {
     put_values(table, table->room, model->course_count);
 }
 
-void table_row(struct table *table) {
+void table_fill(struct table *table) {
     const struct refdyn_drive *drive = table->drive;
     int n = drive->work->n;
     double energy[2] = {0, 0};
-    print_number(table->out, drive->t);
+    table->filled = 0;
+    put_value(table, drive->t);
     put_values(table, drive->q, n);
     put_values(table, drive->qd, n);
     put_points(table);
@@ -116,10 +135,31 @@ void table_row(struct table *table) {
     put_values(table, table->room, n);
     put_values(table, drive->work->x, drive->work->model->input_count);
     put_courses(table);
-    fputc('\n', table->out);
+}
+
+/* ---- CSV ---- */
+
+void table_header(const struct table *table, FILE *out) {
+    for (int i = 0; i < table->count; i++)
+        fprintf(out, "%s%s", i ? "," : "", table->names[i]);
+    fputc('\n', out);
+}
+
+void table_row(struct table *table, FILE *out) {
+    table_fill(table);
+    for (int i = 0; i < table->count; i++) {
+        if (i)
+            fputc(',', out);
+        print_number(out, table->values[i]);
+    }
+    fputc('\n', out);
 }
 
 void table_release(struct table *table) {
+    for (int i = 0; i < table->count; i++)
+        free(table->names[i]);
+    free(table->names);
+    free(table->values);
     free(table->room);
-    table->room = NULL;
+    *table = (struct table){.count = 0};
 }

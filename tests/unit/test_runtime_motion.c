@@ -125,6 +125,39 @@ static void test_adaptive_landing(void) {
     CHECK(rig_close(&rig));
 }
 
+/* Looks into the last step show what an output there would have shown, and leave the motion as it is, up
+ * to the directions along which it is projected. */
+static void check_look(enum refdyn_method method) {
+    struct rig rig;
+    struct refdyn_options options = refdyn_options_default(method);
+    const double qd[] = {0.2317, -0.713, 0.617};
+    double at_output[3], end[3];
+    options.tol = options.tol > 0 ? 1e-7 : 0;
+    CHECK(rig_start(&rig, spring_model(2), options, 0, qd) == REFDYN_OK);
+    CHECK(refdyn_drive_look(&rig.drive, 0) == REFDYN_OK);
+    CHECK(refdyn_drive_to(&rig.drive, 0.5) == REFDYN_OK);
+    memcpy(at_output, rig.drive.q, sizeof at_output);
+    CHECK(refdyn_drive_to(&rig.drive, 1) == REFDYN_OK);
+    memcpy(end, rig.drive.q, sizeof end);
+    CHECK(refdyn_drive_start(&rig.drive, 0, rig.q, rig.qd) == REFDYN_OK);
+    while (rig.drive.t_end < 0.5)
+        CHECK(refdyn_drive_step(&rig.drive, 0.5, 1) == REFDYN_OK);
+    CHECK(refdyn_drive_look(&rig.drive, rig.drive.t_begin) == REFDYN_OK && rig.drive.t == rig.drive.t_begin);
+    CHECK(refdyn_drive_look(&rig.drive, 0.5) == REFDYN_OK && rig.drive.t == 0.5);
+    CHECK(largest_difference(at_output, rig.drive.q, 3) < 1e-9);
+    CHECK(refdyn_drive_look(&rig.drive, nextafter(rig.drive.t_end, 2)) == REFDYN_BAD_OPTION);
+    CHECK(refdyn_drive_look(&rig.drive, nextafter(rig.drive.t_begin, 0)) == REFDYN_BAD_OPTION);
+    CHECK(refdyn_drive_look(&rig.drive, NAN) == REFDYN_BAD_OPTION && rig.drive.t == 0.5);
+    CHECK(refdyn_drive_to(&rig.drive, 1) == REFDYN_OK);
+    CHECK(largest_difference(end, rig.drive.q, 3) < 1e-9);
+    CHECK(rig_close(&rig));
+}
+
+static void test_look(void) {
+    for (int method = 0; method < EXPLICIT_COUNT; method++)
+        check_look((enum refdyn_method)method);
+}
+
 static void test_tolerance(void) {
     double exact[6], error_last = row_forever;
     const double qd[] = {0.2317, -0.713, 0.617};
@@ -417,6 +450,7 @@ int main(void) {
     test_orders();
     test_landing();
     test_adaptive_landing();
+    test_look();
     test_tolerance();
     test_reproduces();
     test_allocates_nothing();

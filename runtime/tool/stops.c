@@ -1,0 +1,88 @@
+/* Conditions that end a motion: see stops.h. */
+#include "stops.h"
+#include "message.h"
+#include "output.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+static int find_column(const struct table *table, const char *name) {
+    for (int i = 0; i < table->count; i++)
+        if (strcmp(table->names[i], name) == 0)
+            return i;
+    return -1;
+}
+
+static enum status wrong_column(const struct stops *stops, const struct options *options, const char *name) {
+    const char *near = nearest_name(name, (const char *const *)stops->table.names, stops->table.count);
+    return usage_error(options->command, "--stop: the CSV has no column '%s'%s%s", name,
+                       near ? ", the nearest is " : "", near ? near : "");
+}
+
+static enum status read_stop(struct stops *stops, const struct options *options, const char *text) {
+    const size_t length = strcspn(text, "<>");
+    const char *number = text + length + (text[length] != '\0');
+    char *end;
+    struct stop stop = {.text = text, .is_below = text[length] == '<', .value = strtod(number, &end)};
+    if (length == 0 || end == number || *end || !isfinite(stop.value))
+        return usage_error(options->command, "--stop: '%s' is not of the form NAME<VALUE or NAME>VALUE",
+                           text);
+    char *name = text_format("%.*s", (int)length, text);
+    stop.column = find_column(&stops->table, name);
+    enum status status = stop.column < 0 ? wrong_column(stops, options, name) : STATUS_DONE;
+    free(name);
+    stops->list[stops->count++] = stop;
+    return status;
+}
+
+enum status stops_read(struct stops *stops, const struct options *options, struct refdyn_drive *drive) {
+    enum status status = STATUS_DONE;
+    *stops = (struct stops){.drive = drive};
+    stops->list = allocate((size_t)options->stop_count, sizeof *stops->list);
+    table_start(&stops->table, drive);
+    for (int i = 0; i < options->stop_count && status == STATUS_DONE; i++)
+        status = read_stop(stops, options, options->stops[i]);
+    return status;
+}
+
+bool stops_hold(struct stops *stops) {
+    table_fill(&stops->table);
+    for (int i = 0; i < stops->count; i++) {
+        const struct stop *stop = &stops->list[i];
+        const double value = stops->table.values[stop->column];
+        if (stop->is_below ? value < stop->value : value > stop->value) {
+            stops->reached = stop;
+            stops->t = stops->drive->t;
+            return true;
+        }
+    }
+    return false;
+}
+
+/* By bisection down to neighbouring times: also across a jump, at which the later side counts. */
+int stops_meet(struct stops *stops, double t_before) {
+    double before = t_before, after = stops->drive->t;
+    if (!stops_hold(stops))
+        return REFDYN_OK;
+    while (after - before > DBL_EPSILON * fmax(fabs(before), fabs(after))) {
+        const double middle = before + (after - before) / 2;
+        if (!(middle > before && middle < after))
+            break;
+        const int status = refdyn_drive_look(stops->drive, middle);
+        if (status != REFDYN_OK)
+            return status;
+        *(stops_hold(stops) ? &after : &before) = middle;
+    }
+    const int status = refdyn_drive_look(stops->drive, after);
+    if (status == REFDYN_OK)
+        stops_hold(stops);
+    return status;
+}
+
+void stops_release(struct stops *stops) {
+    table_release(&stops->table);
+    free(stops->list);
+    *stops = (struct stops){.count = 0};
+}

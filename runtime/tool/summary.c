@@ -1,0 +1,115 @@
+/* What `sim` tells of a motion: see summary.h. */
+#include "summary.h"
+
+static bool is_automatic(const struct refdyn_options *options) {
+    return options->stabilise == REFDYN_BAUMGARTE && options->gain_share > 0;
+}
+
+static const char *row_name(const struct refdyn_model *model, int row) {
+    return row < 0 ? "none" : model->rows[row].name;
+}
+
+static void print_method(const struct refdyn_drive *drive) {
+    const struct refdyn_options *o = &drive->options;
+    char text[NUMBER_LENGTH];
+    fprintf(stderr, "method       %s, %s %s, stabilised by %s%s\n", refdyn_method_name((int)o->method),
+            o->tol > 0 ? "tolerance" : "step [s]", exact_text(o->tol > 0 ? o->tol : o->step, text),
+            stabilise_names[o->stabilise], is_automatic(o) ? ", gains from the step" : "");
+}
+
+static void print_rows(const struct refdyn_model *model, const struct refdyn_statistics *s) {
+    fprintf(stderr, "residuals    largest |phi| %.3g (%s), |psi| %.3g (%s)\n", s->phi_max,
+            row_name(model, s->phi_row), s->psi_max, row_name(model, s->psi_row));
+    fprintf(
+        stderr,
+        "rows         smallest pivot %.3g, largest condition %.3g; dependent coordinates changed %d times\n",
+        s->pivot_min, s->condition_max, s->partition_changes);
+}
+
+void summary_print(const struct summary *summary) {
+    const struct motion *motion = &summary->trial->motion;
+    const struct refdyn_statistics *s = &motion->drive.statistics;
+    char text[NUMBER_LENGTH];
+    print_method(&motion->drive);
+    fprintf(stderr, "steps        %ld taken, %ld rejected, from %.3g to %.3g s\n", s->steps, s->rejected,
+            s->step_smallest, s->step_largest);
+    fprintf(stderr, "evaluations  %ld, tangents %ld\n", s->evaluations, s->tangents);
+    if (motion->scene->model->m > 0)
+        print_rows(motion->scene->model, s);
+    fprintf(stderr, "energy       balance error %.3g of the largest change\n",
+            refdyn_energy_error(&motion->energy));
+    fprintf(stderr, "time         %.3g s CPU for the integration, %.3g s wall\n", motion->cpu_s,
+            motion->wall_s);
+    if (summary->estimate)
+        fprintf(stderr, "all runs     %.3g s CPU\n", summary->cpu_total_s);
+    if (motion_is_stopped(motion))
+        fprintf(stderr, "stopped      %s at t = %s s\n", motion->stops->reached->text,
+                exact_text(motion->stops->t, text));
+    if (summary->estimate)
+        estimate_print(summary->estimate);
+}
+
+static void put_rows(struct document *document, const struct refdyn_model *model,
+                     const struct refdyn_statistics *s) {
+    if (s->phi_row >= 0)
+        put_text(document, "phi_row", row_name(model, s->phi_row));
+    if (s->psi_row >= 0)
+        put_text(document, "psi_row", row_name(model, s->psi_row));
+    put_number(document, "pivot_min", s->pivot_min);
+    put_number(document, "condition_max", s->condition_max);
+    put_whole(document, "partition_changes", s->partition_changes);
+}
+
+static void put_method(struct document *document, const struct refdyn_options *options) {
+    put_text(document, "method", refdyn_method_name((int)options->method));
+    put_text(document, "stabilise",
+             is_automatic(options) ? "baumgarte-auto" : stabilise_names[options->stabilise]);
+    put_number(document, options->tol > 0 ? "tol" : "step", options->tol > 0 ? options->tol : options->step);
+    if (options->step_max > 0)
+        put_number(document, "step_max", options->step_max);
+}
+
+static void put_stop(struct document *document, const struct motion *motion) {
+    put_open(document, "stop", '{');
+    put_text(document, "condition", motion->stops->reached->text);
+    put_number(document, "t", motion->stops->t);
+    put_close(document, '}');
+}
+
+static void put_summary(struct document *document, const struct summary *summary) {
+    const struct motion *motion = &summary->trial->motion;
+    const struct refdyn_statistics *s = &motion->drive.statistics;
+    put_method(document, &motion->drive.options);
+    put_whole(document, "steps", s->steps);
+    put_whole(document, "rejected", s->rejected);
+    put_number(document, "step_smallest", s->step_smallest);
+    put_number(document, "step_largest", s->step_largest);
+    put_whole(document, "evaluations", s->evaluations);
+    put_whole(document, "tangents", s->tangents);
+    put_number(document, "phi_max", s->phi_max);
+    put_number(document, "psi_max", s->psi_max);
+    if (motion->scene->model->m > 0)
+        put_rows(document, motion->scene->model, s);
+    put_number(document, "energy_error", refdyn_energy_error(&motion->energy));
+    put_number(document, "cpu_s", motion->cpu_s);
+    put_number(document, "wall_s", motion->wall_s);
+    if (motion_is_stopped(motion))
+        put_stop(document, motion);
+    if (summary->accuracy > 0)
+        put_number(document, "accuracy", summary->accuracy);
+    if (summary->estimate) {
+        put_number(document, "cpu_total_s", summary->cpu_total_s);
+        estimate_put(summary->estimate, document);
+    }
+}
+
+bool summary_write(const struct summary *summary, const char *path) {
+    struct output output;
+    if (!output_open(&output, path))
+        return false;
+    struct document document = {.out = output.file};
+    put_open(&document, NULL, '{');
+    put_summary(&document, summary);
+    put_close(&document, '}');
+    return output_close(&output);
+}

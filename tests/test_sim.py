@@ -1,0 +1,258 @@
+"""What `refdyn sim` adds to a motion: its error, a tolerance from an error, sampled inputs, conditions that end it."""
+import json
+import math
+import re
+
+import numpy
+import pytest
+
+from program import REFERENCE, SCALE, TESTS, check, motion, read_run, refdyn
+
+PENDULUM = TESTS / "models" / "double_pendulum.lua"
+RIGID = [REFERENCE, "--set", "n_rfe=1", "--until", 5, "--every", 0.5]
+SWING = [PENDULUM, "--until", 5, "--every", 0.5]
+FLEXIBLE = [REFERENCE, "--from", "statics", "--until", 1, "--every", 0.1]
+REFERENCES = {}
+
+
+def exact(case):
+    """The motion with errors that do not count."""
+    key = str(case)
+    if key not in REFERENCES:
+        REFERENCES[key] = motion(*case, "--method", "rk8", "--tol", "1e-13")[0]
+    return REFERENCES[key]
+
+
+def errors(run, reference, summary):
+    """Largest distances of points and differences of coordinates from the reference, by name."""
+    error = summary["error"]
+    found = {name: numpy.sqrt(sum((run[f"{name}_{axis}"] - reference[f"{name}_{axis}"])**2 for axis in "xyz")).max()
+             for name in error["points"]}
+    return found, {name: abs(run[name] - reference[name]).max() for name in error["coordinates"]}
+
+
+# ---- The error of a motion ----
+
+@pytest.mark.parametrize("case", [RIGID, SWING, FLEXIBLE], ids=["rigid", "pendulum", "flexible"])
+@pytest.mark.parametrize("how", [("rodas5p", "--tol", "1e-5"), ("rodas6p", "--tol", "1e-7"), ("ros34pw2", "--tol", "1e-6"),
+                                 ("rk54", "--tol", "1e-7"), ("rk8", "--tol", "1e-6"), ("rk4", "--step", "2e-4"),
+                                 ("rodas5p", "--step", "5e-3")], ids=" ".join)
+def test_verify(case, how):
+    """The estimate is within a factor 3 of the error against a motion that is as good as exact."""
+    run, said, summary = motion(*case, "--method", *how, "--verify")
+    points, coordinates = errors(run, exact(case), summary)
+    found = max(points.values() if points else coordinates.values())
+    estimated = summary["error"]["largest"]
+    assert summary["error"]["is_trusted"] and "error" in said
+    assert found / 3 <= estimated <= 3 * found, f"{estimated:.1e} estimated, {found:.1e} found"
+    assert summary["error"]["t"] == list(run["t"])
+    for name, listed in summary["error"]["points"].items():
+        assert len(listed) == len(run["t"]) and listed[0] == 0 and max(listed) >= points[name] / 10
+
+
+def test_verify_tells_chaos(tmp_path):
+    """Over a minute a double pendulum goes another way at every tolerance: the estimate says so."""
+    (tmp_path / "high.json").write_text('{"q": [2.5, 2.5]}')
+    _, said, summary = motion(PENDULUM, "--from", tmp_path / "high.json", "--until", 60, "--tol", "1e-4", "--verify")
+    assert not summary["error"]["is_trusted"] and "not to be trusted" in said
+
+
+@pytest.mark.parametrize("case", [RIGID, SWING, FLEXIBLE], ids=["rigid", "pendulum", "flexible"])
+@pytest.mark.parametrize("accuracy", [1e-3, 1e-6, 1e-8])
+@pytest.mark.parametrize("method", ["rodas5p", "rk8"])
+def test_accuracy(case, accuracy, method):
+    run, said, summary = motion(*case, "--method", method, "--accuracy", accuracy)
+    points, coordinates = errors(run, exact(case), summary)
+    found = max(points.values() if points else coordinates.values())
+    assert found <= accuracy * SCALE, f"{found:.1e} found"
+    assert found / 10 <= summary["error"]["largest"] <= accuracy and summary["accuracy"] == accuracy
+    assert 0 < summary["tol"] and summary["cpu_total_s"] >= summary["cpu_s"]
+
+
+def test_accuracy_out_of_reach(tmp_path):
+    """Below rounding: exit 3, the best error is told, its rows stay in the partial file."""
+    done = refdyn("sim", *SWING, "--accuracy", "1e-17", "-o", tmp_path / "run.csv", status=3)
+    assert "cannot be reached" in done.stderr and "best estimated error" in done.stderr, done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["run.csv.part"]
+    assert len(read_run(tmp_path / "run.csv.part")["t"]) == 11
+
+
+@pytest.mark.parametrize("arguments", [["--accuracy", "1e-6", "--tol", "1e-6"], ["--accuracy", "1e-6", "--step", "1e-3"],
+                                       ["--accuracy", "1e-6", "--method", "rk4"], ["--accuracy", "0"], ["--verify", "--tol", "1e-15"],
+                                       ["--step-max", "1e-3", "--step", "1e-3"]], ids=" ".join)
+def test_errors_that_do_not_go_together(arguments, tmp_path):
+    done = refdyn("sim", PENDULUM, "--until", "1", *arguments, "-o", tmp_path / "run.csv", status=2)
+    assert "usage: refdyn sim" in done.stderr and not list(tmp_path.iterdir())
+
+
+# ---- Sampled inputs ----
+
+CART = """local rd = require "refdyn"
+rd.input("push", 0, "N")
+rd.input("pull", 0, "N")
+return rd.model { name = "cart", links = { { "cart", joint = { "x" }, mass = 2 } },
+  forces = function(s) return { cart_x = s.inputs.push - s.inputs.pull } end, points = { P = "cart" } }
+"""
+SAMPLES = [(0.1, 4), (0.25, -6), (0.5, 0), (0.9, 10)]
+
+
+def cart(folder, samples="t,note,push\n" + "".join(f"{t},{9 * i},{value}\n" for i, (t, value) in enumerate(SAMPLES))):
+    (folder / "cart.lua").write_text(CART)
+    (folder / "samples.csv").write_text(samples)
+    return folder / "cart.lua", "--inputs", folder / "samples.csv"
+
+
+def pushed(t):
+    """x and its rate at t: the first value holds from the start on, the last one to the end."""
+    x = v = at = 0
+    for i, (_, value) in enumerate(SAMPLES):
+        end = min(t, SAMPLES[i + 1][0] if i + 1 < len(SAMPLES) else math.inf)
+        if end > at:
+            x, v, at = x + v * (end - at) + value / 4 * (end - at)**2, v + value / 2 * (end - at), end
+    return x, v
+
+
+@pytest.mark.parametrize("how", [("--tol", "1e-2"), ("--method", "rk54"), ("--method", "rk8"), ("--step", "0.3"),
+                                 ("--method", "rodas6p", "--step", "0.07")], ids=" ".join)
+def test_inputs(how, tmp_path):
+    """Held between samples, so polynomials between: exact with any step, since steps end at the samples."""
+    run, _, summary = motion(*cart(tmp_path), "--until", 1.3, "--every", 0.05, *how)
+    expected = numpy.array([pushed(t) for t in run["t"]]).T
+    held = [([value for t, value in SAMPLES if t <= at] or [4])[-1] for at in run["t"]]
+    check([f"{name} differs by {abs(run[name] - values).max():.1e}"
+           for name, values in {"cart_x": expected[0], "cart_x_d": expected[1]}.items() if abs(run[name] - values).max() > 1e-12 * SCALE])
+    # At a sample the row is that of the new value.
+    assert list(run["push"]) == held and abs(run["P_xdd"] - numpy.array(held) / 2).max() < 1e-14 and set(run["pull"]) == {0}
+    assert summary["energy_error"] <= 1e-12 * SCALE
+
+
+def test_inputs_of_a_run(tmp_path):
+    """The CSV of a motion is a file of samples: its inputs drive another one."""
+    first, _, _ = motion(*cart(tmp_path), "--until", 1.3, "--every", 0.05)
+    refdyn("sim", *cart(tmp_path), "--until", 1.3, "--every", 0.05, "-o", tmp_path / "first.csv")
+    again, _, _ = motion(tmp_path / "cart.lua", "--inputs", tmp_path / "first.csv", "--until", 1.3, "--every", 0.05)
+    assert abs(again["cart_x"] - first["cart_x"]).max() < 1e-13
+
+
+def test_many_samples_verified(tmp_path):
+    """Steps that samples cut short are cut in halves by --verify: its estimate still tells the error."""
+    t = numpy.arange(0, 1, 1e-2)
+    text = "t,push\n" + "".join(f"{float(at)!r},{float(20 * math.sin(7 * at))!r}\n" for at in t)
+    model, *given = cart(tmp_path, text)
+    model.write_text(CART.replace("s.inputs.pull", "300*rd.sin(s.q.cart_x)"))
+    common = [model, *given, "--until", 1, "--every", 0.1]
+    run, _, summary = motion(*common, "--method", "ros34pw2", "--tol", "1e-2", "--verify")
+    fine, _, _ = motion(*common, "--method", "rk8", "--tol", "1e-12")
+    found = abs(run["P_x"] - fine["P_x"]).max()
+    assert found > 1e-12 and found / 10 <= summary["error"]["largest"] <= 10 * found
+
+
+BAD_SAMPLES = {
+    "empty": ("", 1), "no time": ("push\n1\n", 1), "no input": ("t,force\n0,1\n", 1), "no sample": ("t,push\n", 1), "text": ("t,push\n0,1\n1,one\n", 3),
+    "short": ("t,push\n0\n", 2), "long": ("t,push\n0,1,2\n", 2), "not finite": ("t,push\n0,nan\n", 2), "back": ("t,push\n1,0\n1,2\n", 3),
+    "twice": ("t,push,push\n0,1,1\n", 1), "blank field": ("t,push\n0,\n", 2),
+}
+
+
+@pytest.mark.parametrize("which", BAD_SAMPLES)
+def test_bad_inputs(which, tmp_path):
+    text, line = BAD_SAMPLES[which]
+    done = refdyn("sim", *cart(tmp_path, text), "--until", 1, "-o", tmp_path / "run.csv", status=1)
+    assert re.search(rf"^[^\n]*samples\.csv:{line}: inputs: .+", done.stderr, re.M), done.stderr
+    assert not (tmp_path / "run.csv").exists()
+
+
+def test_inputs_of_a_model_without(tmp_path):
+    (tmp_path / "samples.csv").write_text("t,push\n0,1\n")
+    done = refdyn("sim", PENDULUM, "--inputs", tmp_path / "samples.csv", "--until", 1, status=1)
+    assert "the model has no inputs" in done.stderr
+    done = refdyn("sim", PENDULUM, "--inputs", tmp_path / "none.csv", "--until", 1, status=1)
+    assert "none.csv" in done.stderr
+
+
+# ---- Conditions that end a motion ----
+
+@pytest.mark.parametrize("how", [("--tol", "1e-2"), ("--method", "rk54"), ("--method", "rk8", "--tol", "1e-3"), ("--step", "0.3"),
+                                 ("--method", "ros34pw2", "--step", "0.07")], ids=" ".join)
+@pytest.mark.parametrize("condition, at", [("cart_x>0.03", 0.03**0.5), ("cart_x_d<-0.1", 0.25 + 0.2), ("t>0.77", 0.77),
+                                           ("push<0", 0.25), ("P_xdd<-1", 0.25), ("energy>0.2", math.sqrt(0.2) / 2)])
+def test_stop(how, condition, at, tmp_path):
+    """The time at which it first holds, to rounding; jumps of inputs count with their later side."""
+    run, said, summary = motion(*cart(tmp_path), "--until", 2, "--every", 0.04, *how, "--stop", condition)
+    assert summary["stop"]["condition"] == condition and run["t"][-1] == summary["stop"]["t"]
+    assert abs(run["t"][-1] - at) <= 1e-13 * SCALE, f"{run['t'][-1]!r}, not {at!r}"
+    assert f"stopped      {condition}" in said
+    assert (numpy.diff(run["t"]) > 0).all() and abs(run["t"][:-1] / 0.04 - numpy.round(run["t"][:-1] / 0.04)).max() < 1e-9
+    name, value = re.split("[<>]", condition)
+    assert run[name][-1] < float(value) if "<" in condition else run[name][-1] > float(value)
+    assert not (run[name][:-1] < float(value) if "<" in condition else run[name][:-1] > float(value)).any()
+
+
+def test_stop_between_outputs(tmp_path):
+    """A swing that comes back before the next output is seen at the ends of steps; the error is told up to the end."""
+    whole, _, _ = motion(PENDULUM, "--until", 3, "--every", 0.001)
+    name = next(name for name in whole if name not in ("t", "energy"))
+    value = 0.98 * abs(whole[name]).max() * (1 if whole[name].max() > -whole[name].min() else -1)
+    beyond = whole[name] > value if value > 0 else whole[name] < value
+    first = whole["t"][numpy.argmax(beyond)]
+    run, _, summary = motion(PENDULUM, "--until", 3, "--every", 3, "--stop", f"{name}{'>' if value > 0 else '<'}{value}", "--verify")
+    assert len(run["t"]) == 2 and 0 <= first - run["t"][1] <= 0.001 and summary["error"]["is_trusted"]
+    assert summary["error"]["t"] == list(run["t"])
+
+
+def test_stop_of_an_accurate_motion():
+    """Runs of --accuracy end at times of their own: compared are the outputs that they have in common."""
+    name, at = "E_z", exact([*SWING[:-1], 0.01])
+    value = (at["E_z"][0] + at["E_z"].min()) / 2
+    first = at["t"][numpy.argmax(at["E_z"] < value)]
+    run, _, summary = motion(*SWING[:-1], 0.01, "--accuracy", "1e-8", "--stop", f"{name}<{float(value)!r}")
+    assert 0 <= first - run["t"][-1] <= 0.01 and abs(run[name][-1] - value) < 1e-12
+    assert summary["error"]["t"] == list(run["t"])[:-1] and summary["error"]["largest"] <= 1e-8
+
+
+def test_stop_at_the_start(tmp_path):
+    run, _, summary = motion(PENDULUM, "--until", 1, "--stop", "t<1")
+    assert list(run["t"]) == [0] and summary["stop"] == {"condition": "t<1", "t": 0} and summary["steps"] == 0
+
+
+def test_stop_that_is_not_reached():
+    run, said, summary = motion(PENDULUM, "--until", 1, "--stop", "t>1", "--stop", "energy>1e9")
+    assert run["t"][-1] == 1 and "stop" not in summary and "stopped" not in said
+
+
+@pytest.mark.parametrize("condition", ["energy", "energy<", "<1", "energy<one", "energi<1", "energy=1", "energy<nan"])
+def test_wrong_stop(condition, tmp_path):
+    done = refdyn("sim", PENDULUM, "--until", 1, "--stop", condition, "-o", tmp_path / "run.csv", status=2)
+    assert "--stop" in done.stderr and not list(tmp_path.iterdir())
+    assert ("nearest is energy" in done.stderr) == (condition == "energi<1")
+
+
+# ---- Stabilisation and summary ----
+
+def test_gains_from_the_step():
+    """Residuals stay far below those of none, whatever gains the model has; the step sets them."""
+    common = [REFERENCE, "--set", "n_rfe=1", "--until", 10, "--method", "rodas5p", "--tol", "1e-6"]
+    held = {how: motion(*common, "--stabilise", how)[2] for how in ("none", "baumgarte-auto")}
+    assert held["baumgarte-auto"]["stabilise"] == "baumgarte-auto"
+    assert held["baumgarte-auto"]["phi_max"] < held["none"]["phi_max"] / 5
+    off, _, _ = motion(REFERENCE, "--set", "n_rfe=1", "--set", "program=chapter", "--until", 1, "--every", 0.5, "--step", "1e-3",
+                       "--stabilise", "baumgarte-auto")
+    assert abs(off["phi_1"][0]) > 1 and abs(off["phi_1"][1]) < 1e-3
+
+
+def test_rows_without_gains(tmp_path):
+    model = tmp_path / "ring.lua"
+    model.write_text('local rd = require "refdyn"\nreturn rd.model { name = "ring", gravity = { 0, 0, -9.81 },\n'
+                     '  links = { { "bob", joint = { "x", "z" }, mass = 1, start = { x = 1 } } }, points = { E = "bob" },\n'
+                     "  constraints = function(s) return { rd.position { s.points.E.x^2 + s.points.E.z^2 - 1, name = \"ring\" } } end }\n")
+    for how, is_told in (("baumgarte", True), ("baumgarte-auto", False), ("project", False), ("none", False)):
+        done = refdyn("sim", model, "--until", 0.1, "--stabilise", how, "-o", tmp_path / "run.csv")
+        assert ("no row has gains" in done.stderr) == is_told, done.stderr
+
+
+def test_summary_of_rows():
+    _, said, summary = motion(*RIGID)
+    assert summary["phi_row"] in said and summary["psi_row"] in said
+    assert 0 < summary["pivot_min"] <= 1 <= summary["condition_max"] and summary["partition_changes"] >= 0
+    assert summary["tangents"] > 0 and summary["step_smallest"] <= summary["step_largest"]
+    assert json.dumps(summary)
