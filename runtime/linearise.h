@@ -1,14 +1,17 @@
+/* clang-format off */
 /*
  * The constrained equations of motion, linearised about a state, and the matrix of a linearly implicit step.
  *
- * At held accelerations and multipliers the emitted `tangent` gives K, D and f_t of M qdd - h - Q - u^T
- * lambda and G_q, G_qd and g_t of u qdd - k. Accelerations then change with positions, velocities and time by
+ * At held accelerations and multipliers the emitted `tangent` gives K, D and f_t of M qdd - h - Q - u^T lambda and
+ * G_q, G_qd and g_t of u qdd - k. Accelerations then change with positions, velocities and time by
  *     M da - u^T dlambda = -K dq - D dqd - f_t dt,   u da = -G_q dq - G_qd dqd - g_t dt,
- * and with dq = g (r_q + dqd), dqd = g (r_v + da), all elimination that an implicit step needs is one
- * solution [ M + g D + g^2 K         -u^T ] [ w        ]   [ M (g r_v + r_q) + g D r_q    ] [ u + g G_qd +
- * g^2 G_q      0  ] [ g lambda ] = [ u (g r_v + r_q) + g G_qd r_q ],   dq = g w, dqd = w - r_q: no product
- * with M^-1. Only the independent rows of the partition stand in it.
+ * and with dq = g (r_q + dqd), dqd = g (r_v + da), all elimination that an implicit step needs is one solution
+ *     (M + g D + g^2 K) x - g u^T lambda = -(g D + g^2 K) s + g D r_q,   s = g r_v + r_q,
+ *     (u + g G_qd + g^2 G_q) x           = -(g G_qd + g^2 G_q) s + g G_qd r_q,
+ * dq = g (x + s), dqd = x + s - r_q: no product with M^-1, and none of M, whose digits an ill-conditioned M would
+ * take from the right side. Only the independent rows of the partition stand in it.
  */
+/* clang-format on */
 #ifndef REFDYN_LINEARISE_H
 #define REFDYN_LINEARISE_H
 

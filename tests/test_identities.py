@@ -6,7 +6,7 @@ import re
 import numpy
 import pytest
 
-from program import MODELS, SCALE, TESTS, all_models, check, difference, evaluate, read_run, refdyn
+from program import MODELS, SCALE, TESTS, all_models, check, difference, evaluate, read_run, refdyn, settings
 from random_models import as_lua, random_model, random_state
 
 RANDOM = [6, 9, 14, 26, 28, 33]
@@ -170,6 +170,39 @@ def test_observed_order(method, order, option, values, tmp_path):
     errors, steps = numpy.array([abs(q - exact).max() for q, _ in ends]), numpy.array([count for _, count in ends])
     observed = numpy.log(errors[:-1] / errors[1:]) / numpy.log(steps[1:] / steps[:-1])
     assert (abs(observed - order) < 0.4).all(), (errors, steps, observed)
+
+
+# Order, and the numbers of steps between which the error is neither rough nor rounding.
+ORDERS = {"rk4": (4, (80, 120, 160)), "rk54": (5, (120, 160, 240)), "rk8": (8, (24, 30, 40)), "rodas5p": (5, (80, 120, 160)),
+          "rodas6p": (6, (60, 80, 120)), "ros34pw2": (3, (80, 120, 160))}
+
+
+def end_on_programme(folder, method, step, stabilise):
+    """Coordinates and rates of an elastic arm whose tip is led, after 0.5 s."""
+    refdyn("sim", TESTS / "models" / "suite" / "arm.lua", *settings(dict(n_rfe=3, row="swing", E="2e9", omega=4, ratio=0.02)),
+           "--until", 0.5, "--every", 0.5, "--method", method, "--step", step, "--stabilise", stabilise,
+           "-o", folder / "run.csv")
+    run = read_run(folder / "run.csv")
+    names = [name for name in run if name + "_d" in run]
+    return numpy.array([run[name][-1] for name in names] + [run[name + "_d"][-1] / 10 for name in names])
+
+
+@pytest.fixture(scope="module")
+def exact_on_programme(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("exact")
+    exact = end_on_programme(folder, "rk8", 2e-4, "project")
+    assert abs(end_on_programme(folder, "rk4", 2e-5, "none") - exact).max() < 1e-12
+    return exact
+
+
+@pytest.mark.parametrize("stabilise", ["none", "baumgarte", "project"])
+@pytest.mark.parametrize("method", ORDERS)
+def test_observed_order_on_a_programme(method, stabilise, exact_on_programme, tmp_path):
+    """Rows that depend on time cost no method its order, however they are kept."""
+    order, counts = ORDERS[method]
+    errors = [abs(end_on_programme(tmp_path, method, 0.5 / count, stabilise) - exact_on_programme).max() for count in counts]
+    observed = -numpy.polyfit(numpy.log(counts), numpy.log(errors), 1)[0]
+    assert abs(observed - order) < 0.5, (errors, observed)
 
 
 def test_energy_balance(tmp_path):

@@ -46,6 +46,26 @@ def test_reference_motion(which, capsys):
     assert summary["evaluations"] >= 4 * summary["steps"]
 
 
+# Two explicit methods and an implicit one for each, at steps that need a second or less.
+TO_THE_LAST_DIGITS = [
+    ("rigid", 1e-8, ["rk4 --step 1e-3 --stabilise project", "rk8 --tol 1e-9", "rodas5p --tol 1e-9"]),
+    ("flexible", 1e-7, ["rk4 --step 1e-4", "rk8 --tol 1e-9", "rk54 --tol 1e-9", "rodas5p --tol 1e-9"]),
+    ("flexible, damped", 1e-8, ["rk8 --tol 1e-8", "rodas5p --tol 1e-10", "rodas6p --tol 1e-10"]),
+]
+
+
+@pytest.mark.parametrize("which, tolerance, method",
+                         [(which, tolerance, method) for which, tolerance, methods in TO_THE_LAST_DIGITS for method in methods])
+def test_reference_motion_by_every_kind_of_method(which, tolerance, method):
+    name, arguments = REFERENCE_MOTIONS[which]
+    step = arguments.index("--step")
+    reference = oracle(name)
+    run, _, _ = motion(REFERENCE, *arguments[:step], *arguments[step + 2:], "--method", *method.split(), "--every", "0.5",
+                       "--until", "10")
+    of_r, _ = deviations(run, reference, reference["coordinates"], True)
+    assert of_r <= tolerance * SCALE, f"r_E differs by {of_r:.1e} m"
+
+
 def start_file(folder, state):
     path = os.path.join(folder, "start.json")
     with open(path, "w") as file:
@@ -68,6 +88,17 @@ def test_flexible_pendulum(tmp_path):
     assert of_q <= 1e-6 * SCALE, f"q differs by {of_q:.1e}"
     energy = first["kinetic"] + first["potential"]
     assert abs(run["energy"] - energy).max() <= 1e-9 * energy * SCALE
+
+
+@pytest.mark.parametrize("method", ["rk8 --tol 1e-10", "rodas5p --tol 1e-10", "rodas6p --tol 1e-10"])
+def test_flexible_pendulum_by_adaptive_steps(method, tmp_path):
+    reference = oracle("traj_pendulum_4")
+    first = reference["samples"][0]
+    run, _, _ = motion(TESTS / "models" / "pendulum_flexible.lua", "--from",
+                       start_file(tmp_path, {"q": first["q"], "qd": first["qd"]}), "--every", "0.1", "--until", "3",
+                       "--method", *method.split())
+    _, of_q = deviations(run, reference, reference["coordinates"], False)
+    assert of_q <= 1e-7 * SCALE, f"q differs by {of_q:.1e}"
 
 
 def test_start_off_the_programme():
