@@ -15,7 +15,15 @@
 #include "linearise.h"
 #include "step.h"
 
-enum { TRIAL_STEPS = 10, MEASURED_STEPS = 4, LOOK_STEPS = 25, PATIENCE_FIRST = 100, PATIENCE_MOST = 5000 };
+enum {
+    TRIAL_STEPS = 10,
+    MEASURED_STEPS = 4,
+    LOOK_STEPS = 25,
+    FEW_STEPS = 150,
+    MANY_STEPS = 2000,
+    PATIENCE_FIRST = 100,
+    PATIENCE_MOST = 5000
+};
 
 /* |lambda| h of rk8 on the imaginary and on the negative real axis, a little inside. */
 static const double explicit_limit = 5;
@@ -101,11 +109,21 @@ static int explicit_suffices(const struct refdyn_drive *drive) {
     return choice->candidates[choice->at] == REFDYN_RK8 && step * choice->rate < follows_accuracy;
 }
 
+/* The motion ends (where the drive knows) before another trial would pay. */
+static int is_nearly_done(const struct refdyn_drive *drive) {
+    const struct refdyn_choice *choice = &drive->choice;
+    const double gone = choice->progress[best(choice)] / choice->progress[choice->at];
+    const double step = (drive->t_end - choice->marked_t) / MEASURED_STEPS;
+    return drive->t_most - drive->t_end < FEW_STEPS * step * gone;
+}
+
 static void judge(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
     choice->progress[choice->at] = lasting_progress(drive, choice->candidates[choice->at]);
     if (explicit_suffices(drive))
         go_on_with(drive, choice->at);
+    else if (is_nearly_done(drive))
+        go_on_with(drive, best(choice));
     else if (choice->at + 1 < REFDYN_CANDIDATES)
         ask_for(drive, choice->at + 1);
     else
@@ -164,6 +182,12 @@ static double first_step(const struct refdyn_drive *drive, enum refdyn_method me
     return is_explicit(method) && rate > 0 ? fmin(h, explicit_limit / rate) : h;
 }
 
+/* So many steps of an explicit method until the end that it is not worth beginning with it. */
+static int is_too_long_for_explicit(const struct refdyn_drive *drive) {
+    const double steps = (drive->t_most - drive->t_end) * drive->choice.rate / explicit_limit;
+    return isfinite(steps) && steps > MANY_STEPS;
+}
+
 int refdyn_choose_take_up(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
     int status = REFDYN_OK;
@@ -173,6 +197,8 @@ int refdyn_choose_take_up(struct refdyn_drive *drive) {
         status = refdyn_linear_spectrum(drive, &choice->rate, &choice->damping);
         choice->candidates[REFDYN_CANDIDATES - 1] = choice->damping < damped ? REFDYN_GAUSS12 : REFDYN_RADAU9;
         choice->wants_spectrum = 0;
+        if (choice->chosen < 0 && choice->at == 0 && is_too_long_for_explicit(drive))
+            ask_for(drive, 1);
         if (choice->at == REFDYN_CANDIDATES - 1)
             choice->next = choice->candidates[choice->at];
     }

@@ -32,7 +32,7 @@ static const double slow = 0.5;
 /* Factors are used again while each correction falls below this part of the one before. */
 static const double fast = 0.1;
 /* A vibration of more than so many radians a step is not resolved: its error is that of its size. */
-static const double resolved = 6;
+static const double resolved = 10;
 
 /* Accelerations of the last step, of this one, what they miss, a correction; power at the stages. */
 struct stages {

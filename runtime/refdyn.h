@@ -267,7 +267,7 @@ struct refdyn_linear {
     double *tangent; /* struct NAME_tangent_result, its parts: */
     double *qdd, *lambda, *K, *D, *G_q, *G_qd, *f_t, *g_t, *M, *u;
     double *matrix;            /* (size x size) factors */
-    double *right;             /* (size x 2 n) [M, g D; u, g G_qd] */
+    double *right;             /* (size x 2 n) [-g D - g^2 K, g D], the same of the rows */
     double *right_t;           /* (size) -g [f_t; g_t] */
     double *directions;        /* (rank x n) u_b z_a = 1 for a = b, else 0 */
     double *sides, *x, *scale; /* room: (2 n), (size), (size) */

@@ -9,12 +9,38 @@ static const char *row_name(const struct refdyn_model *model, int row) {
     return row < 0 ? "none" : model->rows[row].name;
 }
 
-static void print_method(const struct refdyn_drive *drive) {
+/* What the automatic choice took, and why. */
+static void print_choice(const struct refdyn_drive *drive) {
+    const struct refdyn_choice *choice = &drive->choice;
+    const char *before = "";
+    fputs("chosen       ", stderr);
+    for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
+        if (drive->statistics.steps_by[method] > 0) {
+            fprintf(stderr, "%s%s for %ld steps", before, refdyn_method_name(method),
+                    drive->statistics.steps_by[method]);
+            before = ", ";
+        }
+    if (choice->rate > 0)
+        fprintf(stderr, "; fastest mode %.3g rad/s, damping ratio %.2g", choice->rate, choice->damping);
+    before = "; motion an operation [s]: ";
+    for (int i = 0; i < REFDYN_CANDIDATES; i++)
+        if (choice->progress[i] > 0) {
+            fprintf(stderr, "%s%s %.2g", before, refdyn_method_name((int)choice->candidates[i]),
+                    choice->progress[i]);
+            before = ", ";
+        }
+    fputc('\n', stderr);
+}
+
+static void print_method(const struct motion *motion) {
+    const struct refdyn_drive *drive = &motion->drive;
     const struct refdyn_options *o = &drive->options;
     char text[NUMBER_LENGTH];
-    fprintf(stderr, "method       %s, %s %s, stabilised by %s%s\n", refdyn_method_name((int)o->method),
+    fprintf(stderr, "method       %s, %s %s, stabilised by %s%s\n", motion->method,
             o->tol > 0 ? "tolerance" : "step [s]", exact_text(o->tol > 0 ? o->tol : o->step, text),
             stabilise_names[o->stabilise], is_automatic(o) ? ", gains from the step" : "");
+    if (o->method == REFDYN_AUTO)
+        print_choice(drive);
 }
 
 static void print_rows(const struct refdyn_model *model, const struct refdyn_statistics *s) {
@@ -30,7 +56,7 @@ void summary_print(const struct summary *summary) {
     const struct motion *motion = &summary->trial->motion;
     const struct refdyn_statistics *s = &motion->drive.statistics;
     char text[NUMBER_LENGTH];
-    print_method(&motion->drive);
+    print_method(motion);
     fprintf(stderr, "steps        %ld taken, %ld rejected, from %.3g to %.3g s\n", s->steps, s->rejected,
             s->step_smallest, s->step_largest);
     fprintf(stderr, "evaluations  %ld, tangents %ld\n", s->evaluations, s->tangents);
@@ -60,8 +86,16 @@ static void put_rows(struct document *document, const struct refdyn_model *model
     put_whole(document, "partition_changes", s->partition_changes);
 }
 
-static void put_method(struct document *document, const struct refdyn_options *options) {
-    put_text(document, "method", refdyn_method_name((int)options->method));
+static void put_method(struct document *document, const struct motion *motion) {
+    const struct refdyn_options *options = &motion->drive.options;
+    put_text(document, "method", motion->method);
+    if (options->method == REFDYN_AUTO) {
+        put_open(document, "chosen", '{');
+        for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
+            if (motion->drive.statistics.steps_by[method] > 0)
+                put_whole(document, refdyn_method_name(method), motion->drive.statistics.steps_by[method]);
+        put_close(document, '}');
+    }
     put_text(document, "stabilise",
              is_automatic(options) ? "baumgarte-auto" : stabilise_names[options->stabilise]);
     put_number(document, options->tol > 0 ? "tol" : "step", options->tol > 0 ? options->tol : options->step);
@@ -79,7 +113,7 @@ static void put_stop(struct document *document, const struct motion *motion) {
 static void put_summary(struct document *document, const struct summary *summary) {
     const struct motion *motion = &summary->trial->motion;
     const struct refdyn_statistics *s = &motion->drive.statistics;
-    put_method(document, &motion->drive.options);
+    put_method(document, motion);
     put_whole(document, "steps", s->steps);
     put_whole(document, "rejected", s->rejected);
     put_number(document, "step_smallest", s->step_smallest);

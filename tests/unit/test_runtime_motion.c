@@ -63,7 +63,7 @@ static void end_state(enum refdyn_method method, enum refdyn_stabilise stabilise
 static void test_orders(void) {
     double exact[6], coarse[6], fine[6];
     end_state(REFDYN_RK8, REFDYN_PROJECT, 1500, exact);
-    for (int method = 0; method < EXPLICIT_COUNT; method++)
+    for (int method = REFDYN_RK4; method < EXPLICIT_COUNT; method++)
         for (int stabilise = REFDYN_NONE; stabilise <= REFDYN_PROJECT; stabilise++) {
             const int order = refdyn_method_facts((enum refdyn_method)method).order,
                       steps = order > 5 ? 12 : 60;
@@ -154,7 +154,7 @@ static void check_look(enum refdyn_method method) {
 }
 
 static void test_look(void) {
-    for (int method = 0; method < EXPLICIT_COUNT; method++)
+    for (int method = REFDYN_RK4; method < EXPLICIT_COUNT; method++)
         check_look((enum refdyn_method)method);
 }
 
@@ -304,7 +304,7 @@ static void test_car_axis(void) {
 static void test_changes_partition(void) {
     struct rig rig;
     const double rate = 0.917, qd[] = {0, -rate};
-    for (int method = 0; method < EXPLICIT_COUNT; method++) {
+    for (int method = REFDYN_RK4; method < EXPLICIT_COUNT; method++) {
         struct refdyn_options options = refdyn_options_default((enum refdyn_method)method);
         options.tol = method == REFDYN_RK4 ? 0 : 1e-10;
         rig_open(&rig, rod_model(rod_dependent));
@@ -326,7 +326,7 @@ static void test_changes_partition(void) {
 /* Redundant rows along a motion: cranks stay parallel, energy stays. (At 0.446 s they lie flat, a
  * bifurcation.) */
 static void test_redundant_motion(void) {
-    for (int method = 0; method < EXPLICIT_COUNT; method++) {
+    for (int method = REFDYN_RK4; method < EXPLICIT_COUNT; method++) {
         struct rig rig;
         struct refdyn_options options = refdyn_options_default((enum refdyn_method)method);
         options.tol = method == REFDYN_RK4 ? 0 : 1e-10;
