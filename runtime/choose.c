@@ -31,8 +31,10 @@ static const double explicit_limit = 5;
 static const double follows_accuracy = 2;
 /* Damping ratio of the fastest mode from which it has to be damped: Radau. */
 static const double damped = 0.2;
-/* Where vibrations are not damped, the errors of a Rosenbrock method, which damps them, add up to forty times
- * those of the others: for equal errors its steps have to be half as long. */
+/* Of larger tolerances than this, vibrations that nothing damps may be too small to be followed. */
+static const double loose = 3e-6, looser = 3e-5;
+/* The errors of a Rosenbrock method that damps vibrations add up: for equal errors its steps have to be
+ * shorter. */
 static const double undamped_share = 0.5;
 /* A method that goes less far than this part of what it did when chosen is put on trial. */
 static const double slowed = 0.4;
@@ -69,17 +71,21 @@ static int is_explicit(enum refdyn_method method) {
 static double lasting_progress(const struct refdyn_drive *drive, enum refdyn_method method) {
     const struct refdyn_choice *choice = &drive->choice;
     const double now = progress(drive), step = (drive->t_end - choice->marked_t) / MEASURED_STEPS;
-    if (method == REFDYN_RODAS5P && choice->damping < damped)
+    if (method == REFDYN_RODAS5P && choice->damping < damped && drive->options.tol < looser)
         return now * undamped_share;
     if (!is_explicit(method) || !(step * choice->rate > explicit_limit))
         return now;
     return now * explicit_limit / (step * choice->rate);
 }
 
+/* A Rosenbrock method damps vibrations that nothing else damps: it is passed over, unless the tolerance is so
+ * large that there may be none to see. */
 static void ask_for(struct refdyn_drive *drive, int candidate) {
-    drive->choice.at = candidate;
-    drive->choice.next = drive->choice.candidates[candidate];
-    drive->choice.steps_left = TRIAL_STEPS;
+    struct refdyn_choice *choice = &drive->choice;
+    const int is_passed_over = choice->damping < damped && drive->options.tol < loose;
+    choice->at = candidate == 1 && is_passed_over ? 2 : candidate;
+    choice->next = choice->candidates[choice->at];
+    choice->steps_left = TRIAL_STEPS;
 }
 
 static void go_on_with(struct refdyn_drive *drive, int candidate) {
@@ -197,10 +203,8 @@ int refdyn_choose_take_up(struct refdyn_drive *drive) {
         status = refdyn_linear_spectrum(drive, &choice->rate, &choice->damping);
         choice->candidates[REFDYN_CANDIDATES - 1] = choice->damping < damped ? REFDYN_GAUSS12 : REFDYN_RADAU9;
         choice->wants_spectrum = 0;
-        if (choice->chosen < 0 && choice->at == 0 && is_too_long_for_explicit(drive))
+        if (choice->at > 0 || (choice->chosen < 0 && is_too_long_for_explicit(drive)))
             ask_for(drive, 1);
-        if (choice->at == REFDYN_CANDIDATES - 1)
-            choice->next = choice->candidates[choice->at];
     }
     if (choice->next == drive->method)
         return status;

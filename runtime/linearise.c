@@ -238,28 +238,22 @@ static void change_accelerations(struct refdyn_linear *linear, const double *dq,
     memcpy(da, linear->x, (size_t)n * sizeof *da);
 }
 
-/* Three vectors of an iteration and what they tell: a = alpha v + beta q, so that lambda^2 = alpha lambda +
- * beta. */
-struct fit {
-    double vv, vq, qq, va, qa;
-};
-
-static void add_to_fit(struct fit *fit, const double *q, const double *v, const double *a, int n) {
-    fit->vv += dense_dot(v, v, n);
-    fit->vq += dense_dot(v, q, n);
-    fit->qq += dense_dot(q, q, n);
-    fit->va += dense_dot(v, a, n);
-    fit->qa += dense_dot(q, a, n);
+/* x^T A x */
+static double quadratic(const double *A, const double *x, double *room, int n) {
+    refdyn_times(A, n, n, x, room);
+    return dense_dot(x, room, n);
 }
 
-static void solve_fit(const struct fit *fit, double *rate, double *damping) {
-    const double determinant = fit->vv * fit->qq - fit->vq * fit->vq;
-    const double alpha = (fit->va * fit->qq - fit->qa * fit->vq) / determinant;
-    const double beta = (fit->qa * fit->vv - fit->va * fit->vq) / determinant;
-    const double square = alpha * alpha / 4 + beta;
-    *rate = square < 0 ? sqrt(-beta) : fabs(alpha / 2) + sqrt(square);
-    *damping = square < 0 ? -alpha / (2 * *rate) : 1;
-    if (!isfinite(*rate))
+/* Rayleigh's quotients of a shape: omega^2 = K / M, damping ratio = D / (2 sqrt(K M)). */
+static void judge_shape(struct refdyn_linear *linear, const double *shape, double *rate, double *damping) {
+    const int n = linear->n;
+    const double m = quadratic(linear->M, shape, linear->x, n);
+    const double k = fabs(quadratic(linear->K, shape, linear->x, n));
+    const double d = quadratic(linear->D, shape, linear->x, n);
+    const double omega = sqrt(k / m), ratio = d / (2 * sqrt(k * m));
+    *rate = ratio > 1 ? omega * (ratio + sqrt(ratio * ratio - 1)) : omega;
+    *damping = fmin(ratio, 1);
+    if (!isfinite(*rate) || !isfinite(*damping))
         *rate = *damping = 0;
 }
 
@@ -277,19 +271,16 @@ int refdyn_linear_spectrum(struct refdyn_drive *drive, double *rate, double *dam
         return status;
     for (int j = 0; j < n; j++) { /* some vector that is at right angles to no mode */
         v[j] = 1 + 0.618 * (j % 3) - 0.382 * (j % 5);
-        q[j] = 0;
+        q[j] = v[j];
     }
-    struct fit fit = {0};
     for (int i = 0; i < SPECTRUM_ITERATIONS; i++) {
         change_accelerations(linear, q, v, a);
-        if (i >= SPECTRUM_ITERATIONS - 2)
-            add_to_fit(&fit, q, v, a, n);
         const double size = sqrt(dense_dot(a, a, n));
         for (int j = 0; j < n; j++) {
             q[j] = v[j] / (size > 0 ? size : 1);
             v[j] = a[j] / (size > 0 ? size : 1);
         }
     }
-    solve_fit(&fit, rate, damping);
+    judge_shape(linear, q, rate, damping);
     return REFDYN_OK;
 }
