@@ -20,7 +20,7 @@ enum {
     MEASURED_STEPS = 4,
     LOOK_STEPS = 25,
     FEW_STEPS = 150,
-    MANY_STEPS = 2000,
+    MANY_STEPS = 500,
     PATIENCE_FIRST = 100,
     PATIENCE_MOST = 5000
 };
