@@ -256,7 +256,7 @@ static double error_norm(const struct refdyn_drive *drive, double h) {
         if (!(off <= largest))
             largest = off;
     }
-    return largest / drive->options.tol;
+    return largest / refdyn_choose_tolerance(drive);
 }
 
 /* Order of the step's error: what its size goes with. */
@@ -368,8 +368,12 @@ static int step_adaptive(struct refdyn_drive *drive, double t_out, double t_stop
 
 double refdyn_break_ahead(struct refdyn_drive *drive, double least) {
     const int count = drive->work->model->break_count;
-    while (drive->break_next < count && !(drive->breaks[drive->break_next] > drive->t_begin + least))
-        drive->break_next++;
+    for (; drive->break_next < count && !(drive->breaks[drive->break_next] > drive->t_begin + least);
+         drive->break_next++)
+        if (drive->breaks[drive->break_next] >= drive->t_begin - least) { /* nothing is continued across it */
+            drive->tried_t = INFINITY;
+            drive->last_h = drive->rate = 0;
+        }
     const double ahead = drive->break_next < count ? drive->breaks[drive->break_next] : INFINITY;
     drive->t_limit = isfinite(ahead) ? nextafter(ahead, drive->t_begin) : INFINITY;
     return ahead;

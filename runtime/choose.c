@@ -10,6 +10,7 @@
  */
 #include "choose.h"
 
+#include <float.h>
 #include <math.h>
 
 #include "linearise.h"
@@ -31,11 +32,10 @@ static const double explicit_limit = 5;
 static const double follows_accuracy = 2;
 /* Damping ratio of the fastest mode from which it has to be damped: Radau. */
 static const double damped = 0.2;
-/* Of larger tolerances than this, vibrations that nothing damps may be too small to be followed. */
-static const double loose = 3e-6, looser = 3e-5;
-/* The errors of a Rosenbrock method that damps vibrations add up: for equal errors its steps have to be
- * shorter. */
-static const double undamped_share = 0.5;
+/* The errors of a Rosenbrock method, which damps vibrations that nothing else damps, add up to so many times
+ * those of the others; above the tolerance `loose` such vibrations may be too small to be followed, and below
+ * it the factor grows with this power. */
+static const double adds_up = 30, loose = 1e-4, adds_up_power = 0.75;
 /* A method that goes less far than this part of what it did when chosen is put on trial. */
 static const double slowed = 0.4;
 
@@ -71,19 +71,14 @@ static int is_explicit(enum refdyn_method method) {
 static double lasting_progress(const struct refdyn_drive *drive, enum refdyn_method method) {
     const struct refdyn_choice *choice = &drive->choice;
     const double now = progress(drive), step = (drive->t_end - choice->marked_t) / MEASURED_STEPS;
-    if (method == REFDYN_RODAS5P && choice->damping < damped && drive->options.tol < looser)
-        return now * undamped_share;
     if (!is_explicit(method) || !(step * choice->rate > explicit_limit))
         return now;
     return now * explicit_limit / (step * choice->rate);
 }
 
-/* A Rosenbrock method damps vibrations that nothing else damps: it is passed over, unless the tolerance is so
- * large that there may be none to see. */
 static void ask_for(struct refdyn_drive *drive, int candidate) {
     struct refdyn_choice *choice = &drive->choice;
-    const int is_passed_over = choice->damping < damped && drive->options.tol < loose;
-    choice->at = candidate == 1 && is_passed_over ? 2 : candidate;
+    choice->at = candidate;
     choice->next = choice->candidates[choice->at];
     choice->steps_left = TRIAL_STEPS;
 }
@@ -146,6 +141,14 @@ static void begin_trial(struct refdyn_drive *drive) {
     const int is_hopeless = choice->chosen > 0 && choice->rate > 0 && per_step > 0 &&
                             explicit_limit / choice->rate / per_step < now / 2;
     ask_for(drive, is_hopeless ? 1 : 0);
+}
+
+double refdyn_choose_tolerance(const struct refdyn_drive *drive) {
+    const double tol = drive->options.tol;
+    if (drive->options.method != REFDYN_AUTO || drive->method != REFDYN_RODAS5P ||
+        !(drive->choice.damping < damped && tol < loose))
+        return tol;
+    return fmax(tol / fmin(pow(loose / tol, adds_up_power), adds_up), DBL_EPSILON);
 }
 
 void refdyn_choose_start(struct refdyn_drive *drive) {

@@ -226,7 +226,8 @@ static void estimate(struct refdyn_drive *drive, const struct refdyn_collocation
     const double low = largest_share(drive, drive->stage), high = largest_share(drive, drive->error);
     const double rate = low > 0 ? table->ratio * high / low / h : 0;
     drive->rate = fmax(rate, 0.9 * drive->rate);
-    const double turned = fmin(drive->rate * h, resolved);
+    /* the first step may meet what it does not see: it is taken for a vibration that is not resolved */
+    const double turned = drive->last_h > 0 ? fmin(drive->rate * h, resolved) : resolved;
     const double factor = h * h * table->share * pow(turned, power);
     for (int j = 0; j < n; j++) {
         drive->error[j] *= factor;

@@ -257,7 +257,7 @@ static void judge_shape(struct refdyn_linear *linear, const double *shape, doubl
         *rate = *damping = 0;
 }
 
-enum { SPECTRUM_ITERATIONS = 24 };
+enum { SPECTRUM_ITERATIONS = 24, GROWTH_ITERATIONS = 4 /* even: of two parts that take turns */ };
 
 int refdyn_linear_spectrum(struct refdyn_drive *drive, double *rate, double *damping) {
     struct refdyn_linear *linear = &drive->linear;
@@ -273,14 +273,19 @@ int refdyn_linear_spectrum(struct refdyn_drive *drive, double *rate, double *dam
         v[j] = 1 + 0.618 * (j % 3) - 0.382 * (j % 5);
         q[j] = v[j];
     }
+    double growth = 1;
     for (int i = 0; i < SPECTRUM_ITERATIONS; i++) {
         change_accelerations(linear, q, v, a);
-        const double size = sqrt(dense_dot(a, a, n));
+        const double size = sqrt(dense_dot(a, a, n)), before = sqrt(dense_dot(v, v, n));
+        if (i >= SPECTRUM_ITERATIONS - GROWTH_ITERATIONS && before > 0)
+            growth *= size / before;
         for (int j = 0; j < n; j++) {
             q[j] = v[j] / (size > 0 ? size : 1);
             v[j] = a[j] / (size > 0 ? size : 1);
         }
     }
     judge_shape(linear, q, rate, damping);
+    growth = pow(growth, 1.0 / GROWTH_ITERATIONS); /* it sees what stabilised rows do, too */
+    *rate = isfinite(growth) ? fmax(*rate, growth) : *rate;
     return REFDYN_OK;
 }
