@@ -22,7 +22,7 @@ enum { ITERATIONS_MOST = 12, CONTINUED = 3 };
 
 /* Newton ends when what is left changes no velocity by more than this part of the tolerance, per second:
  * errors of slow motions add up over many steps. */
-static const double settled_part = 0.02;
+static const double settled_part = 0.005;
 /* Of no larger tolerance than this: what is left would excite fast modes that nothing damps. */
 static const double settled_most = 1e-5;
 /* Where corrections no longer fall, rounding is met, if they move no position by more than this. */
