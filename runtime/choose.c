@@ -39,7 +39,8 @@ static const double adds_up = 30, loose = 1e-4, adds_up_power = 0.75;
 /* A method that goes less far than this part of what it did when chosen is put on trial. */
 static const double slowed = 0.4;
 
-/* Operations on dense matrices take this part of the time that those of emitted functions do: they fill vectors. */
+/* Operations on dense matrices take this part of the time that those of emitted functions do: they fill
+ * vectors. */
 static const double dense_share = 0.4;
 static const double cost_of_unknown = 100; /* operations a coordinate, for models that do not tell */
 

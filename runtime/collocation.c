@@ -18,7 +18,7 @@
 #include "slope.h"
 #include "step.h"
 
-enum { ITERATIONS_MOST = 12, CONTINUED = 3 };
+enum { ITERATIONS_MOST = 12 };
 
 /* Newton ends when what is left changes no velocity by more than this part of the tolerance, per second:
  * errors of slow motions add up over many steps. */
@@ -50,10 +50,10 @@ int refdyn_collocation_room(const struct refdyn_collocation_table *table, int n)
     return table->stages * (4 * n + 1);
 }
 
-/* Weight of node j among the last `count` nodes, at theta. */
-static double continuation(const struct refdyn_collocation_table *table, int count, int j, double theta) {
+/* Weight of node j among those that are continued, at theta. */
+static double continuation(const struct refdyn_collocation_table *table, int j, double theta) {
     double value = 1;
-    for (int k = table->stages - count; k < table->stages; k++)
+    for (int k = table->stages - table->continued; k < table->stages; k++)
         if (k != j)
             value *= (theta - table->c[k]) / (table->c[j] - table->c[k]);
     return value;
@@ -74,9 +74,8 @@ static void guess(struct refdyn_drive *drive, const struct refdyn_collocation_ta
             memcpy(a, drive->slope + n, bytes);
         else
             memset(a, 0, bytes);
-        for (int j = s - CONTINUED; j < s && drive->last_h > 0; j++)
-            dense_add(a, continuation(table, CONTINUED, j, 1 + table->c[i] * h / drive->last_h),
-                      stages.last + j * n, n);
+        for (int j = s - table->continued; j < s && drive->last_h > 0; j++)
+            dense_add(a, continuation(table, j, 1 + table->c[i] * h / drive->last_h), stages.last + j * n, n);
     }
     drive->tried_t = drive->t_begin;
     drive->tried_h = h;

@@ -19,6 +19,7 @@ struct refdyn_collocation_table {
     const char *name;
     int stages;
     int order;
+    int continued; /* the last so many accelerations of a step are continued as the next one's first guess */
     int eigenvalues; /* listed */
     double ratio, share;
     const double *c;        /* (s) */
