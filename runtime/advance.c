@@ -33,6 +33,7 @@ static const double kept_least = 0.95, kept_most = 1.1; /* within them a step is
 static const double error_share = 0.7;                  /* exponents times the order: of this error, */
 static const double error_last_share = 0.4;             /* and of the one before */
 static const double error_least = 1e-4; /* of the one before, lest a lucky step blows up the next */
+static const double moved_most = 10;    /* tolerances, by a projection */
 static const double first_share = 0.1;  /* of the change tol^(1/order), which a step of that order may make */
 static const double turned_most =
     0.1; /* [rad, or length]: beyond, directions in the metric of M are found anew */
@@ -155,6 +156,24 @@ static int begin(struct refdyn_drive *drive) {
     return !status && refdyn_method_facts(drive->method).rosenbrock ? refdyn_linear_at_begin(drive) : status;
 }
 
+/* A new state that is far off the programme, for its tolerance, tells of a step that went wrong: near a
+ * singular position the nearest state on the programme may lie on another branch. drive->side: the state
+ * before. */
+static int meet_programme_nearby(struct refdyn_drive *drive, double t_new) {
+    const struct refdyn_workspace *work = drive->work;
+    const double most = drive->options.tol > 0 ? moved_most * drive->options.tol : INFINITY;
+    const int row = refdyn_residuals(work).phi_row;
+    const int status = refdyn_meet_programme(drive, t_new, drive->state_new);
+    for (int j = 0; j < work->n && !status; j++) {
+        const double unit = refdyn_coordinate_unit(work->model, j, drive->options.length);
+        if (!(fabs(drive->state_new[j] - drive->side[j]) <= most * unit)) {
+            drive->work->fault = (struct refdyn_fault){.row = row, .coordinate = j};
+            return REFDYN_NO_CONVERGENCE;
+        }
+    }
+    return status;
+}
+
 /* Row terms, projection where that is asked for, partition, slope and work at the new state. */
 static int complete(struct refdyn_drive *drive, double t_new) {
     struct refdyn_workspace *work = drive->work;
@@ -164,7 +183,7 @@ static int complete(struct refdyn_drive *drive, double t_new) {
     int status = refdyn_row_terms(work, t_new, q, qd), is_known = facts.is_last_new && t_new < drive->t_limit;
     if (!status && work->m > 0 && drive->options.stabilise == REFDYN_PROJECT) {
         memcpy(drive->side, drive->state_new, (size_t)(2 * n) * sizeof *q);
-        status = refdyn_meet_programme(drive, t_new, drive->state_new);
+        status = meet_programme_nearby(drive, t_new);
         is_known = is_known && memcmp(drive->side, drive->state_new, (size_t)(2 * n) * sizeof *q) == 0;
     }
     work->partition.rank_most = work->m;

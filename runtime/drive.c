@@ -138,6 +138,19 @@ static int solve_seen(struct refdyn_drive *drive) {
     return refdyn_solve(drive->work, drive->options.stabilise, drive->qdd);
 }
 
+/* With projections, steps begin on the programme, also where the state that is seen is off it; that state and
+ * its accelerations stay as they are. */
+static int step_onto_programme(struct refdyn_drive *drive) {
+    struct refdyn_workspace *work = drive->work;
+    if (drive->options.stabilise != REFDYN_PROJECT ||
+        refdyn_is_consistent(work, sqrt(DBL_EPSILON), drive->q, drive->qd))
+        return REFDYN_OK;
+    const int status = refdyn_project_evaluated(work, drive->t, drive->state, drive->state + work->n);
+    return status
+               ? status
+               : refdyn_accelerate(work, drive->t, drive->q, drive->qd, drive->options.stabilise, drive->qdd);
+}
+
 /* Steps begin at the state that is seen: slopes of both ends are its own. */
 static int begin_here(struct refdyn_drive *drive) {
     const size_t bytes = (size_t)(2 * drive->work->n + 1) * sizeof(double);
@@ -149,8 +162,10 @@ static int begin_here(struct refdyn_drive *drive) {
     drive->seen[2 * drive->work->n] = drive->work_done;
     drive->work->partition.rank_most = drive->work->partition.rank;
     memcpy(drive->state, drive->seen, bytes);
-    memcpy(drive->state_new, drive->seen, bytes);
-    const int status = refdyn_slope(drive, drive->t, drive->state, drive->slope);
+    int status = step_onto_programme(drive);
+    memcpy(drive->state_new, drive->state, bytes);
+    if (!status)
+        status = refdyn_slope(drive, drive->t, drive->state, drive->slope);
     memcpy(drive->slope_new, drive->slope, bytes);
     drive->work->partition.rank_most = drive->work->partition.rank;
     return status;

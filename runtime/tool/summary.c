@@ -1,6 +1,8 @@
 /* What `sim` tells of a motion: see summary.h. */
 #include "summary.h"
 
+#include <math.h>
+
 static bool is_automatic(const struct refdyn_options *options) {
     return options->stabilise == REFDYN_BAUMGARTE && options->gain_share > 0;
 }
@@ -52,6 +54,19 @@ static void print_rows(const struct refdyn_model *model, const struct refdyn_sta
         s->pivot_min, s->condition_max, s->partition_changes);
 }
 
+/* Errors of less than these parts, of the largest change and of all energy, are none to speak of. */
+static const double balance_part = 0.02, energy_part = 1e-4;
+
+/* A motion that is stable, but not resolved, shows in its energy. */
+static void warn_of_balance(const struct refdyn_energy *energy) {
+    const double all = fabs(energy->kinetic) + fabs(energy->potential);
+    if (refdyn_energy_error(energy) > balance_part && energy->largest_error > energy_part * all)
+        fputs("refdyn: warning: energy and work do not balance: the motion is not resolved, try a smaller "
+              "--tol "
+              "or --step\n",
+              stderr);
+}
+
 void summary_print(const struct summary *summary) {
     const struct motion *motion = &summary->trial->motion;
     const struct refdyn_statistics *s = &motion->drive.statistics;
@@ -64,6 +79,7 @@ void summary_print(const struct summary *summary) {
         print_rows(motion->scene->model, s);
     fprintf(stderr, "energy       balance error %.3g of the largest change\n",
             refdyn_energy_error(&motion->energy));
+    warn_of_balance(&motion->energy);
     fprintf(stderr, "time         %.3g s CPU for the integration, %.3g s wall\n", motion->cpu_s,
             motion->wall_s);
     if (summary->estimate)
