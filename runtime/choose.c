@@ -124,11 +124,12 @@ static int is_nearly_done(const struct refdyn_drive *drive) {
 static void judge(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
     choice->progress[choice->at] = lasting_progress(drive, choice->candidates[choice->at]);
-    if (explicit_suffices(drive))
+    if (explicit_suffices(drive)) {
         go_on_with(drive, choice->at);
-    else if (is_nearly_done(drive))
+    } else if (is_nearly_done(drive)) {
+        choice->is_short = 1; /* too short for errors to add up, too */
         go_on_with(drive, best(choice));
-    else if (choice->at + 1 < REFDYN_CANDIDATES)
+    } else if (choice->at + 1 < REFDYN_CANDIDATES)
         ask_for(drive, choice->at + 1);
     else
         go_on_with(drive, best(choice));
@@ -148,7 +149,7 @@ static void begin_trial(struct refdyn_drive *drive) {
 
 double refdyn_choose_tolerance(const struct refdyn_drive *drive) {
     const double tol = drive->options.tol;
-    if (drive->options.method != REFDYN_AUTO || drive->method != REFDYN_RODAS5P ||
+    if (drive->options.method != REFDYN_AUTO || drive->method != REFDYN_RODAS5P || drive->choice.is_short ||
         !(drive->choice.damping < damped && tol < loose))
         return tol;
     return fmax(tol / fmin(pow(loose / tol, adds_up_power), adds_up), DBL_EPSILON);

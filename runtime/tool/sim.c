@@ -84,6 +84,7 @@ static void print_failure(const struct trial *trial) {
             fprintf(stderr, "refdyn: at t = %s s: %s\n", exact_text(drive->failed_t, text),
                     refdyn_status_text(drive->cause));
         numbers_failed(scene, trial->result, drive->t, drive->q, drive->qd);
+        print_condition(drive->work, drive->t, drive->q, drive->qd);
         if (trial->result > REFDYN_OK)
             fputs("refdyn: a smaller --step or --tol may help\n", stderr);
     }
