@@ -208,7 +208,7 @@ char *findings_lasting(const struct study *study) {
 /* What the automatic choice took, beside the quickest of the methods that it chooses from. */
 static void put_automatic(FILE *out, const struct trial *automatic, const struct trial *quickest) {
     char *setting = trial_setting(automatic);
-    fprintf(out, "auto took %.3g s at %s, %.2g times as long.\n", automatic->cpu_s, setting,
+    fprintf(out, "auto took %.3g s at %s, %.2f times as long.\n", automatic->cpu_s, setting,
             automatic->cpu_s / quickest->cpu_s);
     free(setting);
 }
