@@ -257,11 +257,18 @@ static void run_next(struct runs *runs, struct series *series, double limit) {
                       series->next == setting_count(runs, series) || is_exhausted(runs, series);
 }
 
+/* The automatic choice does without the tangent. */
+static bool can_run(const struct refdyn_model *model, int method) {
+    return model->tangent || method == REFDYN_AUTO || !refdyn_method_is_implicit((enum refdyn_method)method);
+}
+
 /* Of fixed steps each stabilisation, since their stability limits differ; of the others the projection. */
-static void list_series(struct study *study, const struct study_plan *plan, bool has_rows) {
+static void list_series(struct study *study, const struct study_plan *plan,
+                        const struct refdyn_model *model) {
+    const bool has_rows = model->m > 0;
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++) {
         const bool is_fixed = refdyn_options_default((enum refdyn_method)method).tol == 0;
-        for (int i = 0; i < STABILISE_COUNT && plan->methods[method]; i++) {
+        for (int i = 0; i < STABILISE_COUNT && plan->methods[method] && can_run(model, method); i++) {
             const enum refdyn_stabilise stabilise = (enum refdyn_stabilise)(STABILISE_COUNT - 1 - i);
             if (has_rows ? is_fixed || stabilise == REFDYN_PROJECT : stabilise == REFDYN_NONE)
                 study->series[study->series_count++] = (struct series){
@@ -297,7 +304,10 @@ enum status study_run(struct study *study, const struct study_plan *plan, struct
     study->from = scene->state.t;
     study->stride = model->point_count ? 3 : 1;
     study->tracked = model->point_count ? 3 * model->point_count : model->n;
-    list_series(study, plan, model->m > 0);
+    list_series(study, plan, model);
+    if (!model->tangent)
+        fprintf(stderr, "refdyn report: %s: the exact tangent is missing, so are implicit methods\n",
+                study->name);
     progress_start(&runs.progress, study->name);
     enum status status = find_reference(&runs, seconds);
     if (status == STATUS_DONE)
