@@ -32,10 +32,10 @@ enum refdyn_status {
         2, /* mass matrix not positive definite for the admissible motions; fault.coordinate */
     REFDYN_ROWS_INCONSISTENT = 3, /* a row depends on others but asks for something else; fault.row */
     REFDYN_NO_CONVERGENCE =
-        4, /* projection or statics; fault.row or fault.coordinate: the largest residual */
+        4, /* projection, statics: largest residual at fault.row or .coordinate; or a collocation step */
     /* < 0: stop */
     REFDYN_STEP_TOO_SMALL = -1,   /* an adaptive step fell below the resolution of t; drive.cause says why */
-    REFDYN_TANGENT_SINGULAR = -2, /* statics: nothing holds fault.coordinate */
+    REFDYN_TANGENT_SINGULAR = -2, /* statics: nothing holds fault.coordinate; or the matrix of a step */
     REFDYN_BAD_OPTION = -3,       /* an option is out of its range; refdyn_options_validate says which */
     REFDYN_BAD_MEMORY = -4,       /* memory is NULL, misaligned or smaller than the size asked for */
     REFDYN_FUNCTION_MISSING = -5, /* the model lacks an emitted function that this call needs */

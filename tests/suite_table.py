@@ -6,12 +6,20 @@ import sys
 
 from suite import CASES, METHODS, measure
 
+
+def row(*cells):
+    print("|", " | ".join(cells), "|", flush=True)
+
+
 if __name__ == "__main__":
     tol = float(sys.argv[1]) if len(sys.argv) > 1 else 1e-6
     methods = sys.argv[2:] or METHODS
-    print(f"| case | what is extreme | method | error at tol {tol:.0e} | steps | CPU ms |\n|---|---|---|---|---|---|")
+    is_one = len(methods) == 1
+    columns = ["case", "what is extreme", *([] if is_one else ["method"]), f"error at tol {tol:.0e}", "steps", "CPU ms"]
+    row(*columns)
+    print("|" + "---|" * len(columns))
     for case in CASES:
         for method in methods:
             error, summary = measure(case, method, tol)
-            print(f"| {case.name} | {case.extreme} | `{method}` | {error:.0e} | {summary['steps']:,} | "
-                  f"{1e3 * summary['cpu_s']:.2g} |", flush=True)
+            row(case.name, case.extreme, *([] if is_one else [f"`{method}`"]), f"{error:.0e}", f"{summary['steps']:,}",
+                f"{1e3 * summary['cpu_s']:.2g}")

@@ -419,6 +419,20 @@ def test_report_shows_every_stabilisation(tmp_path):
     assert {line["stabilise"] for line in done} == {"none", "baumgarte", "project"} and {line["variant"] for line in done} == {"n_rfe=1"}
 
 
+def test_report_takes_references_of_different_kinds(tmp_path):
+    """Stiff damping leaves a collocation and a Rosenbrock method; without the tangent there are explicit ones alone, and auto."""
+    done = refdyn("report", REFERENCE, "--set", "n_rfe=16", "--set", "eta=1.3e-2", "--from", "statics", "--until", "0.5", "--methods",
+                  "auto,rodas5p", "--tols", "1e-5", "--seconds", "16", "-o", tmp_path / "stiff")
+    lines = read_report(tmp_path / "stiff")
+    references = [line for line in lines if line["kind"] == "reference"]
+    assert {line["method"] for line in references} == {"gauss12", "rodas6p"} and float(references[1]["error"]) < 1e-10, lines
+    assert "makes it weaker" not in done.stdout and "auto took" in done.stdout
+    done = refdyn("report", REFERENCE, "--set", "n_rfe=1", "--set", "form=printed", "--until", "0.1", "--tols", "1e-5", "--steps", "1e-3",
+                  "-o", tmp_path / "printed")
+    methods = {line["method"] for line in read_report(tmp_path / "printed")}
+    assert methods == {"auto", "rk4", "rk54", "rk8"} and "makes it weaker" in done.stdout and "tangent" in done.stderr
+
+
 def test_report_stops_what_is_too_slow(tmp_path):
     done = refdyn("report", REFERENCE, "--set", "n_rfe=1", "--until", "10", "--methods", "rk4", "--steps", "1e-8,1e-3", "--seconds", "12",
                   "-o", tmp_path)

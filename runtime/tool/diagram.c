@@ -9,6 +9,9 @@
 
 enum { WIDTH = 900, HEIGHT = 620 };
 
+static const double line_width = 1.6, band_width = 6;
+static const char band_colour[] = "#c4c4c4";
+
 /* No error is drawn below the floor. */
 static double drawn_error(const struct study *study, const struct trial *trial) {
     return is_settled(study, trial) ? fmax(trial->error, study->floor) : 0;
@@ -44,15 +47,18 @@ static void put_style(FILE *script, const char *title, const struct study *study
                                : "largest error of a coordinate [m, rad]");
 }
 
-/* Colours tell methods, dashes studies, marks stabilisations. */
+/* Colours tell methods, dashes studies, marks stabilisations; the automatic choice is a band, on which the
+ * method lies that it took. */
 static void put_curve(FILE *script, const struct study *study, int i, int j, bool is_one_of_many) {
     const struct series *series = &study->series[j];
     char *name = series_name(study, series);
+    const bool is_auto = series->method == REFDYN_AUTO;
+    const char *colour = is_auto ? band_colour : plot_colours[((int)series->method - 1) % COLOUR_COUNT];
     char *title = text_format("%s%s%s", is_one_of_many ? study->name : "", is_one_of_many ? ", " : "", name);
     fprintf(script,
-            "$data_%d_%d using 1:2 with linespoints linewidth 1.6 linecolor '%s' dashtype %s pointtype %d "
+            "$data_%d_%d using 1:2 with linespoints linewidth %g linecolor '%s' dashtype %s pointtype %d "
             "pointsize 0.7 title ",
-            i, j, plot_colours[(int)series->method % COLOUR_COUNT], plot_dashes[i % DASH_COUNT],
+            i, j, is_auto ? band_width : line_width, colour, plot_dashes[i % DASH_COUNT],
             3 + 2 * (int)series->stabilise);
     gnuplot_quote(script, title);
     fputs(", ", script);

@@ -4,6 +4,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 const double finding_levels[LEVEL_COUNT] = {1e-3, 1e-6, 1e-9};
 
@@ -72,9 +73,15 @@ const struct trial *series_quickest(const struct study *study, const struct seri
 
 /* ---- What is the same on every machine */
 
+static const char *kind_of(enum refdyn_method method) {
+    if (!refdyn_method_is_implicit(method))
+        return "explicit";
+    return method == REFDYN_GAUSS12 || method == REFDYN_RADAU9 ? "collocation" : "Rosenbrock";
+}
+
 static void put_reference(FILE *out, const struct study *study) {
     const struct trial *a = &study->references[0], *b = &study->references[1];
-    const bool is_mixed = refdyn_method_is_implicit(a->method) != refdyn_method_is_implicit(b->method);
+    const char *kind = kind_of(a->method);
     const char *unit = study_unit(study);
     if (has_reference(study))
         fprintf(out, "Reference: %s at tolerance %g and %s at tolerance %g agree to %.2g %s at %ld times; ",
@@ -89,11 +96,11 @@ static void put_reference(FILE *out, const struct study *study) {
             study->floor, unit, study->way);
     fprintf(out, "errors are distances from the first, and none below %.2g %s is claimed.\n", study->floor,
             unit);
-    if (!is_mixed)
+    if (strcmp(kind, kind_of(b->method)) == 0)
         fprintf(out,
-                "Both methods of the reference are %s, which makes it weaker: none of the other kind came "
-                "to the end.\n",
-                refdyn_method_is_implicit(a->method) ? "implicit" : "explicit");
+                "Both methods of the reference are %s methods, which makes it weaker: none of another kind "
+                "came to the end.\n",
+                kind);
 }
 
 static void put_slope(FILE *out, const struct study *study, const struct series *series, const char *name) {
@@ -150,8 +157,11 @@ static int end_of_plateau(const struct series *series) {
     return last;
 }
 
+/* Of one method: what rules the steps of the automatic choice is that of the method it took. */
 static void put_edge_of_tolerances(FILE *out, const struct study *study, const struct series *series,
                                    const char *name) {
+    if (series->method == REFDYN_AUTO)
+        return;
     const int last = refdyn_method_is_implicit(series->method) ? 0 : end_of_plateau(series);
     if (last > 0)
         fprintf(out,
@@ -195,25 +205,43 @@ char *findings_lasting(const struct study *study) {
 
 /* ---- What the clock said */
 
+/* What the automatic choice took, beside the quickest of the methods that it chooses from. */
+static void put_automatic(FILE *out, const struct trial *automatic, const struct trial *quickest) {
+    char *setting = trial_setting(automatic);
+    fprintf(out, "auto took %.3g s at %s, %.2f times as long.\n", automatic->cpu_s, setting,
+            automatic->cpu_s / quickest->cpu_s);
+    free(setting);
+}
+
 static void put_quickest(FILE *out, const struct study *study, double level) {
-    const struct trial *quickest = NULL;
+    const struct trial *quickest = NULL, *automatic = NULL;
     const struct series *of = NULL;
     for (int i = 0; i < study->series_count; i++) {
         const struct trial *trial = series_quickest(study, &study->series[i], level);
-        if (trial && (!quickest || trial->cpu_s < quickest->cpu_s)) {
+        if (trial && study->series[i].method == REFDYN_AUTO) {
+            automatic = trial;
+        } else if (trial && (!quickest || trial->cpu_s < quickest->cpu_s)) {
             quickest = trial;
             of = &study->series[i];
         }
     }
     fprintf(out, "An error of at most %g %s: ", level, study_unit(study));
+    if (!quickest && automatic) {
+        fprintf(out, "of those that were tried auto alone has it, in %.3g s of CPU time.\n",
+                automatic->cpu_s);
+        return;
+    }
     if (!quickest) {
         fprintf(out, level < study->floor ? "the reference is not that good.\n" : "no run has it.\n");
         return;
     }
     char *name = series_name(study, of), *setting = trial_setting(quickest);
-    fprintf(out, "%s is quickest, %.3g s of CPU time at %s.\n", name, quickest->cpu_s, setting);
+    fprintf(out, "%s is quickest, %.3g s of CPU time at %s%s", name, quickest->cpu_s, setting,
+            automatic ? "; " : ".\n");
     free(setting);
     free(name);
+    if (automatic)
+        put_automatic(out, automatic, quickest);
 }
 
 char *findings_times(const struct study *study) {

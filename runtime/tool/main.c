@@ -102,8 +102,7 @@ const struct command commands[] = {
      .help =
          "Every method over a range of tolerances, or of steps with each stabilisation, from a start on the "
          "programme,\n"
-         "against a reference that an explicit and an implicit method agree on, at fifty times unless "
-         "--every "
+         "against a reference that two methods of different kinds agree on, at fifty times unless --every "
          "tells others.\n"
          "Writes NAME.csv, NAME.svg and NAME.html into the folder of -o, and prints what the runs say.\n"
          "Runs that --seconds does not suffice for are stopped and listed; times, and which runs these are, "

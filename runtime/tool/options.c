@@ -1,6 +1,7 @@
 /* The command line of `refdyn`: see options.h. One table of options; each command names those that it knows.
  */
 #include "options.h"
+#include "by_gsl.h"
 #include "message.h"
 #include "refdyn.h"
 
@@ -111,7 +112,8 @@ static void print_usage(const struct command *command, FILE *out) {
 static void print_methods(void) {
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
         printf("%s%s", method ? ", " : "", refdyn_method_name(method));
-    puts(" (default: rk4 with --step, rodas5p without)");
+    puts(by_gsl_is_built ? ", msbdf, bsimp (default: rk4 with --step, auto without)"
+                         : " (default: rk4 with --step, auto without)");
 }
 
 static void print_rule_help(const struct rule *rule) {
