@@ -142,13 +142,13 @@ static int solve_seen(struct refdyn_drive *drive) {
  * its accelerations stay as they are. */
 static int step_onto_programme(struct refdyn_drive *drive) {
     struct refdyn_workspace *work = drive->work;
-    if (drive->options.stabilise != REFDYN_PROJECT ||
-        refdyn_is_consistent(work, sqrt(DBL_EPSILON), drive->q, drive->qd))
+    const size_t bytes = (size_t)(2 * work->n) * sizeof(double);
+    if (drive->options.stabilise != REFDYN_PROJECT)
         return REFDYN_OK;
     const int status = refdyn_project_evaluated(work, drive->t, drive->state, drive->state + work->n);
-    return status
-               ? status
-               : refdyn_accelerate(work, drive->t, drive->q, drive->qd, drive->options.stabilise, drive->qdd);
+    if (status || memcmp(drive->state, drive->seen, bytes) == 0)
+        return status;
+    return refdyn_accelerate(work, drive->t, drive->q, drive->qd, drive->options.stabilise, drive->qdd);
 }
 
 /* Steps begin at the state that is seen: slopes of both ends are its own. */

