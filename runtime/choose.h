@@ -9,7 +9,7 @@ void refdyn_choose_start(struct refdyn_drive *drive);
 /* After an accepted step: counts, judges, and asks for another method (drive->choice.next) where that is due.
  */
 void refdyn_choose_after_step(struct refdyn_drive *drive);
-/* Takes up the method that was asked for. Errors: NOT_FINITE, from the tangent that is looked at. */
-int refdyn_choose_take_up(struct refdyn_drive *drive);
+/* Takes up the method that was asked for. */
+void refdyn_choose_take_up(struct refdyn_drive *drive);
 
 #endif

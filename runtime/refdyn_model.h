@@ -97,7 +97,7 @@ struct refdyn_model {
     refdyn_function *f;           /* (n) h + Q */
     refdyn_function *row_terms;   /* struct NAME_row_terms_result: u (m x n), v, phi, psi, k (m each) */
     refdyn_function *point_terms; /* struct NAME_point_terms_result: r, rd, C, d as above */
-    refdyn_function *constrained; /* struct NAME_constrained_result: qdd (n), lambda (m) */
+    refdyn_function *constrained; /* struct NAME_constrained_result: qdd (n), lambda (m), power (1) */
     refdyn_function *tangent;     /* of M qdd - h - Q - u^T lambda and u qdd - k, at held qdd and lambda */
     refdyn_function *d_qdd;       /* of qdd by q, qd, t, inputs, parameters */
     refdyn_function *d_qdd_free;  /* of qdd_free by these */
