@@ -23,7 +23,7 @@ double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double le
     return unit && strcmp(unit, "m") == 0 ? length : 1;
 }
 
-/* Doubles that the stages of a method need; of the automatic choice those of the longest candidate. */
+/* Doubles that the stages of a method need; of the automatic choice the most that any needs. */
 static int stage_room(enum refdyn_method method, int n) {
     const struct refdyn_method_facts facts = refdyn_method_facts(method);
     int most = 0;

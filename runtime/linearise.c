@@ -2,7 +2,7 @@
  * The linearised equations of motion and the matrix of a linearly implicit step: see linearise.h.
  *
  * Takes the emitted `tangent` (generator's README, Derivatives) and the independent rows of the partition;
- * gives solutions by one L U factorisation a step.
+ * gives solutions by L U factorisation.
  */
 #include "linearise.h"
 

@@ -249,7 +249,7 @@ struct refdyn_statistics {
     long rejected;
     long evaluations;                   /* of the accelerations */
     long tangents;                      /* of their derivatives */
-    long factorisations;                /* of matrices of n coordinates and rows; a complex one counts four */
+    long factorisations;                /* of the matrices of implicit steps; a complex one counts four */
     long solutions;                     /* with their factors; a complex one counts four */
     long steps_by[REFDYN_METHOD_COUNT]; /* accepted, by method */
     double phi_max; /* largest |phi| and |psi| over all accepted steps and outputs, the start included */
@@ -297,9 +297,9 @@ struct refdyn_choice {
 };
 
 /*
- * One motion. `refdyn_drive_start`, `_step`, `_to` and `_refresh` leave t, q, qd, qdd and work_done of the
- * state that was asked for, and the equations of that state, solved, in the workspace. Steps end where their
- * error allows: the state between their ends is interpolated.
+ * One motion. `refdyn_drive_start`, `_step`, `_to`, `_look` and `_refresh` leave t, q, qd, qdd and work_done
+ * of the state that was asked for, and the equations of that state, solved, in the workspace. Steps end where
+ * their error allows: the state between their ends is interpolated.
  */
 struct refdyn_drive {
     struct refdyn_workspace *work;
