@@ -377,6 +377,11 @@ double refdyn_break_ahead(struct refdyn_drive *drive, double least) {
     return ahead;
 }
 
+/* A time that no step may pass, unless it has been passed. */
+static double if_ahead(const struct refdyn_drive *drive, double t) {
+    return t > drive->t_begin ? t : INFINITY;
+}
+
 int refdyn_advance(struct refdyn_drive *drive, double t_out) {
     int status = begin(drive);
     if (status)
@@ -385,7 +390,7 @@ int refdyn_advance(struct refdyn_drive *drive, double t_out) {
         return REFDYN_TOO_MANY_STEPS;
     const double least = refdyn_step_least(drive, t_out), ahead = refdyn_break_ahead(drive, least);
     const int is_fixed = drive->options.tol == 0;
-    double bound = drive->t_most > drive->t_begin ? drive->t_most : INFINITY;
+    double bound = fmin(if_ahead(drive, drive->t_most), if_ahead(drive, drive->t_final));
     if (is_fixed || refdyn_method_facts(drive->method).collocation)
         bound = fmin(bound, t_out); /* between the ends of collocation's steps a state has a lower order */
     const double t_stop = ahead < bound - least ? ahead : bound;

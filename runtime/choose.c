@@ -120,7 +120,7 @@ static int is_nearly_done(const struct refdyn_drive *drive) {
     const struct refdyn_choice *choice = &drive->choice;
     const double gone = choice->progress[best(choice)] / choice->progress[choice->at];
     const double step = (drive->t_end - choice->marked_t) / MEASURED_STEPS;
-    return drive->t_most - drive->t_end < FEW_STEPS * step * gone;
+    return drive->t_final - drive->t_end < FEW_STEPS * step * gone;
 }
 
 static void judge(struct refdyn_drive *drive) {
@@ -190,7 +190,7 @@ static double first_step(const struct refdyn_drive *drive, enum refdyn_method me
 
 /* So many steps of an explicit method until the end that it is not worth beginning with it. */
 static int is_too_long_for_explicit(const struct refdyn_drive *drive) {
-    const double steps = (drive->t_most - drive->t_end) * drive->choice.rate / explicit_limit;
+    const double steps = (drive->t_final - drive->t_end) * drive->choice.rate / explicit_limit;
     return isfinite(steps) && steps > MANY_STEPS;
 }
 

@@ -175,7 +175,7 @@ int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, co
     memcpy(drive->qd, qd, bytes);
     drive->work_done = 0;
     drive->t = drive->from = drive->to = t;
-    drive->t_most = INFINITY;
+    drive->t_most = drive->t_final = INFINITY;
     drive->step_next = drive->options.step;
     drive->error_last = 1;
     drive->step_cap = INFINITY;
@@ -210,6 +210,10 @@ int refdyn_drive_refresh(struct refdyn_drive *drive) {
         status = begin_here(drive);
     collect_counts(drive);
     return status ? fail(drive, status, drive->t) : REFDYN_OK;
+}
+
+void refdyn_drive_until(struct refdyn_drive *drive, double t) {
+    drive->t_final = t;
 }
 
 void refdyn_drive_limit(struct refdyn_drive *drive, double t) {

@@ -347,6 +347,7 @@ struct refdyn_drive {
     int break_next;    /* first of them that lies ahead */
     double t_limit;    /* stages are evaluated before this: the left side of a break; INFINITY: no break ahead
                           [s] */
+    double t_final;    /* end of the motion, see refdyn_drive_until [s] */
     double t_most;     /* no step reaches beyond, see refdyn_drive_limit [s] */
     double step_next;  /* adaptive: proposed step, 0: to be found [s] */
     double step_cap;   /* adaptive: steps longer than this have failed lately [s] */
@@ -373,8 +374,11 @@ int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, co
  * BAD_OPTION when t_out lies before t. The drive then stays at the last accepted state, with cause and
  * failed_t set; refdyn_drive_refresh evaluates that state again. */
 int refdyn_drive_step(struct refdyn_drive *drive, double t_out, long steps);
-/* From now on no step reaches beyond t, until t lies behind: the end of the motion, or a time at which the
- * caller will change inputs. INFINITY: none, as at the start. */
+/* The motion ends at t: no step reaches beyond, and the automatic choice tries no method that cannot pay
+ * before. INFINITY: not known, as at the start. */
+void refdyn_drive_until(struct refdyn_drive *drive, double t);
+/* From now on no step reaches beyond t, until t lies behind: a time at which the caller will change inputs.
+ * INFINITY: none, as at the start. */
 void refdyn_drive_limit(struct refdyn_drive *drive, double t);
 /* Steps until t_out. Same errors. */
 int refdyn_drive_to(struct refdyn_drive *drive, double t_out);
