@@ -152,8 +152,12 @@ static int begin(struct refdyn_drive *drive) {
         drive->t_begin = drive->t_end;
         drive->has_tangent = 0;
     }
-    const int status = refdyn_choose_take_up(drive);
-    return !status && refdyn_method_facts(drive->method).rosenbrock ? refdyn_linear_at_begin(drive) : status;
+    refdyn_choose_take_up(drive);
+    const int status =
+        refdyn_method_facts(drive->method).rosenbrock ? refdyn_linear_at_begin(drive) : REFDYN_OK;
+    if (status)
+        drive->failed_t = drive->t_begin;
+    return status;
 }
 
 /* A new state that is far off the programme, for its tolerance, tells of a step that went wrong: near a
@@ -259,8 +263,9 @@ static int step_fixed(struct refdyn_drive *drive, double t_out) {
         status = complete(drive, t_new);
     if (status)
         return status;
-    drive->interval_done = next;
-    return arrive(drive, t_new, h);
+    status = arrive(drive, t_new, h);
+    drive->interval_done += !status;
+    return status;
 }
 
 /* ---- Adaptive steps ---- */
@@ -271,9 +276,10 @@ static double error_norm(const struct refdyn_drive *drive, double h) {
     double largest = 0;
     for (int j = 0; j < n; j++) {
         const double unit = refdyn_coordinate_unit(drive->work->model, j, drive->options.length);
-        const double off = fmax(fabs(drive->error[j]), h * fabs(drive->error[n + j])) / unit;
-        if (!(off <= largest))
-            largest = off;
+        const double position = fabs(drive->error[j]), velocity = h * fabs(drive->error[n + j]);
+        if (isnan(position + velocity))
+            return NAN;
+        largest = fmax(largest, fmax(position, velocity) / unit);
     }
     return largest / refdyn_choose_tolerance(drive);
 }
@@ -318,16 +324,10 @@ static void propose_after_accepted(struct refdyn_drive *drive, double h, double 
                           pow(drive->error_last, error_last_share / order);
     const double proposed = h * bounded(factor, growth_least, growth_most);
     if (refdyn_method_facts(drive->method).collocation && proposed > h * kept_least &&
-        proposed < h * kept_most) {
-        drive->error_last = fmax(error, error_least);
-        drive->step_next = fmin(h, drive->step_cap);
-        drive->step_cap *= cap_growth;
-        return;
-    }
-    /* a step that was cut short to land says nothing against the longer one */
-    drive->step_next = h < drive->step_next ? fmax(proposed, drive->step_next) : proposed;
-    if (drive->options.step_max > 0)
-        drive->step_next = fmin(drive->step_next, drive->options.step_max);
+        proposed < h * kept_most)
+        drive->step_next = h;
+    else /* a step that was cut short to land says nothing against the longer one */
+        drive->step_next = h < drive->step_next ? fmax(proposed, drive->step_next) : proposed;
     drive->step_next = fmin(drive->step_next, drive->step_cap);
     drive->step_cap *= cap_growth;
     drive->error_last = fmax(error, error_least);
@@ -373,6 +373,8 @@ int refdyn_step_limit_reached(const struct refdyn_drive *drive) {
 static int step_adaptive(struct refdyn_drive *drive, double t_out, double t_stop) {
     if (drive->step_next <= 0)
         drive->step_next = find_first_step(drive, fmin(t_stop, t_out) - drive->t_begin);
+    if (drive->options.step_max > 0)
+        drive->step_next = fmin(drive->step_next, drive->options.step_max);
     for (;;) {
         if (refdyn_step_limit_reached(drive))
             return REFDYN_TOO_MANY_STEPS;
@@ -398,6 +400,11 @@ double refdyn_break_ahead(struct refdyn_drive *drive, double least) {
     return ahead;
 }
 
+/* A time that no step may pass, unless it has been passed. */
+static double if_ahead(const struct refdyn_drive *drive, double t) {
+    return t > drive->t_begin ? t : INFINITY;
+}
+
 int refdyn_advance(struct refdyn_drive *drive, double t_out) {
     int status = begin(drive);
     if (status)
@@ -405,10 +412,10 @@ int refdyn_advance(struct refdyn_drive *drive, double t_out) {
     if (refdyn_step_limit_reached(drive))
         return REFDYN_TOO_MANY_STEPS;
     const double least = refdyn_step_least(drive, t_out), ahead = refdyn_break_ahead(drive, least);
-    if (drive->options.tol == 0)
-        return step_fixed(drive, ahead < t_out - least ? ahead : t_out);
-    double bound = drive->t_most > drive->t_begin ? drive->t_most : INFINITY;
-    if (refdyn_method_facts(drive->method).collocation)
-        bound = fmin(bound, t_out); /* between the ends of its steps a state has a lower order */
-    return step_adaptive(drive, t_out, ahead < bound - least ? ahead : bound);
+    const int is_fixed = drive->options.tol == 0;
+    double bound = fmin(if_ahead(drive, drive->t_most), if_ahead(drive, drive->t_final));
+    if (is_fixed || refdyn_method_facts(drive->method).collocation)
+        bound = fmin(bound, t_out); /* between the ends of collocation's steps a state has a lower order */
+    const double t_stop = ahead < bound - least ? ahead : bound;
+    return is_fixed ? step_fixed(drive, t_stop) : step_adaptive(drive, t_out, t_stop);
 }

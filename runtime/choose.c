@@ -118,7 +118,7 @@ static int is_nearly_done(const struct refdyn_drive *drive) {
     const struct refdyn_choice *choice = &drive->choice;
     const double gone = choice->progress[best(choice)] / choice->progress[choice->at];
     const double step = (drive->t_end - choice->marked_t) / MEASURED_STEPS;
-    return drive->t_most - drive->t_end < FEW_STEPS * step * gone;
+    return drive->t_final - drive->t_end < FEW_STEPS * step * gone;
 }
 
 static void judge(struct refdyn_drive *drive) {
@@ -197,29 +197,37 @@ static double first_step(const struct refdyn_drive *drive, enum refdyn_method me
 
 /* So many steps of an explicit method until the end that it is not worth beginning with it. */
 static int is_too_long_for_explicit(const struct refdyn_drive *drive) {
-    const double steps = (drive->t_most - drive->t_end) * drive->choice.rate / explicit_limit;
+    const double steps = (drive->t_final - drive->t_end) * drive->choice.rate / explicit_limit;
     return isfinite(steps) && steps > MANY_STEPS;
 }
 
-int refdyn_choose_take_up(struct refdyn_drive *drive) {
+/* The rates of the linearised equations. Where the tangent is not finite, as at a root of 0, they are unknown
+ * and the explicit method goes on. */
+static void look_at_rates(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
-    int status = REFDYN_OK;
-    if (drive->options.method != REFDYN_AUTO)
-        return REFDYN_OK;
-    if (choice->wants_spectrum && drive->work->model->tangent) {
-        status = refdyn_linear_spectrum(drive, &choice->rate, &choice->damping);
-        choice->candidates[REFDYN_CANDIDATES - 1] = choice->damping < damped ? REFDYN_GAUSS12 : REFDYN_RADAU9;
-        choice->wants_spectrum = 0;
-        if (choice->at > 0 || (choice->chosen < 0 && is_too_long_for_explicit(drive)))
-            ask_for(drive, 1);
+    choice->wants_spectrum = 0;
+    if (refdyn_linear_spectrum(drive, &choice->rate, &choice->damping)) {
+        choice->rate = choice->damping = 0;
+        ask_for(drive, 0);
+        return;
     }
+    choice->candidates[REFDYN_CANDIDATES - 1] = choice->damping < damped ? REFDYN_GAUSS12 : REFDYN_RADAU9;
+    if (choice->at > 0 || (choice->chosen < 0 && is_too_long_for_explicit(drive)))
+        ask_for(drive, 1);
+}
+
+void refdyn_choose_take_up(struct refdyn_drive *drive) {
+    struct refdyn_choice *choice = &drive->choice;
+    if (drive->options.method != REFDYN_AUTO)
+        return;
+    if (choice->wants_spectrum && drive->work->model->tangent)
+        look_at_rates(drive);
     if (choice->next == drive->method)
-        return status;
+        return;
     drive->method = choice->next;
     drive->step_next = first_step(drive, choice->next);
     drive->is_aligned = 0;
     drive->factored_h = drive->last_h = drive->rate = 0;
     drive->tried_t = INFINITY;
     drive->error_last = 1;
-    return status;
 }

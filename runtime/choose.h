@@ -11,7 +11,7 @@ void refdyn_choose_start(struct refdyn_drive *drive);
 void refdyn_choose_after_step(struct refdyn_drive *drive);
 /* The tolerance that the method in use needs for an error as that of the others. */
 double refdyn_choose_tolerance(const struct refdyn_drive *drive);
-/* Takes up the method that was asked for. Errors: NOT_FINITE, from the tangent that is looked at. */
-int refdyn_choose_take_up(struct refdyn_drive *drive);
+/* Takes up the method that was asked for. */
+void refdyn_choose_take_up(struct refdyn_drive *drive);
 
 #endif

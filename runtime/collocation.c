@@ -115,8 +115,9 @@ static double largest_share(const struct refdyn_drive *drive, const double *x) {
     double largest = 0;
     for (int j = 0; j < drive->work->n; j++) {
         const double size = fabs(x[j]) / refdyn_coordinate_unit(drive->work->model, j, drive->options.length);
-        if (!(size <= largest))
-            largest = size;
+        if (isnan(size))
+            return NAN;
+        largest = fmax(largest, size);
     }
     return largest;
 }
@@ -165,8 +166,12 @@ static double correct(struct refdyn_drive *drive, const struct refdyn_collocatio
             dense_add(stages.change + i * n, -table->right[2 * (k * s + i) + 1], im, n);
     }
     dense_add(stages.now, 1, stages.change, s * n);
-    for (int i = 0; i < s; i++)
-        largest = fmax(largest, largest_share(drive, stages.change + i * n));
+    for (int i = 0; i < s; i++) {
+        const double share = largest_share(drive, stages.change + i * n);
+        largest = share <= largest ? largest : share;
+        if (isnan(largest))
+            break;
+    }
     return largest;
 }
 
@@ -272,6 +277,7 @@ static int factor(struct refdyn_drive *drive, const struct refdyn_collocation_ta
     for (int k = 0; k < table->eigenvalues && !status; k++)
         status = factor_for(drive, table, k, h);
     drive->factored_h = status ? 0 : h;
+    drive->factored_choice = drive->work->partition.choices;
     if (is_real(table, 0))
         drive->is_aligned = 0;
     return status;
@@ -279,7 +285,8 @@ static int factor(struct refdyn_drive *drive, const struct refdyn_collocation_ta
 
 int refdyn_collocation_step(struct refdyn_drive *drive, double h) {
     const struct refdyn_collocation_table *table = refdyn_method_facts(drive->method).collocation;
-    const int is_kept = drive->factored_h == h && drive->contraction <= fast;
+    const int is_kept = drive->factored_h == h && drive->contraction <= fast &&
+                        drive->factored_choice == drive->work->partition.choices;
     drive->failed_t = drive->t_begin;
     guess(drive, table, h);
     int status = is_kept ? REFDYN_OK : factor(drive, table, h);

@@ -23,7 +23,7 @@ double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double le
     return unit && strcmp(unit, "m") == 0 ? length : 1;
 }
 
-/* Doubles that the stages of a method need; of the automatic choice those of the longest candidate. */
+/* Doubles that the stages of a method need; of the automatic choice the most that any needs. */
 static int stage_room(enum refdyn_method method, int n) {
     const struct refdyn_method_facts facts = refdyn_method_facts(method);
     int most = 0;
@@ -68,6 +68,8 @@ static size_t lay_out(struct refdyn_drive *drive, const struct refdyn_model *mod
 
 size_t refdyn_drive_size(const struct refdyn_model *model, const struct refdyn_options *options) {
     struct refdyn_drive drive;
+    if (refdyn_options_validate(options, NULL))
+        return 0;
     return lay_out(&drive, model, options, NULL);
 }
 
@@ -171,6 +173,11 @@ static int begin_here(struct refdyn_drive *drive) {
     return status;
 }
 
+/* Gains for the step that is proposed, before it is taken. */
+static void set_gains_ahead(struct refdyn_drive *drive) {
+    refdyn_set_gains(drive, drive->step_next > 0 ? drive->step_next : INFINITY);
+}
+
 /* The automatic choice begins with its explicit candidate. */
 static enum refdyn_method options_method(const struct refdyn_drive *drive) {
     return drive->options.method == REFDYN_AUTO ? REFDYN_RK8 : drive->options.method;
@@ -183,16 +190,17 @@ int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, co
     memcpy(drive->qd, qd, bytes);
     drive->work_done = 0;
     drive->t = drive->from = drive->to = t;
-    drive->t_most = INFINITY;
+    drive->t_most = drive->t_final = INFINITY;
     drive->step_next = drive->options.step;
     drive->error_last = 1;
     drive->step_cap = INFINITY;
+    drive->rate = 0;
     drive->method = options_method(drive);
     drive->cause = REFDYN_OK;
     drive->statistics = (struct refdyn_statistics){.phi_row = -1, .psi_row = -1};
     drive->evaluations_before = work->evaluations;
     refdyn_prepare(work);
-    refdyn_set_gains(drive, drive->options.step > 0 ? drive->options.step : INFINITY);
+    set_gains_ahead(drive);
     find_breaks(drive);
     refdyn_partition_reset(work);
     int status = meet_start(drive);
@@ -209,12 +217,18 @@ int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, co
 
 int refdyn_drive_refresh(struct refdyn_drive *drive) {
     drive->work->partition.rank_most = drive->work->m;
+    set_gains_ahead(drive);
+    find_breaks(drive);
     int status =
         refdyn_accelerate(drive->work, drive->t, drive->q, drive->qd, drive->options.stabilise, drive->qdd);
     if (!status)
         status = begin_here(drive);
     collect_counts(drive);
     return status ? fail(drive, status, drive->t) : REFDYN_OK;
+}
+
+void refdyn_drive_until(struct refdyn_drive *drive, double t) {
+    drive->t_final = t;
 }
 
 void refdyn_drive_limit(struct refdyn_drive *drive, double t) {

@@ -2,7 +2,7 @@
  * The linearised equations of motion and the matrix of a linearly implicit step: see linearise.h.
  *
  * Takes the emitted `tangent` (generator's README, Derivatives) and the independent rows of the partition;
- * gives solutions by one L U factorisation a step.
+ * gives solutions by L U factorisation.
  */
 #include "linearise.h"
 
@@ -164,10 +164,11 @@ void refdyn_linear_directions(struct refdyn_linear *linear) {
 int refdyn_linear_at_begin(struct refdyn_drive *drive) {
     if (drive->has_tangent)
         return REFDYN_OK;
-    drive->has_tangent = 1;
     drive->statistics.tangents++;
-    return refdyn_linear_evaluate(&drive->linear, drive->work, drive->t_begin, drive->state,
-                                  drive->state + drive->work->n);
+    const int status = refdyn_linear_evaluate(&drive->linear, drive->work, drive->t_begin, drive->state,
+                                              drive->state + drive->work->n);
+    drive->has_tangent = !status;
+    return status;
 }
 
 /* base + g first + g^2 second for the complex g = re + i im, into row and other. */
@@ -266,7 +267,8 @@ int refdyn_linear_spectrum(struct refdyn_drive *drive, double *rate, double *dam
     int status = refdyn_linear_at_begin(drive);
     if (!status)
         status = factor_mass(linear, drive->work, linear->M, linear->u);
-    drive->is_aligned = 0;
+    drive->is_aligned = 0; /* the factors of a step, and the rows that they are for, are gone */
+    drive->factored_h = 0;
     if (status)
         return status;
     for (int j = 0; j < n; j++) { /* some vector that is at right angles to no mode */

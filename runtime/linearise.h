@@ -6,8 +6,8 @@
  * G_q, G_qd and g_t of u qdd - k. Accelerations then change with positions, velocities and time by
  *     M da - u^T dlambda = -K dq - D dqd - f_t dt,   u da = -G_q dq - G_qd dqd - g_t dt,
  * and with dq = g (r_q + dqd), dqd = g (r_v + da), all elimination that an implicit step needs is one solution
- *     (M + g D + g^2 K) x - g u^T lambda = -(g D + g^2 K) s + g D r_q,   s = g r_v + r_q,
- *     (u + g G_qd + g^2 G_q) x           = -(g G_qd + g^2 G_q) s + g G_qd r_q,
+ *     (M + g D + g^2 K) x - g u^T lambda = -(g D + g^2 K) s + g D r_q - g f_t dt,   s = g r_v + r_q,
+ *     (u + g G_qd + g^2 G_q) x           = -(g G_qd + g^2 G_q) s + g G_qd r_q - g g_t dt,
  * dq = g (x + s), dqd = x + s - r_q: no product with M^-1, and none of M, whose digits an ill-conditioned M would
  * take from the right side. Only the independent rows of the partition stand in it.
  */
@@ -37,17 +37,18 @@ void refdyn_linear_solve(struct refdyn_linear *linear, const double *r_q, const 
 /*
  * Directions z_a (n) with u_b z_a = 1 for a = b and 0 otherwise, that are smallest in a metric: of the
  * factored matrix, or of M in the workspace (refdyn_linear_factor_mass). Into linear->directions;
- * refdyn_linear_found tells them with their rows.
+ * refdyn_linear_found tells them with their rows. Errors of refdyn_linear_factor_mass: TANGENT_SINGULAR.
  */
 void refdyn_linear_directions(struct refdyn_linear *linear);
 struct refdyn_directions refdyn_linear_found(const struct refdyn_linear *linear);
 int refdyn_linear_factor_mass(struct refdyn_linear *linear, const struct refdyn_workspace *work);
 
-/* Evaluates the tangent at the begin of a drive's step, unless that was done. */
+/* Evaluates the tangent at the begin of a drive's step, unless that was done. Errors: NOT_FINITE. */
 int refdyn_linear_at_begin(struct refdyn_drive *drive);
 /*
  * Factors matrix number k (of `complexes`) for the complex g = re + i im. Solves with it for the change of
- * accelerations by a residual x: right side M x and u x; x (n) as re and im, in place.
+ * accelerations by a residual x: right side M x and u x; x (n) as re and im, in place. Errors:
+ * TANGENT_SINGULAR.
  */
 int refdyn_linear_factor_complex(struct refdyn_linear *linear, const struct refdyn_workspace *work, int k,
                                  double re, double im);
@@ -57,6 +58,7 @@ void refdyn_linear_solve_residual(struct refdyn_linear *linear, double *x);
 /*
  * The largest |eigenvalue| [1/s] of the linearised equations at the begin of a drive's step, and its damping
  * ratio, by iteration of vectors: good to some per cent, since what is asked is a limit of steps.
+ * The drive's factors and directions are lost. Errors: NOT_FINITE, TANGENT_SINGULAR.
  */
 int refdyn_linear_spectrum(struct refdyn_drive *drive, double *rate, double *damping);
 

@@ -35,7 +35,8 @@ enum refdyn_status {
         4, /* projection, statics: largest residual at fault.row or .coordinate; or a collocation step */
     /* < 0: stop */
     REFDYN_STEP_TOO_SMALL = -1,   /* an adaptive step fell below the resolution of t; drive.cause says why */
-    REFDYN_TANGENT_SINGULAR = -2, /* statics: nothing holds fault.coordinate; or the matrix of a step */
+    REFDYN_TANGENT_SINGULAR = -2, /* statics: nothing holds fault.coordinate; or the matrix of an implicit
+                                     step is singular */
     REFDYN_BAD_OPTION = -3,       /* an option is out of its range; refdyn_options_validate says which */
     REFDYN_BAD_MEMORY = -4,       /* memory is NULL, misaligned or smaller than the size asked for */
     REFDYN_FUNCTION_MISSING = -5, /* the model lacks an emitted function that this call needs */
@@ -97,7 +98,7 @@ struct refdyn_workspace {
     double *phi;       /* (m) residual of position rows, 0 for the others */
     double *psi;       /* (m) velocity-level residual, 0 for acceleration rows */
     double *k;         /* (m) stabilised right side */
-    long evaluations;  /* calls of refdyn_equations since init */
+    long evaluations;  /* of the equations, or of accelerations in one function, since init */
 
     /* written by refdyn_solve */
     struct refdyn_partition partition;
@@ -123,7 +124,8 @@ struct refdyn_workspace {
 /* Bytes that refdyn_workspace_init needs for this model. */
 size_t refdyn_workspace_size(const struct refdyn_model *model);
 /* Lays the workspace out in memory and sets parameters and inputs to their defaults.
- * Errors: BAD_MEMORY; FUNCTION_MISSING when the model has neither `equations` nor all of M h Q u v phi psi k.
+ * Errors: BAD_MEMORY; FUNCTION_MISSING when the model has neither `equations` nor all of M h Q and, with
+ * rows, u v k.
  */
 int refdyn_workspace_init(struct refdyn_workspace *work, const struct refdyn_model *model, void *memory,
                           size_t size);
@@ -145,7 +147,7 @@ int refdyn_find_name(const struct refdyn_name *names, int count, const char *nam
 enum refdyn_stabilise {
     REFDYN_NONE,      /* u qdd = -v */
     REFDYN_BAUMGARTE, /* u qdd = k = -v - 2 alpha psi - beta^2 phi (Baumgarte, CMAME 1:1-16, 1972) */
-    REFDYN_PROJECT    /* u qdd = -v, and refdyn_project after each step */
+    REFDYN_PROJECT    /* u qdd = -v, and after each step the state is brought onto the rows */
 };
 
 /* Evaluates M f u v phi psi k at a state into the workspace. Error: NOT_FINITE (f v phi psi k; M and u are
@@ -217,7 +219,7 @@ enum refdyn_method {
 const char *refdyn_method_name(int method);
 /* Order in the step: the error of a motion goes with its power, and about with tol where steps are found. */
 int refdyn_method_order(enum refdyn_method method);
-/* Does the method need the emitted `tangent`? */
+/* Does the method use the emitted `tangent`? auto does without where there is none; the others need it. */
 int refdyn_method_is_implicit(enum refdyn_method method);
 /* The method of that name, -1 when there is none. */
 int refdyn_method_find(const char *name);
@@ -247,7 +249,7 @@ struct refdyn_statistics {
     long rejected;
     long evaluations;                   /* of the accelerations */
     long tangents;                      /* of their derivatives */
-    long factorisations;                /* of matrices of n coordinates and rows; a complex one counts four */
+    long factorisations;                /* of the matrices of implicit steps; a complex one counts four */
     long solutions;                     /* with their factors; a complex one counts four */
     long steps_by[REFDYN_METHOD_COUNT]; /* accepted, by method */
     double phi_max; /* largest |phi| and |psi| over all accepted steps and outputs, the start included */
@@ -270,7 +272,7 @@ struct refdyn_linear {
     double *right;             /* (size x 2 n) [-g D - g^2 K, g D], the same of the rows */
     double *right_t;           /* (size) -g [f_t; g_t] */
     double *directions;        /* (rank x n) u_b z_a = 1 for a = b, else 0 */
-    double *sides, *x, *scale; /* room: (2 n), (size), (size) */
+    double *sides, *x, *scale; /* room: (2 n), (2 size), (size) */
     int *pivot;                /* (size) */
     double *complex;           /* (complexes x 2 x size x size) factors, real and imaginary parts */
     int *complex_pivot;        /* (complexes x size) */
@@ -296,9 +298,9 @@ struct refdyn_choice {
 };
 
 /*
- * One motion. `refdyn_drive_start`, `_step`, `_to` and `_refresh` leave t, q, qd, qdd and work_done of the
- * state that was asked for, and the equations of that state, solved, in the workspace. Steps end where their
- * error allows: the state between their ends is interpolated.
+ * One motion. `refdyn_drive_start`, `_step`, `_to`, `_look` and `_refresh` leave t, q, qd, qdd and work_done
+ * of the state that was asked for, and the equations of that state, solved, in the workspace. Steps end where
+ * their error allows: the state between their ends is interpolated.
  */
 struct refdyn_drive {
     struct refdyn_workspace *work;
@@ -326,25 +328,28 @@ struct refdyn_drive {
     double *state_new, *slope_new; /* at its end */
     double *seen;                  /* the state that q and qd belong to */
     double *stage, *side;          /* a stage's state, and the right side of its equation */
-    double *stages;                /* slopes of all stages; Rosenbrock: their (2 n) increments */
+    double *stages;                /* slopes of all stages; Rosenbrock: their (2 n) increments; collocation:
+                                      their accelerations, see collocation.c */
     double *error;                 /* (2 n) estimate for q, qd */
     double *accelerated;           /* (n + m + 1) struct NAME_constrained_result */
-    double *aligned;               /* (n) q for which `directions` were found */
-    int is_aligned;                /* they have been found */
+    double *aligned;               /* (n) q for which `directions` were found, in the metric of M */
+    int is_aligned;                /* 0: they are to be found; in the metric of M partition.choices then */
     double tried_t, tried_h;       /* collocation: begin and length of the last attempt, */
     double last_h;                 /* length of the last step, 0: there is none, */
-    double factored_h;             /* step that the complex matrices are for, 0: none, */
-    double rate;
-    double contraction;          /* how fast the last iteration converged */
-    int is_looked_into;          /* the interpolant of the last step is complete */
-    struct refdyn_linear linear; /* its tangent is that of t_begin once has_tangent */
+    double factored_h;             /* step that the kept factors are for, 0: none, */
+    int factored_choice;           /* partition.choices then, */
+    double rate;                   /* fastest vibration that the error estimate has met lately [1/s], */
+    double contraction;            /* how fast the last iteration converged */
+    int is_looked_into;            /* the interpolant of the last step is complete */
+    struct refdyn_linear linear;   /* its tangent is that of t_begin once has_tangent */
     int has_tangent;
     double
         *breaks; /* (break_count) kinks of formulas of time, ascending; every step ends at the next one [s] */
     int break_next;    /* first of them that lies ahead */
     double t_limit;    /* stages are evaluated before this: the left side of a break; INFINITY: no break ahead
                           [s] */
-    double t_most;     /* adaptive steps end here, see refdyn_drive_limit [s] */
+    double t_final;    /* end of the motion, see refdyn_drive_until [s] */
+    double t_most;     /* no step reaches beyond, see refdyn_drive_limit [s] */
     double step_next;  /* adaptive: proposed step, 0: to be found [s] */
     double step_cap;   /* adaptive: steps longer than this have failed lately [s] */
     double error_last; /* adaptive: error norm of the last accepted step */
@@ -353,9 +358,10 @@ struct refdyn_drive {
     long evaluations_before;            /* of the workspace, at the start */
 };
 
-/* Bytes that refdyn_drive_init needs. */
+/* Bytes that refdyn_drive_init needs; 0: an option is out of its range. */
 size_t refdyn_drive_size(const struct refdyn_model *model, const struct refdyn_options *options);
-/* Errors: BAD_OPTION, BAD_MEMORY, FUNCTION_MISSING (an implicit method needs the model's `tangent`). */
+/* Errors: BAD_OPTION, BAD_MEMORY, FUNCTION_MISSING (an implicit method but auto needs the model's `tangent`).
+ */
 int refdyn_drive_init(struct refdyn_drive *drive, struct refdyn_workspace *work,
                       const struct refdyn_options *options, void *memory, size_t size);
 /* Sets the state (copied) and evaluates it; clears the statistics. With options.project_start the state is
@@ -365,18 +371,23 @@ int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, co
 /* Goes on towards t_out by at most `steps` accepted steps; t is t_out when they were enough, the end of the
  * last one otherwise. Fixed step: the interval from the last output to t_out is cut into ceil(interval/step)
  * equal steps, the i-th begins at from + i (to - from)/count. Errors: > 0 from a fixed step whose evaluation
- * failed; STEP_TOO_SMALL, TOO_MANY_STEPS; BAD_OPTION when t_out lies before t. The drive then stays at the
- * last accepted state, with cause and failed_t set; refdyn_drive_refresh evaluates that state again. */
+ * failed, or a tangent at the begin of a step; STEP_TOO_SMALL, TOO_MANY_STEPS, TANGENT_SINGULAR (fixed);
+ * BAD_OPTION when t_out lies before t. The drive then stays at the last accepted state, with cause and
+ * failed_t set; refdyn_drive_refresh evaluates that state again. */
 int refdyn_drive_step(struct refdyn_drive *drive, double t_out, long steps);
-/* From now on no step reaches beyond t, until t lies behind: the end of the motion, or a time at which the
- * caller will change inputs. INFINITY: none, as at the start. */
+/* The motion ends at t: no step reaches beyond, and the automatic choice tries no method that cannot pay
+ * before. INFINITY: not known, as at the start. */
+void refdyn_drive_until(struct refdyn_drive *drive, double t);
+/* From now on no step reaches beyond t, until t lies behind: a time at which the caller will change inputs.
+ * INFINITY: none, as at the start. */
 void refdyn_drive_limit(struct refdyn_drive *drive, double t);
 /* Steps until t_out. Same errors. */
 int refdyn_drive_to(struct refdyn_drive *drive, double t_out);
 /* The state at t inside the last step, t_begin <= t <= t_end, as at an output; the steps go on from its end.
  * Errors: BAD_OPTION when t lies outside; those of refdyn_accelerate and refdyn_project. */
 int refdyn_drive_look(struct refdyn_drive *drive, double t);
-/* After the caller has changed work->x, work->p or the drive's q, qd between steps: goes on from there. */
+/* After the caller has changed work->x, work->p (then refdyn_prepare) or the drive's q, qd between steps:
+ * goes on from there, with the gains that options.stabilise asks for. Errors: those of refdyn_accelerate. */
 int refdyn_drive_refresh(struct refdyn_drive *drive);
 
 /* ---- Energy balance ---- */

@@ -53,6 +53,7 @@ static int take_stage(struct refdyn_drive *drive, const struct refdyn_rosenbrock
             return status;
     }
     refdyn_add_all(right, 1 / h, table->c + i * count_all(table), i, drive->stages, size, size);
+    drive->statistics.solutions++;
     refdyn_linear_solve(&drive->linear, right, right + n, table->gamma_sum[i] * h, U, U + n);
     return REFDYN_OK;
 }
@@ -62,7 +63,6 @@ int refdyn_rosenbrock_step(struct refdyn_drive *drive, double h) {
     const int size = 2 * drive->work->n;
     drive->is_looked_into = 0;
     drive->statistics.factorisations++;
-    drive->statistics.solutions += table->stages;
     int status = refdyn_linear_factor(&drive->linear, drive->work, table->gamma * h);
     drive->failed_t = drive->t_begin;
     for (int i = 0; i < table->stages && !status; i++)
@@ -86,11 +86,18 @@ static int look_into(struct refdyn_drive *drive, const struct refdyn_rosenbrock_
 }
 
 /* y_0 (1 + 2 theta) (1 - theta)^2 + h f_0 theta (1 - theta)^2 and the same from the end. */
-static int hermite(const struct refdyn_drive *drive, double theta, double *state) {
+static int hermite(struct refdyn_drive *drive, double theta, double *state) {
     const double left = (1 - theta) * (1 - theta), right = theta * theta, h = drive->t_end - drive->t_begin;
+    const double *slope_end = drive->slope_new;
+    if (drive->t_end >= drive->t_limit) { /* at a break, on its left side */
+        const int status = refdyn_slope(drive, drive->t_limit, drive->state_new, drive->side);
+        if (status)
+            return status;
+        slope_end = drive->side;
+    }
     for (int i = 0; i < 2 * drive->work->n; i++)
         state[i] = left * ((1 + 2 * theta) * drive->state[i] + theta * h * drive->slope[i]) +
-                   right * ((3 - 2 * theta) * drive->state_new[i] - (1 - theta) * h * drive->slope_new[i]);
+                   right * ((3 - 2 * theta) * drive->state_new[i] - (1 - theta) * h * slope_end[i]);
     return REFDYN_OK;
 }
 

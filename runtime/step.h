@@ -11,16 +11,16 @@
 #include "refdyn.h"
 #include "room.h"
 
-/* Of one method: its table, and what both kinds of tables have. */
+/* Of one method: its table, and what all kinds of tables have. */
 struct refdyn_method_facts {
     const char *name;
     int order;
     int order_error; /* of the embedded formula that the step is chosen by; 0: none, steps are fixed */
-    int is_implicit; /* it needs the tangent at the begin of a step */
+    int is_implicit; /* it needs the tangent */
     int is_last_new; /* the slope of its last stage is that of state_new */
-    const struct refdyn_tableau *tableau;             /* explicit, or NULL: */
-    const struct refdyn_rosenbrock_table *rosenbrock; /* linearly implicit, it needs the tangent */
-    const struct refdyn_collocation_table *collocation;
+    const struct refdyn_tableau *tableau;               /* explicit, or NULL: */
+    const struct refdyn_rosenbrock_table *rosenbrock;   /* linearly implicit, or NULL: */
+    const struct refdyn_collocation_table *collocation; /* implicit; all NULL: auto */
 };
 
 struct refdyn_method_facts refdyn_method_facts(enum refdyn_method method);

@@ -188,6 +188,8 @@ static void call_each(struct refdyn_workspace *work, double t, const double *q, 
 int refdyn_row_terms(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
     if (work->m == 0)
         return REFDYN_OK;
+    if (!work->model->row_terms && !work->model->u)
+        return refdyn_equations(work, t, q, qd);
     call_rows(work, t, q, qd);
     if (refdyn_is_finite(work->u, work->m * (work->n + 4)))
         return REFDYN_OK;

@@ -170,3 +170,25 @@ def test_breaks_end_a_step(tmp_path, method):
            if abs(run[name][-1] - value) > 1e-14 * SCALE])
     assert list(run["pull"]) == [3, -5]
     assert summary["steps"] <= 13
+
+
+@pytest.mark.parametrize("method", ["rk54", "rk8", "rodas5p", "rodas6p", "ros34pw2", "radau9", "gauss12", "auto"])
+def test_outputs_before_a_jump(tmp_path, method):
+    """States inside the step that ends at a jump know nothing of what comes behind it."""
+    model, at = tmp_path / "jump.lua", 0.333
+    model.write_text(JUMP.replace("TIME", str(at)))
+    run, _, _ = motion(model, "--until", "0.4", "--every", "0.01", "--method", method, "--tol", "1e-4")
+    check([f"{t} s: {x!r}, {v!r}" for t, x, v in zip(run["t"], run["cart_x"], run["cart_x_d"])
+           if t < at and max(abs(x - 0.75 * t**2), abs(v - 1.5 * t)) > 1e-13 * SCALE])
+
+
+def test_auto_without_a_derivative(tmp_path):
+    """At a root of 0 no implicit step can begin; the explicit one of the automatic choice can."""
+    model = tmp_path / "root.lua"
+    model.write_text("""local rd = require "refdyn"
+return rd.model { name = "root", links = { { "cart", joint = { "x" }, mass = 1 } },
+  forces = function(s) return { cart_x = 1 - rd.sqrt(s.q.cart_x) } end }
+""")
+    found, _, _ = motion(model, "--until", "1", "--every", "0.5", "--method", "auto")
+    wanted, _, _ = motion(model, "--until", "1", "--every", "0.5", "--method", "rk8")
+    assert abs(found["cart_x"][-1] - wanted["cart_x"][-1]) < 1e-5 * SCALE

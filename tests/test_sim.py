@@ -126,6 +126,15 @@ def test_inputs(how, tmp_path):
     assert summary["energy_error"] <= 1e-12 * SCALE
 
 
+def test_auto_with_many_samples(tmp_path):
+    """The next sample is not the end of the motion: a stiff one is left to an implicit method all the same."""
+    samples = tmp_path / "samples.csv"
+    samples.write_text("t,tau\n" + "".join(f"{i / 1000},{i % 7 / 10}\n" for i in range(301)))
+    _, _, summary = motion(REFERENCE, "--set", "eta=1.3e-3", "--set", "drive=input", "--inputs", samples, "--until", "0.3",
+                           "--method", "auto")
+    assert summary["steps"] < 1500, f"{summary['steps']} steps"
+
+
 def test_inputs_of_a_run(tmp_path):
     """The CSV of a motion is a file of samples: its inputs drive another one."""
     first, _, _ = motion(*cart(tmp_path), "--until", 1.3, "--every", 0.05)

@@ -68,6 +68,7 @@ static double first_step(const struct refdyn_gsl *gsl) {
 static void begin_anew(struct refdyn_gsl *gsl) {
     gsl_odeiv2_driver_reset(gsl->driver);
     gsl->step = first_step(gsl);
+    refdyn_set_gains(gsl->drive, gsl->step);
 }
 
 /* The end of the last step is the begin of the next one; equal times: the drive was started or refreshed. */

@@ -49,7 +49,8 @@ struct refdyn_gsl {
  *
  * Staying on the programme: REFDYN_NONE and REFDYN_BAUMGARTE as in the core. REFDYN_PROJECT after each step,
  * with bsimp alone: a projection would make msbdf, which goes on from earlier states, start again with order
- * 1 after each step. Gains by options.gain_share are those of options.step.
+ * 1 after each step. Gains by options.gain_share are those of the first step,
+ * options.step or sqrt(tol).
  *
  * Errors: BAD_OPTION, BAD_MEMORY (GSL got none). refdyn_gsl_release in any case.
  */
@@ -57,7 +58,7 @@ int refdyn_gsl_init(struct refdyn_gsl *gsl, struct refdyn_drive *drive, enum ref
 /*
  * As refdyn_drive_step and refdyn_drive_to, after refdyn_drive_start and, where the caller changed something,
  * refdyn_drive_refresh: after these the method starts anew, as it does behind each break of the model. Steps
- * end at t_out, nothing is interpolated. refdyn_drive_limit is not needed.
+ * end at t_out, nothing is interpolated: refdyn_drive_until and _limit are not needed, refdyn_drive_look not for these.
  */
 int refdyn_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps);
 int refdyn_gsl_to(struct refdyn_gsl *gsl, double t_out);

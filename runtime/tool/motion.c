@@ -181,7 +181,8 @@ int motion_start(struct motion *motion, struct scene *scene, const struct refdyn
         inputs_set(scene->inputs, motion->from, scene->work.x);
     if (status == REFDYN_OK)
         status = refdyn_drive_start(&motion->drive, motion->from, scene->q, scene->qd);
-    refdyn_drive_limit(&motion->drive, fmin(until, next_sample(motion)));
+    refdyn_drive_until(&motion->drive, until);
+    refdyn_drive_limit(&motion->drive, next_sample(motion));
     motion->cpu_s = cpu_seconds() - begin;
     return status == REFDYN_OK ? refdyn_energy_start(&motion->energy, &motion->drive) : status;
 }
@@ -214,7 +215,7 @@ bool motion_is_stopped(const struct motion *motion) {
 static int take_sample(struct motion *motion) {
     struct refdyn_drive *drive = &motion->drive;
     inputs_set(motion->scene->inputs, drive->t, drive->work->x);
-    refdyn_drive_limit(drive, fmin(motion->until, next_sample(motion)));
+    refdyn_drive_limit(drive, next_sample(motion));
     const int status = refdyn_drive_refresh(drive);
     if (status == REFDYN_OK && motion->stops)
         stops_hold(motion->stops);

@@ -127,7 +127,7 @@ static void look(struct motion *motion, int i, double t, const double *q, const 
 static int by_core(struct motion *motion) {
     struct refdyn_drive *drive = &motion->drive;
     int status = refdyn_drive_start(drive, 0, motion->scene->q, motion->scene->qd);
-    refdyn_drive_limit(drive, motion->scene->until);
+    refdyn_drive_until(drive, motion->scene->until);
     for (int i = 0; i < motion->scene->outputs && !status; i++) {
         status = refdyn_drive_to(drive, output_time(motion->scene, i));
         look(motion, i, drive->t, drive->q, drive->qd);

@@ -405,6 +405,32 @@ static void test_limits(void) {
     CHECK(rig_start(&rig, spring_model(0), options, 0, NULL) == REFDYN_OK);
     CHECK(refdyn_drive_to(&rig.drive, 1) == REFDYN_STEP_TOO_SMALL);
     CHECK(rig_close(&rig));
+    /* no step is longer than step_max, the first one included */
+    options = refdyn_options_default(REFDYN_RK8);
+    options.step = 0.5;
+    options.step_max = 0.01;
+    CHECK(rig_start(&rig, spring_model(0), options, 0, NULL) == REFDYN_OK);
+    CHECK(refdyn_drive_step(&rig.drive, 1, 1) == REFDYN_OK);
+    CHECK(rig.drive.statistics.step_largest == 0.01);
+    CHECK(rig_close(&rig));
+}
+
+/* No step, fixed or adaptive, reaches beyond the limit. */
+static void test_drive_limit(void) {
+    for (int method = REFDYN_RK4; method < EXPLICIT_COUNT; method++) {
+        struct rig rig;
+        struct refdyn_options options = refdyn_options_default((enum refdyn_method)method);
+        int ends = 0;
+        options.step = 0.07;
+        CHECK(rig_start(&rig, spring_model(0), options, 0, NULL) == REFDYN_OK);
+        refdyn_drive_limit(&rig.drive, 0.25);
+        while (rig.drive.t_end < 0.5) {
+            CHECK(refdyn_drive_step(&rig.drive, 0.5, 1) == REFDYN_OK);
+            ends += rig.drive.t_end == 0.25;
+        }
+        CHECK(ends == 1);
+        CHECK(rig_close(&rig));
+    }
 }
 
 static void check_refused(struct refdyn_options options) {
@@ -438,6 +464,9 @@ static void test_options(void) {
     struct rig rig;
     rig_open(&rig, film_model());
     options = fixed;
+    options.method = REFDYN_METHOD_COUNT;
+    CHECK(refdyn_drive_size(rig.work.model, &options) == 0);
+    options = fixed;
     options.step = 0;
     CHECK(rig_drive(&rig, &options) == REFDYN_BAD_OPTION);
     CHECK(rig_drive(&rig, &fixed) == REFDYN_OK);
@@ -462,6 +491,7 @@ int main(void) {
     test_undefined_mid_run();
     test_unstable();
     test_limits();
+    test_drive_limit();
     test_options();
     return check_summary();
 }
