@@ -17,7 +17,7 @@ from program import MODELS, REFERENCE, SOURCE, TESTS, all_models, check, close, 
 from random_models import as_lua, random_model, random_state
 
 DERIVATIVES = ["tangent", "d_qdd", "d_qdd_free", "d_force", "d_statics", "d_rows"]
-NEEDED = ["M", "h", "Q", "u", "phi", "psi", "k", "qdd", "qdd_free", "force", "start"]
+NEEDED = ["M", "h", "Q", "u", "v", "phi", "psi", "k", "qdd", "qdd_free", "force", "constrained", "start"]
 COMPILERS = [["gcc", "-std=c11"], ["clang", "-std=c11"], ["g++", "-std=c++17", "-x", "c++"], ["clang++", "-std=c++17", "-x", "c++"]]
 FUNCTIONS = "sin cos tan asin acos atan atan2 sinh cosh tanh exp log sqrt pow fabs fmin fmax".split()
 RANDOM = [6, 33, 48, 118, 301]
@@ -45,6 +45,29 @@ SHIM = """
 
 static const struct refdyn_model *const model = &MODEL_model;
 static double *p, *x, *qdd, *lambda, *room;
+static int is_replaced;
+static double gain;
+
+/* The derived parameters; then, as a caller may, gains of its own behind them, each another one. */
+static void prepare(void) {
+    if (model->prepare)
+        model->prepare(p);
+    for (int i = 0; i < 2 * model->m && is_replaced; i++)
+        if (model->gains[i] >= 0)
+            p[model->gains[i]] = gain * (i + 1);
+}
+
+void replace_gains(int replace, NARROW by) {
+    is_replaced = replace;
+    gain = by;
+    prepare();
+}
+
+/* 2 alpha and beta^2 of each row, 0 where k does not read one. */
+void gains(NARROW *out) {
+    for (int i = 0; i < 2 * model->m; i++)
+        out[i] = model->gains[i] >= 0 ? (NARROW)p[model->gains[i]] : 0;
+}
 
 static refdyn_function *function_of(const char *name) {
 #define CHOOSE(quantity) if (!strcmp(name, #quantity)) return model->quantity;
@@ -135,15 +158,13 @@ int evaluate(const char *name, NARROW t_in, const NARROW *state, const char *by,
         for (int s = 0; s < 6; s++) {
             const int far = s / 2 + 1;
             *from = middle + (s % 2 ? -far : far) * step;
-            if (model->prepare)
-                model->prepare(p);
+            prepare();
             call(name, p, x, t, q, q + n, now);
             for (int i = 0; i < count; i++)
                 sum[i] += (s % 2 ? -weights[s / 2] : weights[s / 2]) * now[i] / (60 * step);
         }
         *from = middle;
-        if (model->prepare)
-            model->prepare(p);
+        prepare();
     }
     for (int i = 0; i < count; i++)
         out[i] = (NARROW)(from ? sum[i] : now[i]);
@@ -190,6 +211,16 @@ class Emitted:
         self.p = array([0.0] * parameters)
         self.library.set_up(pointer(self.start), pointer(self.p))
         self.p[self.p == 0] = 1
+
+    def gains(self):
+        """(m x 2) 2 alpha and beta^2, 0 where k does not read one."""
+        gains = array([0.0] * (2 * self.m))
+        self.library.gains(pointer(gains))
+        return gains.reshape(self.m, 2)
+
+    def replace_gains(self, by):
+        """From now on the i-th gain is `by` times i, of rows that share one the last; None: those of the model again."""
+        self.library.replace_gains(by is not None, ctypes.c_double(by or 0))
 
     def fields(self, quantity):
         """Parts of a result and their lengths, from the header."""
@@ -243,7 +274,8 @@ def compare_blocks(wide, quantity, of, state, count, before="", without=()):
     return lines
 
 
-def compare_tangent(wide, state):
+def compare_tangent(wide, state, of_rows=0.0):
+    """of_rows: size of what may cancel in G_q, G_qd and g_t."""
     n, m, parts = wide.n, wide.m, wide.result("tangent", state)
     if not parts:
         return []
@@ -253,7 +285,8 @@ def compare_tangent(wide, state):
     lines += compare("M", parts["M"], wide.values("M", state, n * n).reshape(n, n))
     lines.append(close("qdd", parts["qdd"], wide.values("qdd" if m else "qdd_free", state, n), EXACT))
     if m:
-        lines += compare("G_q", parts["G_q"], by_q[n:]) + compare("G_qd", parts["G_qd"], by_qd[n:]) + compare("g_t", parts["g_t"], by_t[n:])
+        for part, slopes in ("G_q", by_q), ("G_qd", by_qd), ("g_t", by_t):
+            lines += compare(part, parts[part], slopes[n:], size=of_rows)
         lines += compare("u", parts["u"], wide.values("u", state, m * n).reshape(m, n))
         force = wide.values("force", state, n)
         lines.append(close("lambda", parts["lambda"].dot(parts["u"].reshape(m, n)), force, EXACT))
@@ -285,11 +318,18 @@ def state_near(start, seed, n):
     return {**state, "q": [a + b for a, b in zip(start, state["q"])]}
 
 
-@pytest.mark.parametrize("path, options", CASES, ids=NAMES)
-def test_derivatives(path, options, tmp_path):
-    name = emitted(model_of(path, tmp_path), options, tmp_path / "emitted")
-    wide, narrow = (Emitted(tmp_path / "emitted", name, width) for width in ("wide", "narrow"))
-    state, n, m = state_near(wide.start, 11, wide.n), wide.n, wide.m
+@pytest.fixture(scope="module", params=CASES, ids=NAMES)
+def compiled(request, tmp_path_factory):
+    """The emitted derivatives in both widths, and a state."""
+    (path, options), folder = request.param, tmp_path_factory.mktemp("derivatives")
+    name = emitted(model_of(path, folder), options, folder / "emitted")
+    wide, narrow = (Emitted(folder / "emitted", name, width) for width in ("wide", "narrow"))
+    return wide, narrow, state_near(wide.start, 11, wide.n)
+
+
+def test_derivatives(compiled):
+    wide, narrow, state = compiled
+    n, m = wide.n, wide.m
     still = {**state, "qd": [0.0] * n}
     lines = compare_tangent(wide, state)
     lines += compare_blocks(wide, "d_qdd_free", "qdd_free", state, n)
@@ -305,6 +345,85 @@ def test_derivatives(path, options, tmp_path):
             size = max(abs(exact[part] * scale).max(), size_of(wide, quantity, part, state))
             lines.append(close(f"{quantity}.{part} in doubles", found[part] * scale, exact[part] * scale, ROUNDED, size))
     check(lines)
+
+
+def test_power(compiled):
+    """What `constrained` gives as power is that of the programme force."""
+    wide, narrow, state = compiled
+    if not wide.m:
+        return
+    lines = []
+    for emitted_in, tolerance in (wide, EXACT), (narrow, ROUNDED):
+        force = emitted_in.values("force", state, wide.n)
+        power = emitted_in.result("constrained", state)["power"][0]
+        lines.append(close("power", [power], [force @ state["qd"]], tolerance, max(abs(force * state["qd"]).max(), 1e-300)))
+    check(lines)
+
+
+def compare_accelerations(wide, state):
+    """The tangent against differences of qdd and lambda: M dqdd - u^T dlambda = -K, u dqdd = -G."""
+    n, m, parts = wide.n, wide.m, wide.result("tangent", state)
+    M, u = parts["M"].reshape(n, n), parts["u"].reshape(m, n)
+    size = numpy.concatenate([1 / numpy.sqrt(M.diagonal()), numpy.ones(m)])
+    size[n:] = 1 / abs(u * size[:n]).max(axis=1)
+    matrix = size[:, None] * numpy.block([[M, -u.T], [u, numpy.zeros((m, m))]]) * size
+    lines, tolerance = [], EXACT + 1e-14 * numpy.linalg.cond(matrix)
+    values = abs(wide.values("constrained", state, n + m + 1)[:n + m] / size).max()
+    for by, of_force, of_row in ("q", "K", "G_q"), ("qd", "D", "G_qd"), ("t", "f_t", "g_t"):
+        right = -numpy.concatenate([parts[of_force].reshape(n, -1), parts[of_row].reshape(m, -1)])
+        found = numpy.linalg.solve(matrix, size[:, None] * right)
+        slopes = wide.slopes("constrained", state, n + m + 1, by)[:n + m] / size[:, None]
+        lines += compare(f"qdd and lambda by {by}", found, slopes, tolerance, max(values, abs(found).max()))
+    return lines
+
+
+def test_gains(compiled):
+    """Gains that a caller replaces behind `prepare` are those of k, of the accelerations and of the tangent."""
+    wide, _, state = compiled
+    if not wide.m:
+        return
+    n, m, lines = wide.n, wide.m, []
+    found = {name: wide.values(name, state, m) for name in ("v", "psi", "phi")}
+    v, psi, phi = (numpy.zeros(m) if values is None else values for values in found.values())
+    u = wide.values("u", state, m * n).reshape(m, n)
+    try:
+        for by in (0, 0.75):
+            wide.replace_gains(by)
+            gains = wide.gains()
+            terms = numpy.array([-v, -gains[:, 0] * psi, -gains[:, 1] * phi])
+            k, qdd = wide.values("k", state, m), wide.result("constrained", state)["qdd"]
+            lines.append(close("k", k, terms.sum(axis=0), EXACT, abs(terms).max()))
+            if numpy.linalg.matrix_rank(u) == m:
+                lines.append(close("u qdd = k", u @ qdd, k, EXACT, max(abs(u * qdd).max(), abs(k).max())))
+                lines += compare_accelerations(wide, state)
+            lines.append(close("qdd", wide.values("qdd", state, n), qdd, EXACT))
+            lines += compare_tangent(wide, state, abs(u).max()) + compare_blocks(wide, "d_rows", "k", state, m, "k_", ["p"])
+            lines += compare_blocks(wide, "d_qdd", "qdd", state, n, without=["p"])
+    finally:
+        wide.replace_gains(None)
+    check(lines)
+
+
+def places_of_gains(folder, path, *options):
+    refdyn("gen", path, *options, "-o", folder)
+    text = "".join(file.read_text() for file in sorted(folder.glob("*.c")))
+    places = re.search(r"_gains\[\] = \{([-\d, ]+)\}", text)
+    places = [int(place) for place in places[1].split(",")] if places else []
+    rows = re.search(r"(\d+) constraint rows", next(folder.glob("*.h")).read_text())[1]
+    assert len(places) == 2 * int(rows)
+    return places
+
+
+@pytest.mark.parametrize("path, options", [(path, ()) for path in all_models()] + [
+    (TESTS / "models" / "programme.lua", ()), (TESTS / "models" / "suite" / "arm.lua", ("--set", "row=swing"))],
+    ids=lambda value: getattr(value, "stem", ""))
+def test_gains_have_places(path, options, tmp_path):
+    """Apart for 2 alpha and beta^2, though their values be equal; and --fold, which makes parameters numbers, keeps them."""
+    places = places_of_gains(tmp_path / "symbolic", path, *options)
+    folded = places_of_gains(tmp_path / "folded", path, *options, "--fold")
+    assert [place >= 0 for place in folded] == [place >= 0 for place in places]
+    for of_model in places, folded:
+        assert not set(of_model[::2]) & set(of_model[1::2]) - {-1}
 
 
 @pytest.mark.parametrize("path", [REFERENCE] + [MODELS / f"{name}.lua" for name in ("branched", "gantry", "planar", "spacearm")],

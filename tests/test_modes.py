@@ -1,13 +1,15 @@
 """Small motions about an equilibrium: closed forms, published deviations, and motions of `refdyn sim`."""
 import cmath
+import ctypes
 import json
 import math
 import re
+import subprocess
 
 import numpy
 import pytest
 
-from program import MODELS, REFERENCE, TESTS, check, close, motion, refdyn, settings
+from program import MODELS, REFERENCE, SCALE, SOURCE, TESTS, check, close, motion, refdyn, settings
 
 BEAM = TESTS / "models" / "clamped_beam.lua"
 CHAIN = TESTS / "models" / "hanging_chain.lua"
@@ -372,3 +374,59 @@ def test_numbers_that_fail(tmp_path):
                      "  spring = { x = 1, phi = 1 } } } }\n")
     done = refdyn("modes", light, "--at", "initial", status=3)
     assert "mass matrix" in done.stderr and "cart_phi" in done.stderr and done.stdout == ""
+
+
+# ---- The spectrum that chooses a method ----
+
+SPECTRUM = """
+#include "MODEL.h"
+#include "linearise.h"
+#include <stdlib.h>
+
+int spectrum(const double *q, double *rate, double *damping);
+
+/* At rest at q, rows without gains. */
+int spectrum(const double *q, double *rate, double *damping) {
+    const struct refdyn_model *model = &MODEL_model;
+    const struct refdyn_options options = refdyn_options_default(REFDYN_AUTO);
+    const size_t work_size = refdyn_workspace_size(model), drive_size = refdyn_drive_size(model, &options);
+    void *work_memory = malloc(work_size), *drive_memory = malloc(drive_size);
+    double *qd = calloc((size_t)model->n, sizeof *qd);
+    struct refdyn_workspace work;
+    struct refdyn_drive drive;
+    int status = refdyn_workspace_init(&work, model, work_memory, work_size);
+    if (!status)
+        status = refdyn_drive_init(&drive, &work, &options, drive_memory, drive_size);
+    if (!status)
+        refdyn_anchor(&work, 0, q, qd, NULL);
+    if (!status)
+        status = refdyn_drive_start(&drive, 0, q, qd);
+    if (!status)
+        status = refdyn_linear_spectrum(&drive, rate, damping);
+    free(qd);
+    free(drive_memory);
+    free(work_memory);
+    return status;
+}
+"""
+ARM = TESTS / "models" / "suite" / "arm.lua"
+
+
+@pytest.mark.parametrize("model, values", [
+    (ARM, dict(n_rfe=4, root="clamp", ratio=0)), (ARM, dict(n_rfe=4, root="clamp", ratio=0.02)), (ARM, dict(n_rfe=4, root="clamp", ratio=1.5)),
+    (ARM, dict(n_rfe=4, root="clamp", dofs="psi,theta,phi", ratio=0.02)), (REFERENCE, dict(n_rfe=4)), (REFERENCE, dict(n_rfe=4, eta=1.3e-3)),
+    (BEAM, dict(n_rfe=8))], ids=str)
+def test_spectrum(model, values, tmp_path):
+    """The runtime's largest rate, found by iteration of vectors, is within 30 % that of the fastest mode; its damping, too."""
+    found, _ = analyse(model, **values)
+    refdyn("gen", model, *settings(values), "--emit", "all,tangent", "-o", tmp_path)
+    name = next(tmp_path.glob("*.h")).stem
+    (tmp_path / "spectrum.c").write_text(SPECTRUM.replace("MODEL", name))
+    subprocess.run(["gcc", "-std=c11", "-O0", "-fPIC", "-shared", "-I", SOURCE / "runtime", "-o", tmp_path / "spectrum.so",
+                    *tmp_path.glob("*.c"), *(SOURCE / "runtime").glob("*.c"), "-lm"], check=True)
+    q, rate, damping = (ctypes.c_double * len(found["q"]))(*found["q"]), ctypes.c_double(), ctypes.c_double()
+    assert ctypes.CDLL(str(tmp_path / "spectrum.so")).spectrum(q, ctypes.byref(rate), ctypes.byref(damping)) == 0
+    fastest = found["modes"][-1]
+    print(f"rate {rate.value:.5g}, omega {fastest['omega']:.5g}; damping {damping.value:.5g}, {fastest['damping']:.5g}")
+    assert abs(rate.value / fastest["omega"] - 1) <= 0.3 * SCALE
+    assert abs(damping.value - fastest["damping"]) <= 0.3 * SCALE * max(fastest["damping"], 1e-3)

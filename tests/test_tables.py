@@ -2,6 +2,7 @@
 import ctypes
 import functools
 import itertools
+import math
 import subprocess
 
 import mpmath
@@ -9,7 +10,7 @@ import pytest
 
 from program import SCALE, SOURCE
 
-DIGITS = 40
+DIGITS = 50
 THETAS = [mpmath.mpf(k) / 8 for k in range(9)]
 
 
@@ -67,6 +68,15 @@ class Rosenbrock(ctypes.Structure):
                                                      "interpolant_terms", "is_w_method")]
                 + [("gamma", ctypes.c_double)]
                 + [(name, ctypes.POINTER(ctypes.c_double)) for name in ("a", "c", "alpha", "gamma_sum", "b", "e", "interpolant")])
+
+
+class Collocation(ctypes.Structure):
+    """struct refdyn_collocation_table"""
+    _fields_ = ([("name", ctypes.c_char_p)]
+                + [(name, ctypes.c_int) for name in ("stages", "order", "eigenvalues")]
+                + [(name, ctypes.c_double) for name in ("ratio", "share")]
+                + [(name, ctypes.POINTER(ctypes.c_double)) for name in ("c", "a", "aa", "b", "bb", "lagrange", "e", "e_low", "lambda",
+                                                                        "left", "right")])
 
 
 class RungeKutta(ctypes.Structure):
@@ -358,3 +368,200 @@ def test_rosenbrock_step(rosenbrock):
         print(f"{table.name.decode()}: error of a step, embedded, within it, falls with h^{[round(float(rate), 2) for rate in rates]}")
         for rate, order in zip(rates, (table.order, table.order_error, table.order_interpolant)):
             assert rate == pytest.approx(order + 1, abs=0.35)
+
+
+# ---- Collocation: everything derived again from the abscissae, which are roots of polynomials
+
+LAST_PLACES = 2   # units in the last place that an entry may be off
+ROUNDING = mpmath.mpf(10) ** -40   # what is smaller, in 50 digits, is zero
+
+
+def abscissae(name):
+    """Roots of the Legendre polynomial of degree 6, and of P_5 - P_4, on (0, 1) (Solving ODEs II, IV.5)."""
+    degree = {"gauss12": 6, "radau9": 5}[name]
+
+    def legendre(n):
+        """Coefficients of x^n P_n(2 x - 1), lowest first."""
+        return [(-1) ** (n + k) * mpmath.binomial(n, k) * mpmath.binomial(n + k, k) for k in range(n + 1)]
+    polynomial = legendre(degree)
+    if name == "radau9":
+        polynomial = [p - q for p, q in zip(polynomial, legendre(degree - 1) + [0])]
+    return sorted(mpmath.re(root) for root in mpmath.polyroots(polynomial[::-1], maxsteps=200, extraprec=200))
+
+
+def lagrange_polynomials(c):
+    """Coefficients of L_j, lowest first."""
+    rows = []
+    for j, own in enumerate(c):
+        row = [mpmath.mpf(1)]
+        for other in c[:j] + c[j + 1:]:
+            row = [(low - other * high) / (own - other) for low, high in zip([0, *row], [*row, 0])]
+        rows.append(row)
+    return rows
+
+
+def integral(polynomial, end):
+    return mpmath.fsum(value * end ** (k + 1) / (k + 1) for k, value in enumerate(polynomial))
+
+
+class DerivedCollocation:
+    """All entries of a table, as collocation.h defines them."""
+
+    def __init__(self, table):
+        self.name, self.order, s = table.name.decode(), table.order, table.stages
+        self.c, self.s = abscissae(self.name), s
+        self.lagrange = lagrange_polynomials(self.c)
+        self.a = mpmath.matrix([[integral(L, c) for L in self.lagrange] for c in self.c])
+        self.aa = self.a * self.a
+        self.b = mpmath.matrix([[integral(L, 1) for L in self.lagrange]])
+        self.bb = self.b * self.a
+        self.e = [-L[0] for L in self.lagrange]
+        self.e_low = [-L[0] for L in lagrange_polynomials(self.c[:-1])] + [mpmath.mpf(0)]
+        values, vectors = mpmath.eig(self.a.T)
+        listed = sorted((k for k in range(s) if mpmath.im(values[k]) > -ROUNDING),
+                        key=lambda k: (abs(mpmath.im(values[k])) > ROUNDING, mpmath.re(values[k])))
+        self.eigenvalues = [self.cleaned(values[k]) for k in listed]
+        self.left = [[self.cleaned(vectors[i, k] / vectors[0, k]) for i in range(s)] for k in listed]
+        # all left vectors with their conjugates; the columns of the inverse are the right ones
+        pairs = [row for value, row in zip(self.eigenvalues, self.left)
+                 for row in ([row] if mpmath.im(value) == 0 else [row, [mpmath.conj(entry) for entry in row]])]
+        inverse, at, self.right = mpmath.matrix(pairs) ** -1, 0, []
+        for value in self.eigenvalues:
+            count = 1 if mpmath.im(value) == 0 else 2
+            self.right.append([self.cleaned(count * inverse[i, at]) for i in range(s)])
+            at += count
+
+    @staticmethod
+    def cleaned(value):
+        """Imaginary parts that are rounding are none."""
+        value = mpmath.mpc(value)
+        return mpmath.mpc(value.real, 0) if abs(value.imag) < ROUNDING else value
+
+    def vibration(self, x):
+        """Of q = exp(i x theta), stepped over 0 <= theta <= 1: d, d_low, and the error of q at the end."""
+        eye, ones, c = mpmath.eye(self.s), mpmath.ones(self.s, 1), mpmath.matrix(self.c)
+        # a = -x^2 (q + c qd + aa a) in the time of a step
+        a = mpmath.lu_solve(eye + x * x * self.aa, -x * x * (ones + 1j * x * c))
+        d, d_low = (-x * x + mpmath.fdot(weights, a) for weights in (self.e, self.e_low))
+        return d, d_low, 1 + 1j * x + (self.bb * a)[0] - mpmath.expj(x)
+
+    def constants(self):
+        """K, K_low and C of collocation.h: remainders of interpolation and of Pade's approximation (Solving ODEs II, IV.3)."""
+        s, factorial = self.s, mpmath.factorial
+        C = factorial(s) * factorial(self.order - s) / (factorial(self.order) * factorial(self.order + 1))
+        return mpmath.fprod(self.c) / factorial(s), mpmath.fprod(self.c[:-1]) / factorial(s - 1), C
+
+
+@pytest.fixture(scope="module", params=["gauss12", "radau9"])
+def collocation(request, library, precision):
+    table = Collocation.in_dll(library, "refdyn_" + request.param)
+    assert table.name.decode() == request.param
+    return table, DerivedCollocation(table)
+
+
+def last_places(found, exact):
+    """Largest difference in units of the last place of what is exact; zeros have to be zeros."""
+    units = [math.ulp(float(right)) if abs(right) > ROUNDING else float(ROUNDING) for right in exact]
+    return max(abs(mpmath.mpf(value) - right) / unit for value, right, unit in zip(found, exact, units, strict=True))
+
+
+def pairs_of(entries):
+    return [part for entry in entries for part in (mpmath.re(entry), mpmath.im(entry))]
+
+
+def test_collocation_entries(collocation):
+    table, derived = collocation
+    assert table.eigenvalues == len(derived.eigenvalues)
+    K, K_low, C = derived.constants()
+    entries = {"c": derived.c, "a": list(derived.a), "aa": list(derived.aa), "b": list(derived.b), "bb": list(derived.bb),
+               "lagrange": sum(derived.lagrange, []), "e": derived.e, "e_low": derived.e_low, "lambda": pairs_of(derived.eigenvalues),
+               "left": pairs_of(sum(derived.left, [])), "right": pairs_of(sum(derived.right, []))}
+    worst = {name: last_places(getattr(table, name)[:len(exact)], exact) for name, exact in entries.items()}
+    worst["ratio"], worst["share"] = last_places([table.ratio], [K_low / K]), last_places([table.share], [C / K])
+    print(table.name.decode(), {name: round(float(value), 2) for name, value in worst.items()})
+    assert all(value <= LAST_PLACES * SCALE for value in worst.values()), worst
+
+
+def test_collocation_parts_make_the_whole(collocation):
+    """sum_k Re(right_ik lambda_k left_kj) = a_ij, and the identity without lambda, in the numbers of the table."""
+    table, derived = collocation
+    s = table.stages
+
+    def entry(values, at):
+        return mpmath.mpc(values[2 * at], values[2 * at + 1])
+    for is_a in True, False:
+        worst = 0
+        for i, j in itertools.product(range(s), repeat=2):
+            terms = [entry(table.right, k * s + i) * entry(table.left, k * s + j) * (entry(getattr(table, "lambda"), k) if is_a else 1)
+                     for k in range(table.eigenvalues)]
+            size = mpmath.fsum(map(abs, terms))
+            worst = max(worst, abs(mpmath.re(mpmath.fsum(terms)) - (mpmath.mpf(table.a[i * s + j]) if is_a else i == j)) / size)
+        print(f"{table.name.decode()}: {'a' if is_a else 'identity'} to {float(worst):.1e} of its terms")
+        assert worst <= 4 * mpmath.mpf(2) ** -53 * SCALE
+
+
+# B(p), C(eta), D(zeta) (Solving ODEs II, IV.5) up to where they hold: p <= eta + zeta + 1 and p <= 2 eta + 2 make the order p.
+ASSUMPTIONS = {"gauss12": (12, 6, 6), "radau9": (9, 5, 4)}
+
+
+def test_collocation_order(collocation):
+    table, _ = collocation
+    s, name = table.stages, table.name.decode()
+    p, eta, zeta = ASSUMPTIONS[name]
+    assert table.order == p <= min(eta + zeta + 1, 2 * eta + 2)
+    a, b, c = matrix(table.a, s, s), matrix(table.b, 1, s), [mpmath.mpf(value) for value in table.c[:s]]
+
+    def power(k):
+        return mpmath.matrix([value ** k for value in c])
+
+    def B(q):
+        return abs((b * power(q - 1))[0] - mpmath.mpf(1) / q)
+
+    def C(q):
+        return max(map(abs, a * power(q - 1) - power(q) / q))
+
+    def D(q):
+        return max(abs(mpmath.fsum(b[i] * c[i] ** (q - 1) * a[i, j] for i in range(s)) - b[j] / q * (1 - c[j] ** q)) for j in range(s))
+    for what, condition, last in ("B", B, p), ("C", C, eta), ("D", D, zeta):
+        worst = max(condition(q) for q in range(1, last + 1))
+        print(f"{name}: {what}({last}) to {float(worst):.1e}, {what}({last + 1}) to {float(condition(last + 1)):.1e}")
+        assert worst <= 1e-15 * SCALE
+        assert condition(last + 1) > 1e-8, f"{what} holds further than it should"
+
+
+def stability(table, z):
+    """R(z) = 1 + z b (I - z a)^-1 1"""
+    s = table.stages
+    solved = mpmath.lu_solve(mpmath.eye(s) - z * matrix(table.a, s, s), mpmath.ones(s, 1))
+    return 1 + z * (matrix(table.b, 1, s) * solved)[0]
+
+
+def test_collocation_stability(collocation):
+    """Gauss is neutral to all vibrations; Radau damps all, at infinity to nothing."""
+    table, derived = collocation
+    decades = [mpmath.mpf(10) ** (mpmath.mpf(k) / 8) for k in range(-16, 25)]
+    axis = [abs(stability(table, 1j * y)) for y in decades]
+    left = [abs(stability(table, -y * mpmath.expj(angle))) for y in decades for angle in (0, 0.4, 0.8, 1.2, 1.5, 1.57)]
+    assert all(mpmath.re(value) > 0 for value in derived.eigenvalues)
+    assert max(left) <= 1 + 1e-13 * SCALE
+    if table.name == b"gauss12":
+        print(f"gauss12: | |R| - 1 | on the axis {float(max(abs(value - 1) for value in axis)):.1e}")
+        assert max(abs(value - 1) for value in axis) <= 1e-13 * SCALE
+        return
+    s = table.stages
+    at_infinity = abs(1 - (matrix(table.b, 1, s) * mpmath.lu_solve(matrix(table.a, s, s), mpmath.ones(s, 1)))[0])
+    print(f"radau9: |R(infinity)| {float(at_infinity):.1e}, largest on the axis 1 + {float(max(axis) - 1):.1e}")
+    assert at_infinity <= 1e-13 * SCALE
+    assert max(axis) <= 1 + 1e-13 * SCALE
+
+
+def test_collocation_error_estimate(collocation):
+    """Of a vibration that turns by 0.5 to 3 radians in a step, as collocation.h writes it."""
+    table, derived = collocation
+    for x in mpmath.mpf(1) / 100, *(mpmath.mpf(k) / 4 for k in range(2, 13)):
+        d, d_low, error = map(abs, derived.vibration(x))
+        turned = table.ratio * d / d_low
+        estimate = table.share * d * turned ** (table.order - table.stages - 1)
+        print(f"{table.name.decode()}: {float(x)} rad, seen as {float(turned):.3f}, estimate / error {float(estimate / error):.2f}")
+        assert mpmath.mpf(1) / 3 < estimate / error < 3
+        assert x > 0.1 or abs(estimate / error - 1) < 1e-3
