@@ -73,7 +73,7 @@ class Rosenbrock(ctypes.Structure):
 class Collocation(ctypes.Structure):
     """struct refdyn_collocation_table"""
     _fields_ = ([("name", ctypes.c_char_p)]
-                + [(name, ctypes.c_int) for name in ("stages", "order", "eigenvalues")]
+                + [(name, ctypes.c_int) for name in ("stages", "order", "continued", "eigenvalues")]
                 + [(name, ctypes.c_double) for name in ("ratio", "share")]
                 + [(name, ctypes.POINTER(ctypes.c_double)) for name in ("c", "a", "aa", "b", "bb", "lagrange", "e", "e_low", "lambda",
                                                                         "left", "right")])
