@@ -89,7 +89,7 @@ static void *run(void *argument) {
     const long before = allocations;
     refdyn_initial_state(&work, q, qd);
     for (int i = 0; i < work.n; i++)
-        qd[i] *= motion->faster;
+        qd[i] = motion->faster * qd[i] + (motion->faster - 1) / 10;
     refdyn_anchor(&work, 0, q, qd, NULL);
     motion->status = follow(motion, &drive, q, qd);
     motion->allocations = allocations - before;
