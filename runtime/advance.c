@@ -415,7 +415,9 @@ int refdyn_advance(struct refdyn_drive *drive, double t_out) {
     const int is_fixed = drive->options.tol == 0;
     double bound = fmin(if_ahead(drive, drive->t_most), if_ahead(drive, drive->t_final));
     if (is_fixed || refdyn_method_facts(drive->method).collocation)
-        bound = fmin(bound, t_out); /* between the ends of collocation's steps a state has a lower order */
+        bound = bound > t_out + least
+                    ? t_out
+                    : bound; /* between the ends of collocation's steps a state has a lower order */
     const double t_stop = ahead < bound - least ? ahead : bound;
     return is_fixed ? step_fixed(drive, t_stop) : step_adaptive(drive, t_out, t_stop);
 }

@@ -230,4 +230,5 @@ void refdyn_choose_take_up(struct refdyn_drive *drive) {
     drive->factored_h = drive->last_h = drive->rate = 0;
     drive->tried_t = INFINITY;
     drive->error_last = 1;
+    drive->step_cap = INFINITY;
 }

@@ -31,6 +31,8 @@ static const double stalled = 1e-11;
 static const double slow = 0.5;
 /* Factors are used again while each correction falls below this part of the one before. */
 static const double fast = 0.1;
+/* A step that is a smaller part of the time than this is none to continue. */
+static const double least_part = 1e-12;
 /* A vibration of more than so many radians a step is not resolved: its error is that of its size. */
 static const double resolved = 10;
 
@@ -67,6 +69,9 @@ static void guess(struct refdyn_drive *drive, const struct refdyn_collocation_ta
     if (drive->tried_t < drive->t_begin) { /* the last attempt became a step */
         memcpy(stages.last, stages.now, (size_t)s * bytes);
         drive->last_h = drive->tried_h;
+        if (drive->last_h <
+            least_part * fabs(drive->t_begin)) /* between two times that rounding tells apart */
+            drive->last_h = drive->rate = 0;
     }
     for (int i = 0; i < s; i++) {
         double *a = stages.now + i * n;

@@ -258,7 +258,7 @@ static void judge_shape(struct refdyn_linear *linear, const double *shape, doubl
         *rate = *damping = 0;
 }
 
-enum { SPECTRUM_ITERATIONS = 24, GROWTH_ITERATIONS = 4 /* even: of two parts that take turns */ };
+enum { SPECTRUM_ITERATIONS = 24, GROWTH_ITERATIONS = 12 /* even: of two parts that take turns */ };
 
 int refdyn_linear_spectrum(struct refdyn_drive *drive, double *rate, double *damping) {
     struct refdyn_linear *linear = &drive->linear;

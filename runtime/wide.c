@@ -7,6 +7,7 @@
  * for wide vectors is taken where the processor has them; no operation is fused or reordered, so results do
  * not depend on it.
  */
+#include <float.h>
 #include <math.h>
 
 #include "dense.h"
@@ -134,6 +135,8 @@ INLINE int factor_complex_panel(double *re, double *im, int n, int first, int la
             swap_rows(im + at * n, im + k * n, n);
         }
         const double a = re[k * n + k], b = im[k * n + k], square = a * a + b * b;
+        if (!(square > 0 && square <= DBL_MAX))
+            return k;
         for (int i = k + 1; i < n; i++) {
             double *x = re + i * n, *y = im + i * n;
             const double lr = (x[k] * a + y[k] * b) / square, li = (y[k] * a - x[k] * b) / square;
