@@ -340,17 +340,42 @@ static const expression *held_multipliers(struct derivation *d) {
     return held;
 }
 
-static struct builder start(struct derivation *d, struct function *f, bool has_rows) {
+static struct builder open_builder(struct derivation *d, struct function *f, bool has_rows) {
     struct pulls *pulls = no_pulls(&d->kinematics);
-    struct builder b = {.d = d, .f = f, .pulls = pulls};
     add_applied_pulls(&d->kinematics, pulls);
-    if (has_rows) {
+    if (has_rows)
         add_row_pulls(&d->kinematics, pulls);
+    return (struct builder){.d = d, .f = f, .pulls = pulls};
+}
+
+/* At the accelerations that the equations of motion give. */
+static struct builder start(struct derivation *d, struct function *f, bool has_rows) {
+    struct builder b = open_builder(d, f, has_rows);
+    if (has_rows)
         constrained_accelerations(d);
-    }
     const expression *accelerations =
         held_accelerations(d, has_rows ? d->solution->qdd : free_accelerations(d));
     b.held = hold(&d->kinematics, accelerations, has_rows ? held_multipliers(d) : NULL);
+    return b;
+}
+
+struct given {
+    const struct kinematics *k;
+    expression *accelerations;
+};
+
+static void take_acceleration(void *context, int i) {
+    const struct given *x = context;
+    x->accelerations[i] = coordinate_of(x->k, i, 2);
+}
+
+/* At accelerations and multipliers that the caller gives. */
+static struct builder start_held(struct derivation *d, struct function *f) {
+    struct builder b = open_builder(d, f, d->m > 0);
+    struct given x = {&d->kinematics, new_values(d, d->frames)};
+    visit_joints(d->g, d->kinematics.tree, take_acceleration, &x);
+    b.held = hold(&d->kinematics, x.accelerations, NULL);
+    f->is_held = true;
     return b;
 }
 
@@ -400,11 +425,8 @@ static struct terms motion_terms(const struct builder *b) {
 
 void build_tangent(struct derivation *d, struct function *f) {
     const int n = d->n, m = d->m;
-    int lambda = NOTHING, G_q = NOTHING, G_qd = NOTHING, g_t = NOTHING, u = NOTHING;
-    struct builder b = start(d, f, m > 0);
-    const int qdd = add_result(d, f, "qdd", "(n) accelerations", n, 0);
-    if (m)
-        lambda = add_result(d, f, "lambda", "(m) multipliers, programme force u^T lambda", m, 0);
+    int G_q = NOTHING, G_qd = NOTHING, g_t = NOTHING, u = NOTHING;
+    struct builder b = start_held(d, f);
     const int K =
         add_result(d, f, "K", "(n x n) d(M qdd - h - Q - u^T lambda)/dq at held qdd, lambda", n * n, n);
     const int D = add_result(d, f, "D", "(n x n) the same by qd", n * n, n);
@@ -421,10 +443,8 @@ void build_tangent(struct derivation *d, struct function *f) {
     const struct parts parts = parts_of(d);
     struct terms terms = motion_terms(&b);
     differentiate_terms(d, &terms, (const int[BLOCK_COUNT]){[BY_T] = 1});
-    spread(d, f, qdd, 0, 1, m ? d->solution->qdd : free_accelerations(d));
     spread_block(&b, &terms, parts.motion, BY_T, f_t);
     if (m) {
-        memcpy(field_values(f, lambda), d->solution->lambda, (size_t)m * sizeof *d->solution->lambda);
         fill_block(&b, &terms, parts.rows, BY_T, 1, g_t);
         spread_row_slopes(&b, row_balances(&d->kinematics), 0, 1, G_q);
         spread_row_slopes(&b, row_balances(&d->kinematics), 1, 1, G_qd);

@@ -25,7 +25,7 @@ struct emission {
     int group;                       /* of loops, being printed; 0: none */
     bool is_cut;                     /* the function being printed is cut into pieces */
     bool has_sincos;                 /* the file being printed has the pass over angles */
-    bool uses_p, uses_x, uses_t, uses_q, uses_qd, uses_carried;
+    bool uses_p, uses_x, uses_t, uses_q, uses_qd, uses_qdd, uses_lambda, uses_carried;
 };
 
 /* The expression of e, its own value spelled out even when it is a statement. */

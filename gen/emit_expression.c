@@ -66,11 +66,17 @@ static void emit_infix(struct emission *x, struct text *text, const struct node 
     emit_operand(x, text, node->operand[1], own + 1);
 }
 
+static const char *coordinate_array(struct emission *x, int order) {
+    static const char *const arrays[] = {"q", "qd", "qdd"};
+    bool *const uses[] = {&x->uses_q, &x->uses_qd, &x->uses_qdd};
+    *uses[order] = true;
+    return arrays[order];
+}
+
 /* q[4 + 3 * e]: of the element that the loop is at. */
 static void emit_element(struct emission *x, struct text *text, const struct symbol *s) {
     const struct frame *frame = &x->plan->rolled->frames[s->index];
-    *(s->order ? &x->uses_qd : &x->uses_q) = true;
-    text_add(text, "%s[", s->order ? "qd" : "q");
+    text_add(text, "%s[", coordinate_array(x, s->order));
     emit_run_index(text, frame->coordinate, x->plan->rolled->runs[frame->run].period);
     text_add(text, "]");
 }
@@ -115,9 +121,12 @@ static void emit_symbol(struct emission *x, struct text *text, expression e) {
         x->uses_t = true;
         text_add(text, "t");
         return;
+    case SYMBOL_MULTIPLIER:
+        x->uses_lambda = true;
+        text_add(text, "lambda[%d]", s->index);
+        return;
     default:
-        *(s->order ? &x->uses_qd : &x->uses_q) = true;
-        text_add(text, "%s[%d]", s->order ? "qd" : "q", s->index);
+        text_add(text, "%s[%d]", coordinate_array(x, s->order), s->index);
     }
 }
 

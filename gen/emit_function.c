@@ -50,6 +50,10 @@ static void emit_arguments(struct emission *x, struct text *text, const struct f
     text_add(text, "const struct %s_parameters *p, const struct %s_inputs *x, double t,\n        ", x->name,
              x->name);
     text_add(text, "const double q[%d], const double qd[%d], ", n, n);
+    if (function->is_held)
+        text_add(text, "const double qdd[%d], ", n);
+    if (function->is_held && x->plan->model->row_count)
+        text_add(text, "const double lambda[%d], ", x->plan->model->row_count);
     emit_result_type(x, text, function);
 }
 
@@ -360,7 +364,8 @@ static void emit_body(struct writer *w, int piece) {
     x->piece = piece;
     w->last_remark = NULL;
     w->wrote_result = false;
-    x->uses_p = x->uses_x = x->uses_t = x->uses_q = x->uses_qd = x->uses_carried = false;
+    x->uses_p = x->uses_x = x->uses_t = x->uses_q = x->uses_qd = false;
+    x->uses_qdd = x->uses_lambda = x->uses_carried = false;
     emit_blocks(w, piece ? w->function->piece_ends[piece - 1] : 0, w->function->piece_ends[piece]);
     emit_results(w, piece);
 }
@@ -370,9 +375,10 @@ static void emit_unused(const struct writer *w, struct text *text) {
     const struct {
         bool used;
         const char *name;
-    } arguments[] = {
-        {x->uses_p, "p"}, {x->uses_x, "x"}, {x->uses_t, "t"}, {x->uses_q, "q"}, {x->uses_qd, "qd"}};
-    for (int i = 0; i < (is_prepare(w) ? 1 : 5); i++)
+    } arguments[] = {{x->uses_p, "p"},   {x->uses_x, "x"},     {x->uses_t, "t"},          {x->uses_q, "q"},
+                     {x->uses_qd, "qd"}, {x->uses_qdd, "qdd"}, {x->uses_lambda, "lambda"}};
+    const int held = !w->function->is_held ? 5 : x->plan->model->row_count ? 7 : 6;
+    for (int i = 0; i < (is_prepare(w) ? 1 : held); i++)
         if (!arguments[i].used)
             text_add(text, "    (void)%s;\n", arguments[i].name);
 }
@@ -464,6 +470,10 @@ static void emit_piece(struct writer *w, int piece) {
     text_add(text, "%s}\n\n", body.data);
 }
 
+static const char *held_arguments(const struct emission *x, const struct function *function) {
+    return !function->is_held ? "" : x->plan->model->row_count ? "qdd, lambda, " : "qdd, ";
+}
+
 static void emit_calls(struct writer *w) {
     struct emission *x = w->x;
     const char *result = result_name(w->function);
@@ -477,7 +487,7 @@ static void emit_calls(struct writer *w) {
         if (is_prepare(w))
             text_add(w->text, "p, &s);\n");
         else
-            text_add(w->text, "p, x, t, q, qd, %s, &s);\n", result);
+            text_add(w->text, "p, x, t, q, qd, %s%s, &s);\n", held_arguments(x, w->function), result);
     }
     emit_mirrors(w);
     emit_loops(x, w->text, w->function, w->local);

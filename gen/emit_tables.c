@@ -208,6 +208,10 @@ static void emit_adapters(struct emission *x, struct text *text) {
                  "    %s_%s((const struct %s_parameters *)(const void *)p,\n        (const struct %s_inputs "
                  "*)(const void *)x, t, q, qd, ",
                  x->name, function->quantity, x->name, x->name);
+        if (function->is_held)
+            text_add(text, "qd + %d, ", x->plan->tree->count);
+        if (function->is_held && x->plan->model->row_count)
+            text_add(text, "qd + %d, ", 2 * x->plan->tree->count + 1);
         if (function->field_count > 1)
             text_add(text, "(struct %s_%s_result *)(void *)", x->name, function->quantity);
         text_add(text, "out);\n}\n\n");

@@ -32,10 +32,15 @@ static const struct element_run *run_of(const struct plan *plan, int run) {
     return &plan->rolled->runs[run];
 }
 
+/* Behind rates stand accelerations, where a function takes those. */
+static double coordinate_value(const struct arguments *a, int coordinate, int order) {
+    return order == 0 ? a->q[coordinate] : a->qd[coordinate + (order == 2 ? a->plan->tree->count : 0)];
+}
+
 static double element_value(const struct arguments *a, const struct symbol *s, int r) {
     const struct frame *frame = &a->plan->rolled->frames[s->index];
     const int coordinate = frame->coordinate + r * run_of(a->plan, frame->run)->period;
-    return s->order ? a->qd[coordinate] : a->q[coordinate];
+    return coordinate_value(a, coordinate, s->order);
 }
 
 static double symbol_value(const struct state *state, const struct symbol *s, int r) {
@@ -54,8 +59,10 @@ static double symbol_value(const struct state *state, const struct symbol *s, in
     case SYMBOL_CARRIED:
     case SYMBOL_FINAL:
         return state->slots[s->index];
+    case SYMBOL_MULTIPLIER:
+        return a->qd[2 * a->plan->tree->count + 1 + s->index];
     default:
-        return s->order ? a->qd[s->index] : a->q[s->index];
+        return coordinate_value(a, s->index, s->order);
     }
 }
 

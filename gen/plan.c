@@ -64,9 +64,8 @@ static bool is_sign(const struct graph *g, expression e) {
 
 /* Moved out of all functions but `prepare`; a sign stays where it is. */
 static bool is_parameter_only(const struct graph *g, expression e) {
-    return is_gain(g->nodes[e].operation) ||
-           (g->nodes[e].depends == ON_PARAMETER && operation_arity(g->nodes[e].operation) > 0 &&
-            !is_sign(g, e));
+    return is_gain(g->nodes[e].operation) || (g->nodes[e].depends == ON_PARAMETER &&
+                                              operation_arity(g->nodes[e].operation) > 0 && !is_sign(g, e));
 }
 
 static bool is_moved(const struct plan *plan, const struct function *function, expression e) {

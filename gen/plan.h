@@ -54,6 +54,7 @@ struct part {
 
 struct function {
     const char *quantity, *about;
+    bool is_held;         /* qdd and lambda are given, too */
     struct field *fields; /* parts of the result, then local arrays, which loops read */
     int field_count, local_count, field_capacity;
     expression *out; /* values of all fields; loops add to them */

@@ -221,9 +221,9 @@ static expression programme_power(struct derivation *d, const expression *lambda
 static void build_constrained(struct derivation *d, struct function *f) {
     const struct solution *solution = constrained_accelerations(d);
     spread_field(d, f, "qdd", "(n) accelerations with stabilised constraints", solution->qdd);
-    fill_field(d, f, "lambda", "(m) multipliers, r = u^T lambda", solution->lambda, d->m);
     const expression power = programme_power(d, solution->lambda);
     fill_field(d, f, "power", "(1) of the programme force, lambda . (u qd) [W]", &power, 1);
+    fill_field(d, f, "lambda", "(m) multipliers, r = u^T lambda", solution->lambda, d->m);
 }
 
 static void build_qdd(struct derivation *d, struct function *f) {

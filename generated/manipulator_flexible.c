@@ -3052,9 +3052,9 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
     out->qdd[1] = t134 + t142 * t206 - t150 * row_2_lambda;
     out->qdd[2] = t146 * t206 - t138 - t154 * row_2_lambda;
     out->qdd[12] = t199 * row_2_lambda - (t193 + t195 * t206);
+    out->power[0] = point_E_zd * row_2_lambda - t206 * (point_E_xd * t26 + point_E_yd * t25);
     out->lambda[0] = -t206;
     out->lambda[1] = row_2_lambda;
-    out->power[0] = point_E_zd * row_2_lambda - t206 * (point_E_xd * t26 + point_E_yd * t25);
 }
 
 void manipulator_flexible_force(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -3656,7 +3656,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "b7b2f044ce132beb",
+    SET(hash) "e6b0e62f1a559451",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

@@ -137,8 +137,8 @@ struct manipulator_flexible_point_terms_result {
 
 struct manipulator_flexible_constrained_result {
     double qdd[13]; /* (n) accelerations with stabilised constraints */
-    double lambda[2]; /* (m) multipliers, r = u^T lambda */
     double power[1]; /* (1) of the programme force, lambda . (u qd) [W] */
+    double lambda[2]; /* (m) multipliers, r = u^T lambda */
 };
 
 struct manipulator_flexible_equations_result {

@@ -711,9 +711,9 @@ void manipulator_rigid_constrained(const struct manipulator_rigid_parameters *p,
     out->qdd[1] = t22 - t37 * t56;
     out->qdd[2] = t25 - t40 * t56 + t47 * row_2_lambda;
     out->qdd[3] = t27 - t41 * t56 + t49 * row_2_lambda;
+    out->power[0] = point_E_zd * row_2_lambda - t56 * (point_E_xd * t17 + point_E_yd * t16);
     out->lambda[0] = -t56;
     out->lambda[1] = row_2_lambda;
-    out->power[0] = point_E_zd * row_2_lambda - t56 * (point_E_xd * t17 + point_E_yd * t16);
 }
 
 void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -1108,7 +1108,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "a58846c9a6dd673d",
+    SET(hash) "3bb585f1f2ee5ded",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,

@@ -113,8 +113,8 @@ struct manipulator_rigid_point_terms_result {
 
 struct manipulator_rigid_constrained_result {
     double qdd[4]; /* (n) accelerations with stabilised constraints */
-    double lambda[2]; /* (m) multipliers, r = u^T lambda */
     double power[1]; /* (1) of the programme force, lambda . (u qd) [W] */
+    double lambda[2]; /* (m) multipliers, r = u^T lambda */
 };
 
 struct manipulator_rigid_equations_result {

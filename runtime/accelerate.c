@@ -128,26 +128,19 @@ static void find_multipliers(struct refdyn_workspace *work, const double *qdd) {
             lambda[a] -= work->rows[k * stride + a] * lambda[k];
 }
 
-void refdyn_programme_force(struct refdyn_workspace *work, const double *qdd, double *force, double *lambda) {
+void refdyn_multipliers(struct refdyn_workspace *work, const double *qdd, double *lambda) {
+    find_multipliers(work, qdd);
+    for (int a = 0; a < work->m; a++)
+        lambda[a] = 0;
+    for (int k = 0; k < work->partition.rank; k++)
+        lambda[work->partition.row[k]] = work->lambda[k];
+}
+
+void refdyn_programme_force(struct refdyn_workspace *work, const double *qdd, double *force) {
     const int n = work->n;
     find_multipliers(work, qdd);
     for (int j = 0; j < n; j++)
         force[j] = 0;
-    for (int a = 0; lambda && a < work->m; a++)
-        lambda[a] = 0;
-    for (int k = 0; k < work->partition.rank; k++) {
-        const int row = work->partition.row[k];
-        dense_add(force, work->lambda[k], work->u + row * n, n);
-        if (lambda)
-            lambda[row] = work->lambda[k];
-    }
-}
-
-double refdyn_programme_power(struct refdyn_workspace *work, const double *qdd, const double *qd) {
-    const int n = work->n;
-    double power = 0;
-    find_multipliers(work, qdd);
     for (int k = 0; k < work->partition.rank; k++)
-        power += work->lambda[k] * dense_dot(work->u + work->partition.row[k] * n, qd, n);
-    return power;
+        dense_add(force, work->lambda[k], work->u + work->partition.row[k] * n, n);
 }

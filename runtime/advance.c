@@ -148,7 +148,7 @@ static int begin(struct refdyn_drive *drive) {
     const size_t bytes = (size_t)(2 * drive->work->n + 1) * sizeof(double);
     if (drive->t_begin != drive->t_end) {
         memcpy(drive->state, drive->state_new, bytes);
-        memcpy(drive->slope, drive->slope_new, bytes);
+        memcpy(drive->slope, drive->slope_new, refdyn_slope_bytes(drive));
         drive->t_begin = drive->t_end;
         drive->has_tangent = 0;
     }

@@ -270,8 +270,9 @@ static int find_tangent(struct refdyn_drive *drive, const struct refdyn_collocat
         state_between(drive, table, h, 0.5, drive->stage);
         drive->has_tangent = 0;
         drive->statistics.tangents++;
-        if (!refdyn_linear_evaluate(&drive->linear, drive->work, fmin(drive->t_begin + h / 2, drive->t_limit),
-                                    drive->stage, drive->stage + drive->work->n))
+        const double t = fmin(drive->t_begin + h / 2, drive->t_limit);
+        if (!refdyn_slope(drive, t, drive->stage, drive->side) &&
+            !refdyn_linear_evaluate(&drive->linear, drive->work, t, drive->stage, drive->side))
             return REFDYN_OK;
     }
     return refdyn_linear_at_begin(drive);

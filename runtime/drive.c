@@ -24,17 +24,17 @@ double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double le
 }
 
 /* Doubles that the stages of a method need; of the automatic choice the most that any needs. */
-static int stage_room(enum refdyn_method method, int n) {
+static int stage_room(enum refdyn_method method, const struct refdyn_model *model) {
     const struct refdyn_method_facts facts = refdyn_method_facts(method);
     int most = 0;
     if (facts.tableau)
-        return refdyn_runge_kutta_room(facts.tableau, n);
+        return refdyn_runge_kutta_room(facts.tableau, model);
     if (facts.rosenbrock)
-        return refdyn_rosenbrock_room(facts.rosenbrock, n);
+        return refdyn_rosenbrock_room(facts.rosenbrock, model->n);
     if (facts.collocation)
-        return refdyn_collocation_room(facts.collocation, n);
+        return refdyn_collocation_room(facts.collocation, model->n);
     for (int candidate = REFDYN_AUTO + 1; candidate < REFDYN_METHOD_COUNT; candidate++) {
-        const int room = stage_room((enum refdyn_method)candidate, n);
+        const int room = stage_room((enum refdyn_method)candidate, model);
         most = room > most ? room : most;
     }
     return most;
@@ -46,22 +46,22 @@ enum { COMPLEXES = 3 }; /* of each collocation method */
 static size_t lay_out(struct refdyn_drive *drive, const struct refdyn_model *model,
                       const struct refdyn_options *options, char *base) {
     struct room room = {base, 0};
-    const int n = model->n, size = 2 * n + 1, is_auto = options->method == REFDYN_AUTO;
+    const int n = model->n, size = 2 * n + 1, slope = refdyn_slope_size(model);
+    const int is_auto = options->method == REFDYN_AUTO;
     const int has_tangent = refdyn_method_is_implicit(options->method) && model->tangent;
     const int complexes = is_auto || refdyn_method_facts(options->method).collocation ? COMPLEXES : 0;
     drive->qdd = room_doubles(&room, n);
     drive->seen = room_doubles(&room, size);
     drive->state = room_doubles(&room, size);
-    drive->slope = room_doubles(&room, size);
+    drive->slope = room_doubles(&room, slope);
     drive->state_new = room_doubles(&room, size);
-    drive->slope_new = room_doubles(&room, size);
+    drive->slope_new = room_doubles(&room, slope);
     drive->stage = room_doubles(&room, size);
-    drive->side = room_doubles(&room, size);
+    drive->side = room_doubles(&room, slope);
     drive->error = room_doubles(&room, 2 * n);
     drive->aligned = room_doubles(&room, n);
-    drive->accelerated = room_doubles(&room, n + model->m + 1);
     drive->breaks = room_doubles(&room, model->break_count);
-    drive->stages = room_doubles(&room, stage_room(options->method, n));
+    drive->stages = room_doubles(&room, stage_room(options->method, model));
     refdyn_linear_lay_out(&drive->linear, model, has_tangent, has_tangent ? complexes : 0, &room);
     return room.used;
 }
@@ -168,7 +168,7 @@ static int begin_here(struct refdyn_drive *drive) {
     memcpy(drive->state_new, drive->state, bytes);
     if (!status)
         status = refdyn_slope(drive, drive->t, drive->state, drive->slope);
-    memcpy(drive->slope_new, drive->slope, bytes);
+    memcpy(drive->slope_new, drive->slope, refdyn_slope_bytes(drive));
     drive->work->partition.rank_most = drive->work->partition.rank;
     return status;
 }
@@ -280,7 +280,7 @@ static int show(struct refdyn_drive *drive, double t) {
 static void go_back(struct refdyn_drive *drive) {
     const size_t bytes = (size_t)(2 * drive->work->n + 1) * sizeof(double);
     memcpy(drive->state_new, drive->state, bytes);
-    memcpy(drive->slope_new, drive->slope, bytes);
+    memcpy(drive->slope_new, drive->slope, refdyn_slope_bytes(drive));
     drive->t_end = drive->t_begin;
 }
 

@@ -15,9 +15,7 @@
 /* The parts of struct NAME_tangent_result, in its order. */
 static void lay_out_tangent(struct refdyn_linear *linear, struct room *room) {
     const int n = linear->n, m = linear->m;
-    linear->tangent = linear->qdd = room_doubles(room, n);
-    linear->lambda = room_doubles(room, m);
-    linear->K = room_doubles(room, n * n);
+    linear->tangent = linear->K = room_doubles(room, n * n);
     linear->D = room_doubles(room, n * n);
     linear->G_q = room_doubles(room, m * n);
     linear->G_qd = room_doubles(room, m * n);
@@ -50,12 +48,12 @@ void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_mod
 }
 
 int refdyn_linear_evaluate(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
-                           const double *q, const double *qd) {
-    work->model->tangent(work->p, work->x, t, q, qd, linear->tangent);
+                           const double *q, const double *slope) {
+    work->model->tangent(work->p, work->x, t, q, slope, linear->tangent);
     const long size = linear->u + linear->m * linear->n - linear->tangent;
     if (refdyn_is_finite(linear->tangent, (int)size))
         return REFDYN_OK;
-    const int status = refdyn_equations(work, t, q, qd);
+    const int status = refdyn_equations(work, t, q, slope);
     return status ? status : REFDYN_NOT_FINITE;
 }
 
@@ -165,8 +163,8 @@ int refdyn_linear_at_begin(struct refdyn_drive *drive) {
     if (drive->has_tangent)
         return REFDYN_OK;
     drive->statistics.tangents++;
-    const int status = refdyn_linear_evaluate(&drive->linear, drive->work, drive->t_begin, drive->state,
-                                              drive->state + drive->work->n);
+    const int status =
+        refdyn_linear_evaluate(&drive->linear, drive->work, drive->t_begin, drive->state, drive->slope);
     drive->has_tangent = !status;
     return status;
 }

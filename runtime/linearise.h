@@ -2,7 +2,7 @@
 /*
  * The constrained equations of motion, linearised about a state, and the matrix of a linearly implicit step.
  *
- * At held accelerations and multipliers the emitted `tangent` gives K, D and f_t of M qdd - h - Q - u^T lambda and
+ * At the accelerations and multipliers of a state the emitted `tangent` gives K, D and f_t of M qdd - h - Q - u^T lambda and
  * G_q, G_qd and g_t of u qdd - k. Accelerations then change with positions, velocities and time by
  *     M da - u^T dlambda = -K dq - D dqd - f_t dt,   u da = -G_q dq - G_qd dqd - g_t dt,
  * and with dq = g (r_q + dqd), dqd = g (r_v + da), all elimination that an implicit step needs is one solution
@@ -23,9 +23,9 @@
  * directions in the metric of M alone. */
 void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_model *model, int has_tangent,
                            int complexes, struct room *room);
-/* Evaluates the tangent at a state. Errors: NOT_FINITE. */
+/* Evaluates the tangent at q (n) and its slope (slope.h). Errors: NOT_FINITE. */
 int refdyn_linear_evaluate(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
-                           const double *q, const double *qd);
+                           const double *q, const double *slope);
 /* Factors the matrix for g. Errors: TANGENT_SINGULAR. */
 int refdyn_linear_factor(struct refdyn_linear *linear, const struct refdyn_workspace *work, double g);
 /*

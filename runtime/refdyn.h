@@ -166,10 +166,10 @@ int refdyn_accelerate(struct refdyn_workspace *work, double t, const double *q, 
                       enum refdyn_stabilise stabilise, double *qdd);
 /* Programme force r (n) = M qdd - f [N, N m] of the equations in the workspace, after refdyn_solve gave qdd.
  * It is formed as u^T lambda with K_d^T lambda = (M qdd - f)_d, so it lies exactly in the space of the rows.
- * lambda (m, or NULL): multipliers, 0 for redundant rows. */
-void refdyn_programme_force(struct refdyn_workspace *work, const double *qdd, double *force, double *lambda);
-/* Power of the programme force, r . qd = lambda . (u qd) [W]; same conditions. */
-double refdyn_programme_power(struct refdyn_workspace *work, const double *qdd, const double *qd);
+ */
+void refdyn_programme_force(struct refdyn_workspace *work, const double *qdd, double *force);
+/* Its multipliers lambda (m), 0 for redundant rows; same conditions. */
+void refdyn_multipliers(struct refdyn_workspace *work, const double *qdd, double *lambda);
 /* Forgets the partition and its record: the next refdyn_solve starts from the declared set again. */
 void refdyn_partition_reset(struct refdyn_workspace *work);
 
@@ -267,7 +267,7 @@ struct refdyn_linear {
     int n, m, size;  /* size: n and the independent rows */
     double g;        /* gamma h of the matrix [s] */
     double *tangent; /* struct NAME_tangent_result, its parts: */
-    double *qdd, *lambda, *K, *D, *G_q, *G_qd, *f_t, *g_t, *M, *u;
+    double *K, *D, *G_q, *G_qd, *f_t, *g_t, *M, *u;
     double *matrix;            /* (size x size) factors */
     double *right;             /* (size x 2 n) [-g D - g^2 K, g D], the same of the rows */
     double *right_t;           /* (size) -g [f_t; g_t] */
@@ -320,7 +320,7 @@ struct refdyn_drive {
     double failed_t; /* where it failed; work->fault says in which row or coordinate; q, qd stay the last
                         accepted state [s] */
 
-    /* the steps' own; a state is q, qd, work_done, a slope qd, qdd, power: (2 n + 1) */
+    /* the steps' own; a state is q, qd, work_done (2 n + 1), a slope qd, qdd, power, lambda (2 n + 1 + m) */
     enum refdyn_method method;     /* in use */
     struct refdyn_choice choice;   /* REFDYN_AUTO: how it was chosen */
     double t_begin, t_end;         /* the last accepted step [s] */
@@ -331,7 +331,6 @@ struct refdyn_drive {
     double *stages;                /* slopes of all stages; Rosenbrock: their (2 n) increments; collocation:
                                       their accelerations, see collocation.c */
     double *error;                 /* (2 n) estimate for q, qd */
-    double *accelerated;           /* (n + m + 1) struct NAME_constrained_result */
     double *aligned;               /* (n) q for which `directions` were found, in the metric of M */
     int is_aligned;                /* 0: they are to be found; in the metric of M partition.choices then */
     double tried_t, tried_h;       /* collocation: begin and length of the last attempt, */

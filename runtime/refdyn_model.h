@@ -97,13 +97,14 @@ struct refdyn_model {
     refdyn_function *f;           /* (n) h + Q */
     refdyn_function *row_terms;   /* struct NAME_row_terms_result: u (m x n), v, phi, psi, k (m each) */
     refdyn_function *point_terms; /* struct NAME_point_terms_result: r, rd, C, d as above */
-    refdyn_function *constrained; /* struct NAME_constrained_result: qdd (n), lambda (m), power (1) */
-    refdyn_function *tangent;     /* of M qdd - h - Q - u^T lambda and u qdd - k, at held qdd and lambda */
-    refdyn_function *d_qdd;       /* of qdd by q, qd, t, inputs, parameters */
-    refdyn_function *d_qdd_free;  /* of qdd_free by these */
-    refdyn_function *d_force;     /* of force by these */
-    refdyn_function *d_statics;   /* of Q at qd = 0 by q, t, inputs, parameters */
-    refdyn_function *d_rows;      /* of phi, psi and k by these */
+    refdyn_function *constrained; /* struct NAME_constrained_result: qdd (n), power (1), lambda (m) */
+    refdyn_function *tangent; /* of M qdd - h - Q - u^T lambda and u qdd - k, at given qdd and lambda: behind
+                                 qd stands what `constrained` gives, qd (2 n + 1 + m) */
+    refdyn_function *d_qdd;   /* of qdd by q, qd, t, inputs, parameters */
+    refdyn_function *d_qdd_free; /* of qdd_free by these */
+    refdyn_function *d_force;    /* of force by these */
+    refdyn_function *d_statics;  /* of Q at qd = 0 by q, t, inputs, parameters */
+    refdyn_function *d_rows;     /* of phi, psi and k by these */
     refdyn_function *course; /* (course_count) values to record with a motion, in the units of the model */
     refdyn_function *breaks; /* (break_count) their times, in no order; reads p alone [s] */
 };

@@ -18,21 +18,21 @@ static int count_all(const struct refdyn_tableau *tableau) {
     return tableau->stages + tableau->interpolant_stages;
 }
 
-int refdyn_runge_kutta_room(const struct refdyn_tableau *tableau, int n) {
-    return count_all(tableau) * (2 * n + 1);
+int refdyn_runge_kutta_room(const struct refdyn_tableau *tableau, const struct refdyn_model *model) {
+    return count_all(tableau) * refdyn_slope_size(model);
 }
 
 /* y := state + h sum_j weight_j slope_j */
 static void combine(const struct refdyn_drive *drive, double h, const double *weights, int count, double *y) {
     const int size = 2 * drive->work->n + 1;
     memcpy(y, drive->state, (size_t)size * sizeof *y);
-    refdyn_add_all(y, h, weights, count, drive->stages, size, size);
+    refdyn_add_all(y, h, weights, count, drive->stages, refdyn_slope_size(drive->work->model), size);
 }
 
 /* error := h sum_j weight_j slope_j, q and qd only */
 static void estimate(const struct refdyn_drive *drive, double h, const double *weights, int stages,
                      double *error) {
-    const int n = drive->work->n, size = 2 * n + 1;
+    const int n = drive->work->n, size = refdyn_slope_size(drive->work->model);
     memset(error, 0, (size_t)(2 * n) * sizeof *error);
     for (int j = 0; j < stages; j++)
         if (weights[j] != 0)
@@ -51,7 +51,8 @@ static void scale_error(struct refdyn_drive *drive, const double *low) {
 static int take_stage(struct refdyn_drive *drive, double h, int s, const double *weights, double c) {
     const double t = fmin(drive->t_begin + c * h, drive->t_limit);
     combine(drive, h, weights, s, drive->stage);
-    const int status = refdyn_slope(drive, t, drive->stage, drive->stages + s * (2 * drive->work->n + 1));
+    const int status =
+        refdyn_slope(drive, t, drive->stage, drive->stages + s * refdyn_slope_size(drive->work->model));
     if (status)
         drive->failed_t = t;
     return status;
@@ -59,7 +60,7 @@ static int take_stage(struct refdyn_drive *drive, double h, int s, const double 
 
 int refdyn_runge_kutta_step(struct refdyn_drive *drive, double h) {
     const struct refdyn_tableau *tableau = refdyn_method_facts(drive->method).tableau;
-    const int size = 2 * drive->work->n + 1, stages = tableau->stages;
+    const int size = refdyn_slope_size(drive->work->model), stages = tableau->stages;
     memcpy(drive->stages, drive->slope, (size_t)size * sizeof(double));
     drive->is_looked_into = 0;
     for (int s = 1; s < stages; s++) {
@@ -102,7 +103,7 @@ int refdyn_runge_kutta_interpolate(struct refdyn_drive *drive, double theta, dou
         double weight = 0;
         for (int k = tableau->degree - 1; k >= 0; k--)
             weight = theta * (weight + tableau->interpolant[s * tableau->degree + k]);
-        dense_add(state, h * weight, drive->stages + s * size, size);
+        dense_add(state, h * weight, drive->stages + s * refdyn_slope_size(drive->work->model), size);
     }
     return status;
 }

@@ -1,9 +1,9 @@
 /*
- * Slopes of a motion: rates, accelerations and power at a state.
+ * Slopes of a motion: rates, accelerations, power and multipliers at a state.
  *
- * Takes a state (q, qd, work); gives qd, qdd and qd . Q_nonconservative + r . qd. Accelerations come from the
- * emitted O(n m) function where the model has one and its rows are independent, from the index partition
- * otherwise. Power costs nothing unless options.balance asks for it.
+ * Takes a state (q, qd, work); gives qd, qdd, qd . Q_nonconservative + r . qd and lambda. Accelerations come
+ * from the emitted O(n m) function where the model has one and its rows are independent, from the index
+ * partition otherwise. Power costs nothing unless options.balance asks for it.
  */
 #include "slope.h"
 
@@ -12,28 +12,29 @@
 #include "core.h"
 #include "dense.h"
 
-static int by_partition(struct refdyn_drive *drive, double t, const double *q, const double *qd, double *qdd,
-                        double *power) {
+/* Both give qdd, the power of the programme force and lambda, as struct NAME_constrained_result. */
+static int by_partition(struct refdyn_drive *drive, double t, const double *q, const double *qd,
+                        double *accelerated) {
     struct refdyn_workspace *work = drive->work;
-    const int status = refdyn_accelerate(work, t, q, qd, drive->options.stabilise, qdd);
-    if (!status && drive->options.balance)
-        *power = refdyn_programme_power(work, qdd, qd);
-    return status;
+    const int n = work->n;
+    double *power = accelerated + n, *lambda = power + 1;
+    const int status = refdyn_accelerate(work, t, q, qd, drive->options.stabilise, accelerated);
+    if (status)
+        return status;
+    refdyn_multipliers(work, accelerated, lambda);
+    *power = 0;
+    for (int a = 0; a < work->m; a++)
+        *power += lambda[a] * dense_dot(work->u + a * n, qd, n);
+    return REFDYN_OK;
 }
 
-/* struct NAME_constrained_result: qdd, lambda, power */
-static void by_emitted(struct refdyn_drive *drive, double t, const double *q, const double *qd, double *qdd,
-                       double *power) {
+static void by_emitted(struct refdyn_drive *drive, double t, const double *q, const double *qd,
+                       double *accelerated) {
     struct refdyn_workspace *work = drive->work;
     const struct refdyn_model *model = work->model;
     work->evaluations++;
-    if (model->m == 0) {
-        model->qdd_free(work->p, work->x, t, q, qd, qdd);
-        return;
-    }
-    model->constrained(work->p, work->x, t, q, qd, drive->accelerated);
-    memcpy(qdd, drive->accelerated, (size_t)model->n * sizeof *qdd);
-    *power = drive->accelerated[model->n + model->m];
+    accelerated[model->n] = 0;
+    (model->m == 0 ? model->qdd_free : model->constrained)(work->p, work->x, t, q, qd, accelerated);
 }
 
 static int has_emitted(const struct refdyn_workspace *work) {
@@ -52,19 +53,19 @@ int refdyn_slope(struct refdyn_drive *drive, double t, const double *state, doub
     struct refdyn_workspace *work = drive->work;
     const int n = work->n;
     const double *q = state, *qd = state + n;
-    double of_programme = 0, of_forces = 0;
+    double of_forces = 0;
     if (has_emitted(work)) {
-        by_emitted(drive, t, q, qd, slope + n, &of_programme);
+        by_emitted(drive, t, q, qd, slope + n);
         if (!refdyn_is_finite(slope + n, n))
             return explain(drive, t, q, qd, slope + n);
     } else {
-        const int status = by_partition(drive, t, q, qd, slope + n, &of_programme);
+        const int status = by_partition(drive, t, q, qd, slope + n);
         if (status)
             return status;
     }
     memcpy(slope, qd, (size_t)n * sizeof *slope);
     if (drive->options.balance && work->model->power)
         work->model->power(work->p, work->x, t, q, qd, &of_forces);
-    slope[2 * n] = drive->options.balance ? of_forces + of_programme : 0;
+    slope[2 * n] = drive->options.balance ? slope[2 * n] + of_forces : 0;
     return REFDYN_OK;
 }

@@ -37,7 +37,7 @@ int refdyn_collocation_room(const struct refdyn_collocation_table *table, int n)
 int refdyn_collocation_step(struct refdyn_drive *drive, double h);
 int refdyn_collocation_interpolate(struct refdyn_drive *drive, double theta, double *state);
 
-int refdyn_runge_kutta_room(const struct refdyn_tableau *tableau, int n);
+int refdyn_runge_kutta_room(const struct refdyn_tableau *tableau, const struct refdyn_model *model);
 int refdyn_runge_kutta_step(struct refdyn_drive *drive, double h);
 int refdyn_runge_kutta_interpolate(struct refdyn_drive *drive, double theta, double *state);
 

@@ -13,6 +13,7 @@
 
 #include "dense.h"
 #include "linearise.h"
+#include "slope.h"
 
 /* Derivatives of the accelerations for the right side -[force; row], entry j of rows of `width`, into
  * column[i stride]. */
@@ -36,7 +37,9 @@ int refdyn_first_order_jacobian(struct refdyn_drive *drive, double t, const doub
     const int n = drive->work->n, size = 2 * n + 1;
     drive->has_tangent = 0;
     drive->statistics.tangents++;
-    int status = refdyn_linear_evaluate(linear, drive->work, t, y, y + n);
+    int status = refdyn_slope(drive, t, y, drive->side);
+    if (!status)
+        status = refdyn_linear_evaluate(linear, drive->work, t, y, drive->side);
     if (!status)
         status = refdyn_linear_factor(linear, drive->work, 0);
     if (status)

@@ -36,6 +36,7 @@ enum { QUANTITY_COUNT = sizeof quantities / sizeof quantities[0] };
 struct subject {
     refdyn_function *function;
     struct scene *scene;
+    double *rest; /* (2 n + 1 + m) rates, and what `constrained` gives: for a tangent */
     double *out;
 };
 
@@ -43,7 +44,7 @@ static void call(const struct subject *subject, long times) {
     struct scene *scene = subject->scene;
     const struct refdyn_workspace *work = &scene->work;
     for (long i = 0; i < times && subject->function; i++)
-        subject->function(work->p, work->x, scene->state.t, scene->q, scene->qd, subject->out);
+        subject->function(work->p, work->x, scene->state.t, scene->q, subject->rest, subject->out);
     for (long i = 0; i < times && !subject->function; i++)
         refdyn_accelerate(&scene->work, scene->state.t, scene->q, scene->qd, REFDYN_BAUMGARTE, subject->out);
 }
@@ -134,10 +135,20 @@ static double *result_room(const struct refdyn_model *model) {
     return allocate((n + 3 * m + 1) * (variables + n + 4) + 3 * points * (n + 1) + named, sizeof(double));
 }
 
+/* Rates, accelerations and multipliers of the state; those that it has not are 0. */
+static double *find_rest(struct scene *scene) {
+    const size_t n = (size_t)scene->model->n;
+    double *rest = allocate(2 * n + 1 + (size_t)scene->model->m, sizeof *rest);
+    memcpy(rest, scene->qd, n * sizeof *rest);
+    if (!refdyn_accelerate(&scene->work, scene->state.t, scene->q, scene->qd, REFDYN_BAUMGARTE, rest + n))
+        refdyn_multipliers(&scene->work, rest + n, rest + 2 * n + 1);
+    return rest;
+}
+
 static void print_quantities(struct scene *scene, FILE *out) {
     const struct operation_count *counts;
     int count = gen_counts(&scene->generation, &counts);
-    struct subject subject = {.scene = scene, .out = result_room(scene->model)};
+    struct subject subject = {.scene = scene, .rest = find_rest(scene), .out = result_room(scene->model)};
     for (int i = 0; i < QUANTITY_COUNT; i++) {
         bool is_qdd = strcmp(quantities[i].name, "qdd") == 0;
         subject.function = function_of(scene->model, &quantities[i]);
@@ -145,6 +156,7 @@ static void print_quantities(struct scene *scene, FILE *out) {
             print_quantity(out, quantities[i].name, &subject, find_count(counts, count, quantities[i].name));
     }
     free(subject.out);
+    free(subject.rest);
 }
 
 /* The same model generated once more, timed, and compiled in a folder of its own. */

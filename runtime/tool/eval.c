@@ -108,7 +108,7 @@ static void put_accelerations(struct document *document, struct scene *scene, co
         put_array(document, "qdd_free", room, n);
     else
         put_null(document, "qdd_free");
-    refdyn_programme_force(&scene->work, qdd, room, NULL);
+    refdyn_programme_force(&scene->work, qdd, room);
     put_array(document, "force", room, n);
 }
 

@@ -11,19 +11,13 @@
 /* [rad, m] and [rad/s^2, m/s^2]: what statics finds is in balance by far better */
 static const double distance_tol = 1e-6;
 static const double acceleration_tol = 1e-9;
-/* [rad/s, m/s] a power of two; the square of it is the error where a row is cubic in rates, without one up to
- * there */
-static const double rate_step = 1.0 / 8192;
-
 /* What the emitted functions give at the state, over all coordinates. */
 struct values {
     int n, m;
-    double *Q, *Q_q;
-    double *tangent;           /* qdd lambda K D ... */
-    double *rows, *rows_moved; /* psi_q psi_qd ... */
-    double *qd;                /* of rows_moved */
-    double *K, *D;             /* (n x n) */
-    double *lambda;            /* (m) */
+    double *Q;
+    double *rest;    /* (2 n + 1 + m) rates, accelerations, power: 0, and multipliers */
+    double *tangent; /* K D ... */
+    double *rows;    /* psi_q psi_qd ... */
 };
 
 /* d_rows begins with psi_q and psi_qd; behind them stand derivatives by t, inputs and parameters, k, phi. */
@@ -36,25 +30,15 @@ static void get_room(struct values *values, const struct refdyn_model *model) {
     size_t n = (size_t)model->n, m = (size_t)model->m;
     *values = (struct values){.n = model->n, .m = model->m};
     values->Q = allocate(n, sizeof(double));
-    values->Q_q = allocate(n * n, sizeof(double));
-    values->tangent = allocate(2 * n + 2 * m + 3 * n * n + 3 * m * n, sizeof(double));
+    values->rest = allocate(2 * n + 1 + m, sizeof(double));
+    values->tangent = allocate(n + m + 3 * n * n + 3 * m * n, sizeof(double));
     values->rows = allocate(rows_room(model), sizeof(double));
-    values->rows_moved = allocate(rows_room(model), sizeof(double));
-    values->qd = allocate(n, sizeof(double));
-    values->K = allocate(n * n, sizeof(double));
-    values->D = allocate(n * n, sizeof(double));
-    values->lambda = allocate(m, sizeof(double));
 }
 
 static void release_room(struct values *values) {
-    free(values->lambda);
-    free(values->D);
-    free(values->K);
-    free(values->qd);
-    free(values->rows_moved);
     free(values->rows);
     free(values->tangent);
-    free(values->Q_q);
+    free(values->rest);
     free(values->Q);
 }
 
@@ -62,42 +46,8 @@ static void call(const struct scene *scene, refdyn_function *function, const dou
     function(scene->work.p, scene->work.x, scene->state.t, scene->q, qd, out);
 }
 
-static void evaluate_state(const struct scene *scene, struct values *values) {
-    const struct refdyn_model *model = scene->model;
-    const size_t n = (size_t)model->n, m = (size_t)model->m;
-    call(scene, model->Q, scene->qd, values->Q);
-    call(scene, model->Q_q, scene->qd, values->Q_q);
-    call(scene, model->tangent, scene->qd, values->tangent);
-    if (m)
-        call(scene, model->d_rows, scene->qd, values->rows);
-    for (size_t i = 0; i < n * n; i++)
-        values->K[i] = -values->Q_q[i];
-    memcpy(values->D, values->tangent + n + m + n * n, n * n * sizeof(double));
-}
-
-/* One half of a central difference in the rate of coordinate k: d(psi_i)_qj/dqd_k = du_ik/dq_j goes to row k
- * of K, d(psi_i)_qdj/dqd_k = du_ik/dqd_j to that of D, which has it already at the tangent's own lambda. */
-static void add_rows_at(const struct scene *scene, struct values *values, int k, double step) {
-    const size_t n = (size_t)values->n, m = (size_t)values->m;
-    const double *lambda_tangent = values->tangent + n;
-    values->qd[k] = step;
-    call(scene, scene->model->d_rows, values->qd, values->rows_moved);
-    values->qd[k] = 0;
-    for (size_t i = 0; i < m; i++)
-        for (size_t j = 0; j < n; j++) {
-            const size_t at = (size_t)k * n + j;
-            values->K[at] -= values->lambda[i] * values->rows_moved[i * n + j] / (2 * step);
-            values->D[at] -=
-                (values->lambda[i] - lambda_tangent[i]) * values->rows_moved[(m + i) * n + j] / (2 * step);
-        }
-}
-
-/* d(u^T lambda) by q and qd. */
-static void add_rows(const struct scene *scene, struct values *values) {
-    for (int k = 0; k < values->n && values->m; k++) {
-        add_rows_at(scene, values, k, rate_step);
-        add_rows_at(scene, values, k, -rate_step);
-    }
+static double *multipliers_of(const struct values *values) {
+    return values->rest + 2 * values->n + 1;
 }
 
 static double *part_of(const struct linear *linear, const double *whole, int rows, int stride,
@@ -172,9 +122,11 @@ static int check_finite(const struct linear *linear, struct refdyn_fault *fault)
 /* K, D and psi_q over the coordinates not held, once lambda is known. */
 static int finish(struct linear *linear, struct scene *scene, struct values *values) {
     const int n = linear->n, all = values->n;
-    add_rows(scene, values);
-    linear->K = part_of(linear, values->K, n, all, linear->place);
-    linear->D = part_of(linear, values->D, n, all, linear->place);
+    call(scene, scene->model->tangent, values->rest, values->tangent);
+    if (linear->m)
+        call(scene, scene->model->d_rows, scene->qd, values->rows);
+    linear->K = part_of(linear, values->tangent, n, all, linear->place);
+    linear->D = part_of(linear, values->tangent + all * all, n, all, linear->place);
     linear->psi_q = part_of(linear, values->rows, linear->m, all, NULL);
     for (int i = 0; i < linear->m; i++)
         if (linear->is_level_q[i])
@@ -200,15 +152,15 @@ int linearise(struct linear *linear, struct scene *scene, const int *held) {
         return status;
     scene->work.fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
     get_room(&values, scene->model);
-    evaluate_state(scene, &values);
+    call(scene, scene->model->Q, scene->qd, values.Q);
     linear->M = part_of(linear, scene->work.M, linear->n, scene->model->n, linear->place);
     linear->u = part_of(linear, scene->work.u, linear->m, scene->model->n, NULL);
     status = check_mass(linear, scene);
     if (status == REFDYN_OK && linear->m && linear->n)
-        status = find_multipliers(linear, values.Q, values.lambda);
+        status = find_multipliers(linear, values.Q, multipliers_of(&values));
     if (status == REFDYN_OK)
         status = finish(linear, scene, &values);
-    find_residual(linear, values.Q, values.lambda);
+    find_residual(linear, values.Q, multipliers_of(&values));
     release_room(&values);
     return status;
 }

@@ -46,32 +46,32 @@ static const struct scene scenes[] = {
 };
 
 /* A quantity: where its function stands in struct refdyn_model, and how long its result is. */
-#define QUANTITIES(ENTRY)                                 \
-    ENTRY(start, 2 * n)                                   \
-    ENTRY(M, n *n)                                        \
-    ENTRY(h, n)                                           \
-    ENTRY(Q, n)                                           \
-    ENTRY(u, m *n)                                        \
-    ENTRY(v, m)                                           \
-    ENTRY(phi, m)                                         \
-    ENTRY(psi, m)                                         \
-    ENTRY(k, m)                                           \
-    ENTRY(r, 3 * points)                                  \
-    ENTRY(rd, 3 * points)                                 \
-    ENTRY(C, 3 * points * n)                              \
-    ENTRY(d, 3 * points)                                  \
-    ENTRY(energy, 2)                                      \
-    ENTRY(power, 1)                                       \
-    ENTRY(Q_q, n *n)                                      \
-    ENTRY(qdd_free, n)                                    \
-    ENTRY(qdd, n)                                         \
-    ENTRY(force, n)                                       \
-    ENTRY(equations, n *n + n + m * n + 4 * m)            \
-    ENTRY(tangent, 3 * n * n + 2 * n + 3 * m * n + 2 * m) \
-    ENTRY(d_qdd, n *variables)                            \
-    ENTRY(d_qdd_free, n *variables)                       \
-    ENTRY(d_force, n *variables)                          \
-    ENTRY(d_statics, n *(variables - n))                  \
+#define QUANTITIES(ENTRY)                         \
+    ENTRY(start, 2 * n)                           \
+    ENTRY(M, n *n)                                \
+    ENTRY(h, n)                                   \
+    ENTRY(Q, n)                                   \
+    ENTRY(u, m *n)                                \
+    ENTRY(v, m)                                   \
+    ENTRY(phi, m)                                 \
+    ENTRY(psi, m)                                 \
+    ENTRY(k, m)                                   \
+    ENTRY(r, 3 * points)                          \
+    ENTRY(rd, 3 * points)                         \
+    ENTRY(C, 3 * points * n)                      \
+    ENTRY(d, 3 * points)                          \
+    ENTRY(energy, 2)                              \
+    ENTRY(power, 1)                               \
+    ENTRY(Q_q, n *n)                              \
+    ENTRY(qdd_free, n)                            \
+    ENTRY(qdd, n)                                 \
+    ENTRY(force, n)                               \
+    ENTRY(equations, n *n + n + m * n + 4 * m)    \
+    ENTRY(tangent, 3 * n * n + n + 3 * m * n + m) \
+    ENTRY(d_qdd, n *variables)                    \
+    ENTRY(d_qdd_free, n *variables)               \
+    ENTRY(d_force, n *variables)                  \
+    ENTRY(d_statics, n *(variables - n))          \
     ENTRY(d_rows, m *(3 * variables - n))
 
 #define LISTED(name, count) #name ","
@@ -153,11 +153,13 @@ static int compare(const struct generation *generation, const struct refdyn_mode
     const size_t most = (size_t)(3 * (points + 1) + 3 * n + 3 * m + 8) * (size_t)(variables + 8);
     double *p = calloc((size_t)(model->parameter_count + model->derived_count) + 1, sizeof *p);
     double *x = calloc((size_t)model->input_count + 1, sizeof *x),
-           *state = calloc(2 * (size_t)n, sizeof *state);
+           *state = calloc(3 * (size_t)n + 1 + (size_t)m, sizeof *state);
     double *found = calloc(most, sizeof *found), *expected = calloc(most, sizeof *expected);
     const double t = 0.75 + uniform(seed, 0.5);
     int failed = 0;
     set_values(model, seed, p, x, state);
+    for (int i = 2 * n; i < 3 * n + 1 + m; i++) /* qdd, power and lambda */
+        state[i] = uniform(seed, 3);
 #define COMPARE(name, count)                                                              \
     if (model->name && (count) > 0) {                                                     \
         model->name(p, x, t, state, state + n, found);                                    \
