@@ -30,6 +30,12 @@ static void solve_column(struct refdyn_linear *linear, const struct refdyn_parti
         column[i * stride] = linear->x[i];
 }
 
+int refdyn_first_order_slope(struct refdyn_drive *drive, double t, const double *y, double *dydt) {
+    const int status = refdyn_slope(drive, t, y, drive->side);
+    memcpy(dydt, drive->side, (size_t)(2 * drive->work->n + 1) * sizeof *dydt);
+    return status;
+}
+
 int refdyn_first_order_jacobian(struct refdyn_drive *drive, double t, const double *y, double *by_y,
                                 double *by_t) {
     const struct refdyn_partition *partition = &drive->work->partition;

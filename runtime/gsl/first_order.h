@@ -1,12 +1,14 @@
 /*
  * The motion as a system of first order, y' = f(t, y) with y = q, qd, work_done (2 n + 1), for integrators
- * that take no other form. f is refdyn_slope; this is its exact derivative.
+ * that take no other form: f, and its exact derivative.
  */
 #ifndef REFDYN_FIRST_ORDER_H
 #define REFDYN_FIRST_ORDER_H
 
 #include "refdyn.h"
 
+/* f(t, y) into dydt. Errors: those of refdyn_accelerate. */
+int refdyn_first_order_slope(struct refdyn_drive *drive, double t, const double *y, double *dydt);
 /*
  * df/dy (row-major) and df/dt (2 n + 1) at (t, y). The row of work_done is 0: nothing depends on the work, so
  * that Newton's method needs it for no other component. The drive needs room for a tangent: that of an

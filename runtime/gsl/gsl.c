@@ -15,7 +15,6 @@
 #include "core.h"
 #include "first_order.h"
 #include "linearise.h"
-#include "slope.h"
 
 /* Weight of work_done in the error: it follows the motion and has no say in the steps. */
 static const double weight_none = 1e100;
@@ -48,7 +47,7 @@ static int tell(struct refdyn_gsl *gsl, double t, int status) {
 static int slope(double t, const double *y, double *dydt, void *params) {
     struct refdyn_gsl *gsl = params;
     const double inside = fmin(t, gsl->drive->t_limit);
-    return tell(gsl, inside, refdyn_slope(gsl->drive, inside, y, dydt));
+    return tell(gsl, inside, refdyn_first_order_slope(gsl->drive, inside, y, dydt));
 }
 
 static int jacobian(double t, const double *y, double *by_y, double *by_t, void *params) {

@@ -15,7 +15,6 @@
  */
 #include "first_order.h"
 #include "refdyn_gsl.h"
-#include "slope.h"
 
 #include <cvode/cvode.h>
 #include <dlfcn.h>
@@ -151,7 +150,7 @@ static int by_gsl(struct motion *motion, enum refdyn_gsl_method method) {
 
 static int cvode_slope(realtype t, N_Vector y, N_Vector dydt, void *data) {
     struct motion *motion = data;
-    return refdyn_slope(&motion->drive, t, N_VGetArrayPointer(y), N_VGetArrayPointer(dydt));
+    return refdyn_first_order_slope(&motion->drive, t, N_VGetArrayPointer(y), N_VGetArrayPointer(dydt));
 }
 
 static int cvode_jacobian(realtype t, N_Vector y, N_Vector dydt, SUNMatrix J, void *data, N_Vector a,
