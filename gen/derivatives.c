@@ -6,6 +6,7 @@
  * depend on the state.
  */
 #include "pull_pairs.h"
+#include "refdyn_model.h"
 #include "sensitivity.h"
 
 #include <stddef.h>
@@ -42,10 +43,14 @@ static struct pair_move moved(struct builder *b, const struct vector *moments, s
     return move;
 }
 
-/* Arrays of inertia by their names in tangent.h. */
-struct inertia_arrays {
-    struct vector_arrays rate, rate2, lever;
-    struct vector_arrays mass_force, stiffness_force, damping_force;
+/* Arrays by their names in tangent.h and held.h: near ones, the joints' motions, and far ones, which are
+ * felt. */
+struct near_arrays {
+    struct vector_arrays axis, rate, rate2;
+};
+
+struct far_arrays {
+    struct vector_arrays lever, mass_force, stiffness_force, damping_force; /* lever: near */
     struct pair_move mass, spin, stiffness, damping;
 };
 
@@ -61,14 +66,12 @@ static void add_turned(void *context, int i) {
     *moment = vector_add(x->g, *moment, x->turned[i]);
 }
 
-static struct inertia_arrays add_inertia_arrays(struct builder *b, const struct vector *turned) {
+static struct far_arrays add_far_arrays(struct builder *b, const struct vector *turned) {
     struct derivation *d = b->d;
     struct pair_vectors *v = derive_pair_vectors(b->held, composites(d), loads(d));
-    struct inertia_arrays a;
+    struct far_arrays a;
     struct turned_columns columns = {d->g, turned, v};
     visit_joints(d->g, d->kinematics.tree, add_turned, &columns);
-    a.rate = motion_arrays(b, "axis_rate", offsetof(struct held_frame, axis_rate));
-    a.rate2 = motion_arrays(b, "axis_rate2", offsetof(struct held_frame, axis_rate2));
     a.lever = arrays_of(b, v, offsetof(struct pair_vectors, falling_lever), "lever");
     const struct vector_arrays shift = add_arrays(&b->arrays, "shift", b->shifts);
     const struct vector_arrays shift_rate =
@@ -87,43 +90,43 @@ static struct inertia_arrays add_inertia_arrays(struct builder *b, const struct 
 }
 
 /* d/dq_j of row i = e'' . N + 2 e' . P + ((a - grav) x e) . A, d/dq_i of row j = e . (moment of i). */
-static struct pair_product stiffness_product(const struct inertia_arrays *a, struct vector_arrays axis,
+static struct pair_product stiffness_product(const struct near_arrays *near, const struct far_arrays *a,
                                              int field) {
     struct pair_product product = {.field = field};
-    add_term(&product.turn.rows, 1, a->rate2, a->mass.moment);
-    add_term(&product.turn.rows, 2, a->rate, a->spin.moment);
+    add_term(&product.turn.rows, 1, near->rate2, a->mass.moment);
+    add_term(&product.turn.rows, 2, near->rate, a->spin.moment);
     add_term(&product.turn.rows, 1, a->lever, a->mass_force);
-    add_term(&product.turn.columns, 1, axis, a->stiffness.moment);
-    add_term(&product.slide.rows, 1, a->rate2, a->mass_force);
-    add_term(&product.slide.columns, 1, axis, a->stiffness_force);
+    add_term(&product.turn.columns, 1, near->axis, a->stiffness.moment);
+    add_term(&product.slide.rows, 1, near->rate2, a->mass_force);
+    add_term(&product.slide.columns, 1, near->axis, a->stiffness_force);
     return product;
 }
 
-static struct pair_product damping_product(const struct inertia_arrays *a, struct vector_arrays axis,
+static struct pair_product damping_product(const struct near_arrays *near, const struct far_arrays *a,
                                            int field) {
     struct pair_product product = {.field = field};
-    add_term(&product.turn.rows, 2, a->rate, a->mass.moment);
-    add_term(&product.turn.rows, 2, axis, a->spin.moment);
-    add_term(&product.turn.columns, 2, axis, a->damping.moment);
-    add_term(&product.slide.rows, 2, a->rate, a->mass_force);
-    add_term(&product.slide.columns, 2, axis, a->damping_force);
+    add_term(&product.turn.rows, 2, near->rate, a->mass.moment);
+    add_term(&product.turn.rows, 2, near->axis, a->spin.moment);
+    add_term(&product.turn.columns, 2, near->axis, a->damping.moment);
+    add_term(&product.slide.rows, 2, near->rate, a->mass_force);
+    add_term(&product.slide.columns, 2, near->axis, a->damping_force);
     return product;
 }
 
-static struct pair_product mass_product(const struct inertia_arrays *a, struct vector_arrays axis,
+static struct pair_product mass_product(const struct near_arrays *near, const struct far_arrays *a,
                                         int field) {
     struct pair_product product = {.field = field, .is_mirrored = true};
-    add_term(&product.turn.rows, 1, axis, a->mass.moment);
-    add_term(&product.slide.rows, 1, axis, a->mass_force);
+    add_term(&product.turn.rows, 1, near->axis, a->mass.moment);
+    add_term(&product.slide.rows, 1, near->axis, a->mass_force);
     return product;
 }
 
-static void add_inertia_products(struct pairs *pairs, const struct inertia_arrays *a,
-                                 struct vector_arrays axis, const struct targets *targets) {
+static void add_inertia_products(struct pairs *pairs, const struct near_arrays *near,
+                                 const struct far_arrays *a, const struct targets *targets) {
     const struct pair_move moves[] = {a->mass, a->spin, a->stiffness, a->damping};
-    pairs->products[pairs->product_count++] = stiffness_product(a, axis, targets->by_q);
-    pairs->products[pairs->product_count++] = damping_product(a, axis, targets->by_qd);
-    pairs->products[pairs->product_count++] = mass_product(a, axis, targets->mass);
+    pairs->products[pairs->product_count++] = stiffness_product(near, a, targets->by_q);
+    pairs->products[pairs->product_count++] = damping_product(near, a, targets->by_qd);
+    pairs->products[pairs->product_count++] = mass_product(near, a, targets->mass);
     memcpy(pairs->moves, moves, sizeof moves);
     for (int i = 0; i < pairs->n; i++)
         if (pairs->moves_on[i])
@@ -132,12 +135,15 @@ static void add_inertia_products(struct pairs *pairs, const struct inertia_array
 
 static void add_inertia_pairs(struct builder *b, const struct turned_pulls *turned,
                               const struct targets *targets) {
-    const struct vector_arrays axis = motion_arrays(b, "axis", offsetof(struct held_frame, axis));
+    const struct near_arrays near = {
+        .axis = motion_arrays(b, "axis", offsetof(struct held_frame, axis)),
+        .rate = motion_arrays(b, "axis_rate", offsetof(struct held_frame, axis_rate)),
+        .rate2 = motion_arrays(b, "axis_rate2", offsetof(struct held_frame, axis_rate2))};
     const struct vector_arrays rows = add_arrays(&b->arrays, "turned_rows", turned->rows);
-    const struct inertia_arrays inertia = add_inertia_arrays(b, turned->columns);
+    const struct far_arrays far = add_far_arrays(b, turned->columns);
     struct pairs *pairs = add_pairs(&b->arrays, "pairs of coordinates: j, and i beyond it, from the tips");
-    add_inertia_products(pairs, &inertia, axis, targets);
-    add_term(&pairs->products[0].turn.rows, 1, axis, rows);
+    add_inertia_products(pairs, &near, &far, targets);
+    add_term(&pairs->products[0].turn.rows, 1, near.axis, rows);
 }
 
 /* ---- The tangent ---- */
@@ -423,35 +429,95 @@ static struct terms motion_terms(const struct builder *b) {
     return terms;
 }
 
-void build_tangent(struct derivation *d, struct function *f) {
+/* What both forms of the tangent share: derivatives by time, and the rows. */
+static void add_held_results(struct builder *b) {
+    struct derivation *d = b->d;
     const int n = d->n, m = d->m;
-    int G_q = NOTHING, G_qd = NOTHING, g_t = NOTHING, u = NOTHING;
+    const struct parts parts = parts_of(d);
+    struct terms terms = motion_terms(b);
+    const expression *balances = row_balances(&d->kinematics);
+    differentiate_terms(d, &terms, (const int[BLOCK_COUNT]){[BY_T] = 1});
+    const int f_t =
+        add_result(d, b->f, "f_t", "(n) d(M qdd - h - Q - u^T lambda)/dt at held qdd, lambda", n, 1);
+    spread_block(b, &terms, parts.motion, BY_T, f_t);
+    if (!m)
+        return;
+    const int g_t = add_result(d, b->f, "g_t", "(m) d(u qdd - k)/dt at held qdd", m, 1);
+    const int G_q = add_result(d, b->f, "G_q", "(m x n) the same by q", m * n, n);
+    const int G_qd = add_result(d, b->f, "G_qd", "(m x n) the same by qd", m * n, n);
+    const int u = add_result(d, b->f, "u", "(m x n) row coefficients", m * n, n);
+    fill_block(b, &terms, parts.rows, BY_T, 1, g_t);
+    spread_row_slopes(b, balances, 0, 1, G_q);
+    spread_row_slopes(b, balances, 1, 1, G_qd);
+    spread_u(d, b->f, u);
+}
+
+void build_tangent(struct derivation *d, struct function *f) {
+    const int n = d->n;
     struct builder b = start_held(d, f);
+    add_held_results(&b);
     const int K =
         add_result(d, f, "K", "(n x n) d(M qdd - h - Q - u^T lambda)/dq at held qdd, lambda", n * n, n);
     const int D = add_result(d, f, "D", "(n x n) the same by qd", n * n, n);
-    if (m) {
-        G_q = add_result(d, f, "G_q", "(m x n) d(u qdd - k)/dq at held qdd", m * n, n);
-        G_qd = add_result(d, f, "G_qd", "(m x n) the same by qd", m * n, n);
-    }
-    const int f_t = add_result(d, f, "f_t", "(n) d(M qdd - h - Q - u^T lambda)/dt at held qdd, lambda", n, 1);
-    if (m)
-        g_t = add_result(d, f, "g_t", "(m) d(u qdd - k)/dt at held qdd", m, 1);
     const int M = add_result(d, f, "M", "(n x n) mass matrix", n * n, n);
-    if (m)
-        u = add_result(d, f, "u", "(m x n) row coefficients", m * n, n);
-    const struct parts parts = parts_of(d);
-    struct terms terms = motion_terms(&b);
-    differentiate_terms(d, &terms, (const int[BLOCK_COUNT]){[BY_T] = 1});
-    spread_block(&b, &terms, parts.motion, BY_T, f_t);
-    if (m) {
-        fill_block(&b, &terms, parts.rows, BY_T, 1, g_t);
-        spread_row_slopes(&b, row_balances(&d->kinematics), 0, 1, G_q);
-        spread_row_slopes(&b, row_balances(&d->kinematics), 1, 1, G_qd);
-        spread_u(d, f, u);
-    }
     add_derivatives(&b, &(struct targets){K, D, M, true, -1});
     drop_unread(d->memory, f);
+}
+
+/* ---- The tangent as vectors of joints: what runtime/chain.c multiplies and eliminates in O(n) ---- */
+
+/* Of the joints that turn, or of those that slide; zero elsewhere. */
+static struct vector *of_joints(const struct builder *b, bool is_turn, size_t offset) {
+    const struct tree *tree = b->d->kinematics.tree;
+    struct vector *list = memory_get(b->d->memory, ((size_t)b->d->frames + 1) * sizeof *list);
+    for (int i = 0; i < tree->count; i++)
+        if (tree->frames[i].kind == FRAME_JOINT && tree->frames[i].joint.is_turn == is_turn)
+            memcpy(&list[i], (const char *)&b->held->frames[i] + offset, sizeof *list);
+    return list;
+}
+
+static void add_joint_vectors(struct builder *b) {
+    static const size_t axes[] = {offsetof(struct held_frame, axis), offsetof(struct held_frame, axis_rate),
+                                  offsetof(struct held_frame, axis_rate2)};
+    static const char *const names[2][3] = {{"slide_axis", "slide_rate", "slide_rate2"},
+                                            {"turn_axis", "turn_rate", "turn_rate2"}};
+    struct vector_arrays *all = memory_get(b->d->memory, REFDYN_VECTOR_COUNT * sizeof *all), *at = all;
+    for (int is_turn = 1; is_turn >= 0; is_turn--)
+        for (int order = 0; order < 3; order++)
+            *at++ = add_arrays(&b->arrays, names[is_turn][order], of_joints(b, is_turn, axes[order]));
+    const struct turned_pulls turned = derive_turned_pulls(b, -1);
+    const struct far_arrays a = add_far_arrays(b, turned.columns);
+    const struct vector_arrays inertia[] = {a.lever,
+                                            a.mass.shift,
+                                            a.spin.shift,
+                                            a.mass.moment,
+                                            a.mass_force,
+                                            a.spin.moment,
+                                            a.stiffness.moment,
+                                            a.stiffness_force,
+                                            a.damping.moment,
+                                            a.damping_force,
+                                            add_arrays(&b->arrays, "turned_rows", turned.rows)};
+    memcpy(at, inertia, sizeof inertia);
+    int *places = memory_get(b->d->memory, 3 * REFDYN_VECTOR_COUNT * sizeof *places);
+    for (int i = 0; i < 3 * REFDYN_VECTOR_COUNT; i++) {
+        const int field = all[i / 3].at[i % 3];
+        places[i] = field == NOTHING ? -1 : b->f->fields[field].offset;
+    }
+    b->d->plan->vector_places = places;
+}
+
+void build_tangent_vectors(struct derivation *d, struct function *f) {
+    const int n = d->n;
+    struct builder b = start_held(d, f);
+    add_held_results(&b);
+    const int stiffness = add_result(d, f, "stiffness", "(n) diagonal of K beside the vectors", n, 0);
+    const int damping = add_result(d, f, "damping", "(n) diagonal of D beside the vectors", n, 0);
+    give_own_slopes(&b, -1, stiffness, damping);
+    b.shifts = derive_ground_shifts(&d->kinematics);
+    b.arrays = open_results(d->plan, &d->kinematics, f);
+    add_joint_vectors(&b);
+    d->plan->coupling_count = add_couplings(&b, -1);
 }
 
 /* Columns of all blocks, and the derivatives that they hold. */

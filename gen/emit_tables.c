@@ -3,6 +3,7 @@
  * refdyn_model.h.
  */
 #include "emit.h"
+#include "refdyn_model.h"
 #include "rows.h"
 
 #include <stdlib.h>
@@ -171,6 +172,8 @@ static void emit_index_tables(struct emission *x, struct text *text) {
                   model->dependent_count);
     emit_integers(x, text, "held", coordinate_indices(x, model->hold, model->hold_count), model->hold_count);
     emit_integers(x, text, "gains", gain_places(x), 2 * model->row_count);
+    emit_integers(x, text, "vector_places", x->plan->vector_places,
+                  x->plan->vector_places ? 3 * REFDYN_VECTOR_COUNT : 0);
     emit_integers(x, text, "anchored", anchored_indices(x), x->plan->anchored_count);
 }
 
@@ -264,11 +267,11 @@ static void set_pointer(struct emission *x, struct text *text, const char *field
 static void set_functions(struct emission *x, struct text *text) {
     /* In the order of struct refdyn_model. */
     static const char *const order[] = {
-        "start",      "anchor",  "M",         "h",           "Q",           "u",       "v",
-        "phi",        "psi",     "k",         "r",           "rd",          "C",       "d",
-        "energy",     "power",   "Q_q",       "qdd_free",    "qdd",         "force",   "equations",
-        "M_h",        "f",       "row_terms", "point_terms", "constrained", "tangent", "d_qdd",
-        "d_qdd_free", "d_force", "d_statics", "d_rows",      "course",      "breaks"};
+        "start",  "anchor",     "M",         "h",           "Q",           "u",       "v",
+        "phi",    "psi",        "k",         "r",           "rd",          "C",       "d",
+        "energy", "power",      "Q_q",       "qdd_free",    "qdd",         "force",   "equations",
+        "M_h",    "f",          "row_terms", "point_terms", "constrained", "tangent", "tangent_vectors",
+        "d_qdd",  "d_qdd_free", "d_force",   "d_statics",   "d_rows",      "course",  "breaks"};
     for (size_t i = 0; i < sizeof order / sizeof *order; i++) {
         bool exists = false;
         for (int f = 0; f < x->plan->function_count; f++)
@@ -307,6 +310,8 @@ static void emit_model_table(struct emission *x, struct text *text, const char *
     text_add(text, "    SET(break_count) %d,\n", plan->break_count);
     text_add(text, "    SET(qdd_cost) %ld,\n    SET(tangent_cost) %ld,\n",
              cost_of(plan, model->row_count ? "constrained" : "qdd_free"), cost_of(plan, "tangent"));
+    text_add(text, "    SET(tangent_vectors_cost) %ld,\n    SET(coupling_count) %d,\n",
+             cost_of(plan, "tangent_vectors"), plan->coupling_count);
     set_pointer(x, text, "coordinates", "coordinate_names", true);
     set_pointer(x, text, "parameters", "parameter_names", plan->parameter_count > 0);
     set_pointer(x, text, "inputs", "input_names", model->input_count > 0);
@@ -316,6 +321,7 @@ static void emit_model_table(struct emission *x, struct text *text, const char *
     set_pointer(x, text, "parent", "parent", true);
     set_pointer(x, text, "dependent", "dependent", model->dependent_count > 0);
     set_pointer(x, text, "gains", "gains", model->row_count > 0);
+    set_pointer(x, text, "vector_places", "vector_places", plan->vector_places != NULL);
     set_pointer(x, text, "held", "held", model->hold_count > 0);
     text_add(text, "    SET(held_count) %d,\n", model->hold_count);
     set_pointer(x, text, "anchored", "anchored", plan->anchored_count > 0);

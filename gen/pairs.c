@@ -50,6 +50,16 @@ struct pair_arrays open_pairs(struct plan *plan, const struct kinematics *k, str
     return p;
 }
 
+struct pair_arrays open_results(struct plan *plan, const struct kinematics *k, struct function *function) {
+    const int n = plan->tree->count;
+    struct pair_arrays p = {
+        .memory = k->memory, .plan = plan, .function = function, .k = k, .is_result = true};
+    p.position = memory_get(k->memory, ((size_t)n + 1) * sizeof *p.position);
+    for (int i = 0; i < n; i++)
+        p.position[i] = i;
+    return p;
+}
+
 static bool has_local(const struct function *function, const char *name) {
     for (int f = function->field_count; f < function->field_count + function->local_count; f++)
         if (!strcmp(function->fields[f].name, name))
@@ -72,9 +82,13 @@ expression *add_local(struct memory *memory, struct function *function, const ch
 
 static int add_axis(struct pair_arrays *p, const char *name, const struct vector *by_frame, int axis) {
     const struct tree *tree = p->k->tree;
-    int field;
-    add_local(p->memory, p->function, memory_format(p->memory, "%s_%c", name, "xyz"[axis]),
-              p->plan->tree->count, 0, &field);
+    const char *axis_name = memory_format(p->memory, "%s_%c", name, "xyz"[axis]);
+    const int n = p->plan->tree->count;
+    int field = p->function->field_count;
+    if (p->is_result)
+        open_part(p->memory, p->function, axis_name, "(n) by coordinate, ground axes", n, 0);
+    else
+        add_local(p->memory, p->function, axis_name, n, 0, &field);
     for (int i = 0; i < tree->count; i++)
         if (tree->frames[i].kind == FRAME_JOINT)
             give(p->memory, tree, p->function, field, p->position[tree->frames[i].coordinate],

@@ -17,11 +17,14 @@ struct pair_arrays {
     const struct kinematics *k;
     int *order, *position, *end; /* position: by coordinate */
     bool *is_turn, *moves_on;
+    bool is_result; /* arrays are parts of the result, by coordinate */
 };
 
 /* shifts: by frame, from the origin of the joint before, ground axes; NULL: no moment is moved. */
 struct pair_arrays open_pairs(struct plan *plan, const struct kinematics *k, struct function *function,
                               const struct vector *shifts);
+/* The same for arrays that are parts of the result. */
+struct pair_arrays open_results(struct plan *plan, const struct kinematics *k, struct function *function);
 /* A local array; its values, to be filled in before the next field, and its number in *field. */
 expression *add_local(struct memory *memory, struct function *function, const char *name, int count,
                       int columns, int *field);

@@ -42,6 +42,15 @@ expression *open_field(struct memory *memory, struct function *function, struct 
     return function->out + count;
 }
 
+expression *open_part(struct memory *memory, struct function *function, const char *name, const char *about,
+                     int count, int columns) {
+    expression *values =
+        open_field(memory, function, (struct field){name, about, 0, count, columns, 0, false});
+    function->field_count++;
+    function->out_count += count;
+    return values;
+}
+
 void give(struct memory *memory, const struct tree *tree, struct function *f, int field, int first, int step,
           int frame, expression value) {
     const int run = tree->frames[frame].run;

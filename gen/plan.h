@@ -96,11 +96,13 @@ struct plan {
     int anchored_count;
     expression *breaks; /* times of kinks, of parameters alone */
     int break_count;
-    struct function prepare; /* results: values of parameters alone, ascending */
-    bool *is_statement;      /* scratch of the function being planned or printed, by handle */
-    bool *is_derived;        /* by handle */
-    const char *choices;     /* how M x = f is solved and what it costs, for the summary; NULL: not at all */
-    const char *left_out;    /* what the scene does not need, for the summary */
+    struct function prepare;  /* results: values of parameters alone, ascending */
+    bool *is_statement;       /* scratch of the function being planned or printed, by handle */
+    bool *is_derived;         /* by handle */
+    const int *vector_places; /* of `tangent_vectors`: refdyn_model.h, or NULL */
+    int coupling_count;
+    const char *choices;  /* how M x = f is solved and what it costs, for the summary; NULL: not at all */
+    const char *left_out; /* what the scene does not need, for the summary */
     struct emitted_file *files;
     int file_count;
 };
@@ -108,6 +110,10 @@ struct plan {
 /* One more field behind all others: its values, to be filled in. The caller counts it among results or
  * locals. */
 expression *open_field(struct memory *memory, struct function *function, struct field field);
+
+/* One more part of a function's result, before any local array. */
+expression *open_part(struct memory *memory, struct function *function, const char *name, const char *about,
+                     int count, int columns);
 
 /* The value of a frame with a joint, in entry `first` + step * e of a field, e the element in a run, 0 else.
  */

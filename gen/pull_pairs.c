@@ -232,3 +232,72 @@ void add_slope_loops(struct builder *b, const struct targets *targets) {
             add_product(b, fields[order], left, add_slope_array(b, &slopes, names[order], order),
                         targets->sign, about[order]);
 }
+
+/* ---- Pulls of a tangent in vectors ---- */
+
+static bool is_own(const struct builder *b, const expression *slopes, int i) {
+    for (int j = 0; j < b->d->frames; j++)
+        if (j != i && slopes[j])
+            return false;
+    return true;
+}
+
+/* Does the named force on frame i, which stands alone, depend on other coordinates, too? */
+static bool couples(const struct builder *b, int i) {
+    const expression pull = b->pulls->coordinates[i];
+    return pull &&
+           !(is_own(b, held_slopes(b->held, pull, 0), i) && is_own(b, held_slopes(b->held, pull, 1), i));
+}
+
+static expression own_slope(const struct builder *b, int i, int order, double sign) {
+    struct graph *g = b->d->g;
+    const struct joint *joint = &b->d->kinematics.tree->frames[i].joint;
+    const expression spring = mul(g, number(g, -sign), order ? joint->damping : joint->stiffness);
+    const expression pull = b->pulls->coordinates[i];
+    if (!pull || couples(b, i))
+        return spring;
+    return add(g, mul(g, number(g, sign), held_slopes(b->held, pull, order)[i]), spring);
+}
+
+void give_own_slopes(struct builder *b, double sign, int stiffness, int damping) {
+    const struct tree *tree = b->d->kinematics.tree;
+    const int fields[] = {stiffness, damping};
+    for (int order = 0; order < 2; order++)
+        for (int i = 0; i < tree->count; i++)
+            if (tree->frames[i].kind == FRAME_JOINT)
+                give(b->d->memory, tree, b->f, fields[order], tree->frames[i].coordinate,
+                     tree->frames[i].step, i, own_slope(b, i, order, sign));
+}
+
+static void add_coupled_coordinates(struct builder *b, struct slopes *slopes) {
+    for (int i = 0; i < b->d->frames; i++) {
+        if (!couples(b, i))
+            continue;
+        expression *column = new_values(b->d, b->d->frames);
+        column[i] = one(b->d->g);
+        const expression pull = b->pulls->coordinates[i];
+        slopes->list =
+            memory_room(b->d->memory, slopes->list, slopes->count, &slopes->capacity, sizeof *slopes->list);
+        slopes->list[slopes->count++] =
+            (struct slope){column, {held_slopes(b->held, pull, 0), held_slopes(b->held, pull, 1)}};
+    }
+}
+
+int add_couplings(struct builder *b, double sign) {
+    static const char *const names[] = {"pulled", "pull_by_q", "pull_by_qd"};
+    static const char *const about[] = {"columns that forces with such a dependence act on",
+                                        "these forces by q, as they stand in K", "the same by qd, in D"};
+    struct slopes slopes = slopes_of_points(b, &(struct targets){0, 0, NOTHING, true, sign});
+    add_coupled_coordinates(b, &slopes);
+    for (int order = -1; order < 2 && slopes.count; order++) {
+        const int field = b->f->field_count;
+        open_part(b->d->memory, b->f, names[order + 1],
+                 memory_format(b->d->memory, "(%d x n) %s", slopes.count, about[order + 1]),
+                 slopes.count * b->d->n, b->d->n);
+        for (int s = 0; s < slopes.count; s++)
+            spread(b->d, b->f, field, s * b->d->n, 1,
+                   order < 0 ? values_of(&slopes.list[s], order)
+                             : scaled(b->d, sign, values_of(&slopes.list[s], order)));
+    }
+    return slopes.count;
+}

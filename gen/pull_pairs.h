@@ -44,6 +44,10 @@ struct turned_pulls derive_turned_pulls(const struct builder *b, double sign);
 void add_turning_pairs(struct builder *b, const struct turned_pulls *turned, int field);
 /* Springs, dampers and forces on coordinates. */
 void give_coordinate_slopes(struct builder *b, const struct targets *targets);
+/* Of `tangent_vectors`: springs, dampers and forces that depend on their own coordinate alone, by coordinate,
+ * and the fields of what couples coordinates, count x n each; returns the count. */
+void give_own_slopes(struct builder *b, double sign, int stiffness, int damping);
+int add_couplings(struct builder *b, double sign);
 /* Forces and torques at points: behind all fields of the result. */
 void add_slope_loops(struct builder *b, const struct targets *targets);
 void add_product(struct builder *b, int target, int left, int right, double factor, const char *about);

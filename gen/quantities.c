@@ -378,6 +378,8 @@ static const struct quantity quantities[] = {
     {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations, false, NULL},
     {"tangent", "derivatives of M qdd - h - Q - u^T lambda and u qdd - k at held qdd and lambda",
      is_corrected, "corrected form", build_tangent, true, NULL},
+    {"tangent_vectors", "the tangent as vectors of joints, O(n)", is_corrected, "corrected form",
+     build_tangent_vectors, true, NULL},
     {"d_qdd", "derivatives of qdd", is_corrected_with_rows, "constraints in the corrected form", build_d_qdd,
      true, NULL},
     {"d_qdd_free", "derivatives of qdd_free", is_corrected, "corrected form", build_d_qdd_free, true, NULL},

@@ -101,6 +101,7 @@ void add_statics_pairs(struct derivation *d, struct function *f, int field);
 void fill_statics_tangent(struct derivation *d, struct function *f, int field);
 /* derivatives.c: what is emitted on request alone. */
 void build_tangent(struct derivation *d, struct function *f);
+void build_tangent_vectors(struct derivation *d, struct function *f);
 void build_d_qdd(struct derivation *d, struct function *f);
 void build_d_qdd_free(struct derivation *d, struct function *f);
 void build_d_force(struct derivation *d, struct function *f);

@@ -183,10 +183,7 @@ const struct wrench *loads(struct derivation *d) {
 
 expression *add_field(struct derivation *d, struct function *f, const char *name, const char *about,
                       int count, int columns) {
-    expression *values = open_field(d->memory, f, (struct field){name, about, 0, count, columns, 0, false});
-    f->field_count++;
-    f->out_count += count;
-    return values;
+    return open_part(d->memory, f, name, about, count, columns);
 }
 
 void spread(struct derivation *d, struct function *f, int field, int first, int stride,

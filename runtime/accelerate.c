@@ -136,11 +136,9 @@ void refdyn_multipliers(struct refdyn_workspace *work, const double *qdd, double
         lambda[work->partition.row[k]] = work->lambda[k];
 }
 
-void refdyn_programme_force(struct refdyn_workspace *work, const double *qdd, double *force) {
-    const int n = work->n;
-    find_multipliers(work, qdd);
-    for (int j = 0; j < n; j++)
+void refdyn_programme_force(const struct refdyn_workspace *work, const double *lambda, double *force) {
+    for (int j = 0; j < work->n; j++)
         force[j] = 0;
-    for (int k = 0; k < work->partition.rank; k++)
-        dense_add(force, work->lambda[k], work->u + work->partition.row[k] * n, n);
+    for (int a = 0; a < work->m; a++)
+        dense_add(force, lambda[a], work->u + a * work->n, work->n);
 }

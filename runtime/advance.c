@@ -83,9 +83,7 @@ static int align_with_mass(struct refdyn_drive *drive, double t, const double *s
     const int n = work->n;
     if (drive->is_aligned == work->partition.choices && largest_turn(drive, state) < turned_most)
         return REFDYN_OK;
-    int status = refdyn_equations(work, t, state, state + n);
-    if (!status)
-        status = refdyn_linear_factor_mass(&drive->linear, work);
+    const int status = refdyn_linear_factor_mass(drive, t, state);
     if (status)
         return status;
     refdyn_linear_directions(&drive->linear);

@@ -178,7 +178,7 @@ static int has_slowed(struct refdyn_drive *drive) {
 void refdyn_choose_after_step(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
     drive->statistics.steps_by[drive->method]++;
-    if (drive->options.method != REFDYN_AUTO || !drive->work->model->tangent)
+    if (drive->options.method != REFDYN_AUTO || !refdyn_has_tangent(drive->work->model))
         return;
     choice->steps_left--;
     if (choice->at >= 0 && choice->steps_left == MEASURED_STEPS)
@@ -220,7 +220,7 @@ void refdyn_choose_take_up(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
     if (drive->options.method != REFDYN_AUTO)
         return;
-    if (choice->wants_spectrum && drive->work->model->tangent)
+    if (choice->wants_spectrum && refdyn_has_tangent(drive->work->model))
         look_at_rates(drive);
     if (choice->next == drive->method)
         return;

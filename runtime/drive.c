@@ -48,9 +48,10 @@ static size_t lay_out(struct refdyn_drive *drive, const struct refdyn_model *mod
     struct room room = {base, 0};
     const int n = model->n, size = 2 * n + 1, slope = refdyn_slope_size(model);
     const int is_auto = options->method == REFDYN_AUTO;
-    const int has_tangent = refdyn_method_is_implicit(options->method) && model->tangent;
+    const int has_tangent = refdyn_method_is_implicit(options->method) && refdyn_has_tangent(model);
     const int complexes = is_auto || refdyn_method_facts(options->method).collocation ? COMPLEXES : 0;
     drive->qdd = room_doubles(&room, n);
+    drive->lambda = room_doubles(&room, model->m);
     drive->seen = room_doubles(&room, size);
     drive->state = room_doubles(&room, size);
     drive->slope = room_doubles(&room, slope);
@@ -78,7 +79,8 @@ int refdyn_drive_init(struct refdyn_drive *drive, struct refdyn_workspace *work,
     *drive = (struct refdyn_drive){.work = work, .options = *options, .method = options->method};
     if (refdyn_options_validate(options, NULL))
         return REFDYN_BAD_OPTION;
-    if (options->method != REFDYN_AUTO && refdyn_method_is_implicit(options->method) && !work->model->tangent)
+    if (options->method != REFDYN_AUTO && refdyn_method_is_implicit(options->method) &&
+        !refdyn_has_tangent(work->model))
         return REFDYN_FUNCTION_MISSING;
     const size_t needed = refdyn_drive_size(work->model, options);
     if (!room_fits(memory, size, needed))
@@ -135,9 +137,22 @@ static void find_breaks(struct refdyn_drive *drive) {
     }
 }
 
-/* Accelerations of the state that is seen, whose equations are in the workspace. */
+/* Accelerations and multipliers of the state that is seen, whose equations are in the workspace; chooses the
+ * partition. */
 static int solve_seen(struct refdyn_drive *drive) {
-    return refdyn_solve(drive->work, drive->options.stabilise, drive->qdd);
+    const int status = refdyn_solve(drive->work, drive->options.stabilise, drive->qdd);
+    if (!status)
+        refdyn_multipliers(drive->work, drive->qdd, drive->lambda);
+    return status;
+}
+
+/* The same of a state of the motion, whose row terms are in the workspace. */
+static int accelerate_seen(struct refdyn_drive *drive) {
+    const int n = drive->work->n;
+    const int status = refdyn_slope(drive, drive->t, drive->seen, drive->side);
+    memcpy(drive->qdd, drive->side + n, (size_t)n * sizeof(double));
+    memcpy(drive->lambda, drive->side + 2 * n + 1, (size_t)drive->work->m * sizeof(double));
+    return status;
 }
 
 /* With projections, steps begin on the programme, also where the state that is seen is off it; that state and
@@ -150,7 +165,8 @@ static int step_onto_programme(struct refdyn_drive *drive) {
     const int status = refdyn_project_evaluated(work, drive->t, drive->state, drive->state + work->n);
     if (status || memcmp(drive->state, drive->seen, bytes) == 0)
         return status;
-    return refdyn_accelerate(work, drive->t, drive->q, drive->qd, drive->options.stabilise, drive->qdd);
+    const int failed = refdyn_equations(work, drive->t, drive->q, drive->qd);
+    return failed ? failed : solve_seen(drive);
 }
 
 /* Steps begin at the state that is seen: slopes of both ends are its own. */
@@ -219,8 +235,9 @@ int refdyn_drive_refresh(struct refdyn_drive *drive) {
     drive->work->partition.rank_most = drive->work->m;
     set_gains_ahead(drive);
     find_breaks(drive);
-    int status =
-        refdyn_accelerate(drive->work, drive->t, drive->q, drive->qd, drive->options.stabilise, drive->qdd);
+    int status = refdyn_equations(drive->work, drive->t, drive->q, drive->qd);
+    if (!status)
+        status = solve_seen(drive);
     if (!status)
         status = begin_here(drive);
     collect_counts(drive);
@@ -267,11 +284,11 @@ static int show(struct refdyn_drive *drive, double t) {
     drive->work_done = drive->seen[2 * n];
     partition->rank_most = drive->work->m;
     if (!status)
-        status = refdyn_equations(drive->work, t, drive->q, drive->qd);
+        status = refdyn_row_terms(drive->work, t, drive->q, drive->qd);
     if (!status)
         refdyn_record_residuals(drive);
     if (!status)
-        status = solve_seen(drive);
+        status = accelerate_seen(drive);
     partition->rank_most = partition->rank;
     return status;
 }

@@ -2,27 +2,50 @@
  * The linearised equations of motion and the matrix of a linearly implicit step: see linearise.h.
  *
  * Takes the emitted `tangent` (generator's README, Derivatives) and the independent rows of the partition;
- * gives solutions by L U factorisation.
+ * gives solutions: by L U factorisation of dense matrices, or in O(n) from `tangent_vectors` (chain.h) where
+ * that takes fewer operations.
  */
 #include "linearise.h"
 
 #include <math.h>
 #include <string.h>
 
+#include "chain.h"
 #include "core.h"
 #include "dense.h"
 
-/* The parts of struct NAME_tangent_result, in its order. */
-static void lay_out_tangent(struct refdyn_linear *linear, struct room *room) {
+/* The parts of struct NAME_tangent_result that both forms have, in their order. */
+static void lay_out_rows(struct refdyn_linear *linear, struct room *room) {
     const int n = linear->n, m = linear->m;
-    linear->tangent = linear->K = room_doubles(room, n * n);
-    linear->D = room_doubles(room, n * n);
+    linear->tangent = linear->f_t = room_doubles(room, n);
+    linear->g_t = room_doubles(room, m);
     linear->G_q = room_doubles(room, m * n);
     linear->G_qd = room_doubles(room, m * n);
-    linear->f_t = room_doubles(room, n);
-    linear->g_t = room_doubles(room, m);
-    linear->M = room_doubles(room, n * n);
     linear->u = room_doubles(room, m * n);
+}
+
+static void lay_out_chain(struct refdyn_linear *linear, const struct refdyn_model *model, int complexes,
+                          struct room *room) {
+    const int size = refdyn_chain_result_size(model), before = linear->n + linear->m * (1 + 3 * linear->n);
+    linear->diagonals = room_doubles(room, size);
+    linear->tangent_size = before + size;
+    refdyn_chain_lay_out(&linear->chain, model, complexes, room);
+}
+
+static void lay_out_matrices(struct refdyn_linear *linear, int has_tangent, int complexes,
+                             struct room *room) {
+    const int n = linear->n, m = linear->m, size = n + m;
+    if (has_tangent) {
+        linear->K = room_doubles(room, n * n);
+        linear->D = room_doubles(room, n * n);
+        linear->M = room_doubles(room, n * n);
+        linear->tangent_size = n + m * (1 + 3 * n) + 3 * n * n;
+    }
+    linear->matrix = room_doubles(room, size * size);
+    linear->complex = room_doubles(room, 2 * complexes * size * size);
+    linear->scale = room_doubles(room, size);
+    linear->pivot = room_ints(room, size);
+    linear->complex_pivot = room_ints(room, complexes * size);
 }
 
 void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_model *model, int has_tangent,
@@ -30,29 +53,31 @@ void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_mod
     const int n = model->n, m = model->m;
     linear->n = n;
     linear->m = m;
+    linear->is_chain = has_tangent && refdyn_chain_pays(model);
     if (has_tangent)
-        lay_out_tangent(linear, room);
+        lay_out_rows(linear, room);
     else if (m == 0)
         return;
-    linear->matrix = room_doubles(room, (n + m) * (n + m));
-    linear->right = room_doubles(room, has_tangent ? (n + m) * 2 * n : 0);
-    linear->right_t = room_doubles(room, n + m);
+    if (linear->is_chain)
+        lay_out_chain(linear, model, complexes, room);
+    else
+        lay_out_matrices(linear, has_tangent, complexes, room);
     linear->sides = room_doubles(room, 2 * n);
     linear->x = room_doubles(room, 2 * (n + m));
-    linear->complex = room_doubles(room, 2 * complexes * (n + m) * (n + m));
-    linear->scale = room_doubles(room, n + m);
     linear->directions = room_doubles(room, m * n);
-    linear->pivot = room_ints(room, n + m);
-    linear->complex_pivot = room_ints(room, complexes * (n + m));
     linear->rows = room_ints(room, m);
 }
 
 int refdyn_linear_evaluate(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
                            const double *q, const double *slope) {
-    work->model->tangent(work->p, work->x, t, q, slope, linear->tangent);
-    const long size = linear->u + linear->m * linear->n - linear->tangent;
-    if (refdyn_is_finite(linear->tangent, (int)size))
+    const struct refdyn_model *model = work->model;
+    (linear->is_chain ? model->tangent_vectors : model->tangent)(work->p, work->x, t, q, slope,
+                                                                 linear->tangent);
+    if (refdyn_is_finite(linear->tangent, linear->tangent_size)) {
+        if (linear->is_chain)
+            refdyn_chain_take(&linear->chain, linear->tangent, linear->diagonals);
         return REFDYN_OK;
+    }
     const int status = refdyn_equations(work, t, q, slope);
     return status ? status : REFDYN_NOT_FINITE;
 }
@@ -63,17 +88,47 @@ static void take_rows(struct refdyn_linear *linear, const struct refdyn_workspac
     memcpy(linear->rows, work->partition.row, (size_t)work->partition.rank * sizeof(int));
 }
 
-/* Row i of the matrix and of its right side from base + g first + g^2 second and from base, g first. */
-static void fill_row(struct refdyn_linear *linear, int i, const double *restrict base,
-                     const double *restrict first, const double *restrict second, double g) {
-    const int n = linear->n, size = linear->size;
-    double *restrict row = linear->matrix + i * size, *restrict right = linear->right + i * 2 * n;
-    for (int j = 0; j < n; j++) {
-        const double of_rate = g * first[j], of_step = of_rate + g * g * second[j];
-        right[j] = -of_step;
-        right[n + j] = of_rate;
-        row[j] = base[j] + of_step;
+static struct refdyn_border border_of(const struct refdyn_linear *linear) {
+    return (struct refdyn_border){linear->u, linear->G_qd, linear->G_q, linear->rows,
+                                  linear->size - linear->n};
+}
+
+/* ---- Products: of both forms ---- */
+
+static void add_product(struct refdyn_linear *linear, const double *A, const double *x, double *y) {
+    if (!x)
+        return;
+    refdyn_times(A, linear->n, linear->n, x, linear->sides + linear->n);
+    dense_add(y, 1, linear->sides + linear->n, linear->n);
+}
+
+/* y (size) := [M; u] m + [D; G_qd] d + [K; G_q] k; NULL: zero. Uses the second half of linear->sides. */
+static void times(struct refdyn_linear *linear, const double *m, const double *d, const double *k,
+                  double *y) {
+    const int n = linear->n;
+    if (linear->is_chain) {
+        refdyn_chain_times(&linear->chain, m, d, k, y);
+    } else {
+        memset(y, 0, (size_t)n * sizeof *y);
+        add_product(linear, linear->M, m, y);
+        add_product(linear, linear->D, d, y);
+        add_product(linear, linear->K, k, y);
     }
+    for (int i = n; i < linear->size; i++) {
+        const int a = linear->rows[i - n] * n;
+        y[i] = m ? dense_dot(linear->u + a, m, n) : 0;
+        y[i] += d ? dense_dot(linear->G_qd + a, d, n) : 0;
+        y[i] += k ? dense_dot(linear->G_q + a, k, n) : 0;
+    }
+}
+
+/* ---- Factors: of both forms ---- */
+
+/* base + g first + g^2 second */
+static void fill_row(const double *restrict base, const double *restrict first, const double *restrict second,
+                     double g, int n, double *restrict row) {
+    for (int j = 0; j < n; j++)
+        row[j] = base[j] + g * first[j] + g * g * second[j];
 }
 
 /* The border -u^T, and the zeros in its corner. */
@@ -97,51 +152,67 @@ int refdyn_linear_factor(struct refdyn_linear *linear, const struct refdyn_works
     const int n = linear->n;
     linear->g = g;
     take_rows(linear, work);
-    for (int i = 0; i < n; i++) {
-        fill_row(linear, i, linear->M + i * n, linear->D + i * n, linear->K + i * n, g);
-        linear->right_t[i] = -g * linear->f_t[i];
+    if (linear->is_chain) {
+        const struct refdyn_border border = border_of(linear);
+        return refdyn_chain_factor(&linear->chain, 0, g, 0, &border);
     }
+    for (int i = 0; i < n; i++)
+        fill_row(linear->M + i * n, linear->D + i * n, linear->K + i * n, g, n,
+                 linear->matrix + i * linear->size);
     for (int i = n; i < linear->size; i++) {
-        const int a = linear->rows[i - n];
-        fill_row(linear, i, linear->u + a * n, linear->G_qd + a * n, linear->G_q + a * n, g);
-        linear->right_t[i] = -g * linear->g_t[a];
+        const int a = linear->rows[i - n] * n;
+        fill_row(linear->u + a, linear->G_qd + a, linear->G_q + a, g, n, linear->matrix + i * linear->size);
     }
     fill_border(linear, linear->u);
     return factor(linear);
 }
 
-/* M and u with its border. */
-static int factor_mass(struct refdyn_linear *linear, const struct refdyn_workspace *work, const double *M,
-                       const double *u) {
-    const int n = linear->n;
+static void solve(struct refdyn_linear *linear, double *x) {
+    if (linear->is_chain)
+        refdyn_chain_solve(&linear->chain, 0, x);
+    else
+        refdyn_lu_solve(linear->matrix, linear->size, linear->pivot, x);
+}
+
+/* M and u of the equations in the workspace. */
+static int factor_equations(struct refdyn_linear *linear, const struct refdyn_workspace *work) {
     take_rows(linear, work);
     for (int i = 0; i < linear->size; i++) {
-        const double *from = i < n ? M + i * n : u + linear->rows[i - n] * n;
-        memcpy(linear->matrix + i * linear->size, from, (size_t)n * sizeof *from);
+        const double *from =
+            i < linear->n ? work->M + i * linear->n : work->u + linear->rows[i - linear->n] * linear->n;
+        memcpy(linear->matrix + i * linear->size, from, (size_t)linear->n * sizeof *from);
     }
-    fill_border(linear, u);
+    fill_border(linear, work->u);
     return factor(linear);
 }
 
-int refdyn_linear_factor_mass(struct refdyn_linear *linear, const struct refdyn_workspace *work) {
-    return factor_mass(linear, work, work->M, work->u);
+int refdyn_linear_factor_mass(struct refdyn_drive *drive, double t, const double *state) {
+    struct refdyn_linear *linear = &drive->linear;
+    struct refdyn_workspace *work = drive->work;
+    if (!linear->is_chain) {
+        const int status = refdyn_equations(work, t, state, state + work->n);
+        return status ? status : factor_equations(linear, work);
+    }
+    drive->has_tangent = 0; /* M and u do not depend on the slope */
+    const int status = refdyn_linear_evaluate(linear, work, t, state, drive->slope);
+    return status ? status : refdyn_linear_factor(linear, work, 0);
 }
 
 void refdyn_linear_solve(struct refdyn_linear *linear, const double *r_q, const double *r_v, double dt,
                          double *dq, double *dqd) {
     const int n = linear->n;
-    double *restrict sides = linear->sides;
+    const double g = linear->g;
+    double *restrict s = linear->sides, *restrict x = linear->x;
+    for (int j = 0; j < n; j++)
+        s[j] = g * r_v[j] + r_q[j];
+    times(linear, NULL, r_v, s, x);
+    for (int i = 0; i < linear->size; i++)
+        x[i] = -g * (g * x[i] + dt * (i < n ? linear->f_t[i] : linear->g_t[linear->rows[i - n]]));
+    solve(linear, x);
     for (int j = 0; j < n; j++) {
-        sides[j] = linear->g * r_v[j] + r_q[j];
-        sides[n + j] = r_q[j];
-    }
-    refdyn_times(linear->right, linear->size, 2 * n, sides, linear->x);
-    dense_add(linear->x, dt, linear->right_t, linear->size);
-    refdyn_lu_solve(linear->matrix, linear->size, linear->pivot, linear->x);
-    for (int j = 0; j < n; j++) {
-        linear->x[j] += sides[j];
-        dq[j] = linear->g * linear->x[j];
-        dqd[j] = linear->x[j] - r_q[j];
+        const double sum = x[j] + s[j];
+        dqd[j] = sum - r_q[j];
+        dq[j] = g * sum;
     }
 }
 
@@ -154,7 +225,7 @@ void refdyn_linear_directions(struct refdyn_linear *linear) {
     for (int k = 0; k < linear->size - n; k++) {
         for (int i = 0; i < linear->size; i++)
             linear->x[i] = i == n + k;
-        refdyn_lu_solve(linear->matrix, linear->size, linear->pivot, linear->x);
+        solve(linear, linear->x);
         memcpy(linear->directions + k * n, linear->x, (size_t)n * sizeof(double));
     }
 }
@@ -182,6 +253,10 @@ static void fill_complex_row(const double *restrict base, const double *restrict
 int refdyn_linear_factor_complex(struct refdyn_linear *linear, const struct refdyn_workspace *work, int k,
                                  double re, double im) {
     take_rows(linear, work);
+    if (linear->is_chain) {
+        const struct refdyn_border border = border_of(linear);
+        return refdyn_chain_factor(&linear->chain, k + 1, re, im, &border);
+    }
     const int n = linear->n, size = linear->size;
     double *real = linear->complex + k * 2 * size * size, *imaginary = real + size * size;
     memset(real, 0, (size_t)(2 * size * size) * sizeof *real);
@@ -199,27 +274,22 @@ int refdyn_linear_factor_complex(struct refdyn_linear *linear, const struct refd
     return failed < 0 ? REFDYN_OK : REFDYN_TANGENT_SINGULAR;
 }
 
-/* M x and u x */
-static void times_mass(const struct refdyn_linear *linear, const double *x, double *y) {
-    const int n = linear->n;
-    refdyn_times(linear->M, n, n, x, y);
-    for (int i = n; i < linear->size; i++)
-        y[i] = dense_dot(linear->u + linear->rows[i - n] * n, x, n);
-}
-
 void refdyn_linear_solve_complex(struct refdyn_linear *linear, int k, double *re, double *im) {
     const int n = linear->n, size = linear->size;
-    times_mass(linear, re, linear->x);
-    times_mass(linear, im, linear->x + size);
-    refdyn_complex_lu_solve(linear->complex + k * 2 * size * size, size, linear->complex_pivot + k * size,
-                            linear->x);
+    times(linear, re, NULL, NULL, linear->x);
+    times(linear, im, NULL, NULL, linear->x + size);
+    if (linear->is_chain)
+        refdyn_chain_solve(&linear->chain, k + 1, linear->x);
+    else
+        refdyn_complex_lu_solve(linear->complex + k * 2 * size * size, size, linear->complex_pivot + k * size,
+                                linear->x);
     memcpy(re, linear->x, (size_t)n * sizeof *re);
     memcpy(im, linear->x + size, (size_t)n * sizeof *im);
 }
 
 void refdyn_linear_solve_residual(struct refdyn_linear *linear, double *x) {
-    times_mass(linear, x, linear->x);
-    refdyn_lu_solve(linear->matrix, linear->size, linear->pivot, linear->x);
+    times(linear, x, NULL, NULL, linear->x);
+    solve(linear, linear->x);
     memcpy(x, linear->x, (size_t)linear->n * sizeof *x);
 }
 
@@ -227,28 +297,22 @@ void refdyn_linear_solve_residual(struct refdyn_linear *linear, double *x) {
  * dqd */
 static void change_accelerations(struct refdyn_linear *linear, const double *dq, const double *dqd,
                                  double *da) {
-    const int n = linear->n;
-    for (int i = 0; i < linear->size; i++) {
-        const double *K = i < n ? linear->K + i * n : linear->G_q + linear->rows[i - n] * n;
-        const double *D = i < n ? linear->D + i * n : linear->G_qd + linear->rows[i - n] * n;
-        linear->x[i] = -dense_dot(K, dq, n) - dense_dot(D, dqd, n);
-    }
-    refdyn_lu_solve(linear->matrix, linear->size, linear->pivot, linear->x);
-    memcpy(da, linear->x, (size_t)n * sizeof *da);
+    times(linear, NULL, dqd, dq, linear->x);
+    solve(linear, linear->x);
+    for (int j = 0; j < linear->n; j++)
+        da[j] = -linear->x[j];
 }
 
-/* x^T A x */
-static double quadratic(const double *A, const double *x, double *room, int n) {
-    refdyn_times(A, n, n, x, room);
-    return dense_dot(x, room, n);
+/* x^T A x, A = M, D or K: the one of m, d and k that is x */
+static double quadratic(struct refdyn_linear *linear, const double *m, const double *d, const double *k) {
+    times(linear, m, d, k, linear->x);
+    return dense_dot(m ? m : d ? d : k, linear->x, linear->n);
 }
 
 /* Rayleigh's quotients of a shape: omega^2 = K / M, damping ratio = D / (2 sqrt(K M)). */
 static void judge_shape(struct refdyn_linear *linear, const double *shape, double *rate, double *damping) {
-    const int n = linear->n;
-    const double m = quadratic(linear->M, shape, linear->x, n);
-    const double k = fabs(quadratic(linear->K, shape, linear->x, n));
-    const double d = quadratic(linear->D, shape, linear->x, n);
+    const double m = quadratic(linear, shape, NULL, NULL), d = quadratic(linear, NULL, shape, NULL);
+    const double k = fabs(quadratic(linear, NULL, NULL, shape));
     const double omega = sqrt(k / m), ratio = d / (2 * sqrt(k * m));
     *rate = ratio > 1 ? omega * (ratio + sqrt(ratio * ratio - 1)) : omega;
     *damping = fmin(ratio, 1);
@@ -264,7 +328,7 @@ int refdyn_linear_spectrum(struct refdyn_drive *drive, double *rate, double *dam
     double *q = drive->stage, *v = drive->stage + n, *a = drive->side;
     int status = refdyn_linear_at_begin(drive);
     if (!status)
-        status = factor_mass(linear, drive->work, linear->M, linear->u);
+        status = refdyn_linear_factor(linear, drive->work, 0);
     drive->is_aligned = 0; /* the factors of a step, and the rows that they are for, are gone */
     drive->factored_h = 0;
     if (status)

@@ -34,14 +34,13 @@ int refdyn_linear_factor(struct refdyn_linear *linear, const struct refdyn_works
  */
 void refdyn_linear_solve(struct refdyn_linear *linear, const double *r_q, const double *r_v, double dt,
                          double *dq, double *dqd);
-/*
- * Directions z_a (n) with u_b z_a = 1 for a = b and 0 otherwise, that are smallest in a metric: of the
- * factored matrix, or of M in the workspace (refdyn_linear_factor_mass). Into linear->directions;
- * refdyn_linear_found tells them with their rows. Errors of refdyn_linear_factor_mass: TANGENT_SINGULAR.
- */
+/* Directions z_a (n) with u_b z_a = 1 for a = b and 0 otherwise, that are smallest in the metric of the
+ * factored matrix: into linear->directions; refdyn_linear_found tells them with their rows. */
 void refdyn_linear_directions(struct refdyn_linear *linear);
 struct refdyn_directions refdyn_linear_found(const struct refdyn_linear *linear);
-int refdyn_linear_factor_mass(struct refdyn_linear *linear, const struct refdyn_workspace *work);
+/* Factors M and its rows at a state, for directions in the metric of M; a tangent may be lost. Errors:
+ * NOT_FINITE, TANGENT_SINGULAR. */
+int refdyn_linear_factor_mass(struct refdyn_drive *drive, double t, const double *state);
 
 /* Evaluates the tangent at the begin of a drive's step, unless that was done. Errors: NOT_FINITE. */
 int refdyn_linear_at_begin(struct refdyn_drive *drive);

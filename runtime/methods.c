@@ -66,3 +66,7 @@ int refdyn_method_find(const char *name) {
 int refdyn_method_is_implicit(enum refdyn_method method) {
     return method == REFDYN_AUTO || refdyn_method_facts(method).is_implicit;
 }
+
+int refdyn_has_tangent(const struct refdyn_model *model) {
+    return model->tangent || model->tangent_vectors;
+}

@@ -164,12 +164,11 @@ int refdyn_solve(struct refdyn_workspace *work, enum refdyn_stabilise stabilise,
 /* Both of the above. */
 int refdyn_accelerate(struct refdyn_workspace *work, double t, const double *q, const double *qd,
                       enum refdyn_stabilise stabilise, double *qdd);
-/* Programme force r (n) = M qdd - f [N, N m] of the equations in the workspace, after refdyn_solve gave qdd.
- * It is formed as u^T lambda with K_d^T lambda = (M qdd - f)_d, so it lies exactly in the space of the rows.
- */
-void refdyn_programme_force(struct refdyn_workspace *work, const double *qdd, double *force);
-/* Its multipliers lambda (m), 0 for redundant rows; same conditions. */
+/* Multipliers lambda (m) of the equations in the workspace, after refdyn_solve gave qdd: K_d^T lambda = (M
+ * qdd - f)_d, 0 for redundant rows. */
 void refdyn_multipliers(struct refdyn_workspace *work, const double *qdd, double *lambda);
+/* Programme force r (n) = u^T lambda [N, N m], = M qdd - f, with the rows in the workspace. */
+void refdyn_programme_force(const struct refdyn_workspace *work, const double *lambda, double *force);
 /* Forgets the partition and its record: the next refdyn_solve starts from the declared set again. */
 void refdyn_partition_reset(struct refdyn_workspace *work);
 
@@ -219,6 +218,8 @@ enum refdyn_method {
 const char *refdyn_method_name(int method);
 /* Order in the step: the error of a motion goes with its power, and about with tol where steps are found. */
 int refdyn_method_order(enum refdyn_method method);
+/* Was the tangent emitted, as `tangent` or as `tangent_vectors`? */
+int refdyn_has_tangent(const struct refdyn_model *model);
 /* Does the method use the emitted `tangent`? auto does without where there is none; the others need it. */
 int refdyn_method_is_implicit(enum refdyn_method method);
 /* The method of that name, -1 when there is none. */
@@ -261,22 +262,49 @@ struct refdyn_statistics {
     double step_smallest, step_largest; /* of the accepted steps [s] */
 };
 
+/* The tangent as vectors of joints, and factors in O(n): runtime/chain.h. By position: all joints beyond one
+ * follow it. */
+struct refdyn_chain {
+    const struct refdyn_model *model;
+    int n, is_planar, border;            /* border: couplings, and the rows of the last factorisation */
+    int left, right;                     /* components of a wrench, 3 or 6, and of what it meets, 5 or 12 */
+    int record;                          /* doubles of a joint's vectors, in the order of chain_wide.c */
+    double *records;                     /* (n x record) */
+    double *stiffness, *damping;         /* (n) beside the vectors */
+    const double *pulled, *by_q, *by_qd; /* (couplings x n) in the result */
+    double *factors;                     /* (1 + 2 complexes) x n x (left + 2 right + 1) */
+    double *responses;   /* (1 + 2 complexes) x (couplings + m) x n: A^-1 of the border's columns */
+    double *corner;      /* (1 + 2 complexes) x (couplings + m)^2: its L U */
+    double *border_rows; /* the rows of the border for the last g */
+    double *inner;       /* (slots x 2 x left x right) X of chain.h */
+    double *sweep;       /* (n x 2 x right) what is carried */
+    double *side;        /* room of a right side: (4 n + 4 (couplings + m)) */
+    double *scale;       /* (couplings + m) room */
+    int *order;          /* (n) coordinate by position */
+    int *parent;         /* (n) position of the joint before, -1: none */
+    int *other, *next;   /* (n) the second joint beyond each, and one more beside it, -1: none */
+    int *slot;           /* (n) of X: that of the first joint beyond, else its own */
+    int *pivot;          /* (1 + complexes) x (couplings + m) */
+};
+
 /* The equations linearised about a state, and the factored matrix of an implicit step: runtime/linearise.h.
  */
 struct refdyn_linear {
     int n, m, size;  /* size: n and the independent rows */
     double g;        /* gamma h of the matrix [s] */
-    double *tangent; /* struct NAME_tangent_result, its parts: */
-    double *K, *D, *G_q, *G_qd, *f_t, *g_t, *M, *u;
-    double *matrix;            /* (size x size) factors */
-    double *right;             /* (size x 2 n) [-g D - g^2 K, g D], the same of the rows */
-    double *right_t;           /* (size) -g [f_t; g_t] */
-    double *directions;        /* (rank x n) u_b z_a = 1 for a = b, else 0 */
-    double *sides, *x, *scale; /* room: (2 n), (2 size), (size) */
-    int *pivot;                /* (size) */
-    double *complex;           /* (complexes x 2 x size x size) factors, real and imaginary parts */
-    int *complex_pivot;        /* (complexes x size) */
-    int *rows;                 /* (m) rows of the partition for which they were factored */
+    int is_chain;    /* in O(n): chain.h; else with matrices */
+    double *tangent; /* the result of `tangent` or `tangent_vectors`, its parts: */
+    int tangent_size;
+    double *f_t, *g_t, *G_q, *G_qd, *u, *diagonals, *K, *D, *M;
+    struct refdyn_chain chain;
+    double *matrix;     /* (size x size) factors */
+    double *directions; /* (rank x n) u_b z_a = 1 for a = b, else 0 */
+    double *sides, *x;  /* room: (2 n), (2 size) */
+    double *scale;      /* (size) room */
+    int *pivot;         /* (size) */
+    double *complex;    /* (complexes x 2 x size x size) factors, real and imaginary parts */
+    int *complex_pivot; /* (complexes x size) */
+    int *rows;          /* (m) rows of the partition for which they were factored */
 };
 
 enum { REFDYN_CANDIDATES = 3 };
@@ -299,7 +327,7 @@ struct refdyn_choice {
 
 /*
  * One motion. `refdyn_drive_start`, `_step`, `_to`, `_look` and `_refresh` leave t, q, qd, qdd and work_done
- * of the state that was asked for, and the equations of that state, solved, in the workspace. Steps end where
+ * of the state that was asked for, its multipliers, and its row terms in the workspace. Steps end where
  * their error allows: the state between their ends is interpolated.
  */
 struct refdyn_drive {
@@ -309,6 +337,7 @@ struct refdyn_drive {
     double *q;                    /* (n) */
     double *qd;                   /* (n) */
     double *qdd;                  /* (n) */
+    double *lambda;               /* (m) */
     double work_done;             /* by non-conservative and programme forces since the start [J]; 0 unless
                                      options.balance */
     struct refdyn_residual start; /* residuals of the state that was given to refdyn_drive_start */

@@ -35,6 +35,33 @@ struct refdyn_row {
     enum refdyn_row_level level;
 };
 
+/*
+ * Vectors of a joint j in ground axes, about its origin, in `tangent_vectors`: with e the axis of what turns
+ * or slides, rho the arm of a mass element beyond j, C_j = e x rho or e, mass  int C_j dm, int rho x C_j dm
+ * spin  int rho' x C_j dm   damping  of dC_j/dt   stiffness  of d2C_j/dt2, with what turns C along. Their
+ * products are the tangent: runtime/chain.h.
+ */
+enum refdyn_vector {
+    REFDYN_TURN_AXIS,
+    REFDYN_TURN_RATE,
+    REFDYN_TURN_RATE2,
+    REFDYN_SLIDE_AXIS,
+    REFDYN_SLIDE_RATE,
+    REFDYN_SLIDE_RATE2,
+    REFDYN_LEVER, /* (acceleration of the origin - gravity) x e of a turn */
+    REFDYN_SHIFT, /* from the origin of the joint before */
+    REFDYN_SHIFT_RATE,
+    REFDYN_MASS_MOMENT,
+    REFDYN_MASS_FORCE,
+    REFDYN_SPIN,
+    REFDYN_STIFFNESS_MOMENT,
+    REFDYN_STIFFNESS_FORCE,
+    REFDYN_DAMPING_MOMENT,
+    REFDYN_DAMPING_FORCE,
+    REFDYN_TURNED_ROWS, /* what turns of joints before make of forces felt at j */
+    REFDYN_VECTOR_COUNT
+};
+
 struct refdyn_model {
     const char *name;
     const char *hash;    /* of the model: changes whenever the emitted code does */
@@ -48,6 +75,8 @@ struct refdyn_model {
     int break_count;     /* kinks of formulas of time alone */
     double qdd_cost;     /* operations of one call of constrained, or of qdd_free without rows; 0: unknown */
     double tangent_cost; /* of tangent. A division counts four, a function ten */
+    double tangent_vectors_cost;           /* of tangent_vectors */
+    int coupling_count;                    /* of tangent_vectors: rows of pulled, pull_by_q, pull_by_qd */
     const struct refdyn_name *coordinates; /* n */
     const struct refdyn_name *parameters;  /* parameter_count */
     const struct refdyn_name *inputs;      /* input_count */
@@ -59,7 +88,9 @@ struct refdyn_model {
     const int *dependent; /* m coordinates declared dependent, or NULL: choose */
     const int *gains;     /* (m x 2) places in p of 2 alpha and beta^2 of each row, -1: k does not read it.
                              `prepare` sets them; a caller may replace them behind it */
-    const int *held;      /* held_count coordinates held in statics */
+    const int *vector_places; /* (REFDYN_VECTOR_COUNT x 3) where the array (n) of a vector's axis begins in
+                                 the result of tangent_vectors, -1: it is zero for all joints */
+    const int *held;          /* held_count coordinates held in statics */
     int held_count;
     const int *anchored; /* anchored_count parameters whose default is a value at the start of a motion */
     int anchored_count;
@@ -100,7 +131,11 @@ struct refdyn_model {
     refdyn_function *constrained; /* struct NAME_constrained_result: qdd (n), power (1), lambda (m) */
     refdyn_function *tangent; /* of M qdd - h - Q - u^T lambda and u qdd - k, at given qdd and lambda: behind
                                  qd stands what `constrained` gives, qd (2 n + 1 + m) */
-    refdyn_function *d_qdd;   /* of qdd by q, qd, t, inputs, parameters */
+    refdyn_function
+        *tangent_vectors;        /* the same as vectors of joints, O(n): f_t (n), g_t (m), G_q, G_qd, u (m x n
+                                    each), diagonals of K and D beside the vectors (n each), arrays of
+                                    vector_places, K and D of couplings: + pulled^T pull_by_q, ... */
+    refdyn_function *d_qdd;      /* of qdd by q, qd, t, inputs, parameters */
     refdyn_function *d_qdd_free; /* of qdd_free by these */
     refdyn_function *d_force;    /* of force by these */
     refdyn_function *d_statics;  /* of Q at qd = 0 by q, t, inputs, parameters */

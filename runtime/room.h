@@ -23,7 +23,7 @@ static inline double *room_doubles(struct room *room, int count) {
 
 static inline int *room_ints(struct room *room, int count) {
     int *array = room->base ? (int *)(void *)(room->base + room->used) : NULL;
-    room->used += (size_t)count * sizeof(int);
+    room->used += ((size_t)count * sizeof(int) + sizeof(double) - 1) / sizeof(double) * sizeof(double);
     return array;
 }
 

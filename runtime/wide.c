@@ -3,29 +3,13 @@
  * and complex matrices with partial pivoting, products, sums of many vectors. See dense.h.
  *
  * Columns are eliminated in panels: what four of them subtract from the rest is subtracted in one pass, which
- * reads and writes each entry once (Golub and Van Loan, Matrix Computations, 3.2.11). On x86-64 the version
- * for wide vectors is taken where the processor has them; no operation is fused or reordered, so results do
- * not depend on it.
+ * reads and writes each entry once (Golub and Van Loan, Matrix Computations, 3.2.11).
  */
 #include <float.h>
 #include <math.h>
 
 #include "dense.h"
-
-#if defined(__x86_64__) && defined(__GNUC__)
-#define HAS_WIDE 1
-#define WIDE __attribute__((target("avx2")))
-#endif
-#if defined(__GNUC__) && !defined(__clang__)
-#define VECTORISED __attribute__((optimize("O3")))
-#else
-#define VECTORISED
-#endif
-#if defined(__GNUC__)
-#define INLINE static inline __attribute__((always_inline))
-#else
-#define INLINE static inline
-#endif
+#include "wide.h"
 
 enum { PANEL = 4 };
 
@@ -281,23 +265,6 @@ INLINE int add_all(double *restrict y, double scale, const double *weights, int 
 }
 
 /* ---- Each of them compiled twice: for wide vectors, and for any processor ---- */
-
-#ifdef HAS_WIDE
-#define COMPILE(result, name, parameters, arguments)       \
-    WIDE VECTORISED static result wide_##name parameters { \
-        return name arguments;                             \
-    }                                                      \
-    VECTORISED result refdyn_##name parameters {           \
-        if (__builtin_cpu_supports("avx2"))                \
-            return wide_##name arguments;                  \
-        return name arguments;                             \
-    }
-#else
-#define COMPILE(result, name, parameters, arguments) \
-    VECTORISED result refdyn_##name parameters {     \
-        return name arguments;                       \
-    }
-#endif
 
 COMPILE(int, lu_factor, (double *A, int n, int *pivot, double *scale), (A, n, pivot, scale))
 COMPILE(int, complex_lu_factor, (double *A, int n, int *pivot), (A, n, pivot))

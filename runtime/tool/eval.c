@@ -108,8 +108,11 @@ static void put_accelerations(struct document *document, struct scene *scene, co
         put_array(document, "qdd_free", room, n);
     else
         put_null(document, "qdd_free");
-    refdyn_programme_force(&scene->work, qdd, room);
+    double *lambda = allocate((size_t)scene->model->m, sizeof *lambda);
+    refdyn_multipliers(&scene->work, qdd, lambda);
+    refdyn_programme_force(&scene->work, lambda, room);
     put_array(document, "force", room, n);
+    free(lambda);
 }
 
 static void put_energy(struct document *document, const struct scene *scene) {

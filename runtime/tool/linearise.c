@@ -16,7 +16,7 @@ struct values {
     int n, m;
     double *Q;
     double *rest;    /* (2 n + 1 + m) rates, accelerations, power: 0, and multipliers */
-    double *tangent; /* K D ... */
+    double *tangent; /* f_t g_t G_q G_qd u K D M */
     double *rows;    /* psi_q psi_qd ... */
 };
 
@@ -125,8 +125,9 @@ static int finish(struct linear *linear, struct scene *scene, struct values *val
     call(scene, scene->model->tangent, values->rest, values->tangent);
     if (linear->m)
         call(scene, scene->model->d_rows, scene->qd, values->rows);
-    linear->K = part_of(linear, values->tangent, n, all, linear->place);
-    linear->D = part_of(linear, values->tangent + all * all, n, all, linear->place);
+    const double *K = values->tangent + all + linear->m * (1 + 3 * all);
+    linear->K = part_of(linear, K, n, all, linear->place);
+    linear->D = part_of(linear, K + all * all, n, all, linear->place);
     linear->psi_q = part_of(linear, values->rows, linear->m, all, NULL);
     for (int i = 0; i < linear->m; i++)
         if (linear->is_level_q[i])

@@ -259,7 +259,8 @@ static void run_next(struct runs *runs, struct series *series, double limit) {
 
 /* The automatic choice does without the tangent. */
 static bool can_run(const struct refdyn_model *model, int method) {
-    return model->tangent || method == REFDYN_AUTO || !refdyn_method_is_implicit((enum refdyn_method)method);
+    return refdyn_has_tangent(model) || method == REFDYN_AUTO ||
+           !refdyn_method_is_implicit((enum refdyn_method)method);
 }
 
 /* Of fixed steps each stabilisation, since their stability limits differ; of the others the projection. */
@@ -305,7 +306,7 @@ enum status study_run(struct study *study, const struct study_plan *plan, struct
     study->stride = model->point_count ? 3 : 1;
     study->tracked = model->point_count ? 3 * model->point_count : model->n;
     list_series(study, plan, model);
-    if (!model->tangent)
+    if (!refdyn_has_tangent(model))
         fprintf(stderr, "refdyn report: %s: the exact tangent is missing, so are implicit methods\n",
                 study->name);
     progress_start(&runs.progress, study->name);

@@ -131,7 +131,7 @@ void table_fill(struct table *table) {
     put_residuals(table);
     refdyn_energies(drive->work, drive->t, drive->q, drive->qd, energy);
     put_value(table, energy[0] + energy[1]);
-    refdyn_programme_force(drive->work, drive->qdd, table->room);
+    refdyn_programme_force(drive->work, drive->lambda, table->room);
     put_values(table, table->room, n);
     put_values(table, drive->work->x, drive->work->model->input_count);
     put_courses(table);

@@ -241,8 +241,8 @@ static void check_case(int n, int m, const int *dependent, double tolerance) {
     double qdd[N_MOST], force[N_MOST], lambda[M_MOST], exact[N_MOST], multipliers[M_MOST];
     rig_open(&rig, given_model(n, m, dependent));
     CHECK(refdyn_accelerate(&rig.work, 0, rig.q, rig.qd, REFDYN_BAUMGARTE, qdd) == REFDYN_OK);
-    refdyn_programme_force(&rig.work, qdd, force);
     refdyn_multipliers(&rig.work, qdd, lambda);
+    refdyn_programme_force(&rig.work, lambda, force);
     multiplier_form(n, m, exact, multipliers);
     const double size = refdyn_largest(exact, n, NULL), most = refdyn_largest(multipliers, m, NULL);
     CHECK_NEAR(largest_difference(qdd, exact, n), 0, tolerance * size);
@@ -303,8 +303,8 @@ static void test_stabilise(void) {
     }
     double force[3];
     double lambda[M_MOST], power = 0;
-    refdyn_programme_force(&rig.work, qdd, force);
     refdyn_multipliers(&rig.work, qdd, lambda);
+    refdyn_programme_force(&rig.work, lambda, force);
     for (int a = 0; a < 2; a++)
         power += lambda[a] * dense_dot(rig.work.u + 3 * a, qd, 3);
     CHECK_NEAR(power, dense_dot(force, qd, 3), 1e-11);

@@ -1,0 +1,356 @@
+/*
+ * The tangent of a tree of joints as vectors: see chain.h. Here is what is done once, and the border; the
+ * sweeps over joints are in chain_wide.c.
+ */
+#include "chain.h"
+
+#include <string.h>
+
+#include "chain_wide.h"
+#include "dense.h"
+
+/* ---- What the scene is ---- */
+
+/* Axes, as bits, on which a vector has entries. */
+static int axes_of(const struct refdyn_model *model, int vector) {
+    int axes = 0;
+    for (int a = 0; a < 3; a++)
+        axes |= (model->vector_places[3 * vector + a] >= 0) << a;
+    return axes;
+}
+
+/* The normal of the plane in which all joints move, -1: there is none. */
+static int normal_of(const struct refdyn_model *model) {
+    const int turns = axes_of(model, REFDYN_TURN_AXIS) | axes_of(model, REFDYN_TURN_RATE) |
+                      axes_of(model, REFDYN_TURN_RATE2);
+    const int slides = axes_of(model, REFDYN_SLIDE_AXIS) | axes_of(model, REFDYN_SLIDE_RATE) |
+                       axes_of(model, REFDYN_SLIDE_RATE2) | axes_of(model, REFDYN_LEVER);
+    for (int a = 0; a < 3; a++)
+        if (!(turns & ~(1 << a)) && !(slides & 1 << a))
+            return a;
+    return -1;
+}
+
+/* Multiplications and additions of a joint: X Z, X^T S, W Y^T and the moves of X; two sweeps; the same for
+ * products. */
+static const double factor_operations[2] = {950, 190}, solve_operations[2] = {200, 85},
+                    product_operations[2] = {260, 110};
+
+static int border_of(const struct refdyn_model *model) {
+    return model->coupling_count + model->m;
+}
+
+double refdyn_chain_solve_cost(const struct refdyn_model *model) {
+    const double n = model->n, border = border_of(model), is_planar = normal_of(model) >= 0;
+    return n * (solve_operations[(int)is_planar] + product_operations[(int)is_planar] + 8 * border);
+}
+
+double refdyn_chain_factor_cost(const struct refdyn_model *model) {
+    const double n = model->n, border = border_of(model);
+    const int is_planar = normal_of(model) >= 0;
+    return n * (factor_operations[is_planar] + border * (solve_operations[is_planar] + 2 * border));
+}
+
+/* ---- Layout ---- */
+
+/* Places of joints, each followed by all beyond it; coordinates of joints before come before. */
+static void order_joints(struct refdyn_chain *c) {
+    const int n = c->n, *parent = c->model->parent;
+    int *beyond = c->slot, *begin = c->next; /* until those are set */
+    for (int i = 0; i < n; i++)
+        beyond[i] = 1;
+    for (int i = n - 1; i >= 0; i--)
+        if (parent[i] >= 0)
+            beyond[parent[i]] += beyond[i];
+    int roots = 0;
+    for (int i = 0; i < n; i++) {
+        int *from = parent[i] < 0 ? &roots : &begin[parent[i]];
+        const int position = *from;
+        *from += beyond[i];
+        begin[i] = position + 1;
+        c->order[position] = i;
+        c->other[i] = position; /* by coordinate, until that is set */
+    }
+    for (int k = 0; k < n; k++)
+        c->parent[k] = parent[c->order[k]] < 0 ? -1 : c->other[parent[c->order[k]]];
+}
+
+/* A joint beside another one has a slot of its own, which the joint before both collects. */
+static int find_slots(struct refdyn_chain *c) {
+    int slots = 0;
+    for (int k = 0; k < c->n; k++)
+        c->other[k] = c->next[k] = -1;
+    for (int k = 0; k < c->n; k++) {
+        const int parent = c->parent[k];
+        c->slot[k] = parent == k - 1 && parent >= 0 ? c->slot[parent] : slots++;
+        if (parent >= 0 && parent != k - 1) {
+            c->next[k] = c->other[parent];
+            c->other[parent] = k;
+        }
+    }
+    return slots;
+}
+
+/* Tips of the tree, or what that is at most. */
+static int most_slots(const struct refdyn_model *model) {
+    int slots = 1;
+    for (int i = 1; i < model->n; i++)
+        slots += model->parent[i] != i - 1;
+    return slots;
+}
+
+static int factors_size(const struct refdyn_chain *c) {
+    return c->n * (c->left + 2 * c->right + 1);
+}
+
+void refdyn_chain_lay_out(struct refdyn_chain *c, const struct refdyn_model *model, int complexes,
+                          struct room *room) {
+    const int n = model->n, border = border_of(model), matrices = 1 + 2 * complexes;
+    const int is_planar = normal_of(model) >= 0, moments = is_planar ? 1 : 3, forces = is_planar ? 2 : 3;
+    *c = (struct refdyn_chain){.model = model, .n = n, .is_planar = is_planar};
+    c->left = moments + forces;
+    c->right = 3 * moments + forces;
+    c->record = 4 * c->left + 2 * forces + 4 * c->right;
+    c->records = room_doubles(room, n * c->record);
+    c->stiffness = room_doubles(room, n);
+    c->damping = room_doubles(room, n);
+    c->factors = room_doubles(room, matrices * factors_size(c));
+    c->responses = room_doubles(room, matrices * border * n);
+    c->corner = room_doubles(room, matrices * border * border);
+    c->border_rows = room_doubles(room, matrices * border * n);
+    c->inner = room_doubles(room, most_slots(model) * 2 * 6 * 12);
+    c->sweep = room_doubles(room, n * 2 * c->right);
+    c->side = room_doubles(room, 4 * n + 4 * border);
+    c->scale = room_doubles(room, border);
+    c->order = room_ints(room, n);
+    c->parent = room_ints(room, n);
+    c->other = room_ints(room, n);
+    c->next = room_ints(room, n);
+    c->slot = room_ints(room, n);
+    c->pivot = room_ints(room, matrices * border);
+    if (room->base) {
+        order_joints(c);
+        find_slots(c);
+    }
+}
+
+/* ---- Vectors ---- */
+
+static int count_arrays(const struct refdyn_model *model) {
+    int count = 0;
+    for (int i = 0; i < 3 * REFDYN_VECTOR_COUNT; i++)
+        count += model->vector_places[i] >= 0;
+    return count;
+}
+
+int refdyn_chain_result_size(const struct refdyn_model *model) {
+    return model->n * (2 + count_arrays(model) + 3 * model->coupling_count);
+}
+
+/* factor * vector, of all joints, added to the records from component `at` on: the axes that turns or slides
+ * see. */
+static void take(struct refdyn_chain *c, const double *result, int at, enum refdyn_vector vector,
+                 int is_force, double factor) {
+    const int normal = c->is_planar ? normal_of(c->model) : 2; /* x, y, z follow z */
+    const int first = c->is_planar && !is_force ? normal : normal + 1;
+    const int count = !c->is_planar ? 3 : is_force ? 2 : 1;
+    for (int a = 0; a < count; a++) {
+        const int place = c->model->vector_places[3 * (int)vector + (first + a) % 3];
+        for (int k = 0; k < c->n && place >= 0; k++)
+            c->records[k * c->record + at + a] += factor * result[place + c->order[k]];
+    }
+}
+
+static void take_wrench(struct refdyn_chain *c, const double *result, int at, enum refdyn_vector moment,
+                        enum refdyn_vector force, double factor) {
+    take(c, result, at, moment, 0, factor);
+    take(c, result, at + (c->is_planar ? 1 : 3), force, 1, factor);
+}
+
+void refdyn_chain_take(struct refdyn_chain *c, const double *result, const double *diagonals) {
+    const int n = c->n, moments = c->is_planar ? 1 : 3, forces = c->is_planar ? 2 : 3;
+    const int spin = moments, force = 2 * moments, turned = force + forces;
+    const int shift = c->left, W = shift + 2 * forces, Z = W + 3 * c->left, Y = Z + 3 * c->right;
+    const int of_mass = Z, of_damping = Z + c->right, of_stiffness = Z + 2 * c->right;
+    memset(c->records, 0, (size_t)(n * c->record) * sizeof *c->records);
+    take_wrench(c, result, 0, REFDYN_TURN_AXIS, REFDYN_SLIDE_AXIS, 1);
+    take(c, result, shift, REFDYN_SHIFT, 1, 1);
+    take(c, result, shift + forces, REFDYN_SHIFT_RATE, 1, 1);
+    take_wrench(c, result, W, REFDYN_MASS_MOMENT, REFDYN_MASS_FORCE, 1);
+    take_wrench(c, result, W + c->left, REFDYN_DAMPING_MOMENT, REFDYN_DAMPING_FORCE, 2);
+    take_wrench(c, result, W + 2 * c->left, REFDYN_STIFFNESS_MOMENT, REFDYN_STIFFNESS_FORCE, 1);
+    take(c, result, of_mass, REFDYN_TURN_AXIS, 0, 1);
+    take(c, result, of_mass + force, REFDYN_SLIDE_AXIS, 1, 1);
+    take(c, result, of_damping, REFDYN_TURN_RATE, 0, 2);
+    take(c, result, of_damping + spin, REFDYN_TURN_AXIS, 0, 2);
+    take(c, result, of_damping + force, REFDYN_SLIDE_RATE, 1, 2);
+    take(c, result, of_stiffness, REFDYN_TURN_RATE2, 0, 1);
+    take(c, result, of_stiffness + spin, REFDYN_TURN_RATE, 0, 2);
+    take(c, result, of_stiffness + force, REFDYN_LEVER, 1, 1);
+    take(c, result, of_stiffness + force, REFDYN_SLIDE_RATE2, 1, 1);
+    take(c, result, of_stiffness + turned, REFDYN_TURN_AXIS, 0, 1);
+    take(c, result, Y, REFDYN_MASS_MOMENT, 0, 1);
+    take(c, result, Y + spin, REFDYN_SPIN, 0, 1);
+    take(c, result, Y + force, REFDYN_MASS_FORCE, 1, 1);
+    take(c, result, Y + turned, REFDYN_TURNED_ROWS, 0, 1);
+    for (int k = 0; k < n; k++) {
+        c->stiffness[k] = diagonals[c->order[k]];
+        c->damping[k] = diagonals[n + c->order[k]];
+    }
+    c->pulled = diagonals + (2 + count_arrays(c->model)) * n;
+    c->by_q = c->pulled + c->model->coupling_count * n;
+    c->by_qd = c->by_q + c->model->coupling_count * n;
+}
+
+/* ---- Products ---- */
+
+void refdyn_chain_times(struct refdyn_chain *c, const double *m, const double *d, const double *k,
+                        double *y) {
+    const int n = c->n;
+    const double *by_coordinate[3] = {m, d, k}, *x[3] = {NULL, NULL, NULL};
+    double *result = c->side + 3 * n;
+    for (int of = 0; of < 3; of++) {
+        double *sorted = c->side + of * n;
+        for (int i = 0; i < n && by_coordinate[of]; i++)
+            sorted[i] = by_coordinate[of][c->order[i]];
+        x[of] = by_coordinate[of] ? sorted : NULL;
+    }
+    refdyn_chain_multiply(c, x, result);
+    for (int i = 0; i < n; i++)
+        y[c->order[i]] = result[i];
+    for (int s = 0; s < c->model->coupling_count; s++) {
+        double pull = d ? dense_dot(c->by_qd + s * n, d, n) : 0;
+        pull += k ? dense_dot(c->by_q + s * n, k, n) : 0;
+        dense_add(y, pull, c->pulled + s * n, n);
+    }
+}
+
+/* ---- Factors ---- */
+
+/* The arrays of one matrix; parts 1: real numbers. */
+struct factored {
+    int parts, border;
+    double *factors, *responses, *corner, *rows;
+    int *pivot;
+};
+
+static struct factored factored_of(const struct refdyn_chain *c, int which) {
+    const int most = border_of(c->model), before = which ? 2 * which - 1 : 0;
+    return (struct factored){.parts = which ? 2 : 1,
+                             .border = c->border,
+                             .factors = c->factors + before * factors_size(c),
+                             .responses = c->responses + before * most * c->n,
+                             .corner = c->corner + before * most * most,
+                             .rows = c->border_rows + before * most * c->n,
+                             .pivot = c->pivot + which * most};
+}
+
+/* base + g first + g^2 second of a row, by position, real parts and then imaginary ones; base NULL: zero */
+static void combine_row(const struct refdyn_chain *c, double re, double im, const double *base,
+                        const double *first, const double *second, int parts, double *row) {
+    const double square_re = re * re - im * im, square_im = 2 * re * im;
+    for (int k = 0; k < c->n; k++) {
+        const int i = c->order[k];
+        row[k] = (base ? base[i] : 0) + re * first[i] + square_re * second[i];
+        if (parts == 2)
+            row[c->n + k] = im * first[i] + square_im * second[i];
+    }
+}
+
+/* A^-1 of a real column. */
+static void respond(const struct refdyn_chain *c, const struct factored *f, const double *column,
+                    double *response) {
+    for (int k = 0; k < c->n; k++)
+        response[k] = column[c->order[k]];
+    memset(response + c->n, 0, (size_t)((f->parts - 1) * c->n) * sizeof *response);
+    refdyn_chain_solve_tree(c, f->parts, f->factors, response);
+}
+
+/* row . x of the border, complex where there are two parts */
+static void meet(const struct refdyn_chain *c, int parts, const double *row, const double *x, double *re,
+                 double *im) {
+    const int n = c->n;
+    *re = dense_dot(row, x, n);
+    *im = 0;
+    if (parts == 2) {
+        *re -= dense_dot(row + n, x + n, n);
+        *im = dense_dot(row, x + n, n) + dense_dot(row + n, x, n);
+    }
+}
+
+/* The rows times the responses, and 1 for couplings: what is left when all joints are eliminated. */
+static int factor_corner(struct refdyn_chain *c, const struct factored *f) {
+    const int b = f->border, width = f->parts * c->n;
+    double *re = f->corner, *im = re + b * b;
+    for (int i = 0; i < b; i++)
+        for (int j = 0; j < b; j++) {
+            double entry_im;
+            meet(c, f->parts, f->rows + i * width, f->responses + j * width, &re[i * b + j], &entry_im);
+            if (f->parts == 2)
+                im[i * b + j] = entry_im;
+            re[i * b + j] += i == j && i < c->model->coupling_count;
+        }
+    const int failed = f->parts == 2 ? refdyn_complex_lu_factor(f->corner, b, f->pivot)
+                                     : refdyn_lu_factor(f->corner, b, f->pivot, c->scale);
+    return failed < 0 ? REFDYN_OK : REFDYN_TANGENT_SINGULAR;
+}
+
+int refdyn_chain_factor(struct refdyn_chain *c, int which, double re, double im,
+                        const struct refdyn_border *border) {
+    const int n = c->n, couplings = c->model->coupling_count;
+    c->border = couplings + border->count;
+    const struct factored f = factored_of(c, which);
+    const int width = f.parts * n;
+    if (refdyn_chain_eliminate(c, f.parts, re, im, f.factors) >= 0)
+        return REFDYN_TANGENT_SINGULAR;
+    for (int s = 0; s < couplings; s++) {
+        combine_row(c, re, im, NULL, c->by_qd + s * n, c->by_q + s * n, f.parts, f.rows + s * width);
+        respond(c, &f, c->pulled + s * n, f.responses + s * width);
+    }
+    for (int k = 0; k < border->count; k++) {
+        const int a = border->places[k] * n, at = (couplings + k) * width;
+        combine_row(c, re, im, border->u + a, border->by_qd + a, border->by_q + a, f.parts, f.rows + at);
+        respond(c, &f, border->u + a, f.responses + at);
+    }
+    return factor_corner(c, &f);
+}
+
+/*
+ * x = x_0 - responses z with x_0 = A^-1 of the right side: couplings need pull = row . x, which acts as z,
+ * rows row . x = r with z = -lambda: (row . responses [+ 1]) z = row . x_0 [- r].
+ */
+void refdyn_chain_solve(struct refdyn_chain *c, int which, double *x) {
+    const struct factored f = factored_of(c, which);
+    const int n = c->n, b = f.border, couplings = c->model->coupling_count, size = n + b - couplings;
+    const int width = f.parts * n;
+    double *y = c->side, *z = c->side + 2 * n;
+    for (int part = 0; part < f.parts; part++)
+        for (int k = 0; k < n; k++)
+            y[part * n + k] = x[part * size + c->order[k]];
+    refdyn_chain_solve_tree(c, f.parts, f.factors, y);
+    for (int i = 0; i < b; i++) {
+        double im;
+        meet(c, f.parts, f.rows + i * width, y, &z[i], &im);
+        z[i] -= i < couplings ? 0 : x[n + i - couplings];
+        if (f.parts == 2)
+            z[b + i] = im - (i < couplings ? 0 : x[size + n + i - couplings]);
+    }
+    if (f.parts == 2)
+        refdyn_complex_lu_solve(f.corner, b, f.pivot, z);
+    else
+        refdyn_lu_solve(f.corner, b, f.pivot, z);
+    for (int i = 0; i < b; i++) {
+        const double *response = f.responses + i * width;
+        dense_add(y, -z[i], response, width);
+        if (f.parts == 2) {
+            dense_add(y, z[b + i], response + n, n);
+            dense_add(y + n, -z[b + i], response, n);
+        }
+    }
+    for (int part = 0; part < f.parts; part++)
+        for (int k = 0; k < n; k++)
+            x[part * size + c->order[k]] = y[part * n + k];
+}
+int refdyn_chain_pays(const struct refdyn_model *model) {
+    return model->tangent_vectors && !model->tangent;
+}

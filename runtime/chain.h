@@ -1,0 +1,55 @@
+/*
+ * The tangent of a tree of joints as vectors: its products, and L U in O(n).
+ *
+ * Takes the result of `tangent_vectors` (refdyn_model.h), gives products with M, D and K and solutions with
+ * A = M + g D + g^2 K + pulled^T (g pull_by_qd + g^2 pull_by_q), bordered by rows. For i beyond j, j on its
+ * way to the ground, with wrenches moved to the origin of j, A_ji = S_j . W_i,   A_ij = Z_j . Y_i, S = (e |
+ * e),  W = (moment | force) of mass + 2 g damping + g^2 stiffness           e turns | slides Y = (mass
+ * moment, spin, mass force, turned rows) Z = (e + 2 g e' + g^2 e'', 2 g e + 2 g^2 e', g^2 lever + [e + 2 g e'
+ * + g^2 e''], g^2 e) where only the brackets are of a slide. Products of all pairs are sums that are carried
+ * from joint to joint. Eliminated from the tips (no pivoting, as in L^T D L of M), x_i leaves -S_l . W_i Y_i
+ * . Z_k / A_ii at every entry (l, k) of joints before it: one matrix X = sum W_i Y_i^T / A_ii, moved along,
+ * holds what all joints beyond j leave, and at j W_j -= X Z_j,   Y_j -= X^T S_j,   A_jj = Z_j . Y_j + g
+ * damping_j + g^2 stiffness_j. Couplings and rows are a border, eliminated last. In a plane X is 3 x 5, in
+ * space 6 x 12.
+ */
+#ifndef REFDYN_CHAIN_H
+#define REFDYN_CHAIN_H
+
+#include "refdyn.h"
+#include "room.h"
+
+/* Can products and solutions be taken from `tangent_vectors`, and do they take fewer operations than with
+ * matrices? */
+int refdyn_chain_pays(const struct refdyn_model *model);
+/* Operations of one factorisation and of one solution with the products of its right side. */
+double refdyn_chain_factor_cost(const struct refdyn_model *model);
+double refdyn_chain_solve_cost(const struct refdyn_model *model);
+
+/* Lays out arrays with room for factors of one real and this many complex matrices. */
+void refdyn_chain_lay_out(struct refdyn_chain *chain, const struct refdyn_model *model, int complexes,
+                          struct room *room);
+/* Doubles of the result of tangent_vectors behind its rows. */
+int refdyn_chain_result_size(const struct refdyn_model *model);
+/* Takes the vectors: `diagonals` points behind the rows of the result that begins at `result`. */
+void refdyn_chain_take(struct refdyn_chain *chain, const double *result, const double *diagonals);
+
+/* y (n) := M m + D d + K k; each of m, d, k (n) may be NULL. */
+void refdyn_chain_times(struct refdyn_chain *chain, const double *m, const double *d, const double *k,
+                        double *y);
+
+/* Rows of a border: columns -u^T, rows u + g by_qd + g^2 by_q, `count` of those that `places` names. */
+struct refdyn_border {
+    const double *u, *by_qd, *by_q; /* (m x n) each */
+    const int *places;              /* (count) */
+    int count;
+};
+
+/* Factors matrix number `which` (0: the real one, k + 1: complex k) for g. Errors: TANGENT_SINGULAR. */
+int refdyn_chain_factor(struct refdyn_chain *chain, int which, double re, double im,
+                        const struct refdyn_border *border);
+/* Solves in place: x (n + count) with real parts, then (which > 0) imaginary ones; what replaces the border's
+ * entries is room. */
+void refdyn_chain_solve(struct refdyn_chain *chain, int which, double *x);
+
+#endif

@@ -1,0 +1,209 @@
+"""The tangent in vectors against the one in matrices: products, solutions with real and complex g, bordered by rows and couplings."""
+import subprocess
+
+import pytest
+
+from program import MODELS, REFERENCE, SOURCE, TESTS, all_models, refdyn, settings
+
+RUNS = TESTS / "models" / "runs.lua"
+CASES = {path.stem: (path, {}) for path in all_models() if path != REFERENCE}
+CASES |= {f"tests_{path.stem}": (path, {}) for path in sorted((TESTS / "models").glob("*.lua"))}
+CASES |= {"rigid": (REFERENCE, dict(n_rfe=1)), "flexible": (REFERENCE, dict(eta=1e-3)), "planar_chain": (MODELS / "planar.lua", dict(n_rfe=6)),
+          "fine": (REFERENCE, dict(n_rfe=16, eta=1e-3)), "driven": (REFERENCE, dict(drive="input"))}
+CASES |= {f"runs_{kind}": (RUNS, dict(kind=kind, rfe=3)) for kind in ("sides", "segments", "slides", "driven")}
+EXACT = 1e-12     # of products: of the size of what is summed
+SOLVED = 3e-15    # of solutions, times the condition: what a change of all terms makes of them, over that change
+
+# Prints figures, the largest of several states: products with M, D, K; and for each g of solutions the error and the condition.
+PROGRAM = """
+#include "MODEL.h"
+#include "chain.h"
+#include "core.h"
+#include "dense.h"
+#include "linearise.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+static unsigned seed = 20240817;
+
+static double uniform(double size) {
+    seed = seed * 1664525u + 1013904223u;
+    return size * (2.0 * (double)(seed >> 8) / (double)(1u << 24) - 1.0);
+}
+
+static double *room_for(int count) {
+    return calloc((size_t)count + 1, sizeof(double));
+}
+
+/* |A| |x| over all rows: what rounding may reach */
+static double size_of(const double *A, const double *x, int rows, int n) {
+    double most = 1e-300;
+    for (int i = 0; i < rows; i++) {
+        double sum = 0;
+        for (int j = 0; j < n; j++)
+            sum += fabs(A[i * n + j] * x[j]);
+        most = fmax(most, sum);
+    }
+    return most;
+}
+
+static double apart(const double *a, const double *b, int count) {
+    double most = 0;
+    for (int i = 0; i < count; i++)
+        most = !(fabs(a[i] - b[i]) <= most) ? fabs(a[i] - b[i]) : most; /* NaN counts */
+    return most;
+}
+
+struct pair {
+    struct refdyn_model model;
+    struct refdyn_linear linear;
+    int size;
+};
+
+static void open_linear(struct pair *of, const struct refdyn_model *model, int is_chain) {
+    struct room room = {NULL, 0};
+    of->model = *model;
+    if (is_chain)
+        of->model.tangent = NULL;
+    else
+        of->model.tangent_vectors = NULL;
+    refdyn_linear_lay_out(&of->linear, &of->model, 1, 1, &room);
+    room = (struct room){calloc(room.used + 8, 1), 0};
+    refdyn_linear_lay_out(&of->linear, &of->model, 1, 1, &room);
+    of->size = of->linear.is_chain;
+}
+
+/* |A| |x| of row i of the bordered matrix, and of the right side r: what rounding leaves there is eps of it */
+static double row_size(const struct refdyn_linear *l, int i, double g, const double *x, double r) {
+    const int n = l->n, size = l->size, a = i < n ? 0 : l->rows[i - n] * n;
+    double sum = fabs(r);
+    for (int j = 0; j < n; j++) {
+        const double base = fabs(i < n ? l->M[i * n + j] : l->u[a + j]), first = fabs(i < n ? l->D[i * n + j] : l->G_qd[a + j]),
+                     second = fabs(i < n ? l->K[i * n + j] : l->G_q[a + j]);
+        sum += (base + g * first + g * g * second) * fabs(x[j]);
+    }
+    for (int k = n; i < n && k < size; k++)
+        sum += fabs(l->u[l->rows[k - n] * n + i] * x[k]);
+    return sum;
+}
+
+/* Solutions of both for random right sides, and what a change by 1e-9 of all terms makes of them. */
+static int solve(struct refdyn_linear *dense, struct refdyn_linear *chain, const struct refdyn_workspace *work, int which, double *error,
+                 double *condition) {
+    const double re[4] = {0, 3e-4, 0.02, 0.004}, im[4] = {0, 0, 0, 0.003};
+    const int is_complex = im[which] != 0, n = dense->n, parts = 1 + is_complex;
+    if (is_complex ? refdyn_linear_factor_complex(dense, work, 0, re[which], im[which]) || refdyn_linear_factor_complex(chain, work, 0, re[which], im[which])
+                   : refdyn_linear_factor(dense, work, re[which]) || refdyn_linear_factor(chain, work, re[which]))
+        return 1;
+    const int size = dense->size;
+    double *r = room_for(2 * size), *x = room_for(2 * size), *y = room_for(2 * size), largest = 1e-300, apart_x = 0, apart_y = 0;
+    for (int i = 0; i < parts * size; i++)
+        r[i] = x[i] = y[i] = uniform(1);
+    refdyn_chain_solve(&chain->chain, is_complex, y);
+    for (int again = 0; again < 2; again++) {
+        double *z = room_for(2 * size);
+        for (int i = 0; i < parts * size; i++)
+            z[i] = r[i] + (again ? uniform(1e-9) * row_size(dense, i % size, hypot(re[which], im[which]), x + i / size * size, r[i]) : 0);
+        if (is_complex)
+            refdyn_complex_lu_solve(dense->complex, size, dense->complex_pivot, z);
+        else
+            refdyn_lu_solve(dense->matrix, size, dense->pivot, z);
+        for (int part = 0; part < parts && again; part++) {
+            apart_x = fmax(apart_x, apart(x + part * size, z + part * size, n));
+            apart_y = fmax(apart_y, apart(x + part * size, y + part * size, n));
+        }
+        for (int i = 0; i < parts * size && !again; i++) {
+            x[i] = z[i];
+            largest = fmax(largest, i % size < n ? fabs(z[i]) : 0);
+        }
+        free(z);
+    }
+    *error = !(apart_y / largest <= *error) ? apart_y / largest : *error;
+    *condition = fmax(*condition, apart_x / largest / 1e-9);
+    free(y);
+    free(x);
+    free(r);
+    return 0;
+}
+
+int main(void) {
+    const struct refdyn_model *model = &MODEL_model;
+    const int n = model->n, m = model->m;
+    struct pair dense, chain;
+    struct refdyn_workspace work;
+    size_t size = refdyn_workspace_size(model);
+    if (refdyn_workspace_init(&work, model, calloc(1, size), size))
+        return 1;
+    open_linear(&dense, model, 0);
+    open_linear(&chain, model, 1);
+    if (dense.size || !chain.size)
+        return 2;
+    double *state = room_for(2 * n), *slope = room_for(2 * n + 1 + m), *x = room_for(n), *y = room_for(n + m), *z = room_for(n + m);
+    double products = 0, errors[4] = {0}, conditions[4] = {0};
+    for (int i = 0; i < model->input_count; i++)
+        work.x[i] = model->inputs[i].value + 0.375;
+    for (int trial = 0; trial < 4; trial++) {
+        for (int i = 0; i < n; i++) {
+            state[i] = model->coordinates[i].value + uniform(0.3);
+            state[n + i] = uniform(1.5);
+            slope[i] = state[n + i];
+        }
+        refdyn_prepare(&work);
+        for (int i = n; i < 2 * n + 1 + m; i++)
+            slope[i] = uniform(4);
+        work.partition.rank = 0;
+        if (refdyn_equations(&work, 0.7, state, state + n))
+            return 3;
+        double *qdd = room_for(n);
+        if (m && refdyn_solve(&work, REFDYN_BAUMGARTE, qdd)) /* chooses the rows */
+            continue;
+        dense.linear.size = 0;
+        if (refdyn_linear_evaluate(&dense.linear, &work, 0.7, state, slope) || refdyn_linear_evaluate(&chain.linear, &work, 0.7, state, slope))
+            return 4;
+        const double *matrices[3] = {dense.linear.M, dense.linear.D, dense.linear.K};
+        for (int of = 0; of < 3; of++) {
+            for (int i = 0; i < n; i++)
+                x[i] = uniform(1);
+            refdyn_times(matrices[of], n, n, x, y);
+            refdyn_chain_times(&chain.linear.chain, of == 0 ? x : NULL, of == 1 ? x : NULL, of == 2 ? x : NULL, z);
+            products = fmax(products, apart(y, z, n) / size_of(matrices[of], x, n, n));
+        }
+        for (int g = 0; g < 4; g++)
+            if (solve(&dense.linear, &chain.linear, &work, g, &errors[g], &conditions[g]))
+                return 5;
+    }
+    printf("%.3g\\n", products);
+    for (int g = 0; g < 4; g++)
+        printf("%.3g %.3g\\n", errors[g], conditions[g]);
+    return 0;
+}
+"""
+
+
+@pytest.fixture(scope="module")
+def runtime(tmp_path_factory):
+    """The core, compiled."""
+    folder = tmp_path_factory.mktemp("runtime")
+    subprocess.run(["gcc", "-std=c11", "-O2", "-g", "-c", *(SOURCE / "runtime").glob("*.c")], cwd=folder, check=True)
+    return sorted(folder.glob("*.o"))
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_chain(case, runtime, tmp_path):
+    model, options = CASES[case]
+    refdyn("gen", model, *settings(options), "--emit", "all,tangent,tangent_vectors", "-o", tmp_path)
+    name = next(tmp_path.glob("*.h")).stem
+    (tmp_path / "program.c").write_text(PROGRAM.replace("MODEL", name))
+    subprocess.run(["gcc", "-std=gnu11", "-O1", "-g", "-Wall", "-Wextra", "-I", SOURCE / "runtime", *tmp_path.glob("*.c"), *runtime, "-lm",
+                    "-o", tmp_path / "program"], check=True)
+    done = subprocess.run([tmp_path / "program"], capture_output=True, text=True, timeout=300)
+    print(done.stdout)
+    assert done.returncode == 0, done.returncode
+    products, *solutions = done.stdout.splitlines()
+    assert float(products) < EXACT
+    for line in solutions:
+        error, condition = map(float, line.split())
+        assert error < SOLVED * max(condition, 10), line
