@@ -6,6 +6,7 @@
  * depend on the state.
  */
 #include "pull_pairs.h"
+#include "chain_cost.h"
 #include "refdyn_model.h"
 #include "sensitivity.h"
 
@@ -518,6 +519,28 @@ void build_tangent_vectors(struct derivation *d, struct function *f) {
     b.arrays = open_results(d->plan, &d->kinematics, f);
     add_joint_vectors(&b);
     d->plan->coupling_count = add_couplings(&b, -1);
+}
+
+/* All joints turn about one axis of the ground or slide across it. */
+static bool is_planar(const struct builder *b) {
+    const struct vector *turns = of_joints(b, true, offsetof(struct held_frame, axis));
+    const struct vector *slides = of_joints(b, false, offsetof(struct held_frame, axis));
+    for (int axis = 0; axis < 3; axis++) {
+        bool is_normal = true;
+        for (int i = 0; i < b->d->frames; i++)
+            is_normal = is_normal && !turns[i].at[(axis + 1) % 3] && !turns[i].at[(axis + 2) % 3] &&
+                        !slides[i].at[axis];
+        if (is_normal)
+            return true;
+    }
+    return false;
+}
+
+bool vectors_pay(struct derivation *d) {
+    struct function scratch = {.quantity = "", .about = ""};
+    struct builder b = start_held(d, &scratch);
+    const int couplings = add_couplings(&b, -1);
+    return refdyn_chain_pays(d->n, d->m, couplings, is_planar(&b));
 }
 
 /* Columns of all blocks, and the derivatives that they hold. */

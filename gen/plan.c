@@ -43,7 +43,7 @@ expression *open_field(struct memory *memory, struct function *function, struct 
 }
 
 expression *open_part(struct memory *memory, struct function *function, const char *name, const char *about,
-                     int count, int columns) {
+                      int count, int columns) {
     expression *values =
         open_field(memory, function, (struct field){name, about, 0, count, columns, 0, false});
     function->field_count++;

@@ -113,7 +113,7 @@ expression *open_field(struct memory *memory, struct function *function, struct 
 
 /* One more part of a function's result, before any local array. */
 expression *open_part(struct memory *memory, struct function *function, const char *name, const char *about,
-                     int count, int columns);
+                      int count, int columns);
 
 /* The value of a frame with a joint, in entry `first` + step * e of a field, e the element in a run, 0 else.
  */

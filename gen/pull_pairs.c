@@ -292,8 +292,8 @@ int add_couplings(struct builder *b, double sign) {
     for (int order = -1; order < 2 && slopes.count; order++) {
         const int field = b->f->field_count;
         open_part(b->d->memory, b->f, names[order + 1],
-                 memory_format(b->d->memory, "(%d x n) %s", slopes.count, about[order + 1]),
-                 slopes.count * b->d->n, b->d->n);
+                  memory_format(b->d->memory, "(%d x n) %s", slopes.count, about[order + 1]),
+                  slopes.count * b->d->n, b->d->n);
         for (int s = 0; s < slopes.count; s++)
             spread(b->d, b->f, field, s * b->d->n, 1,
                    order < 0 ? values_of(&slopes.list[s], order)

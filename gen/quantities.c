@@ -412,17 +412,24 @@ static bool is_in_list(const char *list, const char *name) {
     return false;
 }
 
+/* The word for the form of the tangent that takes fewer operations. */
+static const char implicit[] = "implicit";
+
 /* Without a list, and as "all" in one, all but what is emitted on request alone. */
-static bool is_asked_for(const struct quantity *quantity, const char *emit) {
+static bool is_asked_for(const struct derivation *d, const struct quantity *quantity) {
+    const char *emit = d->emit;
     if (emit && is_in_list(emit, quantity->name))
+        return true;
+    if (emit && is_in_list(emit, implicit) &&
+        quantity->build == (d->has_vectors ? build_tangent_vectors : build_tangent))
         return true;
     return !quantity->on_request && (!emit || is_in_list(emit, "all"));
 }
 
 /* The first word of `emit` that names no quantity, with what is allowed; NULL when there is none. */
 static const char *wrong_word(struct memory *memory, const char *word) {
-    const char *names[QUANTITY_COUNT], *all = "all";
-    if (!strcmp(word, "all"))
+    const char *names[QUANTITY_COUNT], *all = "all implicit";
+    if (!strcmp(word, "all") || !strcmp(word, implicit))
         return NULL;
     for (int i = 0; i < QUANTITY_COUNT; i++) {
         names[i] = quantities[i].name;
@@ -482,8 +489,8 @@ static struct function *function_of(const struct plan *plan, const char *quantit
 
 /* Beside what is asked for: what anchors parameters and tells breaks. */
 static bool is_wanted(const struct derivation *d, const struct quantity *quantity) {
-    return is_asked_for(quantity, d->emit) || quantity->build == build_anchor ||
-           quantity->build == build_breaks || (quantity->build == build_start && has_anchors(d));
+    return is_asked_for(d, quantity) || quantity->build == build_anchor || quantity->build == build_breaks ||
+           (quantity->build == build_start && has_anchors(d));
 }
 
 /* With another one of its group it calls what gives all of them, which is less text; alone it computes itself
@@ -518,6 +525,7 @@ void list_functions(struct plan *plan, const char *emit) {
     struct derivation *d = choose_axes(plan);
     const char *last_reason = NULL;
     d->emit = emit;
+    d->has_vectors = emit && is_in_list(emit, implicit) && is_corrected(d) && vectors_pay(d);
     plan->functions = memory_get(plan->memory, QUANTITY_COUNT * sizeof *plan->functions);
     for (int i = 0; i < QUANTITY_COUNT; i++) {
         const struct quantity *quantity = &quantities[i];
@@ -525,7 +533,7 @@ void list_functions(struct plan *plan, const char *emit) {
             find_breaks(plan);
         if (quantity->build == build_anchor)
             list_anchored(d);
-        if (quantity->on_request && !is_asked_for(quantity, emit))
+        if (quantity->on_request && !is_asked_for(d, quantity))
             continue;
         if (!quantity->exists(d))
             say_left_out(plan, quantity, &last_reason);

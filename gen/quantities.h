@@ -29,6 +29,7 @@ struct derivation {
     bool is_second;          /* it is one: what it chooses is not said */
     enum matrix_form mass_form, statics_form;
     const char *emit; /* what was asked for, as in gen_plan */
+    bool has_vectors; /* the tangent as vectors of joints takes fewer operations */
     struct plan *plan;
     struct memory *memory;
     struct graph *g;
@@ -102,6 +103,8 @@ void fill_statics_tangent(struct derivation *d, struct function *f, int field);
 /* derivatives.c: what is emitted on request alone. */
 void build_tangent(struct derivation *d, struct function *f);
 void build_tangent_vectors(struct derivation *d, struct function *f);
+/* Does an implicit step take fewer operations with `tangent_vectors` than with `tangent`? */
+bool vectors_pay(struct derivation *d);
 void build_d_qdd(struct derivation *d, struct function *f);
 void build_d_qdd_free(struct derivation *d, struct function *f);
 void build_d_force(struct derivation *d, struct function *f);

@@ -31,24 +31,12 @@ static int normal_of(const struct refdyn_model *model) {
     return -1;
 }
 
-/* Multiplications and additions of a joint: X Z, X^T S, W Y^T and the moves of X; two sweeps; the same for
- * products. */
-static const double factor_operations[2] = {950, 190}, solve_operations[2] = {200, 85},
-                    product_operations[2] = {260, 110};
-
 static int border_of(const struct refdyn_model *model) {
     return model->coupling_count + model->m;
 }
 
-double refdyn_chain_solve_cost(const struct refdyn_model *model) {
-    const double n = model->n, border = border_of(model), is_planar = normal_of(model) >= 0;
-    return n * (solve_operations[(int)is_planar] + product_operations[(int)is_planar] + 8 * border);
-}
-
-double refdyn_chain_factor_cost(const struct refdyn_model *model) {
-    const double n = model->n, border = border_of(model);
-    const int is_planar = normal_of(model) >= 0;
-    return n * (factor_operations[is_planar] + border * (solve_operations[is_planar] + 2 * border));
+int refdyn_chain_is_planar(const struct refdyn_model *model) {
+    return normal_of(model) >= 0;
 }
 
 /* ---- Layout ---- */
@@ -119,7 +107,7 @@ void refdyn_chain_lay_out(struct refdyn_chain *c, const struct refdyn_model *mod
     c->corner = room_doubles(room, matrices * border * border);
     c->border_rows = room_doubles(room, matrices * border * n);
     c->inner = room_doubles(room, most_slots(model) * 2 * 6 * 12);
-    c->sweep = room_doubles(room, n * 2 * c->right);
+    c->sweep = room_doubles(room, n * 2 * 12);
     c->side = room_doubles(room, 4 * n + 4 * border);
     c->scale = room_doubles(room, border);
     c->order = room_ints(room, n);
@@ -127,6 +115,7 @@ void refdyn_chain_lay_out(struct refdyn_chain *c, const struct refdyn_model *mod
     c->other = room_ints(room, n);
     c->next = room_ints(room, n);
     c->slot = room_ints(room, n);
+    c->moves = room_ints(room, n);
     c->pivot = room_ints(room, matrices * border);
     if (room->base) {
         order_joints(c);
@@ -194,6 +183,10 @@ void refdyn_chain_take(struct refdyn_chain *c, const double *result, const doubl
     take(c, result, Y + force, REFDYN_MASS_FORCE, 1, 1);
     take(c, result, Y + turned, REFDYN_TURNED_ROWS, 0, 1);
     for (int k = 0; k < n; k++) {
+        const double *way = c->records + k * c->record + shift;
+        c->moves[k] = 0;
+        for (int a = 0; a < 2 * forces; a++)
+            c->moves[k] |= way[a] != 0;
         c->stiffness[k] = diagonals[c->order[k]];
         c->damping[k] = diagonals[n + c->order[k]];
     }
@@ -350,7 +343,4 @@ void refdyn_chain_solve(struct refdyn_chain *c, int which, double *x) {
     for (int part = 0; part < f.parts; part++)
         for (int k = 0; k < n; k++)
             x[part * size + c->order[k]] = y[part * n + k];
-}
-int refdyn_chain_pays(const struct refdyn_model *model) {
-    return model->tangent_vectors && !model->tangent;
 }

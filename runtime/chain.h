@@ -19,12 +19,8 @@
 #include "refdyn.h"
 #include "room.h"
 
-/* Can products and solutions be taken from `tangent_vectors`, and do they take fewer operations than with
- * matrices? */
-int refdyn_chain_pays(const struct refdyn_model *model);
-/* Operations of one factorisation and of one solution with the products of its right side. */
-double refdyn_chain_factor_cost(const struct refdyn_model *model);
-double refdyn_chain_solve_cost(const struct refdyn_model *model);
+/* Do all joints of a model with `tangent_vectors` move in one plane? */
+int refdyn_chain_is_planar(const struct refdyn_model *model);
 
 /* Lays out arrays with room for factors of one real and this many complex matrices. */
 void refdyn_chain_lay_out(struct refdyn_chain *chain, const struct refdyn_model *model, int complexes,

@@ -63,27 +63,28 @@ INLINE void add_scaled(int parts, int n, struct scalar a, const double *restrict
     }
 }
 
+/* sum_i x_i y_i in four sums, which fit a vector and do not wait for each other */
+INLINE double sum_of(int n, const double *x, const double *y) {
+    double s[4] = {0, 0, 0, 0}, rest = 0;
+    int i = 0;
+    for (; i + 3 < n; i += 4)
+        for (int j = 0; j < 4; j++)
+            s[j] += x[i + j] * y[i + j];
+    for (; i < n; i++)
+        rest += x[i] * y[i];
+    return s[0] + s[1] + (s[2] + s[3]) + rest;
+}
+
 INLINE struct scalar dot(int parts, int n, const double *x, const double *y) {
-    struct scalar sum = {0, 0};
-    for (int i = 0; i < n; i++) {
-        sum.re += x[i] * y[i];
-        if (parts == 2) {
-            sum.re -= x[n + i] * y[n + i];
-            sum.im += x[i] * y[n + i] + x[n + i] * y[i];
-        }
-    }
-    return sum;
+    if (parts == 1)
+        return (struct scalar){sum_of(n, x, y), 0};
+    return (struct scalar){sum_of(n, x, y) - sum_of(n, x + n, y + n),
+                           sum_of(n, x, y + n) + sum_of(n, x + n, y)};
 }
 
 /* s real */
 INLINE struct scalar dot_real(int parts, int n, const double *s, const double *y) {
-    struct scalar sum = {0, 0};
-    for (int i = 0; i < n; i++) {
-        sum.re += s[i] * y[i];
-        if (parts == 2)
-            sum.im += s[i] * y[n + i];
-    }
-    return sum;
+    return (struct scalar){sum_of(n, s, y), parts == 2 ? sum_of(n, s, y + n) : 0};
 }
 
 /* m += s x f, components `step` apart, each of them `count` numbers */
@@ -180,19 +181,14 @@ INLINE int eliminate(const struct refdyn_chain *c, int parts, int planar, struct
         memcpy(Y, record + at.Y, (size_t)R * sizeof *Y);
         for (int l = 0; l < L; l++) {
             const double *re = X + l * R, *im = X + size + l * R;
-            double left_re = 0, left_im = 0;
-            for (int r = 0; r < R; r++) {
-                left_re += re[r] * Z[r];
-                Y[r] -= S[l] * re[r];
-                if (parts == 2) {
-                    left_re -= im[r] * Z[R + r];
-                    left_im += re[r] * Z[R + r] + im[r] * Z[r];
-                    Y[R + r] -= S[l] * im[r];
-                }
-            }
-            W[l] -= left_re;
+            W[l] -= sum_of(R, re, Z) - (parts == 2 ? sum_of(R, im, Z + R) : 0);
             if (parts == 2)
-                W[L + l] -= left_im;
+                W[L + l] -= sum_of(R, re, Z + R) + sum_of(R, im, Z);
+            for (int r = 0; r < R; r++) {
+                Y[r] -= S[l] * re[r];
+                if (parts == 2)
+                    Y[R + r] -= S[l] * im[r];
+            }
         }
         const struct scalar product = dot(parts, R, Z, Y);
         const struct scalar D = {product.re + g.re * c->damping[k] + square.re * c->stiffness[k],
@@ -220,9 +216,50 @@ INLINE int eliminate(const struct refdyn_chain *c, int parts, int planar, struct
                 im[r] += a.re * Y[R + r] + a.im * Y[r];
             }
         }
-        move_inner(parts, planar, record + at.shift, record + at.shift_rate, X);
+        if (c->moves[k])
+            move_inner(parts, planar, record + at.shift, record + at.shift_rate, X);
     }
     return -1;
+}
+
+/* ---- What is carried from joint to joint stays in local variables; in c->sweep where the tree branches ----
+ */
+
+/* Inward, at joint k: w is that of the first joint beyond it; those of the others are added. */
+INLINE void gather_wrench(const struct refdyn_chain *c, int count, int k, double *w) {
+    if (k + 1 == c->n || c->parent[k + 1] != k)
+        for (int i = 0; i < count; i++)
+            w[i] = 0;
+    for (int other = c->other[k]; other >= 0; other = c->next[other])
+        for (int i = 0; i < count; i++)
+            w[i] += c->sweep[other * 2 * RIGHT_MOST + i];
+}
+
+/* Moved to the joint before; kept where that is not the next one in turn. */
+INLINE void pass_wrench(const struct refdyn_chain *c, int parts, int planar, int k, double *w) {
+    const struct layout at = layout_of(planar);
+    if (c->moves[k])
+        move_wrench(parts, planar, c->records + k * c->record + at.shift, w);
+    if (c->parent[k] != k - 1)
+        for (int i = 0; i < parts * at.left; i++)
+            c->sweep[k * 2 * RIGHT_MOST + i] = w[i];
+}
+
+/* Outward, at joint k: z is that of the joint before. */
+INLINE void take_up(const struct refdyn_chain *c, int parts, int planar, int k, double *z) {
+    const struct layout at = layout_of(planar);
+    const double *record = c->records + k * c->record;
+    if (c->parent[k] < 0 || c->parent[k] != k - 1)
+        for (int i = 0; i < parts * at.right; i++)
+            z[i] = c->parent[k] < 0 ? 0 : c->sweep[c->parent[k] * 2 * RIGHT_MOST + i];
+    if (c->moves[k])
+        move_out(parts, planar, record + at.shift, record + at.shift_rate, z);
+}
+
+INLINE void leave(const struct refdyn_chain *c, int count, int k, const double *z) {
+    if (c->other[k] >= 0)
+        for (int i = 0; i < count; i++)
+            c->sweep[k * 2 * RIGHT_MOST + i] = z[i];
 }
 
 /* ---- Solution ---- */
@@ -240,36 +277,26 @@ INLINE void set_entry(int parts, double *x, int n, int k, struct scalar value) {
 INLINE int solve(const struct refdyn_chain *c, int parts, int planar, const double *factors, double *x) {
     const struct layout at = layout_of(planar);
     const int n = c->n, L = at.left, R = at.right, size = parts * (L + 2 * R + 1);
-    memset(c->sweep, 0, (size_t)(n * parts * R) * sizeof(double));
+    double w[2 * LEFT_MOST] = {0}, z[2 * RIGHT_MOST] = {0};
     for (int k = n - 1; k >= 0; k--) {
         const double *record = c->records + k * c->record, *W = factors + k * size, *pivot = W + size - parts;
-        double *w = c->sweep + k * parts * R;
+        gather_wrench(c, parts * L, k, w);
         const struct scalar felt = dot_real(parts, L, record, w), right = entry_of(parts, x, n, k);
         const struct scalar y = times(parts, (struct scalar){right.re - felt.re, right.im - felt.im},
                                       entry_of(parts, pivot, 1, 0));
         set_entry(parts, x, n, k, y);
-        if (c->parent[k] < 0)
-            continue;
         add_scaled(parts, L, y, W, w);
-        move_wrench(parts, planar, record + at.shift, w);
-        double *into = c->sweep + c->parent[k] * parts * R;
-        for (int i = 0; i < parts * L; i++)
-            into[i] += w[i];
+        pass_wrench(c, parts, planar, k, w);
     }
     for (int k = 0; k < n; k++) {
-        const double *record = c->records + k * c->record, *Y = factors + k * size + parts * L,
-                     *Z = Y + parts * R, *pivot = Z + parts * R;
-        double *z = c->sweep + k * parts * R;
-        memset(z, 0, (size_t)(parts * R) * sizeof *z);
-        if (c->parent[k] >= 0) {
-            memcpy(z, c->sweep + c->parent[k] * parts * R, (size_t)(parts * R) * sizeof *z);
-            move_out(parts, planar, record + at.shift, record + at.shift_rate, z);
-        }
+        const double *Y = factors + k * size + parts * L, *Z = Y + parts * R, *pivot = Z + parts * R;
+        take_up(c, parts, planar, k, z);
         const struct scalar left = times(parts, dot(parts, R, Y, z), entry_of(parts, pivot, 1, 0));
         struct scalar y = entry_of(parts, x, n, k);
         y = (struct scalar){y.re - left.re, y.im - left.im};
         set_entry(parts, x, n, k, y);
         add_scaled(parts, R, y, Z, z);
+        leave(c, parts * R, k, z);
     }
     return 0;
 }
@@ -279,33 +306,24 @@ INLINE int solve(const struct refdyn_chain *c, int parts, int planar, const doub
 INLINE int multiply(const struct refdyn_chain *c, int planar, const double *const x[3], double *y) {
     const struct layout at = layout_of(planar);
     const int n = c->n, L = at.left, R = at.right;
-    memset(c->sweep, 0, (size_t)(n * R) * sizeof(double));
+    double w[LEFT_MOST] = {0}, z[RIGHT_MOST] = {0};
     for (int k = n - 1; k >= 0; k--) {
         const double *record = c->records + k * c->record;
-        double *w = c->sweep + k * R;
-        y[k] = dot(1, L, record, w).re;
-        if (c->parent[k] < 0)
-            continue;
+        gather_wrench(c, L, k, w);
+        y[k] = sum_of(L, record, w);
         for (int of = 0; of < 3; of++)
             if (x[of])
                 add_scaled(1, L, (struct scalar){x[of][k], 0}, record + at.W + of * L, w);
-        move_wrench(1, planar, record + at.shift, w);
-        double *into = c->sweep + c->parent[k] * R;
-        for (int i = 0; i < L; i++)
-            into[i] += w[i];
+        pass_wrench(c, 1, planar, k, w);
     }
     for (int k = 0; k < n; k++) {
         const double *record = c->records + k * c->record;
-        double *z = c->sweep + k * R;
-        memset(z, 0, (size_t)R * sizeof *z);
-        if (c->parent[k] >= 0) {
-            memcpy(z, c->sweep + c->parent[k] * R, (size_t)R * sizeof *z);
-            move_out(1, planar, record + at.shift, record + at.shift_rate, z);
-        }
+        take_up(c, 1, planar, k, z);
         for (int of = 0; of < 3; of++)
             if (x[of])
                 add_scaled(1, R, (struct scalar){x[of][k], 0}, record + at.Z + of * R, z);
-        y[k] += dot(1, R, record + at.Y, z).re;
+        leave(c, R, k, z);
+        y[k] += sum_of(R, record + at.Y, z);
         y[k] += (x[1] ? c->damping[k] * x[1][k] : 0) + (x[2] ? c->stiffness[k] * x[2][k] : 0);
     }
     return 0;

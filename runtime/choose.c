@@ -13,6 +13,7 @@
 #include <float.h>
 #include <math.h>
 
+#include "chain_cost.h"
 #include "linearise.h"
 #include "step.h"
 
@@ -42,18 +43,33 @@ static const double slowed = 0.4;
 /* Operations on dense matrices take this part of the time that those of emitted functions do: they fill
  * vectors. */
 static const double dense_share = 0.4;
+/* The same of sweeps over joints. */
+static const double chain_share = 0.8;
 static const double cost_of_unknown = 100; /* operations a coordinate, for models that do not tell */
+
+/* Those of implicit steps. */
+static double linear_operations(const struct refdyn_drive *drive) {
+    const struct refdyn_model *model = drive->work->model;
+    const int n = model->n, border = model->m + model->coupling_count;
+    const double tangents = (double)drive->statistics.tangents,
+                 factorisations = (double)drive->statistics.factorisations,
+                 solutions = (double)drive->statistics.solutions;
+    if (!drive->linear.is_chain)
+        return tangents * model->tangent_cost +
+               dense_share * (factorisations * refdyn_matrix_factor_cost(n, model->m) +
+                              solutions * refdyn_matrix_solve_cost(n, model->m));
+    const int is_planar = drive->linear.chain.is_planar;
+    return tangents * model->tangent_vectors_cost +
+           chain_share * (factorisations * refdyn_chain_factor_cost(n, border, is_planar) +
+                          solutions * refdyn_chain_solve_cost(n, border, is_planar));
+}
 
 /* Operations counted so far. */
 static double operations(const struct refdyn_drive *drive) {
     const struct refdyn_model *model = drive->work->model;
-    const struct refdyn_statistics *statistics = &drive->statistics;
-    const double n = model->n, size = model->n + model->m;
+    const double n = model->n;
     const double qdd = model->qdd_cost > 0 ? model->qdd_cost : cost_of_unknown * n;
-    return (double)(drive->work->evaluations - drive->evaluations_before) * qdd +
-           (double)statistics->tangents * model->tangent_cost +
-           dense_share * ((double)statistics->factorisations * 2 / 3 * size * size * size +
-                          (double)statistics->solutions * 2 * size * (size + n));
+    return (double)(drive->work->evaluations - drive->evaluations_before) * qdd + linear_operations(drive);
 }
 
 static void mark(struct refdyn_drive *drive) {

@@ -53,7 +53,7 @@ void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_mod
     const int n = model->n, m = model->m;
     linear->n = n;
     linear->m = m;
-    linear->is_chain = has_tangent && refdyn_chain_pays(model);
+    linear->is_chain = has_tangent && !model->tangent;
     if (has_tangent)
         lay_out_rows(linear, room);
     else if (m == 0)
@@ -301,6 +301,28 @@ static void change_accelerations(struct refdyn_linear *linear, const double *dq,
     solve(linear, linear->x);
     for (int j = 0; j < linear->n; j++)
         da[j] = -linear->x[j];
+}
+
+/* Entry j of each row, rows of the partition behind the coordinates, with the sign of a right side. */
+static void take_column(struct refdyn_linear *linear, const double *force, const double *row, int width,
+                        int j) {
+    for (int i = 0; i < linear->size; i++)
+        linear->x[i] = -(i < linear->n ? force[i * width + j] : row[linear->rows[i - linear->n] * width + j]);
+}
+
+void refdyn_linear_change_by(struct refdyn_linear *linear, enum refdyn_by by, int j) {
+    double *unit = linear->sides;
+    if (by == REFDYN_BY_T) {
+        take_column(linear, linear->f_t, linear->g_t, 1, 0);
+    } else if (!linear->is_chain) {
+        take_column(linear, by == REFDYN_BY_Q ? linear->K : linear->D,
+                    by == REFDYN_BY_Q ? linear->G_q : linear->G_qd, linear->n, j);
+    } else {
+        memset(unit, 0, (size_t)linear->n * sizeof *unit);
+        unit[j] = -1;
+        times(linear, NULL, by == REFDYN_BY_QD ? unit : NULL, by == REFDYN_BY_Q ? unit : NULL, linear->x);
+    }
+    solve(linear, linear->x);
 }
 
 /* x^T A x, A = M, D or K: the one of m, d and k that is x */

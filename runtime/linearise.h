@@ -42,6 +42,11 @@ struct refdyn_directions refdyn_linear_found(const struct refdyn_linear *linear)
  * NOT_FINITE, TANGENT_SINGULAR. */
 int refdyn_linear_factor_mass(struct refdyn_drive *drive, double t, const double *state);
 
+/* Derivatives of the accelerations by position or rate j, or by time, into linear->x; with the factors for g
+ * = 0. */
+enum refdyn_by { REFDYN_BY_Q, REFDYN_BY_QD, REFDYN_BY_T };
+void refdyn_linear_change_by(struct refdyn_linear *linear, enum refdyn_by by, int j);
+
 /* Evaluates the tangent at the begin of a drive's step, unless that was done. Errors: NOT_FINITE. */
 int refdyn_linear_at_begin(struct refdyn_drive *drive);
 /*

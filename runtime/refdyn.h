@@ -283,6 +283,7 @@ struct refdyn_chain {
     int *order;          /* (n) coordinate by position */
     int *parent;         /* (n) position of the joint before, -1: none */
     int *other, *next;   /* (n) the second joint beyond each, and one more beside it, -1: none */
+    int *moves;          /* (n) 0: its origin is that of the joint before */
     int *slot;           /* (n) of X: that of the first joint beyond, else its own */
     int *pivot;          /* (1 + complexes) x (couplings + m) */
 };

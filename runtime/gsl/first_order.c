@@ -11,22 +11,13 @@
 
 #include <string.h>
 
-#include "dense.h"
 #include "linearise.h"
 #include "slope.h"
 
-/* Derivatives of the accelerations for the right side -[force; row], entry j of rows of `width`, into
- * column[i stride]. */
-static void solve_column(struct refdyn_linear *linear, const struct refdyn_partition *partition,
-                         const double *force, const double *row, int width, int j, double *column,
-                         int stride) {
-    const int n = linear->n;
-    for (int i = 0; i < n; i++)
-        linear->x[i] = -force[i * width + j];
-    for (int i = n; i < linear->size; i++)
-        linear->x[i] = -row[partition->row[i - n] * width + j];
-    refdyn_lu_solve(linear->matrix, linear->size, linear->pivot, linear->x);
-    for (int i = 0; i < n; i++)
+/* Changes of the accelerations into column[i stride]. */
+static void fill_column(struct refdyn_linear *linear, enum refdyn_by by, int j, double *column, int stride) {
+    refdyn_linear_change_by(linear, by, j);
+    for (int i = 0; i < linear->n; i++)
         column[i * stride] = linear->x[i];
 }
 
@@ -38,7 +29,6 @@ int refdyn_first_order_slope(struct refdyn_drive *drive, double t, const double 
 
 int refdyn_first_order_jacobian(struct refdyn_drive *drive, double t, const double *y, double *by_y,
                                 double *by_t) {
-    const struct refdyn_partition *partition = &drive->work->partition;
     struct refdyn_linear *linear = &drive->linear;
     const int n = drive->work->n, size = 2 * n + 1;
     drive->has_tangent = 0;
@@ -54,9 +44,9 @@ int refdyn_first_order_jacobian(struct refdyn_drive *drive, double t, const doub
     memset(by_t, 0, (size_t)size * sizeof *by_t);
     for (int j = 0; j < n; j++) {
         by_y[j * size + n + j] = 1;
-        solve_column(linear, partition, linear->K, linear->G_q, n, j, by_y + n * size + j, size);
-        solve_column(linear, partition, linear->D, linear->G_qd, n, j, by_y + n * size + n + j, size);
+        fill_column(linear, REFDYN_BY_Q, j, by_y + n * size + j, size);
+        fill_column(linear, REFDYN_BY_QD, j, by_y + n * size + n + j, size);
     }
-    solve_column(linear, partition, linear->f_t, linear->g_t, 1, 0, by_t + n, 1);
+    fill_column(linear, REFDYN_BY_T, 0, by_t + n, 1);
     return REFDYN_OK;
 }

@@ -165,7 +165,7 @@ int refdyn_gsl_init(struct refdyn_gsl *gsl, struct refdyn_drive *drive, enum ref
     const int n = drive->work->n, size = 2 * n + 1;
     const gsl_odeiv2_step_type *type = method == REFDYN_MSBDF ? gsl_odeiv2_step_msbdf : gsl_odeiv2_step_bsimp;
     *gsl = (struct refdyn_gsl){.drive = drive, .method = method};
-    if (!refdyn_gsl_method_name((int)method) || !drive->linear.K || !(options->tol > 0) ||
+    if (!refdyn_gsl_method_name((int)method) || !drive->linear.tangent || !(options->tol > 0) ||
         (method == REFDYN_MSBDF && options->stabilise == REFDYN_PROJECT))
         return REFDYN_BAD_OPTION;
     gsl->system = (gsl_odeiv2_system){

@@ -163,8 +163,9 @@ static char *emit_list(const struct model *model, const struct options *options,
         !(needs & NEEDS_MOTION) ? ""
         : rows                  ? ",constrained"
                                 : ",qdd_free",
-        needs & NEEDS_TANGENT ? (getenv("CHAIN") && !(needs & NEEDS_LINEAR) ? ",tangent_vectors" : ",tangent")
-                              : "",
+        !(needs & NEEDS_TANGENT) ? ""
+        : needs & NEEDS_LINEAR   ? ",tangent"
+                                 : ",implicit",
         needs & NEEDS_POINTS && points ? ",r" : "", needs & NEEDS_POINT_RATES && points ? ",rd,C,d" : "",
         needs & NEEDS_LINEAR && rows ? ",d_rows" : "", needs & NEEDS_LINEAR && points ? ",C" : "");
 }
