@@ -121,3 +121,14 @@ def test_emitted_is_timed(tmp_path):
             assert line["us"] > 0 and line["n"] == 4
             lines.append(close(what, [float(text) for text in (tmp_path / "result.txt").read_text().split()], expected, 1e-12))
     check(lines)
+
+
+def test_implicit(tmp_path):
+    """The table of an implicit step, for one length."""
+    done = run("implicit", tmp_path, "--elements", "2")
+    assert done.returncode == 0, done.stderr
+    rows = [line.split("|")[1:-1] for line in done.stdout.splitlines()[2:]]
+    assert [(row[0].strip(), int(row[2])) for row in rows] == [("manipulator", 7), ("suite_arm", 2)]
+    for row in rows:
+        tangent, factors, solution, step = map(float, row[7:])
+        assert 0 < step and abs(step - tangent - factors - 8 * solution) < 0.01 * step
