@@ -8,6 +8,7 @@ from program import REFERENCE, SOURCE, TESTS, refdyn, settings
 ARM = TESTS / "models" / "suite" / "arm.lua"
 CASES = {"arm_led": (ARM, dict(n_rfe=2, row="swing", E="2e9", omega=4)), "arm_pushed": (ARM, dict(n_rfe=2, E="2e9", push=2)),
          "damped": (REFERENCE, dict(n_rfe=2, eta=1.3e-3, alpha=20, beta=20)), "manipulator": (REFERENCE, dict(n_rfe=1, alpha=20, beta=20))}
+CASES |= {f"{name} in O(n)": CASES[name] for name in ("arm_led", "damped")}
 ROUNDS = 3
 
 # Prints, for each method and each way of keeping rows, whether all motions in threads equal those alone, what was allocated, steps.
@@ -168,7 +169,7 @@ def runtime(tmp_path_factory):
 @pytest.mark.parametrize("case", CASES)
 def test_motions_in_two_threads(case, runtime, tmp_path):
     model, options = CASES[case]
-    refdyn("gen", model, *settings(options), "--emit", "all,tangent", "-o", tmp_path)
+    refdyn("gen", model, *settings(options), "--emit", "all,tangent_vectors" if case.endswith("O(n)") else "all,tangent", "-o", tmp_path)
     name = next(tmp_path.glob("*.h")).stem
     (tmp_path / "program.c").write_text(PROGRAM.replace("MODEL", name).replace("ROUNDS_COUNT", str(ROUNDS)))
     subprocess.run(["gcc", "-std=gnu11", "-O1", "-Wall", "-Wextra", "-pthread", "-I", SOURCE / "runtime", *tmp_path.glob("*.c"), *runtime,
@@ -180,5 +181,5 @@ def test_motions_in_two_threads(case, runtime, tmp_path):
     for line in lines:
         assert "status 0 0 equal 1 allocations 0 " in line, line
         assert line.endswith("apart 1"), line
-    if case == "damped":   # the automatic choice has trials there
+    if case.startswith("damped"):   # the automatic choice has trials there
         assert all(" methods 3 " in line for line in lines[:3]), lines[:3]

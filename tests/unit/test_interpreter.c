@@ -3,6 +3,7 @@
  * to 4 units in the last place of its largest entry. Beyond that, the emitted accelerations solve the emitted
  * equations, and are those of the runtime.
  */
+#include "chain.h"
 #include "gen.h"
 #include "refdyn.h"
 
@@ -46,32 +47,33 @@ static const struct scene scenes[] = {
 };
 
 /* A quantity: where its function stands in struct refdyn_model, and how long its result is. */
-#define QUANTITIES(ENTRY)                         \
-    ENTRY(start, 2 * n)                           \
-    ENTRY(M, n *n)                                \
-    ENTRY(h, n)                                   \
-    ENTRY(Q, n)                                   \
-    ENTRY(u, m *n)                                \
-    ENTRY(v, m)                                   \
-    ENTRY(phi, m)                                 \
-    ENTRY(psi, m)                                 \
-    ENTRY(k, m)                                   \
-    ENTRY(r, 3 * points)                          \
-    ENTRY(rd, 3 * points)                         \
-    ENTRY(C, 3 * points * n)                      \
-    ENTRY(d, 3 * points)                          \
-    ENTRY(energy, 2)                              \
-    ENTRY(power, 1)                               \
-    ENTRY(Q_q, n *n)                              \
-    ENTRY(qdd_free, n)                            \
-    ENTRY(qdd, n)                                 \
-    ENTRY(force, n)                               \
-    ENTRY(equations, n *n + n + m * n + 4 * m)    \
-    ENTRY(tangent, 3 * n * n + n + 3 * m * n + m) \
-    ENTRY(d_qdd, n *variables)                    \
-    ENTRY(d_qdd_free, n *variables)               \
-    ENTRY(d_force, n *variables)                  \
-    ENTRY(d_statics, n *(variables - n))          \
+#define QUANTITIES(ENTRY)                                                         \
+    ENTRY(start, 2 * n)                                                           \
+    ENTRY(M, n *n)                                                                \
+    ENTRY(h, n)                                                                   \
+    ENTRY(Q, n)                                                                   \
+    ENTRY(u, m *n)                                                                \
+    ENTRY(v, m)                                                                   \
+    ENTRY(phi, m)                                                                 \
+    ENTRY(psi, m)                                                                 \
+    ENTRY(k, m)                                                                   \
+    ENTRY(r, 3 * points)                                                          \
+    ENTRY(rd, 3 * points)                                                         \
+    ENTRY(C, 3 * points * n)                                                      \
+    ENTRY(d, 3 * points)                                                          \
+    ENTRY(energy, 2)                                                              \
+    ENTRY(power, 1)                                                               \
+    ENTRY(Q_q, n *n)                                                              \
+    ENTRY(qdd_free, n)                                                            \
+    ENTRY(qdd, n)                                                                 \
+    ENTRY(force, n)                                                               \
+    ENTRY(equations, n *n + n + m * n + 4 * m)                                    \
+    ENTRY(tangent, 3 * n * n + n + 3 * m * n + m)                                 \
+    ENTRY(tangent_vectors, n + m * (1 + 3 * n) + refdyn_chain_result_size(model)) \
+    ENTRY(d_qdd, n *variables)                                                    \
+    ENTRY(d_qdd_free, n *variables)                                               \
+    ENTRY(d_force, n *variables)                                                  \
+    ENTRY(d_statics, n *(variables - n))                                          \
     ENTRY(d_rows, m *(3 * variables - n))
 
 #define LISTED(name, count) #name ","

@@ -392,8 +392,8 @@ static void test_redundant(void) {
             CHECK_NEAR(dense_dot(u, qdd, 5), k, 1e-9 * fmax(fabs(k), refdyn_largest(u, 5, NULL)));
         }
         double force[5];
-        refdyn_programme_force(&rig.work, qdd, force);
         refdyn_multipliers(&rig.work, qdd, lambda);
+        refdyn_programme_force(&rig.work, lambda, force);
         CHECK(lambda[partition->row[2]] == 0);
         for (int i = 0; i < 5; i++)
             CHECK_NEAR(dense_dot(rig.work.M + 5 * i, qdd, 5) - rig.work.f[i], force[i],
