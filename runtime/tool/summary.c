@@ -74,7 +74,8 @@ void summary_print(const struct summary *summary) {
     print_method(motion);
     fprintf(stderr, "steps        %ld taken, %ld rejected, from %.3g to %.3g s\n", s->steps, s->rejected,
             s->step_smallest, s->step_largest);
-    fprintf(stderr, "evaluations  %ld, tangents %ld\n", s->evaluations, s->tangents);
+    fprintf(stderr, "evaluations  %ld, tangents %ld%s\n", s->evaluations, s->tangents,
+            s->tangents && motion->drive.linear.is_chain ? ", solved joint by joint" : "");
     if (motion->scene->model->m > 0)
         print_rows(motion->scene->model, s);
     fprintf(stderr, "energy       balance error %.3g of the largest change\n",
