@@ -21,14 +21,16 @@
 #include "slope.h"
 #include "step.h"
 
-static const double safety = 0.9; /* aims below the tolerance, so that few steps are refused */
+/* Steps aim at this part of the tolerance, so that few are refused: the same for methods of all orders, whose
+ * errors then are alike. */
+static const double aim = 0.06;
 /* an estimate that is near 0 by chance says nothing about the next step */
 static const double growth_most = 5;
 static const double growth_least = 0.2;
 static const double shrink_failed = 0.4; /* no estimate, so a guess */
-/* a step that failed is not soon tried again: no longer one than this part of it, then more by this factor a
- * step */
-static const double cap_failed = 0.6, cap_growth = 1.1;
+/* a step that failed is not soon tried again: no longer one than this part of it, then more by this factor,
+ * which is squared after each step that succeeds: one failure must not rule the rest of a motion */
+static const double cap_failed = 0.6, cap_growth = 1.04;
 static const double kept_least = 0.95, kept_most = 1.1; /* within them a step is kept, with its factors */
 static const double error_share = 0.7;                  /* exponents times the order: of this error, */
 static const double error_last_share = 0.4;             /* and of the one before */
@@ -287,11 +289,12 @@ static double order_of_step(const struct refdyn_drive *drive) {
     return refdyn_method_facts(drive->method).order_error + 1;
 }
 
-/* First step: velocities and accelerations move no coordinate by more than a small part of tol^(1/order). */
-static double find_first_step(const struct refdyn_drive *drive, double interval) {
+/* First step: velocities and accelerations move no coordinate by more than a small part of tol^(1/order). It
+ * does not depend on the outputs; where nothing moves it is `interval`. */
+static double find_first_step(const struct refdyn_drive *drive, double t_stop, double interval) {
     const int n = drive->work->n;
     const double change = first_share * pow(drive->options.tol, 1 / order_of_step(drive));
-    double h = interval;
+    double h = t_stop - drive->t_begin;
     for (int j = 0; j < n; j++) {
         const double unit = refdyn_coordinate_unit(drive->work->model, j, drive->options.length);
         const double speed = fabs(drive->slope[j]) / unit, acceleration = fabs(drive->slope[n + j]) / unit;
@@ -300,7 +303,7 @@ static double find_first_step(const struct refdyn_drive *drive, double interval)
         if (h * h / 2 * acceleration > change)
             h = sqrt(2 * change / acceleration);
     }
-    return h;
+    return isfinite(h) ? h : interval;
 }
 
 /* The step to try: the proposed one, shortened so that it lands on t_stop or leaves more than half of itself.
@@ -316,24 +319,58 @@ static double bounded(double x, double least, double most) {
     return x < least ? least : x > most ? most : x;
 }
 
+/* What the error of a step of h allows: the step, over h, whose error is what is aimed at. */
+static double factor_allowed(const struct refdyn_drive *drive, double error) {
+    return pow(fmax(error, DBL_MIN) / aim, -1 / order_of_step(drive));
+}
+
+/* What the next step is over this one, before bounds. Nothing is known before the first step, so its error
+ * alone tells. Explicit methods meet stability limits, where the error jumps from step to step: PI. Implicit
+ * ones follow how the error changed, h / h_last (err_last / err)^(1/order) (Gustafsson, ACM TOMS 20:496-517,
+ * 1994), but never beyond what the error allows. */
+static double factor_after_accepted(const struct refdyn_drive *drive, double h, double error) {
+    const double order = order_of_step(drive), now = fmax(error, DBL_MIN), last = drive->error_last;
+    const double allowed = factor_allowed(drive, error);
+    if (drive->step_last == 0)
+        return allowed;
+    if (refdyn_method_facts(drive->method).is_implicit)
+        return allowed * fmin(1, h / drive->step_last * pow(last / now, 1 / order));
+    return pow(now / aim, -error_share / order) * pow(last / aim, error_last_share / order);
+}
+
 static void propose_after_accepted(struct refdyn_drive *drive, double h, double error) {
-    const double order = order_of_step(drive);
-    const double factor = safety * pow(fmax(error, DBL_MIN), -error_share / order) *
-                          pow(drive->error_last, error_last_share / order);
-    const double proposed = h * bounded(factor, growth_least, growth_most);
+    const double proposed = h * bounded(factor_after_accepted(drive, h, error), growth_least, growth_most);
     if (refdyn_method_facts(drive->method).collocation && proposed > h * kept_least &&
         proposed < h * kept_most)
         drive->step_next = h;
-    else /* a step that was cut short to land says nothing against the longer one */
-        drive->step_next = h < drive->step_next ? fmax(proposed, drive->step_next) : proposed;
+    else /* a step that was cut short to land says nothing against the longer one, unless its error does */
+        drive->step_next = h < drive->step_next
+                               ? fmax(proposed, fmin(drive->step_next, h * factor_allowed(drive, error)))
+                               : proposed;
     drive->step_next = fmin(drive->step_next, drive->step_cap);
-    drive->step_cap *= cap_growth;
+    drive->step_cap *= drive->cap_growth;
+    drive->cap_growth *= drive->cap_growth;
     drive->error_last = fmax(error, error_least);
+    drive->step_last = h;
+    drive->refused_h = 0;
 }
 
-static double factor_after_refused(const struct refdyn_drive *drive, double error) {
-    return isfinite(error) ? bounded(safety * pow(error, -1 / order_of_step(drive)), growth_least, safety)
-                           : shrink_failed;
+/* Order by which the error has fallen from the last refused attempt to this one, at most that of the method:
+ * beside a kink, or while a stiff transient lasts, it is lower. */
+static double observed_order(const struct refdyn_drive *drive, double h, double error) {
+    const double order = order_of_step(drive);
+    if (!(drive->refused_h > h))
+        return order;
+    return bounded(log(drive->refused_error / error) / log(drive->refused_h / h), 1, order);
+}
+
+/* After a step whose error is too large; INFINITY: that could not be evaluated. */
+static void propose_after_refused(struct refdyn_drive *drive, double h, double error) {
+    const double order = observed_order(drive, h, error);
+    drive->refused_h = isfinite(error) ? h : 0;
+    drive->refused_error = error;
+    drive->step_next =
+        h * (isfinite(error) ? bounded(pow(error / aim, -1 / order), growth_least, 1) : shrink_failed);
 }
 
 /* Tries one step; 1: accepted, 0: refused and step_next is smaller. */
@@ -350,6 +387,7 @@ static int try_adaptive(struct refdyn_drive *drive, double h, double t_new) {
     if (status) {
         drive->cause = status;
         drive->step_cap = cap_failed * h;
+        drive->cap_growth = cap_growth;
         error = INFINITY;
     }
     if (error <= 1) {
@@ -358,7 +396,7 @@ static int try_adaptive(struct refdyn_drive *drive, double h, double t_new) {
         return 1;
     }
     drive->statistics.rejected++;
-    drive->step_next = h * factor_after_refused(drive, error);
+    propose_after_refused(drive, h, error);
     return 0;
 }
 
@@ -370,7 +408,7 @@ int refdyn_step_limit_reached(const struct refdyn_drive *drive) {
 
 static int step_adaptive(struct refdyn_drive *drive, double t_out, double t_stop) {
     if (drive->step_next <= 0)
-        drive->step_next = find_first_step(drive, fmin(t_stop, t_out) - drive->t_begin);
+        drive->step_next = find_first_step(drive, t_stop, t_out - drive->t_begin);
     if (drive->options.step_max > 0)
         drive->step_next = fmin(drive->step_next, drive->options.step_max);
     for (;;) {

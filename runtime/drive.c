@@ -209,7 +209,9 @@ int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, co
     drive->t_most = drive->t_final = INFINITY;
     drive->step_next = drive->options.step;
     drive->error_last = 1;
+    drive->step_last = drive->refused_h = 0;
     drive->step_cap = INFINITY;
+    drive->cap_growth = 1;
     drive->rate = 0;
     drive->method = options_method(drive);
     drive->cause = REFDYN_OK;

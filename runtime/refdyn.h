@@ -380,9 +380,11 @@ struct refdyn_drive {
     double t_final;    /* end of the motion, see refdyn_drive_until [s] */
     double t_most;     /* no step reaches beyond, see refdyn_drive_limit [s] */
     double step_next;  /* adaptive: proposed step, 0: to be found [s] */
-    double step_cap;   /* adaptive: steps longer than this have failed lately [s] */
-    double error_last; /* adaptive: error norm of the last accepted step */
-    double from, to;   /* fixed step: output interval in progress [s] */
+    double step_cap;   /* adaptive: steps longer than this have failed lately [s], */
+    double cap_growth; /* and grow to it by this factor after the next one */
+    double error_last, step_last; /* adaptive: error norm and length of the last accepted step, 0: none [s] */
+    double refused_error, refused_h;    /* adaptive: the same of the last attempt at this one, 0: none [s] */
+    double from, to;                    /* fixed step: output interval in progress [s] */
     long interval_steps, interval_done; /* fixed step: steps of that interval */
     long evaluations_before;            /* of the workspace, at the start */
 };

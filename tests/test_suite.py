@@ -50,8 +50,8 @@ def test_errors_of_the_automatic_choice():
             slopes[case.name] = slope(tols, errors)
     pooled = slope(numpy.concatenate(all_tols), numpy.concatenate(all_errors))
     assert 0.7 <= pooled <= 1.4 and len(slopes) >= len(CASES) - 4, (pooled, slopes)
-    # a change of method between tolerances, or a motion of a few steps, spoils the slope of one case
-    assert sum(0.7 <= each <= 1.4 for each in slopes.values()) >= 0.75 * len(slopes), slopes
+    # a change of method between tolerances (heavy tip), or a motion of two to five steps (four-bar), spoils the slope of a case
+    assert sum(0.7 <= each <= 1.4 for each in slopes.values()) >= len(CASES) - 2, slopes
 
 
 PERIOD = 2.367841947576237
