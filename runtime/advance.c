@@ -32,11 +32,13 @@ static const double shrink_failed = 0.4; /* no estimate, so a guess */
  * which is squared after each step that succeeds: one failure must not rule the rest of a motion */
 static const double cap_failed = 0.6, cap_growth = 1.04;
 static const double kept_least = 0.95, kept_most = 1.1; /* within them a step is kept, with its factors */
-static const double error_share = 0.7;                  /* exponents times the order: of this error, */
-static const double error_last_share = 0.4;             /* and of the one before */
-static const double error_least = 1e-4; /* of the one before, lest a lucky step blows up the next */
-static const double moved_most = 10;    /* tolerances, by a projection */
-static const double first_share = 0.1;  /* of the change tol^(1/order), which a step of that order may make */
+/* a step of collocation that could be so many times longer is short for a reason, not by noise */
+static const double far_below = 2;
+static const double error_share = 0.7;      /* exponents times the order: of this error, */
+static const double error_last_share = 0.4; /* and of the one before */
+static const double error_least = 1e-4;     /* of the one before, lest a lucky step blows up the next */
+static const double moved_most = 10;        /* tolerances, by a projection */
+static const double first_share = 0.1; /* of the change tol^(1/order), which a step of that order may make */
 static const double turned_most =
     0.1; /* [rad, or length]: beyond, directions in the metric of M are found anew */
 
@@ -324,17 +326,20 @@ static double factor_allowed(const struct refdyn_drive *drive, double error) {
     return pow(fmax(error, DBL_MIN) / aim, -1 / order_of_step(drive));
 }
 
-/* What the next step is over this one, before bounds. Nothing is known before the first step, so its error
- * alone tells. Explicit methods meet stability limits, where the error jumps from step to step: PI. Implicit
- * ones follow how the error changed, h / h_last (err_last / err)^(1/order) (Gustafsson, ACM TOMS 20:496-517,
- * 1994), but never beyond what the error allows. */
+/* What the next step is over this one, before bounds. Before the first step nothing is known but its error.
+ * Explicit methods meet stability limits, where the error jumps from step to step: PI. Rosenbrock methods
+ * follow how the error changed, but never beyond what it allows (Gustafsson, ACM TOMS 20:496-517, 1994). The
+ * estimates of collocation are noisy: the filter H211b, b = 4 (Soderlind, ACM TOMS 29:1-26, 2003). */
 static double factor_after_accepted(const struct refdyn_drive *drive, double h, double error) {
+    const struct refdyn_method_facts facts = refdyn_method_facts(drive->method);
     const double order = order_of_step(drive), now = fmax(error, DBL_MIN), last = drive->error_last;
-    const double allowed = factor_allowed(drive, error);
+    const double allowed = factor_allowed(drive, error), change = h / drive->step_last;
     if (drive->step_last == 0)
         return allowed;
-    if (refdyn_method_facts(drive->method).is_implicit)
-        return allowed * fmin(1, h / drive->step_last * pow(last / now, 1 / order));
+    if (facts.rosenbrock || (facts.collocation && allowed > far_below))
+        return allowed * fmin(1, change * pow(last / now, 1 / order));
+    if (facts.collocation)
+        return pow(now / aim * last / aim, -0.25 / order) * pow(change, -0.25);
     return pow(now / aim, -error_share / order) * pow(last / aim, error_last_share / order);
 }
 
