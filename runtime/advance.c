@@ -157,8 +157,9 @@ static int begin(struct refdyn_drive *drive) {
     refdyn_choose_take_up(drive);
     const int status =
         refdyn_method_facts(drive->method).rosenbrock ? refdyn_linear_at_begin(drive) : REFDYN_OK;
-    if (status)
-        drive->failed_t = drive->t_begin;
+    if (!status || refdyn_choose_after_failure(drive))
+        return REFDYN_OK;
+    drive->failed_t = drive->t_begin;
     return status;
 }
 
@@ -401,6 +402,8 @@ static int try_adaptive(struct refdyn_drive *drive, double h, double t_new) {
         return 1;
     }
     drive->statistics.rejected++;
+    if (status == REFDYN_NOT_FINITE && refdyn_choose_after_failure(drive))
+        return 0;
     propose_after_refused(drive, h, error);
     return 0;
 }

@@ -15,6 +15,7 @@
 
 #include "chain_cost.h"
 #include "linearise.h"
+#include "runge_kutta.h"
 #include "step.h"
 
 enum {
@@ -165,13 +166,18 @@ static void judge(struct refdyn_drive *drive) {
         go_on_with(drive, best(choice));
 }
 
+/* Of a step: those of its stages, and that of its end. */
+static int slopes_of_explicit(void) {
+    return refdyn_method_facts(REFDYN_RK8).tableau->stages + 1;
+}
+
 static void begin_trial(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
     const double now = progress(drive);
     choice->wants_spectrum = 1;
     for (int i = 0; i < REFDYN_CANDIDATES; i++)
         choice->progress[i] = 0;
-    const double per_step = 13 * drive->work->model->qdd_cost;
+    const double per_step = slopes_of_explicit() * drive->work->model->qdd_cost;
     const int is_hopeless = choice->chosen > 0 && choice->rate > 0 && per_step > 0 &&
                             explicit_limit / choice->rate / per_step < now / 2;
     ask_for(drive, is_hopeless ? 1 : 0);
@@ -264,16 +270,9 @@ static void look_at_rates(struct refdyn_drive *drive) {
         ask_for(drive, 1);
 }
 
-void refdyn_choose_take_up(struct refdyn_drive *drive) {
-    struct refdyn_choice *choice = &drive->choice;
-    if (drive->options.method != REFDYN_AUTO)
-        return;
-    if (choice->wants_spectrum && refdyn_has_tangent(drive->work->model))
-        look_at_rates(drive);
-    if (choice->next == drive->method)
-        return;
-    drive->method = choice->next;
-    drive->step_next = first_step(drive, choice->next);
+static void begin_with(struct refdyn_drive *drive, enum refdyn_method method) {
+    drive->method = method;
+    drive->step_next = first_step(drive, method);
     drive->is_aligned = 0;
     drive->factored_h = drive->last_h = drive->rate = 0;
     drive->tried_t = INFINITY;
@@ -281,4 +280,27 @@ void refdyn_choose_take_up(struct refdyn_drive *drive) {
     drive->step_last = drive->refused_h = 0;
     drive->step_cap = INFINITY;
     drive->cap_growth = 1;
+}
+
+void refdyn_choose_take_up(struct refdyn_drive *drive) {
+    struct refdyn_choice *choice = &drive->choice;
+    if (drive->options.method != REFDYN_AUTO)
+        return;
+    if (choice->wants_spectrum && refdyn_has_tangent(drive->work->model))
+        look_at_rates(drive);
+    if (choice->next != drive->method)
+        begin_with(drive, choice->next);
+}
+
+int refdyn_choose_after_failure(struct refdyn_drive *drive) {
+    struct refdyn_choice *choice = &drive->choice;
+    if (drive->options.method != REFDYN_AUTO || is_explicit(drive->method) || !refdyn_linear_at_begin(drive))
+        return 0;
+    ask_for(drive, 0);
+    begin_with(drive, choice->next);
+    return 1;
+}
+
+void refdyn_choose_go_back(struct refdyn_drive *drive, double back) {
+    drive->choice.marked_t -= back;
 }

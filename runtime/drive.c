@@ -240,6 +240,7 @@ int refdyn_drive_refresh(struct refdyn_drive *drive) {
     int status = refdyn_equations(drive->work, drive->t, drive->q, drive->qd);
     if (!status)
         status = solve_seen(drive);
+    refdyn_choose_go_back(drive, drive->t_end - drive->t);
     if (!status)
         status = begin_here(drive);
     collect_counts(drive);

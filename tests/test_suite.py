@@ -9,7 +9,9 @@ import pytest
 from program import SCALE, TESTS, check, motion, oracle, read_run, refdyn, settings
 from suite import ARM, CASES, FOUR_BAR, METHODS, ONE_METHOD, SWING, TOP, measure, tolerances
 
-REACH = TESTS / "models" / "reach.lua"
+REACH, ROOT, FALLING = [TESTS / "models" / f"{name}.lua" for name in ("reach", "root", "falling")]
+# Of rodas5p: steps of 0.5 s solve with 1 - k (gamma 0.5)^2.
+GAMMA = 0.21193756319429014
 # Errors below this many times the references' own difference, or this one, are rounding.
 ROUNDING = 3e-12
 BESIDE_REFERENCE = 10
@@ -102,6 +104,9 @@ FAILURES = {
                                  ["the step fell below the resolution of the time, constraint row 1", "t = 0.47765"]),
     "explicit steps too long": (ARM, ["--set", "E=2e15", "--method", "rk4", "--step", "1e-3", "--until", "0.3"],
                                 ["infinite or undefined value"]),
+    "a step whose matrix is singular": (FALLING, ["--set", f"k={1 / (0.5 * GAMMA * (0.5 * GAMMA))!r}", "--method", "rodas5p", "--step", "0.5",
+                                                  "--every", "0.5", "--until", "1"],
+                                        ["the matrix of an implicit step is singular", "a smaller --step"]),
 }
 
 
@@ -112,6 +117,16 @@ def test_reason_of_failure(which, tmp_path):
     check([f"{reason!r} is not in: {said}" for reason in reasons if reason not in said])
     part = read_run(tmp_path / "run.csv.part")
     assert all(numpy.isfinite(column).all() for column in part.values())
+
+
+@pytest.mark.parametrize("tol", ["1e-3", "1e-6"])
+def test_infinite_stiffness_on_the_way(tol):
+    """At 0.5 s no implicit step can begin, Rosenbrock's or collocation's: the explicit method takes over, and hands back."""
+    common = [ROOT, "--until", 1, "--every", 0.25, "--method"]
+    run, _, summary = motion(*common, "auto", "--tol", tol)
+    expected, _, _ = motion(*common, "rk8", "--tol", "1e-12")
+    assert abs(run["slide_x"] - expected["slide_x"]).max() <= float(tol) * SCALE
+    assert summary["chosen"]["rk8"] > 0 and summary["steps"] < 100, summary["chosen"]
 
 
 @pytest.mark.parametrize("method", METHODS)
