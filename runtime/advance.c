@@ -2,9 +2,9 @@
  * One accepted step of a drive: tried, brought onto the programme, judged.
  *
  * Takes the state at the end of the last step; gives the next one. Fixed step: t = from + i h, so that the
- * time gathers no error. Adaptive: step from the error of positions by a PI controller (Gustafsson, ACM TOMS
- * 17:533-554, 1991; constants of Hairer, Norsett and Wanner, Solving ODEs I, IV.2), which keeps explicit
- * methods from bouncing at their stability limit.
+ * time gathers no error. Adaptive: step from the error of positions; explicit ones by a PI controller
+ * (Gustafsson, ACM TOMS 17:533-554, 1991; constants of Hairer, Norsett and Wanner, Solving ODEs I, IV.2),
+ * which keeps explicit methods from bouncing at their stability limit.
  */
 #include "advance.h"
 #include "choose.h"

@@ -7,9 +7,10 @@ import numpy
 import pytest
 
 from program import SCALE, TESTS, check, motion, oracle, read_run, refdyn, settings
-from suite import ARM, CASES, FOUR_BAR, METHODS, ONE_METHOD, SWING, TOP, measure, tolerances
+from suite import ARM, CASES, FOUR_BAR, METHODS, ONE_METHOD, SUITE, SWING, TOP, measure, tolerances
 
-REACH, ROOT, FALLING = [TESTS / "models" / f"{name}.lua" for name in ("reach", "root", "falling")]
+REACH = TESTS / "models" / "reach.lua"
+ROOT, FALLING = [SUITE / f"{name}.lua" for name in ("root", "falling")]
 # Of rodas5p: steps of 0.5 s solve with 1 - k (gamma 0.5)^2.
 GAMMA = 0.21193756319429014
 # Errors below this many times the references' own difference, or this one, are rounding.
@@ -81,6 +82,21 @@ def test_symmetric_steps_keep_energy(tmp_path):
     off = abs(energy - energy[0])
     quarter = len(off) // 4
     assert 1e-8 < off[:quarter].max() < 1e-4 * SCALE and off[-quarter:].max() <= 1.1 * off[:quarter].max() * SCALE, off
+
+
+# Case, method, tolerance, most steps, most refused ones.
+ECONOMY = {
+    "failures at the start are forgotten": ("massless beam", "radau9", 1e-4, 20, 5),
+    "a transient lowers the order": ("ratio 0.1", "rodas5p", 1e-8, 85, 3),
+    "fast modes that the steps leave behind are damped": ("heavy tip", "auto", 1e-8, 80, 8),
+}
+
+
+@pytest.mark.parametrize("which", ECONOMY)
+def test_steps_are_not_wasted(which):
+    name, method, tol, steps, refused = ECONOMY[which]
+    _, summary = measure(next(case for case in CASES if case.name == name), method, tol)
+    assert summary["steps"] <= steps * SCALE and summary["rejected"] <= refused * SCALE, summary
 
 
 def test_input_that_jumps(tmp_path):
