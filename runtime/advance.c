@@ -2,9 +2,9 @@
  * One accepted step of a drive: tried, brought onto the programme, judged.
  *
  * Takes the state at the end of the last step; gives the next one. Fixed step: t = from + i h, so that the
- * time gathers no error. Adaptive: step from the error of positions by a PI controller (Gustafsson, ACM TOMS
- * 17:533-554, 1991; constants of Hairer, Norsett and Wanner, Solving ODEs I, IV.2), which keeps explicit
- * methods from bouncing at their stability limit.
+ * time gathers no error. Adaptive: step from the error of positions; explicit ones by a PI controller
+ * (Gustafsson, ACM TOMS 17:533-554, 1991; constants of Hairer, Norsett and Wanner, Solving ODEs I, IV.2),
+ * which keeps explicit methods from bouncing at their stability limit.
  */
 #include "advance.h"
 #include "choose.h"
@@ -21,20 +21,24 @@
 #include "slope.h"
 #include "step.h"
 
-static const double safety = 0.9; /* aims below the tolerance, so that few steps are refused */
+/* Steps aim at this part of the tolerance, so that few are refused: the same for methods of all orders, whose
+ * errors then are alike. */
+static const double aim = 0.06;
 /* an estimate that is near 0 by chance says nothing about the next step */
 static const double growth_most = 5;
 static const double growth_least = 0.2;
 static const double shrink_failed = 0.4; /* no estimate, so a guess */
-/* a step that failed is not soon tried again: no longer one than this part of it, then more by this factor a
- * step */
-static const double cap_failed = 0.6, cap_growth = 1.1;
+/* a step that failed is not soon tried again: no longer one than this part of it, then more by this factor,
+ * which is squared after each step that succeeds: one failure must not rule the rest of a motion */
+static const double cap_failed = 0.6, cap_growth = 1.04;
 static const double kept_least = 0.95, kept_most = 1.1; /* within them a step is kept, with its factors */
-static const double error_share = 0.7;                  /* exponents times the order: of this error, */
-static const double error_last_share = 0.4;             /* and of the one before */
-static const double error_least = 1e-4; /* of the one before, lest a lucky step blows up the next */
-static const double moved_most = 10;    /* tolerances, by a projection */
-static const double first_share = 0.1;  /* of the change tol^(1/order), which a step of that order may make */
+/* a step of collocation that could be so many times longer is short for a reason, not by noise */
+static const double far_below = 2;
+static const double error_share = 0.7;      /* exponents times the order: of this error, */
+static const double error_last_share = 0.4; /* and of the one before */
+static const double error_least = 1e-4;     /* of the one before, lest a lucky step blows up the next */
+static const double moved_most = 10;        /* tolerances, by a projection */
+static const double first_share = 0.1; /* of the change tol^(1/order), which a step of that order may make */
 static const double turned_most =
     0.1; /* [rad, or length]: beyond, directions in the metric of M are found anew */
 
@@ -153,8 +157,9 @@ static int begin(struct refdyn_drive *drive) {
     refdyn_choose_take_up(drive);
     const int status =
         refdyn_method_facts(drive->method).rosenbrock ? refdyn_linear_at_begin(drive) : REFDYN_OK;
-    if (status)
-        drive->failed_t = drive->t_begin;
+    if (!status || refdyn_choose_after_failure(drive))
+        return REFDYN_OK;
+    drive->failed_t = drive->t_begin;
     return status;
 }
 
@@ -287,11 +292,12 @@ static double order_of_step(const struct refdyn_drive *drive) {
     return refdyn_method_facts(drive->method).order_error + 1;
 }
 
-/* First step: velocities and accelerations move no coordinate by more than a small part of tol^(1/order). */
-static double find_first_step(const struct refdyn_drive *drive, double interval) {
+/* First step: velocities and accelerations move no coordinate by more than a small part of tol^(1/order). It
+ * does not depend on the outputs; where nothing moves it is `interval`. */
+static double find_first_step(const struct refdyn_drive *drive, double t_stop, double interval) {
     const int n = drive->work->n;
     const double change = first_share * pow(drive->options.tol, 1 / order_of_step(drive));
-    double h = interval;
+    double h = t_stop - drive->t_begin;
     for (int j = 0; j < n; j++) {
         const double unit = refdyn_coordinate_unit(drive->work->model, j, drive->options.length);
         const double speed = fabs(drive->slope[j]) / unit, acceleration = fabs(drive->slope[n + j]) / unit;
@@ -300,7 +306,7 @@ static double find_first_step(const struct refdyn_drive *drive, double interval)
         if (h * h / 2 * acceleration > change)
             h = sqrt(2 * change / acceleration);
     }
-    return h;
+    return isfinite(h) ? h : interval;
 }
 
 /* The step to try: the proposed one, shortened so that it lands on t_stop or leaves more than half of itself.
@@ -316,24 +322,61 @@ static double bounded(double x, double least, double most) {
     return x < least ? least : x > most ? most : x;
 }
 
+/* What the error of a step of h allows: the step, over h, whose error is what is aimed at. */
+static double factor_allowed(const struct refdyn_drive *drive, double error) {
+    return pow(fmax(error, DBL_MIN) / aim, -1 / order_of_step(drive));
+}
+
+/* What the next step is over this one, before bounds. Before the first step nothing is known but its error.
+ * Explicit methods meet stability limits, where the error jumps from step to step: PI. Rosenbrock methods
+ * follow how the error changed, but never beyond what it allows (Gustafsson, ACM TOMS 20:496-517, 1994). The
+ * estimates of collocation are noisy: the filter H211b, b = 4 (Soderlind, ACM TOMS 29:1-26, 2003). */
+static double factor_after_accepted(const struct refdyn_drive *drive, double h, double error) {
+    const struct refdyn_method_facts facts = refdyn_method_facts(drive->method);
+    const double order = order_of_step(drive), now = fmax(error, DBL_MIN), last = drive->error_last;
+    const double allowed = factor_allowed(drive, error), change = h / drive->step_last;
+    if (drive->step_last == 0)
+        return allowed;
+    if (facts.rosenbrock || (facts.collocation && allowed > far_below))
+        return allowed * fmin(1, change * pow(last / now, 1 / order));
+    if (facts.collocation)
+        return pow(now / aim * last / aim, -0.25 / order) * pow(change, -0.25);
+    return pow(now / aim, -error_share / order) * pow(last / aim, error_last_share / order);
+}
+
 static void propose_after_accepted(struct refdyn_drive *drive, double h, double error) {
-    const double order = order_of_step(drive);
-    const double factor = safety * pow(fmax(error, DBL_MIN), -error_share / order) *
-                          pow(drive->error_last, error_last_share / order);
-    const double proposed = h * bounded(factor, growth_least, growth_most);
+    const double proposed = h * bounded(factor_after_accepted(drive, h, error), growth_least, growth_most);
     if (refdyn_method_facts(drive->method).collocation && proposed > h * kept_least &&
         proposed < h * kept_most)
         drive->step_next = h;
-    else /* a step that was cut short to land says nothing against the longer one */
-        drive->step_next = h < drive->step_next ? fmax(proposed, drive->step_next) : proposed;
+    else /* a step that was cut short to land says nothing against the longer one, unless its error does */
+        drive->step_next = h < drive->step_next
+                               ? fmax(proposed, fmin(drive->step_next, h * factor_allowed(drive, error)))
+                               : proposed;
     drive->step_next = fmin(drive->step_next, drive->step_cap);
-    drive->step_cap *= cap_growth;
+    drive->step_cap *= drive->cap_growth;
+    drive->cap_growth *= drive->cap_growth;
     drive->error_last = fmax(error, error_least);
+    drive->step_last = h;
+    drive->refused_h = 0;
 }
 
-static double factor_after_refused(const struct refdyn_drive *drive, double error) {
-    return isfinite(error) ? bounded(safety * pow(error, -1 / order_of_step(drive)), growth_least, safety)
-                           : shrink_failed;
+/* Order by which the error has fallen from the last refused attempt to this one, at most that of the method:
+ * beside a kink, or while a stiff transient lasts, it is lower. */
+static double observed_order(const struct refdyn_drive *drive, double h, double error) {
+    const double order = order_of_step(drive);
+    if (!(drive->refused_h > h))
+        return order;
+    return bounded(log(drive->refused_error / error) / log(drive->refused_h / h), 1, order);
+}
+
+/* After a step whose error is too large; INFINITY: that could not be evaluated. */
+static void propose_after_refused(struct refdyn_drive *drive, double h, double error) {
+    const double order = observed_order(drive, h, error);
+    drive->refused_h = isfinite(error) ? h : 0;
+    drive->refused_error = error;
+    drive->step_next =
+        h * (isfinite(error) ? bounded(pow(error / aim, -1 / order), growth_least, 1) : shrink_failed);
 }
 
 /* Tries one step; 1: accepted, 0: refused and step_next is smaller. */
@@ -350,6 +393,7 @@ static int try_adaptive(struct refdyn_drive *drive, double h, double t_new) {
     if (status) {
         drive->cause = status;
         drive->step_cap = cap_failed * h;
+        drive->cap_growth = cap_growth;
         error = INFINITY;
     }
     if (error <= 1) {
@@ -358,7 +402,9 @@ static int try_adaptive(struct refdyn_drive *drive, double h, double t_new) {
         return 1;
     }
     drive->statistics.rejected++;
-    drive->step_next = h * factor_after_refused(drive, error);
+    if (status == REFDYN_NOT_FINITE && refdyn_choose_after_failure(drive))
+        return 0;
+    propose_after_refused(drive, h, error);
     return 0;
 }
 
@@ -370,7 +416,7 @@ int refdyn_step_limit_reached(const struct refdyn_drive *drive) {
 
 static int step_adaptive(struct refdyn_drive *drive, double t_out, double t_stop) {
     if (drive->step_next <= 0)
-        drive->step_next = find_first_step(drive, fmin(t_stop, t_out) - drive->t_begin);
+        drive->step_next = find_first_step(drive, t_stop, t_out - drive->t_begin);
     if (drive->options.step_max > 0)
         drive->step_next = fmin(drive->step_next, drive->options.step_max);
     for (;;) {

@@ -285,7 +285,7 @@ static int factor_corner(struct refdyn_chain *c, const struct factored *f) {
         }
     const int failed = f->parts == 2 ? refdyn_complex_lu_factor(f->corner, b, f->pivot)
                                      : refdyn_lu_factor(f->corner, b, f->pivot, c->scale);
-    return failed < 0 ? REFDYN_OK : REFDYN_TANGENT_SINGULAR;
+    return failed < 0 ? REFDYN_OK : REFDYN_MATRIX_SINGULAR;
 }
 
 int refdyn_chain_factor(struct refdyn_chain *c, int which, double re, double im,
@@ -295,7 +295,7 @@ int refdyn_chain_factor(struct refdyn_chain *c, int which, double re, double im,
     const struct factored f = factored_of(c, which);
     const int width = f.parts * n;
     if (refdyn_chain_eliminate(c, f.parts, re, im, f.factors) >= 0)
-        return REFDYN_TANGENT_SINGULAR;
+        return REFDYN_MATRIX_SINGULAR;
     for (int s = 0; s < couplings; s++) {
         combine_row(c, re, im, NULL, c->by_qd + s * n, c->by_q + s * n, f.parts, f.rows + s * width);
         respond(c, &f, c->pulled + s * n, f.responses + s * width);

@@ -41,7 +41,7 @@ struct refdyn_border {
     int count;
 };
 
-/* Factors matrix number `which` (0: the real one, k + 1: complex k) for g. Errors: TANGENT_SINGULAR. */
+/* Factors matrix number `which` (0: the real one, k + 1: complex k) for g. Errors: MATRIX_SINGULAR. */
 int refdyn_chain_factor(struct refdyn_chain *chain, int which, double re, double im,
                         const struct refdyn_border *border);
 /* Solves in place: x (n + count) with real parts, then (which > 0) imaginary ones; what replaces the border's

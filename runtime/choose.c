@@ -15,6 +15,7 @@
 
 #include "chain_cost.h"
 #include "linearise.h"
+#include "runge_kutta.h"
 #include "step.h"
 
 enum {
@@ -36,7 +37,13 @@ static const double damped = 0.2;
 /* The errors of a Rosenbrock method, which damps vibrations that nothing else damps, add up to so many times
  * those of the others; above the tolerance `loose` such vibrations may be too small to be followed, and below
  * it the factor grows with this power. */
-static const double adds_up = 30, loose = 1e-4, adds_up_power = 0.75;
+static const double adds_up = 30, loose = 1e-4,
+                    adds_up_power =
+                        0.75; /* Radians of the fastest mode in a step, below which it is followed, and the
+                               * factor by which errors of a method that does not damp it add up. */
+static const double followed = 10, adds_up_followed = 5;
+/* Radians of the fastest mode in a step of a Rosenbrock method, above which it is not excited. */
+static const double left_behind = 300;
 /* A method that goes less far than this part of what it did when chosen is put on trial. */
 static const double slowed = 0.4;
 
@@ -137,6 +144,13 @@ static int is_nearly_done(const struct refdyn_drive *drive) {
     return drive->t_final - drive->t_end < FEW_STEPS * step * gone;
 }
 
+/* Points of Gauss keep vibrations, those of Radau damp what the steps, as they are now, leave far behind. */
+static enum refdyn_method collocation_for(const struct refdyn_drive *drive) {
+    const struct refdyn_choice *choice = &drive->choice;
+    return choice->damping < damped && drive->step_next * choice->rate < left_behind ? REFDYN_GAUSS12
+                                                                                     : REFDYN_RADAU9;
+}
+
 static void judge(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
     choice->progress[choice->at] = lasting_progress(drive, choice->candidates[choice->at]);
@@ -145,10 +159,16 @@ static void judge(struct refdyn_drive *drive) {
     } else if (is_nearly_done(drive)) {
         choice->is_short = 1; /* too short for errors to add up, too */
         go_on_with(drive, best(choice));
-    } else if (choice->at + 1 < REFDYN_CANDIDATES)
+    } else if (choice->at + 1 < REFDYN_CANDIDATES) {
+        choice->candidates[REFDYN_CANDIDATES - 1] = collocation_for(drive);
         ask_for(drive, choice->at + 1);
-    else
+    } else
         go_on_with(drive, best(choice));
+}
+
+/* Of a step: those of its stages, and that of its end. */
+static int slopes_of_explicit(void) {
+    return refdyn_method_facts(REFDYN_RK8).tableau->stages + 1;
 }
 
 static void begin_trial(struct refdyn_drive *drive) {
@@ -157,14 +177,22 @@ static void begin_trial(struct refdyn_drive *drive) {
     choice->wants_spectrum = 1;
     for (int i = 0; i < REFDYN_CANDIDATES; i++)
         choice->progress[i] = 0;
-    const double per_step = 13 * drive->work->model->qdd_cost;
+    const double per_step = slopes_of_explicit() * drive->work->model->qdd_cost;
     const int is_hopeless = choice->chosen > 0 && choice->rate > 0 && per_step > 0 &&
                             explicit_limit / choice->rate / per_step < now / 2;
     ask_for(drive, is_hopeless ? 1 : 0);
 }
 
+/* The fastest mode is undamped, and the steps are short enough to follow it. */
+static int follows_vibrations(const struct refdyn_drive *drive) {
+    const struct refdyn_choice *choice = &drive->choice;
+    return choice->damping < damped && drive->step_last * choice->rate < followed;
+}
+
 double refdyn_choose_tolerance(const struct refdyn_drive *drive) {
     const double tol = drive->options.tol;
+    if (drive->options.method == REFDYN_AUTO && drive->method == REFDYN_GAUSS12 && follows_vibrations(drive))
+        return tol / adds_up_followed;
     if (drive->options.method != REFDYN_AUTO || drive->method != REFDYN_RODAS5P || drive->choice.is_short ||
         !(drive->choice.damping < damped && tol < loose))
         return tol;
@@ -191,12 +219,23 @@ static int has_slowed(struct refdyn_drive *drive) {
     return now < slowed * choice->progress[choice->chosen];
 }
 
+/* Gauss's points were chosen in a transient whose vibrations the steps have left behind by now. */
+static void damp_what_is_left_behind(struct refdyn_drive *drive) {
+    struct refdyn_choice *choice = &drive->choice;
+    const int last = REFDYN_CANDIDATES - 1;
+    if (drive->method != REFDYN_GAUSS12 || collocation_for(drive) == REFDYN_GAUSS12)
+        return;
+    choice->candidates[last] = REFDYN_RADAU9;
+    choice->next = REFDYN_RADAU9;
+}
+
 void refdyn_choose_after_step(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
     drive->statistics.steps_by[drive->method]++;
     if (drive->options.method != REFDYN_AUTO || !refdyn_has_tangent(drive->work->model))
         return;
     choice->steps_left--;
+    damp_what_is_left_behind(drive);
     if (choice->at >= 0 && choice->steps_left == MEASURED_STEPS)
         mark(drive);
     if (choice->at >= 0 && choice->steps_left == 0)
@@ -227,9 +266,20 @@ static void look_at_rates(struct refdyn_drive *drive) {
         ask_for(drive, 0);
         return;
     }
-    choice->candidates[REFDYN_CANDIDATES - 1] = choice->damping < damped ? REFDYN_GAUSS12 : REFDYN_RADAU9;
     if (choice->at > 0 || (choice->chosen < 0 && is_too_long_for_explicit(drive)))
         ask_for(drive, 1);
+}
+
+static void begin_with(struct refdyn_drive *drive, enum refdyn_method method) {
+    drive->method = method;
+    drive->step_next = first_step(drive, method);
+    drive->is_aligned = 0;
+    drive->factored_h = drive->last_h = drive->rate = 0;
+    drive->tried_t = INFINITY;
+    drive->error_last = 1;
+    drive->step_last = drive->refused_h = 0;
+    drive->step_cap = INFINITY;
+    drive->cap_growth = 1;
 }
 
 void refdyn_choose_take_up(struct refdyn_drive *drive) {
@@ -238,13 +288,19 @@ void refdyn_choose_take_up(struct refdyn_drive *drive) {
         return;
     if (choice->wants_spectrum && refdyn_has_tangent(drive->work->model))
         look_at_rates(drive);
-    if (choice->next == drive->method)
-        return;
-    drive->method = choice->next;
-    drive->step_next = first_step(drive, choice->next);
-    drive->is_aligned = 0;
-    drive->factored_h = drive->last_h = drive->rate = 0;
-    drive->tried_t = INFINITY;
-    drive->error_last = 1;
-    drive->step_cap = INFINITY;
+    if (choice->next != drive->method)
+        begin_with(drive, choice->next);
+}
+
+int refdyn_choose_after_failure(struct refdyn_drive *drive) {
+    struct refdyn_choice *choice = &drive->choice;
+    if (drive->options.method != REFDYN_AUTO || is_explicit(drive->method) || !refdyn_linear_at_begin(drive))
+        return 0;
+    ask_for(drive, 0);
+    begin_with(drive, choice->next);
+    return 1;
+}
+
+void refdyn_choose_go_back(struct refdyn_drive *drive, double back) {
+    drive->choice.marked_t -= back;
 }

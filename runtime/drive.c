@@ -209,7 +209,9 @@ int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, co
     drive->t_most = drive->t_final = INFINITY;
     drive->step_next = drive->options.step;
     drive->error_last = 1;
+    drive->step_last = drive->refused_h = 0;
     drive->step_cap = INFINITY;
+    drive->cap_growth = 1;
     drive->rate = 0;
     drive->method = options_method(drive);
     drive->cause = REFDYN_OK;
@@ -238,6 +240,7 @@ int refdyn_drive_refresh(struct refdyn_drive *drive) {
     int status = refdyn_equations(drive->work, drive->t, drive->q, drive->qd);
     if (!status)
         status = solve_seen(drive);
+    refdyn_choose_go_back(drive, drive->t_end - drive->t);
     if (!status)
         status = begin_here(drive);
     collect_counts(drive);

@@ -145,7 +145,7 @@ static void fill_border(struct refdyn_linear *linear, const double *u) {
 
 static int factor(struct refdyn_linear *linear) {
     const int failed = refdyn_lu_factor(linear->matrix, linear->size, linear->pivot, linear->scale);
-    return failed < 0 ? REFDYN_OK : REFDYN_TANGENT_SINGULAR;
+    return failed < 0 ? REFDYN_OK : REFDYN_MATRIX_SINGULAR;
 }
 
 int refdyn_linear_factor(struct refdyn_linear *linear, const struct refdyn_workspace *work, double g) {
@@ -271,7 +271,7 @@ int refdyn_linear_factor_complex(struct refdyn_linear *linear, const struct refd
             real[j * size + i] = -linear->u[a * n + j];
     }
     const int failed = refdyn_complex_lu_factor(real, size, linear->complex_pivot + k * size);
-    return failed < 0 ? REFDYN_OK : REFDYN_TANGENT_SINGULAR;
+    return failed < 0 ? REFDYN_OK : REFDYN_MATRIX_SINGULAR;
 }
 
 void refdyn_linear_solve_complex(struct refdyn_linear *linear, int k, double *re, double *im) {

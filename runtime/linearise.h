@@ -26,7 +26,7 @@ void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_mod
 /* Evaluates the tangent at q (n) and its slope (slope.h). Errors: NOT_FINITE. */
 int refdyn_linear_evaluate(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
                            const double *q, const double *slope);
-/* Factors the matrix for g. Errors: TANGENT_SINGULAR. */
+/* Factors the matrix for g. Errors: MATRIX_SINGULAR. */
 int refdyn_linear_factor(struct refdyn_linear *linear, const struct refdyn_workspace *work, double g);
 /*
  * dq and dqd of dq = g (r_q + dqd), dqd = g (r_v + da) with da the change of accelerations by dq, dqd and a
@@ -39,7 +39,7 @@ void refdyn_linear_solve(struct refdyn_linear *linear, const double *r_q, const 
 void refdyn_linear_directions(struct refdyn_linear *linear);
 struct refdyn_directions refdyn_linear_found(const struct refdyn_linear *linear);
 /* Factors M and its rows at a state, for directions in the metric of M; a tangent may be lost. Errors:
- * NOT_FINITE, TANGENT_SINGULAR. */
+ * NOT_FINITE, MATRIX_SINGULAR. */
 int refdyn_linear_factor_mass(struct refdyn_drive *drive, double t, const double *state);
 
 /* Derivatives of the accelerations by position or rate j, or by time, into linear->x; with the factors for g
@@ -52,7 +52,7 @@ int refdyn_linear_at_begin(struct refdyn_drive *drive);
 /*
  * Factors matrix number k (of `complexes`) for the complex g = re + i im. Solves with it for the change of
  * accelerations by a residual x: right side M x and u x; x (n) as re and im, in place. Errors:
- * TANGENT_SINGULAR.
+ * MATRIX_SINGULAR.
  */
 int refdyn_linear_factor_complex(struct refdyn_linear *linear, const struct refdyn_workspace *work, int k,
                                  double re, double im);
@@ -62,7 +62,7 @@ void refdyn_linear_solve_residual(struct refdyn_linear *linear, double *x);
 /*
  * The largest |eigenvalue| [1/s] of the linearised equations at the begin of a drive's step, and its damping
  * ratio, by iteration of vectors: good to some per cent, since what is asked is a limit of steps.
- * The drive's factors and directions are lost. Errors: NOT_FINITE, TANGENT_SINGULAR.
+ * The drive's factors and directions are lost. Errors: NOT_FINITE, MATRIX_SINGULAR.
  */
 int refdyn_linear_spectrum(struct refdyn_drive *drive, double *rate, double *damping);
 

@@ -33,10 +33,10 @@ enum refdyn_status {
     REFDYN_ROWS_INCONSISTENT = 3, /* a row depends on others but asks for something else; fault.row */
     REFDYN_NO_CONVERGENCE =
         4, /* projection, statics: largest residual at fault.row or .coordinate; or a collocation step */
+    REFDYN_MATRIX_SINGULAR = 5, /* the matrix of an implicit step is singular */
     /* < 0: stop */
     REFDYN_STEP_TOO_SMALL = -1,   /* an adaptive step fell below the resolution of t; drive.cause says why */
-    REFDYN_TANGENT_SINGULAR = -2, /* statics: nothing holds fault.coordinate; or the matrix of an implicit
-                                     step is singular */
+    REFDYN_TANGENT_SINGULAR = -2, /* statics: nothing holds fault.coordinate */
     REFDYN_BAD_OPTION = -3,       /* an option is out of its range; refdyn_options_validate says which */
     REFDYN_BAD_MEMORY = -4,       /* memory is NULL, misaligned or smaller than the size asked for */
     REFDYN_FUNCTION_MISSING = -5, /* the model lacks an emitted function that this call needs */
@@ -380,9 +380,11 @@ struct refdyn_drive {
     double t_final;    /* end of the motion, see refdyn_drive_until [s] */
     double t_most;     /* no step reaches beyond, see refdyn_drive_limit [s] */
     double step_next;  /* adaptive: proposed step, 0: to be found [s] */
-    double step_cap;   /* adaptive: steps longer than this have failed lately [s] */
-    double error_last; /* adaptive: error norm of the last accepted step */
-    double from, to;   /* fixed step: output interval in progress [s] */
+    double step_cap;   /* adaptive: steps longer than this have failed lately [s], */
+    double cap_growth; /* and grow to it by this factor after the next one */
+    double error_last, step_last; /* adaptive: error norm and length of the last accepted step, 0: none [s] */
+    double refused_error, refused_h;    /* adaptive: the same of the last attempt at this one, 0: none [s] */
+    double from, to;                    /* fixed step: output interval in progress [s] */
     long interval_steps, interval_done; /* fixed step: steps of that interval */
     long evaluations_before;            /* of the workspace, at the start */
 };
@@ -400,7 +402,7 @@ int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, co
 /* Goes on towards t_out by at most `steps` accepted steps; t is t_out when they were enough, the end of the
  * last one otherwise. Fixed step: the interval from the last output to t_out is cut into ceil(interval/step)
  * equal steps, the i-th begins at from + i (to - from)/count. Errors: > 0 from a fixed step whose evaluation
- * failed, or a tangent at the begin of a step; STEP_TOO_SMALL, TOO_MANY_STEPS, TANGENT_SINGULAR (fixed);
+ * failed, or a tangent at the begin of a step; STEP_TOO_SMALL, TOO_MANY_STEPS;
  * BAD_OPTION when t_out lies before t. The drive then stays at the last accepted state, with cause and
  * failed_t set; refdyn_drive_refresh evaluates that state again. */
 int refdyn_drive_step(struct refdyn_drive *drive, double t_out, long steps);

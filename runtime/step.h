@@ -28,7 +28,7 @@ struct refdyn_method_facts refdyn_method_facts(enum refdyn_method method);
 /* Doubles of drive->stages. */
 int refdyn_rosenbrock_room(const struct refdyn_rosenbrock_table *table, int n);
 /* One step of h; Rosenbrock: with the tangent at its begin in drive->linear, and without work_done. Errors:
- * those of refdyn_slope; TANGENT_SINGULAR. */
+ * those of refdyn_slope; MATRIX_SINGULAR. */
 int refdyn_rosenbrock_step(struct refdyn_drive *drive, double h);
 /* The state at theta. Errors: those of refdyn_slope, from stages that the interpolant alone needs. */
 int refdyn_rosenbrock_interpolate(struct refdyn_drive *drive, double theta, double *state);

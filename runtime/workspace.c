@@ -25,6 +25,8 @@ const char *refdyn_status_text(int status) {
         return "a constraint row depends on others but contradicts them";
     case REFDYN_NO_CONVERGENCE:
         return "Newton's iteration did not converge";
+    case REFDYN_MATRIX_SINGULAR:
+        return "the matrix of an implicit step is singular";
     case REFDYN_STEP_TOO_SMALL:
         return "the step fell below the resolution of the time";
     case REFDYN_TANGENT_SINGULAR:

@@ -7,9 +7,12 @@ import numpy
 import pytest
 
 from program import SCALE, TESTS, check, motion, oracle, read_run, refdyn, settings
-from suite import ARM, CASES, FOUR_BAR, METHODS, ONE_METHOD, SWING, TOP, measure, tolerances
+from suite import ARM, CASES, FOUR_BAR, METHODS, ONE_METHOD, SUITE, SWING, TOP, measure, tolerances
 
 REACH = TESTS / "models" / "reach.lua"
+ROOT, FALLING = [SUITE / f"{name}.lua" for name in ("root", "falling")]
+# Of rodas5p: steps of 0.5 s solve with 1 - k (gamma 0.5)^2.
+GAMMA = 0.21193756319429014
 # Errors below this many times the references' own difference, or this one, are rounding.
 ROUNDING = 3e-12
 BESIDE_REFERENCE = 10
@@ -50,8 +53,8 @@ def test_errors_of_the_automatic_choice():
             slopes[case.name] = slope(tols, errors)
     pooled = slope(numpy.concatenate(all_tols), numpy.concatenate(all_errors))
     assert 0.7 <= pooled <= 1.4 and len(slopes) >= len(CASES) - 4, (pooled, slopes)
-    # a change of method between tolerances, or a motion of a few steps, spoils the slope of one case
-    assert sum(0.7 <= each <= 1.4 for each in slopes.values()) >= 0.75 * len(slopes), slopes
+    # a change of method between tolerances (heavy tip), or a motion of two to five steps (four-bar), spoils the slope of a case
+    assert sum(0.7 <= each <= 1.4 for each in slopes.values()) >= len(CASES) - 2, slopes
 
 
 PERIOD = 2.367841947576237
@@ -81,6 +84,21 @@ def test_symmetric_steps_keep_energy(tmp_path):
     assert 1e-8 < off[:quarter].max() < 1e-4 * SCALE and off[-quarter:].max() <= 1.1 * off[:quarter].max() * SCALE, off
 
 
+# Case, method, tolerance, most steps, most refused ones.
+ECONOMY = {
+    "failures at the start are forgotten": ("massless beam", "radau9", 1e-4, 20, 5),
+    "a transient lowers the order": ("ratio 0.1", "rodas5p", 1e-8, 85, 3),
+    "fast modes that the steps leave behind are damped": ("heavy tip", "auto", 1e-8, 80, 8),
+}
+
+
+@pytest.mark.parametrize("which", ECONOMY)
+def test_steps_are_not_wasted(which):
+    name, method, tol, steps, refused = ECONOMY[which]
+    _, summary = measure(next(case for case in CASES if case.name == name), method, tol)
+    assert summary["steps"] <= steps * SCALE and summary["rejected"] <= refused * SCALE, summary
+
+
 def test_input_that_jumps(tmp_path):
     """A motion that stops, gets another input and goes on is that of a torque which jumps then."""
     def leg(push, until, *start):
@@ -102,6 +120,9 @@ FAILURES = {
                                  ["the step fell below the resolution of the time, constraint row 1", "t = 0.47765"]),
     "explicit steps too long": (ARM, ["--set", "E=2e15", "--method", "rk4", "--step", "1e-3", "--until", "0.3"],
                                 ["infinite or undefined value"]),
+    "a step whose matrix is singular": (FALLING, ["--set", f"k={1 / (0.5 * GAMMA * (0.5 * GAMMA))!r}", "--method", "rodas5p", "--step", "0.5",
+                                                  "--every", "0.5", "--until", "1"],
+                                        ["the matrix of an implicit step is singular", "a smaller --step"]),
 }
 
 
@@ -112,6 +133,16 @@ def test_reason_of_failure(which, tmp_path):
     check([f"{reason!r} is not in: {said}" for reason in reasons if reason not in said])
     part = read_run(tmp_path / "run.csv.part")
     assert all(numpy.isfinite(column).all() for column in part.values())
+
+
+@pytest.mark.parametrize("tol", ["1e-3", "1e-6"])
+def test_infinite_stiffness_on_the_way(tol):
+    """At 0.5 s no implicit step can begin, Rosenbrock's or collocation's: the explicit method takes over, and hands back."""
+    common = [ROOT, "--until", 1, "--every", 0.25, "--method"]
+    run, _, summary = motion(*common, "auto", "--tol", tol)
+    expected, _, _ = motion(*common, "rk8", "--tol", "1e-12")
+    assert abs(run["slide_x"] - expected["slide_x"]).max() <= float(tol) * SCALE
+    assert summary["chosen"]["rk8"] > 0 and summary["steps"] < 100, summary["chosen"]
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -12,7 +12,7 @@ int refdyn_first_order_slope(struct refdyn_drive *drive, double t, const double 
 /*
  * df/dy (row-major) and df/dt (2 n + 1) at (t, y). The row of work_done is 0: nothing depends on the work, so
  * that Newton's method needs it for no other component. The drive needs room for a tangent: that of an
- * implicit method. Errors: NOT_FINITE, TANGENT_SINGULAR.
+ * implicit method. Errors: NOT_FINITE, MATRIX_SINGULAR.
  */
 int refdyn_first_order_jacobian(struct refdyn_drive *drive, double t, const double *y, double *by_y,
                                 double *by_t);

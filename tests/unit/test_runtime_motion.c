@@ -439,6 +439,20 @@ static void check_refused(struct refdyn_options options) {
     CHECK(refdyn_options_validate(&options, NULL) == REFDYN_BAD_OPTION);
 }
 
+/* What the automatic choice measures is time gone on, also where the motion goes on inside its last step. */
+static void test_choice_after_refresh(void) {
+    struct rig rig;
+    const double qd[] = {0.713};
+    CHECK(rig_start(&rig, film_model(), refdyn_options_default(REFDYN_AUTO), 0, qd) == REFDYN_OK);
+    CHECK(refdyn_drive_to(&rig.drive, 0.0713) == REFDYN_OK);
+    const double back = rig.drive.t_end - rig.drive.t, gone = rig.drive.t_end - rig.drive.choice.marked_t;
+    CHECK(back > 0);
+    CHECK(refdyn_drive_refresh(&rig.drive) == REFDYN_OK);
+    CHECK(rig.drive.t_end == rig.drive.t);
+    CHECK_NEAR(rig.drive.t_end - rig.drive.choice.marked_t, gone, 1e-15);
+    CHECK(rig_close(&rig));
+}
+
 static void test_options(void) {
     const struct refdyn_options fixed = refdyn_options_default(REFDYN_RK4);
     const struct refdyn_options adaptive = refdyn_options_default(REFDYN_RK54);
@@ -492,6 +506,7 @@ int main(void) {
     test_unstable();
     test_limits();
     test_drive_limit();
+    test_choice_after_refresh();
     test_options();
     return check_summary();
 }
