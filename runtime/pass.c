@@ -34,7 +34,7 @@ static const double error_share = 0.1;
 /* What rounding of phi makes of a state at 1 rad from one where the rows lose rank, 1024 units in the last
  * place, found by trial; nearer it is in proportion larger. The projection behind takes it away again, so it
  * adds to no error. */
-static const double rounding = 0x1p-42;
+static const double rounding = 0x1p-42, rounding_most = 0x1p-30;
 /* A state that is known to lie ahead is looked for again up to so many times its distance. */
 static const double nearer = 8;
 
@@ -262,17 +262,28 @@ void refdyn_pass_leave(struct refdyn_drive *drive) {
     drive->tried_t = INFINITY;
 }
 
+/* Largest |x_j - y_j|, in units of 1 rad and `length`. */
 static double largest(const struct refdyn_drive *drive, const double *x, const double *y) {
     double most = 0;
     for (int j = 0; j < drive->work->n; j++)
-        most = fmax(most, fabs(x[j] - (y ? y[j] : 0)) /
+        most = fmax(most,
+                    fabs(x[j] - y[j]) / refdyn_coordinate_unit(drive->work->model, j, drive->options.length));
+    return most;
+}
+
+/* The largest rate where the rows lose rank, on the motion continued. */
+static double speed_there(const struct refdyn_drive *drive) {
+    const double *qd = drive->slope, *qdd = drive->slope + drive->work->n;
+    double most = 0;
+    for (int j = 0; j < drive->work->n; j++)
+        most = fmax(most, fabs(qd[j] + (drive->singular_t - drive->t_begin) * qdd[j]) /
                               refdyn_coordinate_unit(drive->work->model, j, drive->options.length));
     return most;
 }
 
 int refdyn_pass_follow(struct refdyn_drive *drive, const double *before, const double *state) {
     const int n = drive->work->n;
-    const double speed = largest(drive, drive->slope, NULL);
+    const double speed = speed_there(drive);
     const double way = speed * (drive->singular_t - drive->t_begin);
     if (largest(drive, state, before) <= moved_part * way &&
         largest(drive, state + n, before + n) <= moved_part * speed)
@@ -294,8 +305,8 @@ int refdyn_pass_meet(struct refdyn_drive *drive, double t, double *state) {
 }
 
 double refdyn_pass_error_most(const struct refdyn_drive *drive, double h) {
-    const double tol = drive->options.tol, way = h * largest(drive, drive->slope, NULL);
-    return tol > 0 ? fmax(error_share * tol, rounding / way) : INFINITY;
+    const double tol = drive->options.tol, way = h * speed_there(drive);
+    return tol > 0 ? fmax(error_share * tol, fmin(rounding / way, rounding_most)) : INFINITY;
 }
 
 void refdyn_pass_look_back(struct refdyn_drive *drive, double t_new) {

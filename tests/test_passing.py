@@ -186,7 +186,7 @@ def test_coarse_fixed_steps():
 
 
 @pytest.mark.parametrize("tol", [1e-3, 1e-4, 1e-5])
-@pytest.mark.parametrize("method", ["auto", "rk8", "rodas6p", "gauss12"])
+@pytest.mark.parametrize("method", ["auto", "rk8", "rodas6p", "radau9", "gauss12"])
 def test_long_steps(method, tol):
     """Steps of a quarter of a turn go over none of the four unnoticed."""
     _, _, summary = motion(FOUR_BAR, "--until", 2, "--every", 0.3, *PASS, "--method", method, "--tol", tol)
