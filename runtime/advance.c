@@ -18,6 +18,7 @@
 #include "core.h"
 #include "dense.h"
 #include "linearise.h"
+#include "pass.h"
 #include "slope.h"
 #include "step.h"
 
@@ -39,6 +40,8 @@ static const double error_last_share = 0.4; /* and of the one before */
 static const double error_least = 1e-4;     /* of the one before, lest a lucky step blows up the next */
 static const double moved_most = 10;        /* tolerances, by a projection */
 static const double first_share = 0.1; /* of the change tol^(1/order), which a step of that order may make */
+static const double passage_reach = 8, passage_reach_fixed = 4; /* steps ahead, in which a state where the
+                                                                   rows lose rank is looked for */
 static const double turned_most =
     0.1; /* [rad, or length]: beyond, directions in the metric of M are found anew */
 
@@ -148,6 +151,7 @@ int refdyn_find_work(struct refdyn_drive *drive, double theta, double *work_done
 /* The end of the last step is the begin of the next one. */
 static int begin(struct refdyn_drive *drive) {
     const size_t bytes = (size_t)(2 * drive->work->n + 1) * sizeof(double);
+    refdyn_pass_leave(drive);
     if (drive->t_begin != drive->t_end) {
         memcpy(drive->state, drive->state_new, bytes);
         memcpy(drive->slope, drive->slope_new, refdyn_slope_bytes(drive));
@@ -168,9 +172,11 @@ static int begin(struct refdyn_drive *drive) {
  * before. */
 static int meet_programme_nearby(struct refdyn_drive *drive, double t_new) {
     const struct refdyn_workspace *work = drive->work;
-    const double most = drive->options.tol > 0 ? moved_most * drive->options.tol : INFINITY;
+    const int is_judged =
+        drive->options.tol > 0 && !drive->is_passing; /* otherwise: refdyn_pass_follow, or nothing */
+    const double most = is_judged ? moved_most * drive->options.tol : INFINITY;
     const int row = refdyn_residuals(work).phi_row;
-    const int status = refdyn_meet_programme(drive, t_new, drive->state_new);
+    int status = refdyn_meet_programme(drive, t_new, drive->state_new);
     for (int j = 0; j < work->n && !status; j++) {
         const double unit = refdyn_coordinate_unit(work->model, j, drive->options.length);
         if (!(fabs(drive->state_new[j] - drive->side[j]) <= most * unit)) {
@@ -178,6 +184,8 @@ static int meet_programme_nearby(struct refdyn_drive *drive, double t_new) {
             return REFDYN_NO_CONVERGENCE;
         }
     }
+    if (!status && drive->is_passing)
+        status = refdyn_pass_follow(drive, drive->side, drive->state_new);
     return status;
 }
 
@@ -188,7 +196,7 @@ static int complete(struct refdyn_drive *drive, double t_new) {
     const int n = work->n;
     double *q = drive->state_new, *qd = drive->state_new + n;
     int status = refdyn_row_terms(work, t_new, q, qd), is_known = facts.is_last_new && t_new < drive->t_limit;
-    if (!status && work->m > 0 && drive->options.stabilise == REFDYN_PROJECT) {
+    if (!status && work->m > 0 && (drive->options.stabilise == REFDYN_PROJECT || drive->is_passing)) {
         memcpy(drive->side, drive->state_new, (size_t)(2 * n) * sizeof *q);
         status = meet_programme_nearby(drive, t_new);
         is_known = is_known && memcmp(drive->side, drive->state_new, (size_t)(2 * n) * sizeof *q) == 0;
@@ -234,6 +242,67 @@ static int attempt(struct refdyn_drive *drive, double h) {
     return refdyn_rosenbrock_step(drive, h);
 }
 
+/* Largest error of a position, and of a velocity times h: max(|e_q|, h |e_v|) / unit. */
+static double largest_error(const struct refdyn_drive *drive, double h) {
+    const int n = drive->work->n;
+    double largest = 0;
+    for (int j = 0; j < n; j++) {
+        const double unit = refdyn_coordinate_unit(drive->work->model, j, drive->options.length);
+        const double position = fabs(drive->error[j]), velocity = h * fabs(drive->error[n + j]);
+        if (isnan(position + velocity))
+            return NAN;
+        largest = fmax(largest, fmax(position, velocity) / unit);
+    }
+    return largest;
+}
+
+/* ---- Through a state where the rows lose rank ---- */
+
+/* One attempt, from t_begin to t_new. */
+static int attempt_passage(struct refdyn_drive *drive, double t_new, double *error) {
+    const double h = t_new - drive->t_begin;
+    int status = refdyn_pass_enter(drive);
+    if (!status)
+        status = attempt(drive, h);
+    if (status)
+        return status;
+    *error = largest_error(drive, h);
+    if (!(*error <= refdyn_pass_error_most(drive, h))) {
+        drive->refused.why = REFDYN_LARGE_ERROR;
+        return REFDYN_NO_CONVERGENCE;
+    }
+    refdyn_pass_look_back(drive, t_new);
+    return complete(drive, t_new);
+}
+
+int refdyn_pass(struct refdyn_drive *drive, double h, double t_bound, double *t) {
+    struct refdyn_partition *partition = &drive->work->partition;
+    const double reach = (drive->options.tol > 0 ? passage_reach : passage_reach_fixed) * h;
+    double error = INFINITY;
+    *t = INFINITY;
+    if (drive->options.singular != REFDYN_PASS || !refdyn_pass_is_ahead(drive, reach, t))
+        return 0;
+    const int rank = partition->rank;
+    const double step_max = drive->options.step_max;
+    if (refdyn_pass_is_vain(drive, *t))
+        return 0;
+    const double t_new = refdyn_pass_end(drive, *t, t_bound);
+    if (step_max > 0 && isfinite(t_new) && t_new - drive->t_begin > step_max)
+        return 0;
+    int status = isfinite(t_new) ? attempt_passage(drive, t_new, &error) : REFDYN_NO_CONVERGENCE;
+    if (!status)
+        status = arrive(drive, t_new, t_new - drive->t_begin);
+    if (!status) {
+        refdyn_pass_record(drive, t_new, error);
+        return 1;
+    }
+    drive->cause = status;
+    refdyn_pass_refuse(drive, t_new);
+    partition->rank_most = rank;
+    drive->statistics.rejected++;
+    return 0;
+}
+
 /* ---- Fixed steps ---- */
 
 double refdyn_step_least(const struct refdyn_drive *drive, double t_out) {
@@ -252,15 +321,24 @@ static int plan_interval(struct refdyn_drive *drive, double t_out) {
     return REFDYN_OK;
 }
 
-static int step_fixed(struct refdyn_drive *drive, double t_out) {
+static int step_fixed(struct refdyn_drive *drive, double t_out, double t_bound) {
     int status = REFDYN_OK;
+    double t_singular;
     if (drive->interval_done == drive->interval_steps || drive->to != t_out)
         status = plan_interval(drive, t_out);
     if (status)
         return status;
     const double h = (drive->to - drive->from) / (double)drive->interval_steps;
+    if (refdyn_pass(drive, h, t_bound, &t_singular)) {
+        drive->interval_done = drive->interval_steps;
+        return REFDYN_OK;
+    }
     const long next = drive->interval_done + 1;
     const double t_new = next == drive->interval_steps ? drive->to : drive->from + (double)next * h;
+    if (t_singular <= t_new + h / 2) {
+        drive->failed_t = t_singular;
+        return drive->cause;
+    }
     status = attempt(drive, h);
     if (!status)
         status = complete(drive, t_new);
@@ -273,18 +351,8 @@ static int step_fixed(struct refdyn_drive *drive, double t_out) {
 
 /* ---- Adaptive steps ---- */
 
-/* Largest error of a position, and of a velocity times h, over tol: max(|e_q|, h |e_v|) / (unit tol). */
 static double error_norm(const struct refdyn_drive *drive, double h) {
-    const int n = drive->work->n;
-    double largest = 0;
-    for (int j = 0; j < n; j++) {
-        const double unit = refdyn_coordinate_unit(drive->work->model, j, drive->options.length);
-        const double position = fabs(drive->error[j]), velocity = h * fabs(drive->error[n + j]);
-        if (isnan(position + velocity))
-            return NAN;
-        largest = fmax(largest, fmax(position, velocity) / unit);
-    }
-    return largest / refdyn_choose_tolerance(drive);
+    return largest_error(drive, h) / refdyn_choose_tolerance(drive);
 }
 
 /* Order of the step's error: what its size goes with. */
@@ -388,6 +456,9 @@ static int try_adaptive(struct refdyn_drive *drive, double h, double t_new) {
         if (error <= 1)
             status = complete(drive, t_new);
     }
+    if (!status && error <= 1 && drive->options.singular == REFDYN_PASS &&
+        refdyn_pass_was_crossed(drive, t_new))
+        status = REFDYN_NO_CONVERGENCE;
     if (!status && error <= 1)
         status = arrive(drive, t_new, h);
     if (status) {
@@ -414,18 +485,23 @@ int refdyn_step_limit_reached(const struct refdyn_drive *drive) {
            statistics->steps + statistics->rejected >= drive->options.step_limit;
 }
 
-static int step_adaptive(struct refdyn_drive *drive, double t_out, double t_stop) {
+static int step_adaptive(struct refdyn_drive *drive, double t_out, double t_stop, double t_bound) {
+    double t_singular;
     if (drive->step_next <= 0)
         drive->step_next = find_first_step(drive, t_stop, t_out - drive->t_begin);
     if (drive->options.step_max > 0)
         drive->step_next = fmin(drive->step_next, drive->options.step_max);
+    if (refdyn_pass(drive, drive->step_next, t_bound, &t_singular))
+        return REFDYN_OK;
+    /* no step but that one reaches beyond it */
+    const double t_near = fmin(t_stop, drive->t_begin + (t_singular - drive->t_begin) / 2);
     for (;;) {
         if (refdyn_step_limit_reached(drive))
             return REFDYN_TOO_MANY_STEPS;
-        if (!(drive->step_next >= refdyn_step_least(drive, t_out)))
+        if (!(fmin(drive->step_next, t_near - drive->t_begin) >= refdyn_step_least(drive, t_out)))
             return REFDYN_STEP_TOO_SMALL;
-        const double h = clip_step(drive, t_stop);
-        const double t_new = h == t_stop - drive->t_begin ? t_stop : drive->t_begin + h;
+        const double h = clip_step(drive, t_near);
+        const double t_new = h == t_near - drive->t_begin ? t_near : drive->t_begin + h;
         if (try_adaptive(drive, h, t_new))
             return REFDYN_OK;
     }
@@ -458,10 +534,11 @@ int refdyn_advance(struct refdyn_drive *drive, double t_out) {
     const double least = refdyn_step_least(drive, t_out), ahead = refdyn_break_ahead(drive, least);
     const int is_fixed = drive->options.tol == 0;
     double bound = fmin(if_ahead(drive, drive->t_most), if_ahead(drive, drive->t_final));
+    const double t_bound = fmin(bound, ahead);
     if (is_fixed || refdyn_method_facts(drive->method).collocation)
         bound = bound > t_out + least
                     ? t_out
                     : bound; /* between the ends of collocation's steps a state has a lower order */
     const double t_stop = ahead < bound - least ? ahead : bound;
-    return is_fixed ? step_fixed(drive, t_stop) : step_adaptive(drive, t_out, t_stop);
+    return is_fixed ? step_fixed(drive, t_stop, t_bound) : step_adaptive(drive, t_out, t_stop, t_bound);
 }

@@ -7,6 +7,13 @@
 /* One step towards t_out: of fixed steps never past it. From drive->state_new at t_end to the same, later.
  * Errors: as refdyn_drive_step. */
 int refdyn_advance(struct refdyn_drive *drive, double t_out);
+/*
+ * A step of h from drive->state with drive->slope may come near a state where the rows lose rank: *t is when,
+ * INFINITY: it does not, or options.singular asks for no passing. Then tries to pass that state, with a step
+ * that ends before t_bound: 1 when that was done, and state_new at t_end is the new state; 0: no other step
+ * should go more than half of the way.
+ */
+int refdyn_pass(struct refdyn_drive *drive, double h, double t_bound, double *t);
 /* Gains in work->p as options.stabilise asks, for a step of h. */
 void refdyn_set_gains(struct refdyn_drive *drive, double h);
 /* Moves a state (2 n) at t onto the programme along directions that fit the method. The row terms of the

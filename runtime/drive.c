@@ -13,14 +13,23 @@
 #include "choose.h"
 #include "collocation.h"
 #include "core.h"
+#include "dense.h"
 #include "linearise.h"
+#include "pass.h"
 #include "room.h"
 #include "slope.h"
 #include "step.h"
 
+static const double rates_moved_most = 0.5; /* of the largest rate, */
+static const double moved_most = 10; /* and, times the step, in tolerances: by the projection of an output */
+
 double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double length) {
     const char *unit = model->coordinates[j].unit;
     return unit && strcmp(unit, "m") == 0 ? length : 1;
+}
+
+static int larger(int a, int b) {
+    return a > b ? a : b;
 }
 
 /* Doubles that the stages of a method need; of the automatic choice the most that any needs. */
@@ -33,10 +42,8 @@ static int stage_room(enum refdyn_method method, const struct refdyn_model *mode
         return refdyn_rosenbrock_room(facts.rosenbrock, model->n);
     if (facts.collocation)
         return refdyn_collocation_room(facts.collocation, model->n);
-    for (int candidate = REFDYN_AUTO + 1; candidate < REFDYN_METHOD_COUNT; candidate++) {
-        const int room = stage_room((enum refdyn_method)candidate, model);
-        most = room > most ? room : most;
-    }
+    for (int candidate = REFDYN_AUTO + 1; candidate < REFDYN_METHOD_COUNT; candidate++)
+        most = larger(most, stage_room((enum refdyn_method)candidate, model));
     return most;
 }
 
@@ -49,6 +56,7 @@ static size_t lay_out(struct refdyn_drive *drive, const struct refdyn_model *mod
     const int n = model->n, size = 2 * n + 1, slope = refdyn_slope_size(model);
     const int is_auto = options->method == REFDYN_AUTO;
     const int has_tangent = refdyn_method_is_implicit(options->method) && refdyn_has_tangent(model);
+    const int is_passing = options->singular == REFDYN_PASS, stages = stage_room(options->method, model);
     const int complexes = is_auto || refdyn_method_facts(options->method).collocation ? COMPLEXES : 0;
     drive->qdd = room_doubles(&room, n);
     drive->lambda = room_doubles(&room, model->m);
@@ -61,8 +69,9 @@ static size_t lay_out(struct refdyn_drive *drive, const struct refdyn_model *mod
     drive->side = room_doubles(&room, slope);
     drive->error = room_doubles(&room, 2 * n);
     drive->aligned = room_doubles(&room, n);
+    drive->unpassed = room_doubles(&room, is_passing ? size + slope : 0);
     drive->breaks = room_doubles(&room, model->break_count);
-    drive->stages = room_doubles(&room, stage_room(options->method, model));
+    drive->stages = room_doubles(&room, is_passing ? larger(stages, stage_room(REFDYN_RK8, model)) : stages);
     refdyn_linear_lay_out(&drive->linear, model, has_tangent, has_tangent ? complexes : 0, &room);
     return room.used;
 }
@@ -155,6 +164,15 @@ static int accelerate_seen(struct refdyn_drive *drive) {
     return status;
 }
 
+/* Where rows do not tell them: accelerations as the step's rates change, and no multipliers; the equations
+ * for the force. */
+static int continue_seen(struct refdyn_drive *drive) {
+    const double theta = (drive->t - drive->t_begin) / (drive->t_end - drive->t_begin);
+    refdyn_runge_kutta_accelerations(drive, theta, drive->qdd);
+    memset(drive->lambda, 0, (size_t)drive->work->m * sizeof(double));
+    return refdyn_equations(drive->work, drive->t, drive->q, drive->qd);
+}
+
 /* With projections, steps begin on the programme, also where the state that is seen is off it; that state and
  * its accelerations stay as they are. */
 static int step_onto_programme(struct refdyn_drive *drive) {
@@ -172,6 +190,7 @@ static int step_onto_programme(struct refdyn_drive *drive) {
 /* Steps begin at the state that is seen: slopes of both ends are its own. */
 static int begin_here(struct refdyn_drive *drive) {
     const size_t bytes = (size_t)(2 * drive->work->n + 1) * sizeof(double);
+    refdyn_pass_leave(drive);
     drive->t_begin = drive->t_end = drive->t;
     drive->is_aligned = drive->has_tangent = 0;
     drive->last_h = drive->factored_h = 0;
@@ -214,6 +233,9 @@ int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, co
     drive->cap_growth = 1;
     drive->rate = 0;
     drive->method = options_method(drive);
+    drive->is_passing = 0;
+    drive->singular_t = -INFINITY;
+    drive->refused = (struct refdyn_refused_passage){.tries = 0};
     drive->cause = REFDYN_OK;
     drive->statistics = (struct refdyn_statistics){.phi_row = -1, .psi_row = -1};
     drive->evaluations_before = work->evaluations;
@@ -255,11 +277,32 @@ void refdyn_drive_limit(struct refdyn_drive *drive, double t) {
     drive->t_most = t;
 }
 
+/* Onto the programme, unless that changes rates as much as they are large, and by more than errors of the
+ * step can: at a state where the rows lose rank it says nothing about them. */
+static int meet_programme_seen(struct refdyn_drive *drive, double t) {
+    const double h = drive->t_end - drive->t_begin;
+    const int n = drive->work->n;
+    double largest = 0, moved = 0;
+    memcpy(drive->side, drive->seen, (size_t)(2 * n) * sizeof(double));
+    const int status = refdyn_meet_programme(drive, t, drive->seen);
+    for (int j = 0; j < n; j++) {
+        const double unit = refdyn_coordinate_unit(drive->work->model, j, drive->options.length);
+        largest = fmax(largest, fabs(drive->side[n + j]) / unit);
+        moved = fmax(moved, fabs(drive->seen[n + j] - drive->side[n + j]) / unit);
+    }
+    if (status || !(moved > rates_moved_most * largest && h * moved > moved_most * drive->options.tol))
+        return status;
+    drive->work->fault =
+        (struct refdyn_fault){.row = refdyn_residuals(drive->work).psi_row, .coordinate = -1};
+    return REFDYN_NO_CONVERGENCE;
+}
+
 /* The state at t, at most that of the last step's end, into `seen`. */
 static int look_at(struct refdyn_drive *drive, double t) {
     struct refdyn_workspace *work = drive->work;
     const int n = work->n, is_rosenbrock = refdyn_method_facts(drive->method).rosenbrock != NULL;
     drive->t = t;
+    drive->is_undetermined = refdyn_pass_is_near(drive, t);
     if (t >= drive->t_end) {
         memcpy(drive->seen, drive->state_new, (size_t)(2 * n + 1) * sizeof(double));
         return REFDYN_OK;
@@ -271,10 +314,10 @@ static int look_at(struct refdyn_drive *drive, double t) {
                                  : refdyn_runge_kutta_interpolate(drive, theta, drive->seen);
     if (!status && is_rosenbrock && drive->options.balance)
         status = refdyn_find_work(drive, theta, &drive->seen[2 * n]);
-    if (!status && work->m > 0 && drive->options.stabilise == REFDYN_PROJECT) {
+    if (!status && work->m > 0 && drive->options.stabilise == REFDYN_PROJECT && !drive->is_undetermined) {
         status = refdyn_row_terms(work, t, drive->q, drive->qd);
         if (!status)
-            status = refdyn_meet_programme(drive, t, drive->seen);
+            status = meet_programme_seen(drive, t);
     }
     return status;
 }
@@ -291,7 +334,7 @@ static int show(struct refdyn_drive *drive, double t) {
     if (!status)
         refdyn_record_residuals(drive);
     if (!status)
-        status = accelerate_seen(drive);
+        status = drive->is_undetermined ? continue_seen(drive) : accelerate_seen(drive);
     partition->rank_most = partition->rank;
     return status;
 }
@@ -330,6 +373,16 @@ int refdyn_drive_look(struct refdyn_drive *drive, double t) {
     const int status = show(drive, t);
     collect_counts(drive);
     return status ? fail(drive, status, t) : REFDYN_OK;
+}
+
+void refdyn_drive_force(struct refdyn_drive *drive, double *force) {
+    const int n = drive->work->n;
+    if (!drive->is_undetermined) {
+        refdyn_programme_force(drive->work, drive->lambda, force);
+        return;
+    }
+    for (int i = 0; i < n; i++)
+        force[i] = dense_dot(drive->work->M + i * n, drive->qdd, n) - drive->work->f[i];
 }
 
 int refdyn_drive_to(struct refdyn_drive *drive, double t_out) {

@@ -42,6 +42,8 @@ static const char *wrong_option(const struct refdyn_options *options) {
         return "length must be positive";
     if ((int)options->stabilise < REFDYN_NONE || (int)options->stabilise > REFDYN_PROJECT)
         return "stabilise must be none, baumgarte or project";
+    if ((int)options->singular < REFDYN_STOP || (int)options->singular > REFDYN_PASS)
+        return "singular must be stop or pass";
     if (!is_not_negative(options->gain_share))
         return "gain_share must be positive, or 0 for the gains of the rows";
     if (options->step_limit < 0)

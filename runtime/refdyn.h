@@ -225,6 +225,12 @@ int refdyn_method_is_implicit(enum refdyn_method method);
 /* The method of that name, -1 when there is none. */
 int refdyn_method_find(const char *name);
 
+enum refdyn_singular {
+    REFDYN_STOP, /* a motion ends where its rows lose rank, if a step meets it */
+    REFDYN_PASS  /* steps lead through such states where they are isolated and a branch can be followed, see
+                    pass.h */
+};
+
 struct refdyn_options {
     enum refdyn_method method;
     double tol;      /* error of a step, as a change of positions in units of 1 rad and `length`; 0: steps are
@@ -235,6 +241,7 @@ struct refdyn_options {
     enum refdyn_stabilise stabilise;
     double gain_share; /* Baumgarte gains alpha = beta = gain_share / step instead of those of the rows; 0: of
                           the rows */
+    enum refdyn_singular singular;
     int project_start; /* make the start consistent first */
     int balance;     /* integrate the work of non-conservative and programme forces along (drive.work_done) */
     long step_limit; /* steps tried per motion; 0: none */
@@ -244,6 +251,16 @@ struct refdyn_options {
 struct refdyn_options refdyn_options_default(enum refdyn_method method);
 /* 0 or BAD_OPTION; then *fact (fact may be NULL) is a static text such as "step must be positive". */
 int refdyn_options_validate(const struct refdyn_options *options, const char **fact);
+
+enum { REFDYN_PASSAGES_KEPT = 8 };
+
+/* A state that was passed where the rows lose rank. */
+struct refdyn_passage {
+    double t;              /* when [s] */
+    double t_begin, t_end; /* of the step that led through it [s] */
+    double error; /* estimate for that step: largest change of a position, and of a rate times its length
+                     [rad, or `length`] */
+};
 
 struct refdyn_statistics {
     long steps; /* accepted */
@@ -260,6 +277,9 @@ struct refdyn_statistics {
     double pivot_min;                   /* smallest scaled pivot of K_d, 1 without rows */
     double condition_max;               /* largest condition estimate of K_d, 1 without rows */
     double step_smallest, step_largest; /* of the accepted steps [s] */
+    int passages;                       /* states passed where the rows lose rank, */
+    struct refdyn_passage passage[REFDYN_PASSAGES_KEPT]; /* the first of them, */
+    double passage_error;                                /* largest error of all */
 };
 
 /* The tangent as vectors of joints, and factors in O(n): runtime/chain.h. By position: all joints beyond one
@@ -306,6 +326,27 @@ struct refdyn_linear {
     double *complex;    /* (complexes x 2 x size x size) factors, real and imaginary parts */
     int *complex_pivot; /* (complexes x size) */
     int *rows;          /* (m) rows of the partition for which they were factored */
+};
+
+/* Why a state where the rows lose rank was not passed. */
+enum refdyn_refusal {
+    REFDYN_NOT_REFUSED,
+    REFDYN_NO_ROOM,  /* the step would have to end before: a break, refdyn_drive_limit, refdyn_drive_until */
+    REFDYN_NO_STATE, /* a stage or the end could not be brought onto the programme, or evaluated */
+    REFDYN_OTHER_BRANCH, /* it was, but so far away that it may lie on another branch */
+    REFDYN_LARGE_ERROR   /* the error is larger than a tenth of the tolerance */
+};
+
+/* One line for it, without a full stop. Never NULL. */
+const char *refdyn_refusal_text(enum refdyn_refusal refusal);
+
+/* Attempts to pass a state, since the last that succeeded; of the last one: */
+struct refdyn_refused_passage {
+    int tries;
+    enum refdyn_refusal why;
+    double t;       /* when the rows would lose rank [s] */
+    double t_begin; /* of its step [s] */
+    double stretch; /* length of its step [s] */
 };
 
 enum { REFDYN_CANDIDATES = 3 };
@@ -370,7 +411,15 @@ struct refdyn_drive {
     double rate;                   /* fastest vibration that the error estimate has met lately [1/s], */
     double contraction;            /* how fast the last iteration converged */
     int is_looked_into;            /* the interpolant of the last step is complete */
-    struct refdyn_linear linear;   /* its tangent is that of t_begin once has_tangent */
+    int is_passing;                /* the last step led through a state where the rows lose rank: by rk8, */
+    double *unpassed;              /* state and slope before, for when the step is refused, */
+    enum refdyn_method method_before; /* instead of this one; */
+    double singular_t;                /* when they do [s], */
+    double singular_gap;              /* how near that no stage lies, as a part of the step */
+    int is_undetermined; /* the state seen is so near that one that qdd is the derivative of the step's qd,
+                            not solved for */
+    struct refdyn_refused_passage refused;
+    struct refdyn_linear linear; /* its tangent is that of t_begin once has_tangent */
     int has_tangent;
     double
         *breaks; /* (break_count) kinks of formulas of time, ascending; every step ends at the next one [s] */
@@ -417,6 +466,9 @@ int refdyn_drive_to(struct refdyn_drive *drive, double t_out);
 /* The state at t inside the last step, t_begin <= t <= t_end, as at an output; the steps go on from its end.
  * Errors: BAD_OPTION when t lies outside; those of refdyn_accelerate and refdyn_project. */
 int refdyn_drive_look(struct refdyn_drive *drive, double t);
+/* Programme force r (n) at the state that is seen [N, N m]; where that is undetermined M qdd - f, else as
+ * refdyn_programme_force. */
+void refdyn_drive_force(struct refdyn_drive *drive, double *force);
 /* After the caller has changed work->x, work->p (then refdyn_prepare) or the drive's q, qd between steps:
  * goes on from there, with the gains that options.stabilise asks for. Errors: those of refdyn_accelerate. */
 int refdyn_drive_refresh(struct refdyn_drive *drive);

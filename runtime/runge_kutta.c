@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "dense.h"
+#include "pass.h"
 #include "slope.h"
 #include "step.h"
 
@@ -51,8 +52,10 @@ static void scale_error(struct refdyn_drive *drive, const double *low) {
 static int take_stage(struct refdyn_drive *drive, double h, int s, const double *weights, double c) {
     const double t = fmin(drive->t_begin + c * h, drive->t_limit);
     combine(drive, h, weights, s, drive->stage);
-    const int status =
-        refdyn_slope(drive, t, drive->stage, drive->stages + s * refdyn_slope_size(drive->work->model));
+    int status = drive->is_passing ? refdyn_pass_meet(drive, t, drive->stage) : REFDYN_OK;
+    if (!status)
+        status =
+            refdyn_slope(drive, t, drive->stage, drive->stages + s * refdyn_slope_size(drive->work->model));
     if (status)
         drive->failed_t = t;
     return status;
@@ -71,7 +74,7 @@ int refdyn_runge_kutta_step(struct refdyn_drive *drive, double h) {
     combine(drive, h, tableau->b, stages, drive->state_new);
     if (tableau->e)
         estimate(drive, h, tableau->e, stages, drive->error);
-    if (tableau->e_low) {
+    if (tableau->e_low && !drive->is_passing) { /* not of stages that are moved: then E alone is safe */
         estimate(drive, h, tableau->e_low, stages, drive->side);
         scale_error(drive, drive->side);
     }
@@ -106,4 +109,16 @@ int refdyn_runge_kutta_interpolate(struct refdyn_drive *drive, double theta, dou
         dense_add(state, h * weight, drive->stages + s * refdyn_slope_size(drive->work->model), size);
     }
     return status;
+}
+
+void refdyn_runge_kutta_accelerations(const struct refdyn_drive *drive, double theta, double *qdd) {
+    const struct refdyn_tableau *tableau = refdyn_method_facts(drive->method).tableau;
+    const int n = drive->work->n, size = refdyn_slope_size(drive->work->model);
+    memset(qdd, 0, (size_t)n * sizeof *qdd);
+    for (int s = 0; s < count_all(tableau); s++) {
+        double weight = 0;
+        for (int k = tableau->degree - 1; k >= 0; k--)
+            weight = theta * weight + (k + 1) * tableau->interpolant[s * tableau->degree + k];
+        dense_add(qdd, weight, drive->stages + s * size + n, n);
+    }
 }

@@ -3,7 +3,8 @@
  *
  * Takes a state (q, qd, work); gives qd, qdd, qd . Q_nonconservative + r . qd and lambda. Accelerations come
  * from the emitted O(n m) function where the model has one and its rows are independent, from the index
- * partition otherwise. Power costs nothing unless options.balance asks for it.
+ * partition otherwise and where the rows are near losing rank: it has the condition of K, u M^-1 u^T has its
+ * square. Power costs nothing unless options.balance asks for it.
  */
 #include "slope.h"
 
@@ -54,7 +55,7 @@ int refdyn_slope(struct refdyn_drive *drive, double t, const double *state, doub
     const int n = work->n;
     const double *q = state, *qd = state + n;
     double of_forces = 0;
-    if (has_emitted(work)) {
+    if (has_emitted(work) && !drive->is_passing) {
         by_emitted(drive, t, q, qd, slope + n);
         if (!refdyn_is_finite(slope + n, n))
             return explain(drive, t, q, qd, slope + n);

@@ -40,5 +40,7 @@ int refdyn_collocation_interpolate(struct refdyn_drive *drive, double theta, dou
 int refdyn_runge_kutta_room(const struct refdyn_tableau *tableau, const struct refdyn_model *model);
 int refdyn_runge_kutta_step(struct refdyn_drive *drive, double h);
 int refdyn_runge_kutta_interpolate(struct refdyn_drive *drive, double theta, double *state);
+/* Derivative of qd (n) of the interpolant at theta, once refdyn_runge_kutta_interpolate was called. */
+void refdyn_runge_kutta_accelerations(const struct refdyn_drive *drive, double theta, double *qdd);
 
 #endif

@@ -5,7 +5,7 @@ import subprocess
 import numpy
 import pytest
 
-from program import BUILD, REFERENCE, SCALE, SOURCE, TESTS, check, motion, oracle, read_run, refdyn
+from program import BUILD, REFERENCE, SCALE, SOURCE, TESTS, check, close, motion, oracle, read_run, refdyn
 from test_motions import JUMP, deviations, start_file
 
 # Case, its reference, arguments; then for each method the tolerance and the error of the end-effector [m] that it is for.
@@ -68,6 +68,17 @@ def test_same_bytes(tmp_path):
         for name in ("one", "two"):
             refdyn("sim", REFERENCE, "--set", "n_rfe=1", "--method", method, "--until", "1", "-o", tmp_path / name)
         assert (tmp_path / "one").read_bytes() == (tmp_path / "two").read_bytes()
+
+
+@pytest.mark.parametrize("method, tolerance", [("msbdf", 1e-5), ("bsimp", 1e-7)])
+def test_through_a_singular_state(method, tolerance):
+    """Stretched and folded arm, against the same motion by rows that keep their rank."""
+    arm = TESTS / "models" / "arm_through.lua"
+    for arguments in (["--until", 1.6], ["--until", 1.5, "--set", "rate=2.5"]):
+        expected, _, _ = motion(arm, *arguments, "--set", "rows=angles", "--tol", "1e-12")
+        run, _, summary = motion(arm, *arguments, "--singular", "pass", "--method", method, "--tol", "1e-7")
+        assert summary["passed"]["count"] == 1
+        check([close(name, run[name], expected[name], tolerance, 1) for name in ("cart_x", "upper_psi", "lower_psi")])
 
 
 def test_usage():

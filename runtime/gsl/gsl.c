@@ -15,9 +15,15 @@
 #include "core.h"
 #include "first_order.h"
 #include "linearise.h"
+#include "pass.h"
+#include "slope.h"
 
 /* Weight of work_done in the error: it follows the motion and has no say in the steps. */
 static const double weight_none = 1e100;
+
+/* Short steps feel a state where the rows lose rank from further away: msbdf, whose errors the gains alone
+ * hold. */
+static const double many_steps = 16;
 
 static const char *const names[REFDYN_GSL_METHOD_COUNT] = {
     [REFDYN_MSBDF] = "msbdf", [REFDYN_BSIMP] = "bsimp"};
@@ -73,6 +79,7 @@ static void begin_anew(struct refdyn_gsl *gsl) {
 /* The end of the last step is the begin of the next one; equal times: the drive was started or refreshed. */
 static void begin(struct refdyn_gsl *gsl) {
     struct refdyn_drive *drive = gsl->drive;
+    refdyn_pass_leave(drive);
     if (drive->t_begin == drive->t_end)
         begin_anew(gsl);
     memcpy(drive->state, drive->state_new, (size_t)(2 * drive->work->n + 1) * sizeof(double));
@@ -143,6 +150,21 @@ static int take_step(struct refdyn_gsl *gsl, double t_stop) {
     return REFDYN_OK;
 }
 
+/* Through a state where the rows lose rank: see refdyn_pass. Behind it, the method starts anew. */
+static int pass(struct refdyn_gsl *gsl, double t_stop, double ahead, double *t) {
+    struct refdyn_drive *drive = gsl->drive;
+    const double t_end = fmin(drive->t_most > drive->t_begin ? drive->t_most : INFINITY,
+                              drive->t_final > drive->t_begin ? drive->t_final : INFINITY);
+    if (refdyn_slope(drive, drive->t_begin, drive->state, drive->slope))
+        return 0;
+    if (refdyn_pass(drive, fmin(many_steps * gsl->step, t_stop - drive->t_begin), fmin(ahead, t_end), t)) {
+        begin_anew(gsl);
+        return 1;
+    }
+    memcpy(drive->state_new, drive->state, (size_t)(2 * drive->work->n + 1) * sizeof(double));
+    return 0;
+}
+
 static int advance(struct refdyn_gsl *gsl, double t_out) {
     struct refdyn_drive *drive = gsl->drive;
     begin(gsl);
@@ -152,7 +174,10 @@ static int advance(struct refdyn_gsl *gsl, double t_out) {
     if (!(gsl->step >= least))
         return go_back(gsl, REFDYN_STEP_TOO_SMALL);
     const double t_stop = ahead < t_out - least ? ahead : t_out;
-    const int status = take_step(gsl, t_stop);
+    double t_singular = INFINITY;
+    if (drive->options.singular == REFDYN_PASS && pass(gsl, t_stop, ahead, &t_singular))
+        return REFDYN_OK;
+    const int status = take_step(gsl, fmin(t_stop, drive->t_begin + (t_singular - drive->t_begin) / 2));
     if (!status && drive->t_end == ahead)
         begin_anew(gsl);
     return status;
@@ -185,7 +210,7 @@ int refdyn_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps) {
         return REFDYN_BAD_OPTION;
     for (; steps > 0 && drive->t_end < t_out && !status; steps--)
         status = advance(gsl, t_out);
-    const int shown = refdyn_drive_step(drive, drive->t_end, 0);
+    const int shown = refdyn_drive_step(drive, fmin(t_out, drive->t_end), 0);
     return status ? status : shown;
 }
 

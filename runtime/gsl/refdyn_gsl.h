@@ -52,13 +52,18 @@ struct refdyn_gsl {
  * 1 after each step. Gains by options.gain_share are those of the first step,
  * options.step or sqrt(tol).
  *
+ * options.singular: as in the core; the step through such a state may end beyond t_out, though not beyond
+ * refdyn_drive_limit and refdyn_drive_until, and the method starts anew behind it. A step that is long beside
+ * the curvature of the motion may go over one without noticing.
+ *
  * Errors: BAD_OPTION, BAD_MEMORY (GSL got none). refdyn_gsl_release in any case.
  */
 int refdyn_gsl_init(struct refdyn_gsl *gsl, struct refdyn_drive *drive, enum refdyn_gsl_method method);
 /*
  * As refdyn_drive_step and refdyn_drive_to, after refdyn_drive_start and, where the caller changed something,
  * refdyn_drive_refresh: after these the method starts anew, as it does behind each break of the model. Steps
- * end at t_out, nothing is interpolated: refdyn_drive_until and _limit are not needed, refdyn_drive_look not for these.
+ * end at t_out, nothing else is interpolated: refdyn_drive_until and _limit are not needed, refdyn_drive_look
+ * not for these.
  */
 int refdyn_gsl_step(struct refdyn_gsl *gsl, double t_out, long steps);
 int refdyn_gsl_to(struct refdyn_gsl *gsl, double t_out);

@@ -60,16 +60,17 @@ static double condition_of_rows(const struct refdyn_workspace *work) {
     return condition;
 }
 
-void print_condition(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
+bool print_condition(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
     if (work->partition.rank <= 0 || refdyn_equations(work, t, q, qd) != REFDYN_OK)
-        return;
+        return false;
     const double condition = condition_of_rows(work);
     if (!(condition > 0))
-        return;
+        return false;
     fprintf(stderr, "refdyn: the condition of the constraint rows there is %.3g%s\n", condition,
             condition > singular
                 ? ": a singular position, or the end of what the programme lets the links reach"
                 : "");
+    return condition > singular;
 }
 
 void print_redundant_rows(const struct refdyn_workspace *work) {

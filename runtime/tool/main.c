@@ -63,7 +63,7 @@ const struct command commands[] = {
     {.name = "sim",
      .run = run_sim,
      .operands = "MODEL.lua",
-     .options = "until! from method step tol step-max accuracy verify inputs stop every stabilise start hold "
+     .options = "until! from method step tol step-max accuracy verify inputs stop every stabilise singular start hold "
                 "output summary set fold",
      .output = "RUN.csv",
      .purpose = "one motion, as CSV",

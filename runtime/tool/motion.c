@@ -87,6 +87,8 @@ static enum status choose_method(const struct options *options, struct refdyn_op
 const char *const stabilise_names[STABILISE_COUNT] = {
     [REFDYN_NONE] = "none", [REFDYN_BAUMGARTE] = "baumgarte", [REFDYN_PROJECT] = "project"};
 
+static const char *const singular_names[SINGULAR_COUNT] = {[REFDYN_STOP] = "stop", [REFDYN_PASS] = "pass"};
+
 static int find_text(const char *const *names, int count, const char *name) {
     for (int i = 0; i < count; i++)
         if (strcmp(names[i], name) == 0)
@@ -117,6 +119,12 @@ enum status motion_options(const struct options *options, struct refdyn_options 
     }
     if (options->start && strcmp(options->start, "as-is") != 0 && strcmp(options->start, "project") != 0)
         return usage_error(options->command, "--start: '%s' is none of as-is, project", options->start);
+    if (options->singular) {
+        int found = find_text(singular_names, SINGULAR_COUNT, options->singular);
+        if (found < 0)
+            return usage_error(options->command, "--singular: '%s' is none of stop, pass", options->singular);
+        drive->singular = (enum refdyn_singular)found;
+    }
     drive->project_start = options->start && strcmp(options->start, "project") == 0;
     drive->balance = 1;
     if (refdyn_options_validate(drive, &fact) != REFDYN_OK)

@@ -11,7 +11,12 @@
 
 #include <signal.h>
 
-enum { MOTION_INTERRUPTED = 1000 /* beside the runtime's statuses */, MOTION_TOO_SLOW, STABILISE_COUNT = 3 };
+enum {
+    MOTION_INTERRUPTED = 1000 /* beside the runtime's statuses */,
+    MOTION_TOO_SLOW,
+    STABILISE_COUNT = 3,
+    SINGULAR_COUNT = 2
+};
 
 /* By enum refdyn_stabilise. */
 extern const char *const stabilise_names[STABILISE_COUNT];
@@ -35,8 +40,8 @@ struct motion {
 enum { METHODS_LENGTH = 32 * REFDYN_METHOD_COUNT };
 /* "rk4, rk54, ...": all, or those that need no tangent. */
 const char *known_methods(char text[static METHODS_LENGTH], bool is_explicit);
-/* Runtime options from --method --step --tol --step-max --stabilise --start; complains when they do not go
- * together. */
+/* Runtime options from --method --step --tol --step-max --stabilise --singular --start; complains when they
+ * do not go together. */
 enum status motion_options(const struct options *options, struct refdyn_options *drive);
 /* A model in the printed form has no tangent: complains when the method that was asked for needs it. */
 enum status motion_fit(const struct scene *scene, const struct options *options,

@@ -48,6 +48,8 @@ static const struct rule rules[] = {
     {"stabilise", "HOW", KIND_TEXT, FIELD(stabilise),
      "none, baumgarte (default with rk4), baumgarte-auto (gains from the step) or project (default with the "
      "others)"},
+    {"singular", "HOW", KIND_TEXT, FIELD(singular),
+     "where the constraint rows lose rank: stop (default), or pass where a branch can be followed"},
     {"start", "HOW", KIND_TEXT, FIELD(start), "as-is (default) or project: moved onto the programme first"},
     {"hold", "a,b", KIND_TEXT, FIELD(hold),
      "coordinates held in statics and modes, instead of the model's ('' frees all)"},

@@ -26,8 +26,8 @@ struct options {
     int stop_count;
     bool fold, verify;
     /* NULL: not given */
-    const char *output, *emit, *state, *from, *at, *method, *stabilise, *start, *hold, *summary, *vary,
-        *steps, *tols, *methods, *inputs, *accelerations, *loops;
+    const char *output, *emit, *state, *from, *at, *method, *stabilise, *singular, *start, *hold, *summary,
+        *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops;
     /* 0: not given */
     double until, step, step_max, tolerance, accuracy, every, modes, seconds;
 };

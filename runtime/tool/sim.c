@@ -70,6 +70,18 @@ static void keep_part(struct output *output, bool has_rows) {
     output_release(output);
 }
 
+/* That a way through a state where the rows lose rank was looked for, and what came of it. */
+static void print_refused(const struct refdyn_refused_passage *refused) {
+    char text[NUMBER_LENGTH];
+    if (refused->tries == 0)
+        return;
+    fprintf(stderr, "refdyn: passing was tried %d time%s, last through t = %s s", refused->tries,
+            refused->tries > 1 ? "s" : "", exact_text(refused->t, text));
+    if (isfinite(refused->stretch))
+        fprintf(stderr, " by a step of %.3g s", refused->stretch);
+    fprintf(stderr, ": %s\n", refdyn_refusal_text(refused->why));
+}
+
 static void print_failure(const struct trial *trial) {
     const struct motion *motion = &trial->motion;
     const struct refdyn_drive *drive = &motion->drive;
@@ -84,7 +96,10 @@ static void print_failure(const struct trial *trial) {
             fprintf(stderr, "refdyn: at t = %s s: %s\n", exact_text(drive->failed_t, text),
                     refdyn_status_text(drive->cause));
         numbers_failed(scene, trial->result, drive->t, drive->q, drive->qd);
-        print_condition(drive->work, drive->t, drive->q, drive->qd);
+        if (print_condition(drive->work, drive->t, drive->q, drive->qd) &&
+            drive->options.singular == REFDYN_STOP)
+            fputs("refdyn: --singular pass leads through where a branch can be followed\n", stderr);
+        print_refused(&drive->refused);
         if (trial->result > REFDYN_OK)
             fputs("refdyn: a smaller --step or --tol may help\n", stderr);
     }

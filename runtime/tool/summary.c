@@ -54,6 +54,19 @@ static void print_rows(const struct refdyn_model *model, const struct refdyn_sta
         s->pivot_min, s->condition_max, s->partition_changes);
 }
 
+/* States where the rows lose rank, with the step that led through each. */
+static void print_passages(const struct refdyn_statistics *s) {
+    const int kept = s->passages < REFDYN_PASSAGES_KEPT ? s->passages : REFDYN_PASSAGES_KEPT;
+    if (s->passages == 0)
+        return;
+    fprintf(stderr, "passed       %d state%s where the rows lose rank, error of each step at most %.2g;",
+            s->passages, s->passages > 1 ? "s" : "", s->passage_error);
+    for (int i = 0; i < kept; i++)
+        fprintf(stderr, "%s t = %.9g s by %.3g s", i ? "," : "", s->passage[i].t,
+                s->passage[i].t_end - s->passage[i].t_begin);
+    fputs(s->passages > kept ? ", ...\n" : "\n", stderr);
+}
+
 /* Errors of less than these parts, of the largest change and of all energy, are none to speak of. */
 static const double balance_part = 0.02, energy_part = 1e-4;
 
@@ -78,6 +91,7 @@ void summary_print(const struct summary *summary) {
             s->tangents && motion->drive.linear.is_chain ? ", solved joint by joint" : "");
     if (motion->scene->model->m > 0)
         print_rows(motion->scene->model, s);
+    print_passages(s);
     fprintf(stderr, "energy       balance error %.3g of the largest change\n",
             refdyn_energy_error(&motion->energy));
     warn_of_balance(&motion->energy);
@@ -101,6 +115,23 @@ static void put_rows(struct document *document, const struct refdyn_model *model
     put_number(document, "pivot_min", s->pivot_min);
     put_number(document, "condition_max", s->condition_max);
     put_whole(document, "partition_changes", s->partition_changes);
+}
+
+static void put_passages(struct document *document, const struct refdyn_statistics *s) {
+    double t[REFDYN_PASSAGES_KEPT], stretch[REFDYN_PASSAGES_KEPT], error[REFDYN_PASSAGES_KEPT];
+    const int kept = s->passages < REFDYN_PASSAGES_KEPT ? s->passages : REFDYN_PASSAGES_KEPT;
+    for (int i = 0; i < kept; i++) {
+        t[i] = s->passage[i].t;
+        stretch[i] = s->passage[i].t_end - s->passage[i].t_begin;
+        error[i] = s->passage[i].error;
+    }
+    put_open(document, "passed", '{');
+    put_whole(document, "count", s->passages);
+    put_array(document, "t", t, kept);
+    put_array(document, "stretch", stretch, kept);
+    put_array(document, "error", error, kept);
+    put_number(document, "error_max", s->passage_error);
+    put_close(document, '}');
 }
 
 static void put_method(struct document *document, const struct motion *motion) {
@@ -141,6 +172,8 @@ static void put_summary(struct document *document, const struct summary *summary
     put_number(document, "psi_max", s->psi_max);
     if (motion->scene->model->m > 0)
         put_rows(document, motion->scene->model, s);
+    if (motion->drive.options.singular == REFDYN_PASS)
+        put_passages(document, s);
     put_number(document, "energy_error", refdyn_energy_error(&motion->energy));
     put_number(document, "cpu_s", motion->cpu_s);
     put_number(document, "wall_s", motion->wall_s);

@@ -50,7 +50,7 @@ static void name_columns(const struct refdyn_model *model, char **name) {
         *name++ = text_format("%s", model->courses[i]);
 }
 
-void table_start(struct table *table, const struct refdyn_drive *drive) {
+void table_start(struct table *table, struct refdyn_drive *drive) {
     const struct refdyn_model *model = drive->work->model;
     size_t n = (size_t)model->n, columns = 3 * (size_t)model->point_count;
     *table = (struct table){.drive = drive, .count = count_columns(model)};
@@ -131,7 +131,7 @@ void table_fill(struct table *table) {
     put_residuals(table);
     refdyn_energies(drive->work, drive->t, drive->q, drive->qd, energy);
     put_value(table, energy[0] + energy[1]);
-    refdyn_programme_force(drive->work, drive->lambda, table->room);
+    refdyn_drive_force(table->drive, table->room);
     put_values(table, table->room, n);
     put_values(table, drive->work->x, drive->work->model->input_count);
     put_courses(table);

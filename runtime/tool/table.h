@@ -10,14 +10,14 @@
 #include <stdio.h>
 
 struct table {
-    const struct refdyn_drive *drive;
+    struct refdyn_drive *drive;
     char **names;   /* (count) */
     double *values; /* (count) of the last table_fill */
     int count, filled;
     double *room; /* for points, their columns and the programme force */
 };
 
-void table_start(struct table *table, const struct refdyn_drive *drive);
+void table_start(struct table *table, struct refdyn_drive *drive);
 /* The values of the drive's state. */
 void table_fill(struct table *table);
 void table_header(const struct table *table, FILE *out);

@@ -8,6 +8,7 @@
 #endif
 
 #include "check.h"
+#include "dense.h"
 #include "runtime_models.h"
 #include "step.h"
 
@@ -344,6 +345,51 @@ static void test_redundant_motion(void) {
     }
 }
 
+/* Through the flat position, and through it again on the way back, with redundant rows on both sides and one
+ * more where all cranks are level: the motion is that of one crank. */
+static void test_passing(void) {
+    for (int method = REFDYN_RK4; method < EXPLICIT_COUNT; method++) {
+        struct rig rig;
+        struct refdyn_options options = refdyn_options_default((enum refdyn_method)method);
+        options.tol = method == REFDYN_RK4 ? 0 : 1e-9;
+        options.singular = REFDYN_PASS;
+        const double qd[] = {0.317, 0, 0.317, 0.317};
+        CHECK(rig_start(&rig, cranks_model(), options, 0, qd) == REFDYN_OK);
+        const double energy = cranks_energy(rig.q, qd);
+        const struct refdyn_statistics *statistics = &rig.drive.statistics;
+        for (int i = 1; i <= 30; i++) {
+            CHECK(refdyn_drive_to(&rig.drive, 0.05 * i) == REFDYN_OK);
+            CHECK(rig.work.partition.rank == 3);
+            CHECK_NEAR(rig.drive.q[0] - rig.drive.q[2], 0, 1e-9);
+            CHECK_NEAR(rig.drive.q[0] - rig.drive.q[3], 0, 1e-9);
+            CHECK_NEAR(rig.drive.q[1], 0, 1e-9);
+            CHECK_NEAR(cranks_energy(rig.drive.q, rig.drive.qd), energy, 1e-7 * fabs(energy));
+        }
+        CHECK(statistics->passages == 2);
+        const struct refdyn_passage passages[2] = {statistics->passage[0], statistics->passage[1]};
+        for (int i = 0; i < 2; i++) { /* seen there */
+            CHECK(passages[i].t_begin < passages[i].t && passages[i].t < passages[i].t_end);
+            CHECK(passages[i].error <= 1e-9);
+            CHECK(refdyn_drive_start(&rig.drive, 0, rig.q, qd) == REFDYN_OK);
+            CHECK(refdyn_drive_to(&rig.drive, passages[i].t) == REFDYN_OK);
+            const double *now = rig.drive.qd, *qdd = rig.drive.qdd;
+            double force[CRANKS_N];
+            CHECK(rig.drive.is_undetermined);
+            refdyn_drive_force(&rig.drive, force);
+            CHECK_NEAR(dense_dot(force, now, CRANKS_N), 0, 1e-4);
+            CHECK_NEAR(cranks_energy(rig.drive.q, now), energy, 1e-7 * fabs(energy));
+            CHECK_NEAR(now[1], 0, 1e-7);
+            CHECK_NEAR(now[2], now[0], 1e-7);
+            CHECK_NEAR(qdd[1], 0, 1e-4);
+            CHECK_NEAR(qdd[2], qdd[0], 1e-4);
+            /* and what is seen behind is determined again */
+            CHECK(refdyn_drive_to(&rig.drive, passages[i].t_end + 0.01) == REFDYN_OK);
+            CHECK(!rig.drive.is_undetermined);
+        }
+        CHECK(rig_close(&rig));
+    }
+}
+
 /* ---- Failures
  * ------------------------------------------------------------------------------------------------------------------
  */
@@ -473,6 +519,7 @@ static void test_options(void) {
     REFUSED(adaptive, tol, NAN);
     REFUSED(adaptive, length, 0);
     REFUSED(fixed, stabilise, (enum refdyn_stabilise)3);
+    REFUSED(fixed, singular, (enum refdyn_singular)2);
     REFUSED(fixed, step_limit, -1);
 #undef REFUSED
     struct rig rig;
@@ -502,6 +549,7 @@ int main(void) {
     test_car_axis();
     test_changes_partition();
     test_redundant_motion();
+    test_passing();
     test_undefined_mid_run();
     test_unstable();
     test_limits();
