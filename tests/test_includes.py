@@ -22,7 +22,8 @@ def test_one_file_knows_lua():
 
 
 def test_generator_includes_no_runtime():
-    runtime = OUR_HEADERS["runtime"] | OUR_HEADERS["runtime/tool"]
+    """But for what emitted code and its callers agree on."""
+    runtime = (OUR_HEADERS["runtime"] | OUR_HEADERS["runtime/tool"]) - {"refdyn_model.h", "chain_cost.h"}
     wrong = [(path.name, name) for path, name in includes("gen") if "runtime" in name or name.split("/")[-1] in runtime]
     assert not wrong
 
