@@ -22,7 +22,7 @@ enum {
     TRIAL_STEPS = 10,
     MEASURED_STEPS = 4,
     LOOK_STEPS = 25,
-    FEW_STEPS = 150,
+    FEW_STEPS = 200,
     MANY_STEPS = 500,
     PATIENCE_FIRST = 100,
     PATIENCE_MOST = 5000
@@ -34,13 +34,12 @@ static const double explicit_limit = 5;
 static const double follows_accuracy = 2;
 /* Damping ratio of the fastest mode from which it has to be damped: Radau. */
 static const double damped = 0.2;
-/* The errors of a Rosenbrock method, which damps vibrations that nothing else damps, add up to so many times
- * those of the others; above the tolerance `loose` such vibrations may be too small to be followed, and below
- * it the factor grows with this power. */
-static const double adds_up = 30, loose = 1e-4,
-                    adds_up_power =
-                        0.75; /* Radians of the fastest mode in a step, below which it is followed, and the
-                               * factor by which errors of a method that does not damp it add up. */
+/* In a motion of many steps the errors of a Rosenbrock method, which damps vibrations that nothing else damps
+ * and has a lower order in stiff motions, add up to so many times those of the others; above the tolerance
+ * `loose` they may be too small to be followed, and below it the factor grows with this power. */
+static const double adds_up = 30, loose = 1e-4, adds_up_power = 0.75;
+/* Radians of the fastest mode in a step, below which it is followed, and the factor by which errors of a
+ * method that does not damp it add up. */
 static const double followed = 10, adds_up_followed = 5;
 /* Radians of the fastest mode in a step of a Rosenbrock method, above which it is not excited. */
 static const double left_behind = 300;
@@ -136,11 +135,14 @@ static int explicit_suffices(const struct refdyn_drive *drive) {
     return choice->candidates[choice->at] == REFDYN_RK8 && step * choice->rate < follows_accuracy;
 }
 
-/* The motion ends (where the drive knows) before another trial would pay. */
+/* The motion ends (where the drive knows) before another trial would pay: in few steps at the plain
+ * tolerance. */
 static int is_nearly_done(const struct refdyn_drive *drive) {
     const struct refdyn_choice *choice = &drive->choice;
     const double gone = choice->progress[best(choice)] / choice->progress[choice->at];
-    const double step = (drive->t_end - choice->marked_t) / MEASURED_STEPS;
+    const double sharper = drive->options.tol / refdyn_choose_tolerance(drive);
+    const double step = (drive->t_end - choice->marked_t) / MEASURED_STEPS *
+                        pow(sharper, 1.0 / refdyn_method_facts(drive->method).order_error);
     return drive->t_final - drive->t_end < FEW_STEPS * step * gone;
 }
 
@@ -194,7 +196,7 @@ double refdyn_choose_tolerance(const struct refdyn_drive *drive) {
     if (drive->options.method == REFDYN_AUTO && drive->method == REFDYN_GAUSS12 && follows_vibrations(drive))
         return tol / adds_up_followed;
     if (drive->options.method != REFDYN_AUTO || drive->method != REFDYN_RODAS5P || drive->choice.is_short ||
-        !(drive->choice.damping < damped && tol < loose))
+        !(tol < loose))
         return tol;
     return fmax(tol / fmin(pow(loose / tol, adds_up_power), adds_up), DBL_EPSILON);
 }

@@ -56,7 +56,7 @@ static const struct rule rules[] = {
     {"summary", "FILE.json", KIND_TEXT, FIELD(summary), "the summary as JSON"},
     {"methods", "a,b,c", KIND_TEXT, FIELD(methods), "methods to compare (default: all)"},
     {"tols", "a,b,c", KIND_TEXT, FIELD(tols),
-     "tolerances of the methods that find their steps (default: each power of ten from 1e-3 to 1e-12)"},
+     "tolerances of the methods that find their steps (default: each power of ten from 1e-2 to 1e-12)"},
     {"steps", "a,b,c", KIND_TEXT, FIELD(steps),
      "steps of those with fixed ones [s] (default: from the largest stable one downward)"},
     {"seconds", "S", KIND_POSITIVE, FIELD(seconds), "time for all runs together [s] (default 60)"},

@@ -48,9 +48,9 @@ static enum status read_numbers(const struct options *options, const char *name,
     return STATUS_DONE;
 }
 
-/* From 1e-3 to 1e-12. */
+/* From 1e-2 to 1e-12. */
 static void list_tolerances(struct study_plan *plan) {
-    static const double tols[] = {1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12};
+    static const double tols[] = {1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12};
     plan->tol_count = sizeof tols / sizeof tols[0];
     memcpy(plan->tols, tols, sizeof tols);
 }

@@ -30,7 +30,7 @@
 
 enum { SETTINGS = 11, STEPS_MOST = 2000000, INTEGRATORS_MOST = 64 };
 
-static const double tol_first = 1e-3, step_first = 2e-2, reference_tol = 3e-13;
+static const double tol_first = 1e-2, step_first = 2e-2, reference_tol = 3e-13;
 static const double patience = 3;        /* [s] tighter tolerances than one that took so long are not tried */
 static const double repeated = 0.3;      /* [s] what takes longer is not repeated */
 static const double weight_none = 1e100; /* of work_done, which stays 0 */
