@@ -69,7 +69,7 @@ static void add_turned(void *context, int i) {
 
 static struct far_arrays add_far_arrays(struct builder *b, const struct vector *turned) {
     struct derivation *d = b->d;
-    struct pair_vectors *v = derive_pair_vectors(b->held, composites(d), loads(d));
+    struct pair_vectors *v = derive_pair_vectors(b->held, composites(d));
     struct far_arrays a;
     struct turned_columns columns = {d->g, turned, v};
     visit_joints(d->g, d->kinematics.tree, add_turned, &columns);
@@ -420,8 +420,7 @@ static struct terms motion_terms(const struct builder *b) {
     struct pulls *rows_alone = no_pulls(&d->kinematics);
     struct terms terms = {.values = new_values(d, 2 * d->frames + d->m), .count = 2 * d->frames + d->m};
     add_row_pulls(&d->kinematics, rows_alone);
-    const expression *motion =
-        difference(d, derive_inertia_forces(b->held, loads(d)), pulled(b->held, b->pulls));
+    const expression *motion = difference(d, derive_inertia_forces(b->held), pulled(b->held, b->pulls));
     const expression *row = row_balances(&d->kinematics), *force = pulled(b->held, rows_alone);
     memcpy(terms.values + parts.motion, motion, (size_t)d->frames * sizeof *motion);
     memcpy(terms.values + parts.force, force, (size_t)d->frames * sizeof *force);

@@ -128,26 +128,27 @@ static struct vector gyroscopic_moment(struct graph *g, struct tensor J, struct 
     return moment;
 }
 
-/* Inertia, moment J wd + w x J w + mc x a and force m a + wd x mc + w x (w x mc) for the acceleration a. */
-static struct wrench inertia_wrench(const struct kinematics *k, int i, struct vector a) {
+struct wrench inertia_wrench(const struct kinematics *k, int i, struct vector wd,
+                             const struct matrix *gradient, struct vector a) {
     struct graph *g = k->g;
     const struct inertia own = own_inertia(k, i), *inertia = &own;
-    const struct frame_motion *m = &k->frames[i];
     const struct vector mc = vector_of(inertia->moment);
     const struct tensor J = tensor_of(inertia->tensor);
-    const struct vector spin = gyroscopic_moment(g, J, m->angular);
-    const struct vector turn = vector_add(g, tensor_times(g, J, m->bias_angular), spin);
-    const struct vector around = matrix_times(g, m->gradient.at, mc);
+    const struct vector spin = gyroscopic_moment(g, J, k->frames[i].angular);
+    const struct vector turn = vector_add(g, tensor_times(g, J, wd), spin);
+    const struct vector around = matrix_times(g, gradient->at, mc);
     return (struct wrench){vector_add(g, turn, vector_cross(g, mc, a)),
                            vector_add(g, vector_scale(g, inertia->mass, a), around)};
 }
 
 static struct wrench bias_wrench(const struct kinematics *k, int i) {
-    return inertia_wrench(k, i, k->frames[i].bias_linear);
+    const struct frame_motion *m = &k->frames[i];
+    return inertia_wrench(k, i, m->bias_angular, &m->gradient, m->bias_linear);
 }
 
 static struct wrench falling_wrench(const struct kinematics *k, int i) {
-    return inertia_wrench(k, i, k->frames[i].bias_falling);
+    const struct frame_motion *m = &k->frames[i];
+    return inertia_wrench(k, i, m->bias_angular, &m->gradient, m->bias_falling);
 }
 
 struct own_loads {

@@ -56,6 +56,10 @@ expression derive_gravity_energy(const struct kinematics *k, const struct inerti
 
 /* The wrench of inertia and gravity that each body takes at qdd = 0, in its frame: what c + g sums up. */
 struct wrench *derive_loads(const struct kinematics *k);
+/* Of the body of frame i: moment J wd + w x J w + mc x a and force m a + wd x mc + w x (w x mc) for the
+ * acceleration a of its origin. */
+struct wrench inertia_wrench(const struct kinematics *k, int i, struct vector wd,
+                             const struct matrix *gradient, struct vector a);
 
 /*
  * M x = f: articulated inertias eliminated from the tips; then any right side costs O(n). With `loads` (or

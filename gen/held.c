@@ -8,31 +8,30 @@ static struct vector to_ground(const struct kinematics *k, int i, struct vector 
     return matrix_times(k->g, k->frames[i].rotation.at, a);
 }
 
-/*
- * What the coordinates' accelerations add to the bias: wd += e qdd for a turn, a += e qdd for a slide. A
- * frame without a joint turns as its parent does.
- */
+struct matrix held_gradient(const struct held *held, int i) {
+    return acceleration_gradient(held->k->g, held->k->frames[i].angular, held->motions[i].angular);
+}
+
+/* wd += w x e qd + e qdd for a turn; the origin goes with the shift. */
 static void accelerate_frame(struct held *held, int i, const struct held_motion *parent) {
     const struct kinematics *k = held->k;
     struct graph *g = k->g;
     struct held_motion *motion = &held->motions[i];
     const struct joint *joint = &k->tree->frames[i].joint;
-    const struct vector lever = vector_cross(g, parent->gained_angular, k->joints[i].shift);
-    motion->gained_angular = to_child(k, i, parent->gained_angular);
-    motion->gained_linear = to_child(k, i, vector_add(g, parent->gained_linear, lever));
     motion->angular = to_child(k, i, parent->angular);
-    if (k->tree->frames[i].kind != FRAME_JOINT)
-        return;
-    const struct vector gain = vector_scale(g, held->accelerations[i], unit_vector(g, joint->axis));
-    struct vector *gained = joint->is_turn ? &motion->gained_angular : &motion->gained_linear;
-    *gained = vector_add(g, *gained, gain);
-    motion->angular = vector_add(g, k->frames[i].bias_angular, motion->gained_angular);
-    held->frames[i].falling = vector_add(g, k->frames[i].bias_falling, motion->gained_linear);
+    motion->falling = to_child(k, i, vector_add(g, parent->falling, held->frames[i].shift_rate2));
+    if (k->tree->frames[i].kind == FRAME_JOINT && joint->is_turn) {
+        const struct vector e = unit_vector(g, joint->axis);
+        const struct vector gyration =
+            vector_scale(g, coordinate_of(k, i, 1), vector_cross(g, k->frames[i].angular, e));
+        motion->angular = vector_add(g, motion->angular, gyration);
+        motion->angular = vector_add(g, motion->angular, vector_scale(g, held->accelerations[i], e));
+    }
     name_vector(k, i, "wd", motion->angular);
-    name_vector(k, i, "a_falling", held->frames[i].falling);
+    name_vector(k, i, "a_falling", motion->falling);
 }
 
-/* de/dt = w x e, d2e/dt2 = wd x e + w x (w x e). */
+/* de/dt = w x e, d2e/dt2 = ([wd]x + [w]x [w]x) e. */
 static void turn_axis(struct held *held, int i) {
     const struct kinematics *k = held->k;
     struct graph *g = k->g;
@@ -40,8 +39,7 @@ static void turn_axis(struct held *held, int i) {
     const struct frame_motion *m = &k->frames[i];
     const struct vector e = unit_vector(g, k->tree->frames[i].joint.axis);
     frame->own_rate = vector_cross(g, m->angular, e);
-    frame->own_rate2 = vector_add(g, vector_cross(g, held->motions[i].angular, e),
-                                  vector_cross(g, m->angular, frame->own_rate));
+    frame->own_rate2 = matrix_times(g, held_gradient(held, i).at, e);
     frame->axis = joint_axis(k, i);
     frame->axis_rate = to_ground(k, i, frame->own_rate);
     frame->axis_rate2 = to_ground(k, i, frame->own_rate2);
@@ -59,7 +57,6 @@ static void move_shift(struct held *held, int i) {
     const struct frame *frame = &k->tree->frames[i];
     const struct vector s = k->joints[i].shift, still = {{0, 0, 0}};
     const struct vector w = frame->parent < 0 ? still : k->frames[frame->parent].angular;
-    const struct vector wd = frame->parent < 0 ? still : held->motions[frame->parent].angular;
     struct vector slide = still, speed = still, gain = still;
     if (frame->kind == FRAME_JOINT && !frame->joint.is_turn) {
         slide = matrix_times(g, frame->placement.rotation, unit_vector(g, frame->joint.axis));
@@ -68,7 +65,8 @@ static void move_shift(struct held *held, int i) {
         gain = vector_scale(g, held->accelerations[i], slide);
     }
     const struct vector carried = vector_cross(g, w, s), coriolis = vector_cross(g, w, speed);
-    const struct vector swing = vector_add(g, vector_cross(g, wd, s), vector_cross(g, w, carried));
+    const struct vector swing =
+        frame->parent < 0 ? still : matrix_times(g, held_gradient(held, frame->parent).at, s);
     held->frames[i].shift_rate = vector_add(g, carried, speed);
     held->frames[i].shift_rate2 =
         vector_add(g, vector_add(g, swing, gain), vector_add(g, coriolis, coriolis));
@@ -94,33 +92,37 @@ static void move_origin(struct held *held, int i) {
     motion->acceleration = vector_add(g, base->acceleration, to_ground(k, parent, frame->shift_rate2));
 }
 
-/* rdd = C qdd + d, by the frame that carries the point. */
+/* By the frame that carries the point. */
 static struct vector accelerate_point(const struct held *held, int index) {
     const struct kinematics *k = held->k;
+    struct graph *g = k->g;
     const struct fixed_frame *fixed = &k->tree->points[index];
-    const struct vector rho = from_body(k, fixed->frame, vector_of(fixed->placement.position));
+    const struct vector rho = from_body(k, fixed->frame, vector_of(fixed->placement.position)),
+                        still = {{0, 0, 0}};
     if (fixed->frame < 0)
-        return k->points[index].d_fallen;
+        return still;
     const struct held_motion *motion = &held->motions[fixed->frame];
-    struct vector gain = vector_cross(k->g, motion->gained_angular, rho);
-    if (!k->model->points[index].is_direction)
-        gain = vector_add(k->g, gain, motion->gained_linear);
-    return vector_add(k->g, k->points[index].d_fallen, to_ground(k, fixed->frame, gain));
+    const struct vector swing = matrix_times(g, held_gradient(held, fixed->frame).at, rho);
+    if (k->model->points[index].is_direction)
+        return to_ground(k, fixed->frame, swing);
+    const struct vector falling = to_ground(k, fixed->frame, vector_add(g, motion->falling, swing));
+    return vector_add(g, falling, vector_of(k->model->gravity));
 }
 
 /* The motion of frame i, one step from its parent's. */
 static void hold_frame(void *context, int i) {
     struct held *held = context;
     const struct kinematics *k = held->k;
-    const struct held_motion ground = {.angular = {{0, 0, 0}}};
+    const struct vector gravity = vector_of(k->model->gravity);
+    const struct held_motion ground = {.falling = vector_scale(k->g, neg(k->g, one(k->g)), gravity)};
     const int parent = k->tree->frames[i].parent;
     remark(k->g, memory_format(k->memory, "%s: motion at the accelerations found, outward",
                                k->tree->frames[i].name));
-    held->motions[i] = ground;
+    held->motions[i] = (struct held_motion){.angular = {{0, 0, 0}}};
+    move_shift(held, i);
     accelerate_frame(held, i, parent < 0 ? &ground : &held->motions[parent]);
     if (k->tree->frames[i].kind == FRAME_JOINT)
         turn_axis(held, i);
-    move_shift(held, i);
     move_origin(held, i);
 }
 

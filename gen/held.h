@@ -14,17 +14,16 @@
 
 /* What a frame passes on to those that it carries. */
 struct held_motion {
-    struct vector gained_angular, gained_linear; /* accelerations beyond the bias ones, own axes */
-    struct vector angular;                       /* dw/dt, own axes [rad/s^2] */
-    struct vector velocity, acceleration;        /* of the origin in the ground frame */
-    struct vector pending_rate; /* of a frame without a joint: added to the next one's way_rate */
+    struct vector angular;                /* dw/dt, own axes [rad/s^2] */
+    struct vector falling;                /* acceleration of the origin minus gravity, own axes [m/s^2] */
+    struct vector velocity, acceleration; /* of the origin in the ground frame */
+    struct vector pending_rate;           /* of a frame without a joint: added to the next one's way_rate */
 };
 
 struct held_frame {
-    struct vector falling;                 /* acceleration of the origin minus gravity, own axes [m/s^2] */
-    struct vector shift_rate, shift_rate2; /* of the shift from the parent, its axes; 0 on the ground */
-    struct vector way_rate;                /* of the way from the joint before, ground axes */
-    struct vector own_rate, own_rate2;     /* de/dt, d2e/dt2, own axes */
+    struct vector shift_rate, shift_rate2;     /* of the shift from the parent, its axes; 0 on the ground */
+    struct vector way_rate;                    /* of the way from the joint before, ground axes */
+    struct vector own_rate, own_rate2;         /* de/dt, d2e/dt2, own axes */
     struct vector axis, axis_rate, axis_rate2; /* the joint's axis e, de/dt, d2e/dt2 in the ground frame */
 };
 
@@ -46,6 +45,8 @@ struct held {
 
 struct held *hold(const struct kinematics *k, const expression *accelerations, const expression *multipliers);
 
+/* [wd]x + [w]x [w]x of a frame, own axes [1/s^2]. */
+struct matrix held_gradient(const struct held *held, int i);
 /* At rest. */
 struct held *hold_still(const struct kinematics *k);
 /* Symbols replaced by the motion: points, accelerations of coordinates, multipliers. */

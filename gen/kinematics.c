@@ -141,8 +141,7 @@ static struct vector carried_acceleration(struct graph *g, const struct frame_mo
     return vector_add(g, a, matrix_times(g, m->gradient.at, r));
 }
 
-/* [wd]x + [w]x [w]x: once a frame, for its centre and for all that it carries. */
-static struct matrix acceleration_gradient(struct graph *g, struct vector w, struct vector wd) {
+struct matrix acceleration_gradient(struct graph *g, struct vector w, struct vector wd) {
     struct matrix gradient;
     for (int i = 0; i < 3; i++) {
         const int j = (i + 1) % 3, l = (i + 2) % 3;

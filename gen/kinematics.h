@@ -52,6 +52,9 @@ void derive_kinematics(struct memory *memory, const struct model *model, const s
 expression coordinate_of(const struct kinematics *k, int i, int order);
 /* Is frame `outer` on the way from frame i to the ground, i itself included? */
 bool is_on_path(const struct kinematics *k, int outer, int i);
+/* [wd]x + [w]x [w]x: what makes the acceleration a + (...) r of the one of the origin; once a frame, for its
+ * centre and for all that it carries. */
+struct matrix acceleration_gradient(struct graph *g, struct vector w, struct vector wd);
 /* The axis of joint i in the ground frame. */
 struct vector joint_axis(const struct kinematics *k, int i);
 /* A free vector, and a tensor, from the axes of frame i's body, -1: the ground, into its own. */

@@ -178,29 +178,20 @@ static struct matrix cross_columns(struct graph *g, struct vector w, const struc
     return c;
 }
 
-/* The load at qdd = 0, and J wd + mc x a, m a + wd x mc for what the accelerations gain. */
-static struct wrench held_load(const struct held *held, int i, struct wrench at_rest) {
-    struct graph *g = held->k->g;
+static struct wrench own_load(const struct held *held, int i) {
     const struct held_motion *motion = &held->motions[i];
-    const struct inertia own = own_inertia(held->k, i), *inertia = &own;
-    const struct vector mc = vector_of(inertia->moment);
-    struct tensor J;
-    memcpy(J.at, inertia->tensor, sizeof J.at);
-    const struct wrench gained = {
-        vector_add(g, tensor_times(g, J, motion->gained_angular), vector_cross(g, mc, motion->gained_linear)),
-        vector_add(g, vector_scale(g, inertia->mass, motion->gained_linear),
-                   vector_cross(g, motion->gained_angular, mc))};
-    return wrench_add(g, at_rest, gained);
+    const struct matrix gradient = held_gradient(held, i);
+    return inertia_wrench(held->k, i, motion->angular, &gradient, motion->falling);
 }
 
-static struct flow own_flow(const struct held *held, int i, struct wrench load_at_rest) {
+static struct flow own_flow(const struct held *held, int i) {
     struct graph *g = held->k->g;
     const struct inertia own = own_inertia(held->k, i), *inertia = &own;
     const struct vector w = held->k->frames[i].angular;
     const struct matrix moments = second_moments(g, inertia->tensor);
     return (struct flow){.momentum = vector_cross(g, w, vector_of(inertia->moment)),
                          .growth = cross_columns(g, w, &moments),
-                         .load = held_load(held, i, load_at_rest)};
+                         .load = own_load(held, i)};
 }
 
 static struct flow flow_add(struct graph *g, struct flow a, struct flow b) {
@@ -317,7 +308,7 @@ static struct pair_vectors vectors_of_joint(const struct held *held, int i, cons
     const struct axis_motion axis = axis_motion(held, i);
     struct pair_vectors v = {.mass = unit_wrench(k, i, beyond)};
     if (k->tree->frames[i].joint.is_turn) {
-        v.falling_lever = vector_cross(g, held->frames[i].falling, axis.e);
+        v.falling_lever = vector_cross(g, held->motions[i].falling, axis.e);
         turn_vectors(g, beyond, flow, &axis, v.falling_lever, &v);
     } else {
         slide_vectors(g, beyond, flow, &axis, &v);
@@ -330,7 +321,6 @@ static struct pair_vectors vectors_of_joint(const struct held *held, int i, cons
 struct flow_sum {
     const struct held *held;
     const struct inertia *composites;
-    const struct wrench *loads;
     struct flow *flows;
     struct pair_vectors *vectors;
 };
@@ -342,7 +332,7 @@ static void flow_inward(void *context, int i) {
     remark(k->g, memory_format(k->memory, "%s: momentum, growth of inertia and load of all beyond, inward",
                                frame->name));
     if (frame->kind == FRAME_JOINT) {
-        x->flows[i] = flow_add(k->g, own_flow(x->held, i, x->loads[i]), x->flows[i]);
+        x->flows[i] = flow_add(k->g, own_flow(x->held, i), x->flows[i]);
         name_flow(k, i, &x->flows[i]);
         x->vectors[i] = vectors_of_joint(x->held, i, &x->composites[i], &x->flows[i]);
     }
@@ -351,11 +341,10 @@ static void flow_inward(void *context, int i) {
                                            flow_to_parent(x->held, i, &x->composites[i], x->flows[i]));
 }
 
-struct pair_vectors *derive_pair_vectors(const struct held *held, const struct inertia *composites,
-                                         const struct wrench *loads) {
+struct pair_vectors *derive_pair_vectors(const struct held *held, const struct inertia *composites) {
     const struct kinematics *k = held->k;
     const size_t n = (size_t)k->tree->count + 1;
-    struct flow_sum x = {held, composites, loads, memory_get(k->memory, n * sizeof *x.flows),
+    struct flow_sum x = {held, composites, memory_get(k->memory, n * sizeof *x.flows),
                          memory_get(k->memory, n * sizeof *x.vectors)};
     const struct recursion recursion = recursion_over(k, x.flows, sizeof *x.flows, flow_inward, &x);
     recur_inward(&recursion);
@@ -364,7 +353,6 @@ struct pair_vectors *derive_pair_vectors(const struct held *held, const struct i
 
 struct load_sum {
     const struct held *held;
-    const struct wrench *loads;
     struct wrench *sums;
     expression *forces;
 };
@@ -375,17 +363,17 @@ static void carry_inward(void *context, int i) {
     const struct frame *frame = &k->tree->frames[i];
     struct wrench *sum = &x->sums[i];
     if (frame->kind == FRAME_JOINT) {
-        *sum = wrench_add(k->g, *sum, held_load(x->held, i, x->loads[i]));
+        *sum = wrench_add(k->g, *sum, own_load(x->held, i));
         x->forces[i] = (frame->joint.is_turn ? sum->moment : sum->force).at[frame->joint.axis];
     }
     if (frame->parent >= 0)
         x->sums[frame->parent] = wrench_add(k->g, x->sums[frame->parent], wrench_to_parent(k, i, *sum));
 }
 
-expression *derive_inertia_forces(const struct held *held, const struct wrench *loads) {
+expression *derive_inertia_forces(const struct held *held) {
     const struct kinematics *k = held->k;
     const size_t n = (size_t)k->tree->count + 1;
-    struct load_sum x = {held, loads, memory_get(k->memory, n * sizeof *x.sums),
+    struct load_sum x = {held, memory_get(k->memory, n * sizeof *x.sums),
                          memory_get(k->memory, n * sizeof *x.forces)};
     const struct recursion recursion = recursion_over(k, x.sums, sizeof *x.sums, carry_inward, &x);
     recur_inward(&recursion);

@@ -50,10 +50,9 @@ struct pair_vectors {
 };
 
 /* By frame, with the inertia beyond each joint. */
-struct pair_vectors *derive_pair_vectors(const struct held *held, const struct inertia *composites,
-                                         const struct wrench *loads);
+struct pair_vectors *derive_pair_vectors(const struct held *held, const struct inertia *composites);
 
 /* M qdd + c + g at the held accelerations, by frame: what the derivatives are of. */
-expression *derive_inertia_forces(const struct held *held, const struct wrench *loads);
+expression *derive_inertia_forces(const struct held *held);
 
 #endif
