@@ -39,6 +39,7 @@ static const double error_share = 0.7;      /* exponents times the order: of thi
 static const double error_last_share = 0.4; /* and of the one before */
 static const double error_least = 1e-4;     /* of the one before, lest a lucky step blows up the next */
 static const double moved_most = 10;        /* tolerances, by a projection */
+static const double moved_rates = 0.1;      /* of the largest rate, by a projection */
 static const double first_share = 0.1; /* of the change tol^(1/order), which a step of that order may make */
 static const double passage_reach = 8, passage_reach_fixed = 4; /* steps ahead, in which a state where the
                                                                    rows lose rank is looked for */
@@ -167,6 +168,19 @@ static int begin(struct refdyn_drive *drive) {
     return status;
 }
 
+/* Do rates change by a part of the largest that no error of a step is, and, over the longest step so far, by
+ * more than positions may? At a singular position rows do not hold them any more. */
+static int moves_rates(const struct refdyn_drive *drive, double h, double most) {
+    const int n = drive->work->n;
+    double largest = 0, moved = 0;
+    for (int j = 0; j < n; j++) {
+        const double unit = refdyn_coordinate_unit(drive->work->model, j, drive->options.length);
+        largest = fmax(largest, fabs(drive->side[n + j]) / unit);
+        moved = fmax(moved, fabs(drive->state_new[n + j] - drive->side[n + j]) / unit);
+    }
+    return moved > moved_rates * largest && moved * fmax(h, drive->statistics.step_largest) > most;
+}
+
 /* A new state that is far off the programme, for its tolerance, tells of a step that went wrong: near a
  * singular position the nearest state on the programme may lie on another branch. drive->side: the state
  * before. */
@@ -183,6 +197,10 @@ static int meet_programme_nearby(struct refdyn_drive *drive, double t_new) {
             drive->work->fault = (struct refdyn_fault){.row = row, .coordinate = j};
             return REFDYN_NO_CONVERGENCE;
         }
+    }
+    if (!status && is_judged && moves_rates(drive, t_new - drive->t_begin, most)) {
+        drive->work->fault = (struct refdyn_fault){.row = row, .coordinate = -1};
+        return REFDYN_NO_CONVERGENCE;
     }
     if (!status && drive->is_passing)
         status = refdyn_pass_follow(drive, drive->side, drive->state_new);
@@ -494,11 +512,12 @@ static int step_adaptive(struct refdyn_drive *drive, double t_out, double t_stop
     if (refdyn_pass(drive, drive->step_next, t_bound, &t_singular))
         return REFDYN_OK;
     /* no step but that one reaches beyond it */
-    const double t_near = fmin(t_stop, drive->t_begin + (t_singular - drive->t_begin) / 2);
+    const double half_way = (t_singular - drive->t_begin) / 2,
+                 t_near = fmin(t_stop, drive->t_begin + half_way);
     for (;;) {
         if (refdyn_step_limit_reached(drive))
             return REFDYN_TOO_MANY_STEPS;
-        if (!(fmin(drive->step_next, t_near - drive->t_begin) >= refdyn_step_least(drive, t_out)))
+        if (!(fmin(drive->step_next, half_way) >= refdyn_step_least(drive, t_out)))
             return REFDYN_STEP_TOO_SMALL;
         const double h = clip_step(drive, t_near);
         const double t_new = h == t_near - drive->t_begin ? t_near : drive->t_begin + h;
