@@ -207,3 +207,14 @@ def test_chain(case, runtime, tmp_path):
     for line in solutions:
         error, condition = map(float, line.split())
         assert error < SOLVED * max(condition, 10), line
+
+
+@pytest.mark.parametrize("elements, wanted, other", [(4, "tangent", "tangent_vectors"), (24, "tangent_vectors", "tangent")])
+def test_what_takes_fewer_operations(elements, wanted, other, tmp_path):
+    """`implicit` is one of the two, and the summary of a motion says when it is the one by joints."""
+    refdyn("gen", REFERENCE, "--set", f"n_rfe={elements}", "--emit", "implicit", "-o", tmp_path)
+    header = (tmp_path / "manipulator.h").read_text()
+    assert f"manipulator_{wanted}(" in header and f"manipulator_{other}(" not in header
+    done = refdyn("sim", REFERENCE, "--set", f"n_rfe={elements}", "--set", "eta=1e-3", "--method", "rodas5p", "--until", "0.02", "-o",
+                  tmp_path / "run.csv")
+    assert ("solved joint by joint" in done.stderr) == (wanted == "tangent_vectors")
