@@ -1,6 +1,8 @@
 """The stiff and extreme cases: what each is, how it is run, and the error of a run against its reference."""
 import typing
 
+import numpy
+
 from program import REFERENCE, TESTS, motion, oracle, settings
 
 SUITE = TESTS / "models" / "suite"
@@ -102,6 +104,13 @@ def observed(columns):
 def error(columns, reference):
     """Largest difference from a reference; NaN where either is."""
     return max(abs(columns[name] - values).max() for name, values in reference.items())
+
+
+def told(summary, reference):
+    """The largest error that --verify estimates of what a reference keeps; a point has three columns."""
+    groups = summary["error"]["points"].items(), summary["error"]["coordinates"].items()
+    listed = {name: values for group in groups for name, values in group}
+    return max(numpy.max(values) for name, values in listed.items() if name in reference or f"{name}_x" in reference)
 
 
 def measure(case, method, tol):

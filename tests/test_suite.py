@@ -7,7 +7,7 @@ import numpy
 import pytest
 
 from program import SCALE, TESTS, check, motion, oracle, read_run, refdyn, settings
-from suite import ARM, CASES, FOUR_BAR, METHODS, ONE_METHOD, SUITE, SWING, TOP, measure, tolerances
+from suite import ARM, CASES, FOUR_BAR, METHODS, ONE_METHOD, SUITE, SWING, TOP, error, measure, run, told, tolerances
 
 REACH = TESTS / "models" / "reach.lua"
 ROOT, FALLING = [SUITE / f"{name}.lua" for name in ("root", "falling")]
@@ -55,6 +55,22 @@ def test_errors_of_the_automatic_choice():
     assert 0.7 <= pooled <= 1.4 and len(slopes) >= len(CASES) - 4, (pooled, slopes)
     # a change of method between tolerances (heavy tip), or a motion of two to five steps (four-bar), spoils the slope of a case
     assert sum(0.7 <= each <= 1.4 for each in slopes.values()) >= len(CASES) - 2, slopes
+
+
+@pytest.mark.parametrize("method", ["auto", "radau9"])
+def test_verify_tells_the_error(method):
+    """Over the suite: within a factor of 3 in nine runs of ten, of 10 in all."""
+    ratios = {}
+    for case in CASES:
+        reference = oracle(case.oracle)["columns"]
+        for tol in tolerances(case)[::2]:
+            columns, summary = run(case, "--method", method, "--tol", tol, "--verify")
+            true = error(columns, reference)
+            if true > max(ROUNDING, BESIDE_REFERENCE * oracle(case.oracle)["between"]):
+                ratios[case.name, tol] = told(summary, reference) / true
+    assert len(ratios) >= 2 * len(CASES)
+    assert all(0.1 <= ratio * SCALE <= 10 for ratio in ratios.values()), ratios
+    assert sum(1 / 3 <= ratio <= 3 for ratio in ratios.values()) >= 0.9 * len(ratios), ratios
 
 
 PERIOD = 2.367841947576237
