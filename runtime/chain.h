@@ -27,6 +27,8 @@ void refdyn_chain_lay_out(struct refdyn_chain *chain, const struct refdyn_model 
                           struct room *room);
 /* Doubles of the result of tangent_vectors behind its rows. */
 int refdyn_chain_result_size(const struct refdyn_model *model);
+/* Leaves of such a result what M takes, and 0 of all else. */
+void refdyn_chain_keep_mass(const struct refdyn_model *model, double *result, double *diagonals);
 /* Takes the vectors: `diagonals` points behind the rows of the result that begins at `result`. */
 void refdyn_chain_take(struct refdyn_chain *chain, const double *result, const double *diagonals);
 
