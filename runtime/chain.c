@@ -35,10 +35,6 @@ static int border_of(const struct refdyn_model *model) {
     return model->coupling_count + model->m;
 }
 
-int refdyn_chain_is_planar(const struct refdyn_model *model) {
-    return normal_of(model) >= 0;
-}
-
 /* ---- Layout ---- */
 
 /* Places of joints, each followed by all beyond it; coordinates of joints before come before. */

@@ -2,7 +2,8 @@
  * Motions: the caller owns the loop, a drive takes the steps.
  *
  * Takes a workspace, options and a start; gives states at the times asked for, interpolated where a step
- * reaches beyond them and then brought onto the programme, with accelerations from the index partition.
+ * reaches beyond them and then brought onto the programme, with accelerations as the steps take them; the
+ * start has those of the index partition, which is chosen there.
  */
 #include <float.h>
 #include <limits.h>
