@@ -1,5 +1,6 @@
 """The reference motions, the start off the programme, and what stays constant."""
 import json
+import math
 import os
 import tempfile
 import time
@@ -7,7 +8,7 @@ import time
 import numpy
 import pytest
 
-from program import REFERENCE, SCALE, TESTS, check, evaluate, motion, oracle
+from program import REFERENCE, SCALE, TESTS, check, close, evaluate, motion, oracle
 
 
 def deviations(run, reference, names, points):
@@ -112,6 +113,20 @@ def test_start_off_the_programme():
     assert (residual[1:] < residual[:-1]).all(), residual
     assert residual[-1] < 1e-6
     assert summary["phi_max"] > 1.6
+
+
+def test_start_is_shown_as_it_is(tmp_path):
+    """With redundant rows, too, what is said and shown of a start off the programme is not of where its first step begins."""
+    model = tmp_path / "off.lua"
+    model.write_text((TESTS / "models" / "four_bar.lua").read_text().replace('start = { psi = 1 }', 'start = { psi = 1.05 }', 1))
+    first = {}
+    for how in ("none", "project"):
+        run, said, _ = motion(model, "--until", "0.02", "--every", "0.01", "--method", "rk8", "--stabilise", how)
+        first[how] = {name: column[0] for name, column in run.items()}
+        assert f"phi = {first[how]['phi_2']!r}, psi" in said, said
+    gap = 0.3 * (math.sin(1.05) - math.sin(1)) + 0.8 * math.sin(0.05)
+    check([close("gap", abs(first["project"]["phi_2"]), gap, 1e-12)])
+    assert first["project"] == first["none"]
 
 
 def test_projected_start():
