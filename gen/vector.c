@@ -93,12 +93,6 @@ struct tensor tensor_add(struct graph *g, struct tensor a, struct tensor b) {
     return a;
 }
 
-struct tensor tensor_sub(struct graph *g, struct tensor a, struct tensor b) {
-    for (int i = 0; i < 6; i++)
-        a.at[i] = sub(g, a.at[i], b.at[i]);
-    return a;
-}
-
 struct tensor tensor_turn(struct graph *g, const expression rotation[9], struct tensor t) {
     struct tensor turned;
     struct vector half[3]; /* rows of R T */
@@ -108,15 +102,6 @@ struct tensor tensor_turn(struct graph *g, const expression rotation[9], struct 
         for (int j = i; j < 3; j++)
             turned.at[tensor_index(i, j)] = vector_dot(g, half[i], vector_of(rotation + 3 * j));
     return turned;
-}
-
-struct tensor tensor_outer(struct graph *g, expression s, struct vector a) {
-    struct tensor t;
-    const struct vector scaled = vector_scale(g, s, a);
-    for (int i = 0; i < 3; i++)
-        for (int j = i; j < 3; j++)
-            t.at[tensor_index(i, j)] = mul(g, scaled.at[i], a.at[j]);
-    return t;
 }
 
 struct tensor tensor_of_shift(struct graph *g, struct vector r, struct vector before, struct vector after) {

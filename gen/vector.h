@@ -37,11 +37,8 @@ struct matrix matrix_product(struct graph *g, const expression a[9], const expre
 int tensor_index(int row, int column);
 struct vector tensor_times(struct graph *g, struct tensor t, struct vector a);
 struct tensor tensor_add(struct graph *g, struct tensor a, struct tensor b);
-struct tensor tensor_sub(struct graph *g, struct tensor a, struct tensor b);
 /* R T R^T */
 struct tensor tensor_turn(struct graph *g, const expression rotation[9], struct tensor t);
-/* s a a^T */
-struct tensor tensor_outer(struct graph *g, expression s, struct vector a);
 /*
  * What an inertia gains when it is seen from r away (Steiner, both origins off the centre), from the moments
  * before, mc, and after, mc + m r: 2 (r.d) 1 - r d^T - d r^T with d = mc + m r / 2.

@@ -295,13 +295,14 @@ static int attempt_passage(struct refdyn_drive *drive, double t_new, double *err
 
 int refdyn_pass(struct refdyn_drive *drive, double h, double t_bound, double *t) {
     struct refdyn_partition *partition = &drive->work->partition;
-    const double reach = (drive->options.tol > 0 ? passage_reach : passage_reach_fixed) * h;
+    const int is_fixed = drive->options.tol == 0;
+    const double reach = (is_fixed ? passage_reach_fixed : passage_reach) * h;
     double error = INFINITY;
     *t = INFINITY;
     if (drive->options.singular != REFDYN_PASS || !refdyn_pass_is_ahead(drive, reach, t))
         return 0;
     const int rank = partition->rank;
-    const double step_max = drive->options.step_max;
+    const double step_max = is_fixed ? 0 : drive->options.step_max;
     if (refdyn_pass_is_vain(drive, *t))
         return 0;
     const double t_new = refdyn_pass_end(drive, *t, t_bound);

@@ -4,7 +4,8 @@
 
 #include "refdyn.h"
 
-/* One step towards t_out: of fixed steps never past it. From drive->state_new at t_end to the same, later.
+/* One step towards t_out: of fixed steps never past it, but by one that passes a state where the rows lose
+ * rank. From drive->state_new at t_end to the same, later.
  * Errors: as refdyn_drive_step. */
 int refdyn_advance(struct refdyn_drive *drive, double t_out);
 /*

@@ -35,10 +35,6 @@ static int border_of(const struct refdyn_model *model) {
     return model->coupling_count + model->m;
 }
 
-int refdyn_chain_is_planar(const struct refdyn_model *model) {
-    return normal_of(model) >= 0;
-}
-
 /* ---- Layout ---- */
 
 /* Places of joints, each followed by all beyond it; coordinates of joints before come before. */
@@ -134,6 +130,22 @@ static int count_arrays(const struct refdyn_model *model) {
 
 int refdyn_chain_result_size(const struct refdyn_model *model) {
     return model->n * (2 + count_arrays(model) + 3 * model->coupling_count);
+}
+
+/* Vectors whose products M is. */
+static int is_of_mass(enum refdyn_vector vector) {
+    return vector == REFDYN_TURN_AXIS || vector == REFDYN_SLIDE_AXIS || vector == REFDYN_SHIFT ||
+           vector == REFDYN_MASS_MOMENT || vector == REFDYN_MASS_FORCE;
+}
+
+void refdyn_chain_keep_mass(const struct refdyn_model *model, double *result, double *diagonals) {
+    const size_t bytes = (size_t)model->n * sizeof *result, couplings = (size_t)model->coupling_count;
+    const int couplings_at = (2 + count_arrays(model)) * model->n;
+    memset(diagonals, 0, 2 * bytes);
+    for (int i = 0; i < 3 * REFDYN_VECTOR_COUNT; i++)
+        if (model->vector_places[i] >= 0 && !is_of_mass((enum refdyn_vector)(i / 3)))
+            memset(result + model->vector_places[i], 0, bytes);
+    memset(diagonals + couplings_at + model->coupling_count * model->n, 0, 2 * couplings * bytes);
 }
 
 /* factor * vector, of all joints, added to the records from component `at` on: the axes that turns or slides

@@ -1,32 +1,35 @@
+/* clang-format off */
 /*
  * The tangent of a tree of joints as vectors: its products, and L U in O(n).
  *
  * Takes the result of `tangent_vectors` (refdyn_model.h), gives products with M, D and K and solutions with
- * A = M + g D + g^2 K + pulled^T (g pull_by_qd + g^2 pull_by_q), bordered by rows. For i beyond j, j on its
- * way to the ground, with wrenches moved to the origin of j, A_ji = S_j . W_i,   A_ij = Z_j . Y_i, S = (e |
- * e),  W = (moment | force) of mass + 2 g damping + g^2 stiffness           e turns | slides Y = (mass
- * moment, spin, mass force, turned rows) Z = (e + 2 g e' + g^2 e'', 2 g e + 2 g^2 e', g^2 lever + [e + 2 g e'
- * + g^2 e''], g^2 e) where only the brackets are of a slide. Products of all pairs are sums that are carried
- * from joint to joint. Eliminated from the tips (no pivoting, as in L^T D L of M), x_i leaves -S_l . W_i Y_i
- * . Z_k / A_ii at every entry (l, k) of joints before it: one matrix X = sum W_i Y_i^T / A_ii, moved along,
- * holds what all joints beyond j leave, and at j W_j -= X Z_j,   Y_j -= X^T S_j,   A_jj = Z_j . Y_j + g
- * damping_j + g^2 stiffness_j. Couplings and rows are a border, eliminated last. In a plane X is 3 x 5, in
- * space 6 x 12.
+ * A = M + g D + g^2 K + pulled^T (g pull_by_qd + g^2 pull_by_q), bordered by rows. For i beyond j, j on its way to the
+ * ground, with wrenches moved to the origin of j,
+ *     A_ji = S_j . W_i,   A_ij = Z_j . Y_i
+ *     S = (e | e), where e turns | slides
+ *     W = (moment | force) of mass + 2 g damping + g^2 stiffness
+ *     Y = (mass moment, spin, mass force, turned rows)
+ *     Z = (e + 2 g e' + g^2 e'', 2 g e + 2 g^2 e', g^2 lever + [e + 2 g e' + g^2 e''], g^2 e), only the brackets of a slide.
+ * Products of all pairs are sums that are carried from joint to joint. Eliminated from the tips (no pivoting, as in
+ * L^T D L of M), x_i leaves -S_l . W_i Y_i . Z_k / A_ii at every entry (l, k) of joints before it: one matrix
+ * X = sum W_i Y_i^T / A_ii, moved along, holds what all joints beyond j leave, and at j
+ *     W_j -= X Z_j,   Y_j -= X^T S_j,   A_jj = Z_j . Y_j + g damping_j + g^2 stiffness_j.
+ * Couplings and rows are a border, eliminated last. In a plane X is 3 x 5, in space 6 x 12.
  */
+/* clang-format on */
 #ifndef REFDYN_CHAIN_H
 #define REFDYN_CHAIN_H
 
 #include "refdyn.h"
 #include "room.h"
 
-/* Do all joints of a model with `tangent_vectors` move in one plane? */
-int refdyn_chain_is_planar(const struct refdyn_model *model);
-
 /* Lays out arrays with room for factors of one real and this many complex matrices. */
 void refdyn_chain_lay_out(struct refdyn_chain *chain, const struct refdyn_model *model, int complexes,
                           struct room *room);
 /* Doubles of the result of tangent_vectors behind its rows. */
 int refdyn_chain_result_size(const struct refdyn_model *model);
+/* Leaves of such a result what M takes, and 0 of all else. */
+void refdyn_chain_keep_mass(const struct refdyn_model *model, double *result, double *diagonals);
 /* Takes the vectors: `diagonals` points behind the rows of the result that begins at `result`. */
 void refdyn_chain_take(struct refdyn_chain *chain, const double *result, const double *diagonals);
 

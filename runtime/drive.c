@@ -2,7 +2,8 @@
  * Motions: the caller owns the loop, a drive takes the steps.
  *
  * Takes a workspace, options and a start; gives states at the times asked for, interpolated where a step
- * reaches beyond them and then brought onto the programme, with accelerations from the index partition.
+ * reaches beyond them and then brought onto the programme, with accelerations as the steps take them; the
+ * start has those of the index partition, which is chosen there.
  */
 #include <float.h>
 #include <limits.h>
@@ -173,38 +174,35 @@ static int continue_seen(struct refdyn_drive *drive) {
     return refdyn_equations(drive->work, drive->t, drive->q, drive->qd);
 }
 
-/* With projections, steps begin on the programme, also where the state that is seen is off it; that state and
- * its accelerations stay as they are. */
+/* With projections, steps begin on the programme, also where the state that is seen is off it. */
 static int step_onto_programme(struct refdyn_drive *drive) {
-    struct refdyn_workspace *work = drive->work;
-    const size_t bytes = (size_t)(2 * work->n) * sizeof(double);
     if (drive->options.stabilise != REFDYN_PROJECT)
         return REFDYN_OK;
-    const int status = refdyn_project_evaluated(work, drive->t, drive->state, drive->state + work->n);
-    if (status || memcmp(drive->state, drive->seen, bytes) == 0)
-        return status;
-    const int failed = refdyn_equations(work, drive->t, drive->q, drive->qd);
-    return failed ? failed : solve_seen(drive);
+    return refdyn_project_evaluated(drive->work, drive->t, drive->state, drive->state + drive->work->n);
 }
 
-/* Steps begin at the state that is seen: slopes of both ends are its own. */
+/* Steps begin at the state that is seen: slopes of both ends are its own. Where they begin beside it, its row
+ * terms are in the workspace again at the end, and its accelerations stay as they are. */
 static int begin_here(struct refdyn_drive *drive) {
-    const size_t bytes = (size_t)(2 * drive->work->n + 1) * sizeof(double);
+    struct refdyn_workspace *work = drive->work;
+    const size_t bytes = (size_t)(2 * work->n + 1) * sizeof(double);
     refdyn_pass_leave(drive);
     drive->t_begin = drive->t_end = drive->t;
     drive->is_aligned = drive->has_tangent = 0;
     drive->last_h = drive->factored_h = 0;
     drive->tried_t = INFINITY;
     drive->interval_steps = drive->interval_done = 0;
-    drive->seen[2 * drive->work->n] = drive->work_done;
-    drive->work->partition.rank_most = drive->work->partition.rank;
+    drive->seen[2 * work->n] = drive->work_done;
+    work->partition.rank_most = work->partition.rank;
     memcpy(drive->state, drive->seen, bytes);
     int status = step_onto_programme(drive);
     memcpy(drive->state_new, drive->state, bytes);
     if (!status)
         status = refdyn_slope(drive, drive->t, drive->state, drive->slope);
     memcpy(drive->slope_new, drive->slope, refdyn_slope_bytes(drive));
-    drive->work->partition.rank_most = drive->work->partition.rank;
+    work->partition.rank_most = work->partition.rank;
+    if (!status && memcmp(drive->state, drive->seen, bytes) != 0)
+        status = refdyn_row_terms(work, drive->t, drive->q, drive->qd);
     return status;
 }
 

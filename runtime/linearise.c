@@ -68,18 +68,28 @@ void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_mod
     linear->rows = room_ints(room, m);
 }
 
-int refdyn_linear_evaluate(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
-                           const double *q, const double *slope) {
+static void find_tangent(struct refdyn_linear *linear, const struct refdyn_workspace *work, double t,
+                         const double *q, const double *slope) {
     const struct refdyn_model *model = work->model;
     (linear->is_chain ? model->tangent_vectors : model->tangent)(work->p, work->x, t, q, slope,
                                                                  linear->tangent);
+}
+
+static int take_tangent(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
+                        const double *q, const double *qd) {
     if (refdyn_is_finite(linear->tangent, linear->tangent_size)) {
         if (linear->is_chain)
             refdyn_chain_take(&linear->chain, linear->tangent, linear->diagonals);
         return REFDYN_OK;
     }
-    const int status = refdyn_equations(work, t, q, slope);
+    const int status = refdyn_equations(work, t, q, qd);
     return status ? status : REFDYN_NOT_FINITE;
+}
+
+int refdyn_linear_evaluate(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
+                           const double *q, const double *slope) {
+    find_tangent(linear, work, t, q, slope);
+    return take_tangent(linear, work, t, q, slope);
 }
 
 /* The independent rows of the partition stand behind the coordinates. */
@@ -186,6 +196,20 @@ static int factor_equations(struct refdyn_linear *linear, const struct refdyn_wo
     return factor(linear);
 }
 
+/* M and u from the vectors of joints. All else may be infinite where these are not, as at the root of a force
+ * that is 0, and does not count. M and u depend on rates alone among what a tangent is taken at. */
+static int evaluate_mass(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
+                         const double *state) {
+    const size_t n = (size_t)linear->n, m = (size_t)linear->m;
+    double *slope = linear->x; /* there are rows, so it is long enough */
+    memset(slope, 0, (2 * n + 1 + m) * sizeof *slope);
+    memcpy(slope, state + n, n * sizeof *slope);
+    find_tangent(linear, work, t, state, slope);
+    memset(linear->tangent, 0, (size_t)(linear->u - linear->tangent) * sizeof(double)); /* f_t to G_qd */
+    refdyn_chain_keep_mass(work->model, linear->tangent, linear->diagonals);
+    return take_tangent(linear, work, t, state, state + n);
+}
+
 int refdyn_linear_factor_mass(struct refdyn_drive *drive, double t, const double *state) {
     struct refdyn_linear *linear = &drive->linear;
     struct refdyn_workspace *work = drive->work;
@@ -193,8 +217,9 @@ int refdyn_linear_factor_mass(struct refdyn_drive *drive, double t, const double
         const int status = refdyn_equations(work, t, state, state + work->n);
         return status ? status : factor_equations(linear, work);
     }
-    drive->has_tangent = 0; /* M and u do not depend on the slope */
-    const int status = refdyn_linear_evaluate(linear, work, t, state, drive->slope);
+    drive->has_tangent = 0;
+    drive->factored_h = 0; /* solutions read the vectors, too */
+    const int status = evaluate_mass(linear, work, t, state);
     return status ? status : refdyn_linear_factor(linear, work, 0);
 }
 

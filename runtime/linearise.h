@@ -38,8 +38,8 @@ void refdyn_linear_solve(struct refdyn_linear *linear, const double *r_q, const 
  * factored matrix: into linear->directions; refdyn_linear_found tells them with their rows. */
 void refdyn_linear_directions(struct refdyn_linear *linear);
 struct refdyn_directions refdyn_linear_found(const struct refdyn_linear *linear);
-/* Factors M and its rows at a state, for directions in the metric of M; a tangent may be lost. Errors:
- * NOT_FINITE, MATRIX_SINGULAR. */
+/* Factors M and its rows at a state, for directions in the metric of M; the tangent and factors of steps
+ * may be lost. Errors: NOT_FINITE, MATRIX_SINGULAR. */
 int refdyn_linear_factor_mass(struct refdyn_drive *drive, double t, const double *state);
 
 /* Derivatives of the accelerations by position or rate j, or by time, into linear->x; with the factors for g

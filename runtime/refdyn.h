@@ -220,7 +220,7 @@ const char *refdyn_method_name(int method);
 int refdyn_method_order(enum refdyn_method method);
 /* Was the tangent emitted, as `tangent` or as `tangent_vectors`? */
 int refdyn_has_tangent(const struct refdyn_model *model);
-/* Does the method use the emitted `tangent`? auto does without where there is none; the others need it. */
+/* Does the method use the emitted tangent? auto does without where there is none; the others need it. */
 int refdyn_method_is_implicit(enum refdyn_method method);
 /* The method of that name, -1 when there is none. */
 int refdyn_method_find(const char *name);
@@ -440,7 +440,7 @@ struct refdyn_drive {
 
 /* Bytes that refdyn_drive_init needs; 0: an option is out of its range. */
 size_t refdyn_drive_size(const struct refdyn_model *model, const struct refdyn_options *options);
-/* Errors: BAD_OPTION, BAD_MEMORY, FUNCTION_MISSING (an implicit method but auto needs the model's `tangent`).
+/* Errors: BAD_OPTION, BAD_MEMORY, FUNCTION_MISSING (an implicit method but auto needs the model's tangent).
  */
 int refdyn_drive_init(struct refdyn_drive *drive, struct refdyn_workspace *work,
                       const struct refdyn_options *options, void *memory, size_t size);

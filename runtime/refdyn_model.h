@@ -35,12 +35,17 @@ struct refdyn_row {
     enum refdyn_row_level level;
 };
 
+/* clang-format off */
 /*
- * Vectors of a joint j in ground axes, about its origin, in `tangent_vectors`: with e the axis of what turns
- * or slides, rho the arm of a mass element beyond j, C_j = e x rho or e, mass  int C_j dm, int rho x C_j dm
- * spin  int rho' x C_j dm   damping  of dC_j/dt   stiffness  of d2C_j/dt2, with what turns C along. Their
- * products are the tangent: runtime/chain.h.
+ * Vectors of a joint j in ground axes, about its origin, in `tangent_vectors`: with e the axis of what turns or slides,
+ * rho the arm of a mass element beyond j, C_j = e x rho or e,
+ *     mass       int C_j dm, int rho x C_j dm
+ *     spin       int rho' x C_j dm
+ *     damping    of dC_j/dt
+ *     stiffness  of d2C_j/dt2, with what turns C along.
+ * Their products are the tangent: runtime/chain.h.
  */
+/* clang-format on */
 enum refdyn_vector {
     REFDYN_TURN_AXIS,
     REFDYN_TURN_RATE,

@@ -1,5 +1,6 @@
 """The reference motions, the start off the programme, and what stays constant."""
 import json
+import math
 import os
 import tempfile
 import time
@@ -7,7 +8,7 @@ import time
 import numpy
 import pytest
 
-from program import REFERENCE, SCALE, TESTS, check, evaluate, motion, oracle
+from program import REFERENCE, SCALE, TESTS, check, close, evaluate, motion, oracle
 
 
 def deviations(run, reference, names, points):
@@ -114,6 +115,20 @@ def test_start_off_the_programme():
     assert summary["phi_max"] > 1.6
 
 
+def test_start_is_shown_as_it_is(tmp_path):
+    """With redundant rows, too, what is said and shown of a start off the programme is not of where its first step begins."""
+    model = tmp_path / "off.lua"
+    model.write_text((TESTS / "models" / "four_bar.lua").read_text().replace('start = { psi = 1 }', 'start = { psi = 1.05 }', 1))
+    first = {}
+    for how in ("none", "project"):
+        run, said, _ = motion(model, "--until", "0.02", "--every", "0.01", "--method", "rk8", "--stabilise", how)
+        first[how] = {name: column[0] for name, column in run.items()}
+        assert f"phi = {first[how]['phi_2']!r}, psi" in said, said
+    gap = 0.3 * (math.sin(1.05) - math.sin(1)) + 0.8 * math.sin(0.05)
+    check([close("gap", abs(first["project"]["phi_2"]), gap, 1e-12)])
+    assert first["project"] == first["none"]
+
+
 def test_projected_start():
     run, said, summary = motion(REFERENCE, "--set", "n_rfe=1", "--set", "program=chapter", "--start", "project",
                                 "--method", "rk4", "--step", "1e-3", "--until", "0.5")
@@ -192,3 +207,24 @@ return rd.model { name = "root", links = { { "cart", joint = { "x" }, mass = 1 }
     found, _, _ = motion(model, "--until", "1", "--every", "0.5", "--method", "auto")
     wanted, _, _ = motion(model, "--until", "1", "--every", "0.5", "--method", "rk8")
     assert abs(found["cart_x"][-1] - wanted["cart_x"][-1]) < 1e-5 * SCALE
+
+
+def test_auto_without_a_derivative_in_a_long_chain(tmp_path):
+    """The same where vectors of joints give M for projections: what is infinite beside it does not count."""
+    model = tmp_path / "root_chain.lua"
+    model.write_text("""local rd = require "refdyn"
+local links = {}
+for i = 1, 30 do
+  links[i] = { "bar_" .. i, on = i > 1 and "bar_" .. i - 1 or nil, at = { i > 1 and 0.1 or 0, 0, 0 }, joint = "psi",
+               start = { psi = 0.03 * i }, bodies = { rd.box { { 0.1, 0.02, 0.02 }, mass = 0.2, at = { 0.05, 0, 0 } } } }
+end
+return rd.model { name = "root_chain", gravity = { 0, -9.81, 0 }, links = links, points = { tip = { on = "bar_30", at = { 0.1, 0, 0 } } },
+  forces = function(s) return { bar_1_psi = -rd.sqrt(rd.abs(s.qd.bar_1_psi)) } end,
+  constraints = function(s)
+    return { rd.position { s.points.tip.x - rd.parameter("x", s.start.points.tip.x, "m") - 0.05 * rd.sin(s.t)^2 } }
+  end }
+""")
+    found, said, _ = motion(model, "--until", "0.1", "--every", "0.05", "--method", "auto")
+    wanted, _, _ = motion(model, "--until", "0.1", "--every", "0.05", "--method", "rk8")
+    assert "joint by joint" in said
+    assert abs(found["bar_1_psi"][-1] - wanted["bar_1_psi"][-1]) < 1e-5 * SCALE

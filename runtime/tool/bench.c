@@ -22,13 +22,19 @@ struct quantity {
     { #name, offsetof(struct refdyn_model, name) }
 
 static const struct quantity quantities[] = {
-    QUANTITY(M),          QUANTITY(h),           QUANTITY(Q),           QUANTITY(u),         QUANTITY(v),
-    QUANTITY(phi),        QUANTITY(psi),         QUANTITY(k),           QUANTITY(r),         QUANTITY(rd),
-    QUANTITY(C),          QUANTITY(d),           QUANTITY(energy),      QUANTITY(power),     QUANTITY(Q_q),
-    QUANTITY(qdd_free),   QUANTITY(qdd),         QUANTITY(force),       QUANTITY(equations), QUANTITY(course),
-    QUANTITY(breaks),     QUANTITY(anchor),      QUANTITY(start),       QUANTITY(M_h),       QUANTITY(f),
-    QUANTITY(row_terms),  QUANTITY(point_terms), QUANTITY(constrained), QUANTITY(tangent),   QUANTITY(d_qdd),
-    QUANTITY(d_qdd_free), QUANTITY(d_force),     QUANTITY(d_statics),   QUANTITY(d_rows)};
+    QUANTITY(M),           QUANTITY(h),          QUANTITY(Q),
+    QUANTITY(u),           QUANTITY(v),          QUANTITY(phi),
+    QUANTITY(psi),         QUANTITY(k),          QUANTITY(r),
+    QUANTITY(rd),          QUANTITY(C),          QUANTITY(d),
+    QUANTITY(energy),      QUANTITY(power),      QUANTITY(Q_q),
+    QUANTITY(qdd_free),    QUANTITY(qdd),        QUANTITY(force),
+    QUANTITY(equations),   QUANTITY(course),     QUANTITY(breaks),
+    QUANTITY(anchor),      QUANTITY(start),      QUANTITY(M_h),
+    QUANTITY(f),           QUANTITY(row_terms),  QUANTITY(point_terms),
+    QUANTITY(constrained), QUANTITY(tangent),    QUANTITY(tangent_vectors),
+    QUANTITY(d_qdd),       QUANTITY(d_qdd_free), QUANTITY(d_force),
+    QUANTITY(d_statics),   QUANTITY(d_rows),
+};
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof quantities[0] };
 
@@ -126,13 +132,15 @@ static void disturb(struct scene *scene) {
     scene->state.t = 2.385;
 }
 
-/* Room for the largest result: the equations, the points' columns, the derivatives, values that the model
- * names. */
+/* Room for the largest result: the equations, the points' columns, the derivatives, vectors of joints, values
+ * that the model names. */
 static double *result_room(const struct refdyn_model *model) {
     size_t n = (size_t)model->n, m = (size_t)model->m, points = (size_t)model->point_count;
     size_t variables = 2 * n + 1 + (size_t)model->input_count + (size_t)model->parameter_count;
     size_t named = (size_t)model->course_count + (size_t)model->break_count + (size_t)model->anchored_count;
-    return allocate((n + 3 * m + 1) * (variables + n + 4) + 3 * points * (n + 1) + named, sizeof(double));
+    size_t vectors = n * (2 + 3 * (REFDYN_VECTOR_COUNT + (size_t)model->coupling_count));
+    return allocate((n + 3 * m + 1) * (variables + n + 4) + 3 * points * (n + 1) + vectors + named,
+                    sizeof(double));
 }
 
 /* Rates, accelerations and multipliers of the state; those that it has not are 0. */

@@ -20,9 +20,9 @@ enum status run_report(const struct options *options);
 /* Says on stderr which status of the runtime came at which time and state; returns STATUS_NUMBERS. */
 enum status numbers_failed(const struct scene *scene, int result, double t, const double *q,
                            const double *qd);
-/* Rows that say what others say, by name, after the accelerations were solved. */
 /* The condition of the rows at a state, in words; true when they are near losing rank. */
 bool print_condition(struct refdyn_workspace *work, double t, const double *q, const double *qd);
+/* Rows that say what others say, by name, after the accelerations were solved. */
 void print_redundant_rows(const struct refdyn_workspace *work);
 
 /* Marks in held (n) the coordinates of --hold, or the model's. Complains about names that there are not. */

@@ -11,6 +11,7 @@
 /* [rad, m] and [rad/s^2, m/s^2]: what statics finds is in balance by far better */
 static const double distance_tol = 1e-6;
 static const double acceleration_tol = 1e-9;
+
 /* What the emitted functions give at the state, over all coordinates. */
 struct values {
     int n, m;
