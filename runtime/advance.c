@@ -39,7 +39,7 @@ static const double error_share = 0.7;      /* exponents times the order: of thi
 static const double error_last_share = 0.4; /* and of the one before */
 static const double error_least = 1e-4;     /* of the one before, lest a lucky step blows up the next */
 static const double moved_most = 10;        /* tolerances, by a projection */
-static const double moved_rates = 0.1;      /* of the largest rate, by a projection */
+static const double moved_rates = 0.5;      /* of the largest rate, by a projection */
 static const double first_share = 0.1; /* of the change tol^(1/order), which a step of that order may make */
 static const double passage_reach = 8, passage_reach_fixed = 4; /* steps ahead, in which a state where the
                                                                    rows lose rank is looked for */
@@ -168,17 +168,17 @@ static int begin(struct refdyn_drive *drive) {
     return status;
 }
 
-/* Do rates change by a part of the largest that no error of a step is, and, over the longest step so far, by
- * more than positions may? At a singular position rows do not hold them any more. */
-static int moves_rates(const struct refdyn_drive *drive, double h, double most) {
+int refdyn_rates_are_moved(const struct refdyn_drive *drive, const double *before, const double *after,
+                           double h) {
     const int n = drive->work->n;
     double largest = 0, moved = 0;
-    for (int j = 0; j < n; j++) {
-        const double unit = refdyn_coordinate_unit(drive->work->model, j, drive->options.length);
-        largest = fmax(largest, fabs(drive->side[n + j]) / unit);
-        moved = fmax(moved, fabs(drive->state_new[n + j] - drive->side[n + j]) / unit);
+    for (int j = n; j < 2 * n; j++) {
+        const double unit = refdyn_coordinate_unit(drive->work->model, j - n, drive->options.length);
+        largest = fmax(largest, fabs(before[j]) / unit);
+        moved = fmax(moved, fabs(after[j] - before[j]) / unit);
     }
-    return moved > moved_rates * largest && moved * fmax(h, drive->statistics.step_largest) > most;
+    const double longest = fmax(h, drive->statistics.step_largest);
+    return moved > moved_rates * largest && moved * longest > moved_most * drive->options.tol;
 }
 
 /* A new state that is far off the programme, for its tolerance, tells of a step that went wrong: near a
@@ -198,7 +198,8 @@ static int meet_programme_nearby(struct refdyn_drive *drive, double t_new) {
             return REFDYN_NO_CONVERGENCE;
         }
     }
-    if (!status && is_judged && moves_rates(drive, t_new - drive->t_begin, most)) {
+    if (!status && is_judged &&
+        refdyn_rates_are_moved(drive, drive->side, drive->state_new, t_new - drive->t_begin)) {
         drive->work->fault = (struct refdyn_fault){.row = row, .coordinate = -1};
         return REFDYN_NO_CONVERGENCE;
     }

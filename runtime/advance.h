@@ -17,6 +17,11 @@ int refdyn_advance(struct refdyn_drive *drive, double t_out);
 int refdyn_pass(struct refdyn_drive *drive, double h, double t_bound, double *t);
 /* Gains in work->p as options.stabilise asks, for a step of h. */
 void refdyn_set_gains(struct refdyn_drive *drive, double h);
+/* Does a projection change rates by a part of the largest that no error of a step is, and, over the longest
+ * step so far (or h), by more than positions may? Where the rows lose rank it says nothing about rates. Both
+ * states (2 n). */
+int refdyn_rates_are_moved(const struct refdyn_drive *drive, const double *before, const double *after,
+                           double h);
 /* Moves a state (2 n) at t onto the programme along directions that fit the method. The row terms of the
  * state are in the workspace, at the end those of the new one. Errors: those of refdyn_project. */
 int refdyn_meet_programme(struct refdyn_drive *drive, double t, double *state);

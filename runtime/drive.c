@@ -21,9 +21,6 @@
 #include "slope.h"
 #include "step.h"
 
-static const double rates_moved_most = 0.5; /* of the largest rate, */
-static const double moved_most = 10; /* and, times the step, in tolerances: by the projection of an output */
-
 double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double length) {
     const char *unit = model->coordinates[j].unit;
     return unit && strcmp(unit, "m") == 0 ? length : 1;
@@ -275,20 +272,11 @@ void refdyn_drive_limit(struct refdyn_drive *drive, double t) {
     drive->t_most = t;
 }
 
-/* Onto the programme, unless that changes rates as much as they are large, and by more than errors of the
- * step can: at a state where the rows lose rank it says nothing about them. */
+/* Onto the programme, where that says something about rates. */
 static int meet_programme_seen(struct refdyn_drive *drive, double t) {
-    const double h = drive->t_end - drive->t_begin;
-    const int n = drive->work->n;
-    double largest = 0, moved = 0;
-    memcpy(drive->side, drive->seen, (size_t)(2 * n) * sizeof(double));
+    memcpy(drive->side, drive->seen, (size_t)(2 * drive->work->n) * sizeof(double));
     const int status = refdyn_meet_programme(drive, t, drive->seen);
-    for (int j = 0; j < n; j++) {
-        const double unit = refdyn_coordinate_unit(drive->work->model, j, drive->options.length);
-        largest = fmax(largest, fabs(drive->side[n + j]) / unit);
-        moved = fmax(moved, fabs(drive->seen[n + j] - drive->side[n + j]) / unit);
-    }
-    if (status || !(moved > rates_moved_most * largest && h * moved > moved_most * drive->options.tol))
+    if (status || !refdyn_rates_are_moved(drive, drive->side, drive->seen, 0))
         return status;
     drive->work->fault =
         (struct refdyn_fault){.row = refdyn_residuals(drive->work).psi_row, .coordinate = -1};

@@ -15,16 +15,21 @@ static const char *level_name(enum refdyn_row_level level) {
     return names[level];
 }
 
-static void print_remedies(const struct options *options, enum refdyn_stabilise stabilise) {
+static void print_remedies(const struct options *options, const struct refdyn_options *chosen) {
     static const char *const what[] = {
         [REFDYN_NONE] = "with --stabilise none it stays off, --stabilise baumgarte would pull it in",
         [REFDYN_BAUMGARTE] = "the stabilisation (baumgarte) pulls it in",
         [REFDYN_PROJECT] = "the projection at the end of the first step moves it onto the programme, so that "
                            "the motion hangs on the length of that step; baumgarte would pull it in"};
-    fprintf(stderr,
-            "  Two remedies: solve for a consistent start with --start project,\n"
-            "  or start off the programme: %s.\n  This motion runs from the start as it is%s.\n",
-            what[stabilise], options->start ? ", as asked" : "");
+    fprintf(
+        stderr,
+        "  Two remedies: solve for a consistent start with --start project,\n"
+        "  or start off the programme: %s.\n  This motion runs from the start as it is%s.\n",
+        chosen->gain_share > 0 && chosen->tol > 0
+            ? "gains from the step (baumgarte-auto) let no step begin there whose error is judged; those of "
+              "the rows (baumgarte), or --step, pull it in"
+            : what[chosen->stabilise],
+        options->start ? ", as asked" : "");
 }
 
 /* A start off the programme: the residual of each row, and what can be done. */
@@ -50,7 +55,7 @@ static void print_start(const struct options *options, const struct refdyn_drive
             fprintf(stderr, "phi = %s, ", exact_text(work->phi[i], text[0]));
         fprintf(stderr, "psi = %s\n", exact_text(work->psi[i], text[1]));
     }
-    print_remedies(options, drive->options.stabilise);
+    print_remedies(options, &drive->options);
 }
 
 /* ---- Runs ---- */

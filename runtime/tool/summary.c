@@ -41,7 +41,7 @@ static void print_method(const struct motion *motion) {
     fprintf(stderr, "method       %s, %s %s, stabilised by %s%s\n", motion->method,
             o->tol > 0 ? "tolerance" : "step [s]", exact_text(o->tol > 0 ? o->tol : o->step, text),
             stabilise_names[o->stabilise], is_automatic(o) ? ", gains from the step" : "");
-    if (o->method == REFDYN_AUTO)
+    if (o->method == REFDYN_AUTO && drive->statistics.steps > 0)
         print_choice(drive);
 }
 
