@@ -159,7 +159,7 @@ static void judge(struct refdyn_drive *drive) {
     if (explicit_suffices(drive)) {
         go_on_with(drive, choice->at);
     } else if (is_nearly_done(drive)) {
-        choice->is_short = 1; /* too short for errors to add up, too */
+        choice->is_short = drive->statistics.steps < FEW_STEPS; /* too short for errors to add up, too */
         go_on_with(drive, best(choice));
     } else if (choice->at + 1 < REFDYN_CANDIDATES) {
         choice->candidates[REFDYN_CANDIDATES - 1] = collocation_for(drive);
