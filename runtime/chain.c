@@ -60,7 +60,7 @@ static void order_joints(struct refdyn_chain *c) {
 }
 
 /* A joint beside another one has a slot of its own, which the joint before both collects. */
-static int find_slots(struct refdyn_chain *c) {
+static void find_slots(struct refdyn_chain *c) {
     int slots = 0;
     for (int k = 0; k < c->n; k++)
         c->other[k] = c->next[k] = -1;
@@ -72,7 +72,6 @@ static int find_slots(struct refdyn_chain *c) {
             c->other[parent] = k;
         }
     }
-    return slots;
 }
 
 /* Tips of the tree, or what that is at most. */
@@ -90,11 +89,12 @@ static int factors_size(const struct refdyn_chain *c) {
 void refdyn_chain_lay_out(struct refdyn_chain *c, const struct refdyn_model *model, int complexes,
                           struct room *room) {
     const int n = model->n, border = border_of(model), matrices = 1 + 2 * complexes;
-    const int is_planar = normal_of(model) >= 0, moments = is_planar ? 1 : 3, forces = is_planar ? 2 : 3;
+    const int is_planar = normal_of(model) >= 0;
+    const struct refdyn_chain_layout at = refdyn_chain_layout_of(is_planar);
     *c = (struct refdyn_chain){.model = model, .n = n, .is_planar = is_planar};
-    c->left = moments + forces;
-    c->right = 3 * moments + forces;
-    c->record = 4 * c->left + 2 * forces + 4 * c->right;
+    c->left = at.left;
+    c->right = at.right;
+    c->record = at.record;
     c->records = room_doubles(room, n * c->record);
     c->stiffness = room_doubles(room, n);
     c->damping = room_doubles(room, n);
@@ -102,8 +102,8 @@ void refdyn_chain_lay_out(struct refdyn_chain *c, const struct refdyn_model *mod
     c->responses = room_doubles(room, matrices * border * n);
     c->corner = room_doubles(room, matrices * border * border);
     c->border_rows = room_doubles(room, matrices * border * n);
-    c->inner = room_doubles(room, most_slots(model) * 2 * 6 * 12);
-    c->sweep = room_doubles(room, n * 2 * 12);
+    c->inner = room_doubles(room, most_slots(model) * 2 * REFDYN_LEFT_MOST * REFDYN_RIGHT_MOST);
+    c->sweep = room_doubles(room, n * 2 * REFDYN_RIGHT_MOST);
     c->side = room_doubles(room, 4 * n + 4 * border);
     c->scale = room_doubles(room, border);
     c->order = room_ints(room, n);
@@ -112,7 +112,7 @@ void refdyn_chain_lay_out(struct refdyn_chain *c, const struct refdyn_model *mod
     c->next = room_ints(room, n);
     c->slot = room_ints(room, n);
     c->moves = room_ints(room, n);
-    c->pivot = room_ints(room, matrices * border);
+    c->pivot = room_ints(room, (1 + complexes) * border);
     if (room->base) {
         order_joints(c);
         find_slots(c);
@@ -165,39 +165,37 @@ static void take(struct refdyn_chain *c, const double *result, int at, enum refd
 static void take_wrench(struct refdyn_chain *c, const double *result, int at, enum refdyn_vector moment,
                         enum refdyn_vector force, double factor) {
     take(c, result, at, moment, 0, factor);
-    take(c, result, at + (c->is_planar ? 1 : 3), force, 1, factor);
+    take(c, result, at + refdyn_chain_layout_of(c->is_planar).moments, force, 1, factor);
 }
 
 void refdyn_chain_take(struct refdyn_chain *c, const double *result, const double *diagonals) {
-    const int n = c->n, moments = c->is_planar ? 1 : 3, forces = c->is_planar ? 2 : 3;
-    const int spin = moments, force = 2 * moments, turned = force + forces;
-    const int shift = c->left, W = shift + 2 * forces, Z = W + 3 * c->left, Y = Z + 3 * c->right;
-    const int of_mass = Z, of_damping = Z + c->right, of_stiffness = Z + 2 * c->right;
+    const struct refdyn_chain_layout at = refdyn_chain_layout_of(c->is_planar);
+    const int n = c->n, of_mass = at.Z, of_damping = at.Z + at.right, of_stiffness = at.Z + 2 * at.right;
     memset(c->records, 0, (size_t)(n * c->record) * sizeof *c->records);
     take_wrench(c, result, 0, REFDYN_TURN_AXIS, REFDYN_SLIDE_AXIS, 1);
-    take(c, result, shift, REFDYN_SHIFT, 1, 1);
-    take(c, result, shift + forces, REFDYN_SHIFT_RATE, 1, 1);
-    take_wrench(c, result, W, REFDYN_MASS_MOMENT, REFDYN_MASS_FORCE, 1);
-    take_wrench(c, result, W + c->left, REFDYN_DAMPING_MOMENT, REFDYN_DAMPING_FORCE, 2);
-    take_wrench(c, result, W + 2 * c->left, REFDYN_STIFFNESS_MOMENT, REFDYN_STIFFNESS_FORCE, 1);
+    take(c, result, at.shift, REFDYN_SHIFT, 1, 1);
+    take(c, result, at.shift_rate, REFDYN_SHIFT_RATE, 1, 1);
+    take_wrench(c, result, at.W, REFDYN_MASS_MOMENT, REFDYN_MASS_FORCE, 1);
+    take_wrench(c, result, at.W + at.left, REFDYN_DAMPING_MOMENT, REFDYN_DAMPING_FORCE, 2);
+    take_wrench(c, result, at.W + 2 * at.left, REFDYN_STIFFNESS_MOMENT, REFDYN_STIFFNESS_FORCE, 1);
     take(c, result, of_mass, REFDYN_TURN_AXIS, 0, 1);
-    take(c, result, of_mass + force, REFDYN_SLIDE_AXIS, 1, 1);
+    take(c, result, of_mass + at.force, REFDYN_SLIDE_AXIS, 1, 1);
     take(c, result, of_damping, REFDYN_TURN_RATE, 0, 2);
-    take(c, result, of_damping + spin, REFDYN_TURN_AXIS, 0, 2);
-    take(c, result, of_damping + force, REFDYN_SLIDE_RATE, 1, 2);
+    take(c, result, of_damping + at.spin, REFDYN_TURN_AXIS, 0, 2);
+    take(c, result, of_damping + at.force, REFDYN_SLIDE_RATE, 1, 2);
     take(c, result, of_stiffness, REFDYN_TURN_RATE2, 0, 1);
-    take(c, result, of_stiffness + spin, REFDYN_TURN_RATE, 0, 2);
-    take(c, result, of_stiffness + force, REFDYN_LEVER, 1, 1);
-    take(c, result, of_stiffness + force, REFDYN_SLIDE_RATE2, 1, 1);
-    take(c, result, of_stiffness + turned, REFDYN_TURN_AXIS, 0, 1);
-    take(c, result, Y, REFDYN_MASS_MOMENT, 0, 1);
-    take(c, result, Y + spin, REFDYN_SPIN, 0, 1);
-    take(c, result, Y + force, REFDYN_MASS_FORCE, 1, 1);
-    take(c, result, Y + turned, REFDYN_TURNED_ROWS, 0, 1);
+    take(c, result, of_stiffness + at.spin, REFDYN_TURN_RATE, 0, 2);
+    take(c, result, of_stiffness + at.force, REFDYN_LEVER, 1, 1);
+    take(c, result, of_stiffness + at.force, REFDYN_SLIDE_RATE2, 1, 1);
+    take(c, result, of_stiffness + at.turned, REFDYN_TURN_AXIS, 0, 1);
+    take(c, result, at.Y, REFDYN_MASS_MOMENT, 0, 1);
+    take(c, result, at.Y + at.spin, REFDYN_SPIN, 0, 1);
+    take(c, result, at.Y + at.force, REFDYN_MASS_FORCE, 1, 1);
+    take(c, result, at.Y + at.turned, REFDYN_TURNED_ROWS, 0, 1);
     for (int k = 0; k < n; k++) {
-        const double *way = c->records + k * c->record + shift;
+        const double *way = c->records + k * c->record + at.shift;
         c->moves[k] = 0;
-        for (int a = 0; a < 2 * forces; a++)
+        for (int a = 0; a < 2 * at.forces; a++)
             c->moves[k] |= way[a] != 0;
         c->stiffness[k] = diagonals[c->order[k]];
         c->damping[k] = diagonals[n + c->order[k]];

@@ -15,23 +15,6 @@
 
 #include "wide.h"
 
-enum { LEFT_MOST = 6, RIGHT_MOST = 12 };
-
-/* Where vectors stand in a record and components in a vector: constants once planar is one. */
-struct layout {
-    int moments, forces, left, right;
-    int shift, shift_rate, W, Z, Y; /* in a record */
-    int spin, force, turned;        /* in Y and Z */
-};
-
-INLINE struct layout layout_of(int planar) {
-    const int moments = planar ? 1 : 3, forces = planar ? 2 : 3, left = moments + forces,
-              right = 3 * moments + forces;
-    const int W = left + 2 * forces, Z = W + 3 * left;
-    return (struct layout){moments, forces, left,          right,   left,        left + forces,
-                           W,       Z,      Z + 3 * right, moments, 2 * moments, 2 * moments + forces};
-}
-
 struct scalar {
     double re, im;
 };
@@ -114,14 +97,14 @@ INLINE void add_crossed(int planar, const double *s, const double *m, double *f)
 
 /* A wrench to the origin of the joint before. */
 INLINE void move_wrench(int parts, int planar, const double *shift, double *w) {
-    const struct layout at = layout_of(planar);
+    const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
     for (int part = 0; part < parts; part++)
         add_cross(planar, shift, w + part * at.left + at.moments, w + part * at.left, 1, 1);
 }
 
 /* What wrenches meet, from the joint before: in terms of the same wrench about this joint. */
 INLINE void move_out(int parts, int planar, const double *shift, const double *rate, double *z) {
-    const struct layout at = layout_of(planar);
+    const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
     for (int part = 0; part < parts; part++, z += at.right) {
         add_crossed(planar, shift, z, z + at.force);
         add_crossed(planar, rate, z + at.spin, z + at.force);
@@ -130,7 +113,7 @@ INLINE void move_out(int parts, int planar, const double *shift, const double *r
 
 /* X to the origin of the joint before: of both its sides. */
 INLINE void move_inner(int parts, int planar, const double *shift, const double *rate, double *X) {
-    const struct layout at = layout_of(planar);
+    const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
     for (int part = 0; part < parts; part++, X += at.left * at.right) {
         add_cross(planar, shift, X + at.moments * at.right, X, at.right, at.right);
         for (int l = 0; l < at.left; l++) {
@@ -155,11 +138,11 @@ INLINE void combine(int parts, int n, struct scalar g, const double *three, doub
 
 /* X of what lies beyond: the first joint there has left it in the slot, others are added. */
 INLINE double *gather_inner(const struct refdyn_chain *c, int parts, int size, int k) {
-    double *X = c->inner + c->slot[k] * 2 * LEFT_MOST * RIGHT_MOST;
+    double *X = c->inner + c->slot[k] * 2 * REFDYN_LEFT_MOST * REFDYN_RIGHT_MOST;
     if (k + 1 == c->n || c->parent[k + 1] != k)
         memset(X, 0, (size_t)(parts * size) * sizeof *X);
     for (int i = c->other[k]; i >= 0; i = c->next[i]) {
-        const double *other = c->inner + c->slot[i] * 2 * LEFT_MOST * RIGHT_MOST;
+        const double *other = c->inner + c->slot[i] * 2 * REFDYN_LEFT_MOST * REFDYN_RIGHT_MOST;
         for (int e = 0; e < parts * size; e++)
             X[e] += other[e];
     }
@@ -167,7 +150,7 @@ INLINE double *gather_inner(const struct refdyn_chain *c, int parts, int size, i
 }
 
 INLINE int eliminate(const struct refdyn_chain *c, int parts, int planar, struct scalar g, double *factors) {
-    const struct layout at = layout_of(planar);
+    const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
     const int L = at.left, R = at.right, size = L * R;
     const struct scalar square = times(parts, g, g);
     for (int k = c->n - 1; k >= 0; k--) {
@@ -232,26 +215,26 @@ INLINE void gather_wrench(const struct refdyn_chain *c, int count, int k, double
             w[i] = 0;
     for (int other = c->other[k]; other >= 0; other = c->next[other])
         for (int i = 0; i < count; i++)
-            w[i] += c->sweep[other * 2 * RIGHT_MOST + i];
+            w[i] += c->sweep[other * 2 * REFDYN_RIGHT_MOST + i];
 }
 
 /* Moved to the joint before; kept where that is not the next one in turn. */
 INLINE void pass_wrench(const struct refdyn_chain *c, int parts, int planar, int k, double *w) {
-    const struct layout at = layout_of(planar);
+    const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
     if (c->moves[k])
         move_wrench(parts, planar, c->records + k * c->record + at.shift, w);
     if (c->parent[k] != k - 1)
         for (int i = 0; i < parts * at.left; i++)
-            c->sweep[k * 2 * RIGHT_MOST + i] = w[i];
+            c->sweep[k * 2 * REFDYN_RIGHT_MOST + i] = w[i];
 }
 
 /* Outward, at joint k: z is that of the joint before. */
 INLINE void take_up(const struct refdyn_chain *c, int parts, int planar, int k, double *z) {
-    const struct layout at = layout_of(planar);
+    const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
     const double *record = c->records + k * c->record;
     if (c->parent[k] < 0 || c->parent[k] != k - 1)
         for (int i = 0; i < parts * at.right; i++)
-            z[i] = c->parent[k] < 0 ? 0 : c->sweep[c->parent[k] * 2 * RIGHT_MOST + i];
+            z[i] = c->parent[k] < 0 ? 0 : c->sweep[c->parent[k] * 2 * REFDYN_RIGHT_MOST + i];
     if (c->moves[k])
         move_out(parts, planar, record + at.shift, record + at.shift_rate, z);
 }
@@ -259,7 +242,7 @@ INLINE void take_up(const struct refdyn_chain *c, int parts, int planar, int k, 
 INLINE void leave(const struct refdyn_chain *c, int count, int k, const double *z) {
     if (c->other[k] >= 0)
         for (int i = 0; i < count; i++)
-            c->sweep[k * 2 * RIGHT_MOST + i] = z[i];
+            c->sweep[k * 2 * REFDYN_RIGHT_MOST + i] = z[i];
 }
 
 /* ---- Solution ---- */
@@ -275,9 +258,9 @@ INLINE void set_entry(int parts, double *x, int n, int k, struct scalar value) {
 }
 
 INLINE int solve(const struct refdyn_chain *c, int parts, int planar, const double *factors, double *x) {
-    const struct layout at = layout_of(planar);
+    const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
     const int n = c->n, L = at.left, R = at.right, size = parts * (L + 2 * R + 1);
-    double w[2 * LEFT_MOST] = {0}, z[2 * RIGHT_MOST] = {0};
+    double w[2 * REFDYN_LEFT_MOST] = {0}, z[2 * REFDYN_RIGHT_MOST] = {0};
     for (int k = n - 1; k >= 0; k--) {
         const double *record = c->records + k * c->record, *W = factors + k * size, *pivot = W + size - parts;
         gather_wrench(c, parts * L, k, w);
@@ -304,9 +287,9 @@ INLINE int solve(const struct refdyn_chain *c, int parts, int planar, const doub
 /* ---- Products ---- */
 
 INLINE int multiply(const struct refdyn_chain *c, int planar, const double *const x[3], double *y) {
-    const struct layout at = layout_of(planar);
+    const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
     const int n = c->n, L = at.left, R = at.right;
-    double w[LEFT_MOST] = {0}, z[RIGHT_MOST] = {0};
+    double w[REFDYN_LEFT_MOST] = {0}, z[REFDYN_RIGHT_MOST] = {0};
     for (int k = n - 1; k >= 0; k--) {
         const double *record = c->records + k * c->record;
         gather_wrench(c, L, k, w);

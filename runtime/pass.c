@@ -143,14 +143,9 @@ static double find_least(struct refdyn_drive *drive, path_function *path, double
     return fmin(at_left, at_right);
 }
 
-/* By Hermite's cubic between the ends of the step that was taken. */
+/* Between the ends of the step that was taken. */
 static int between(struct refdyn_drive *drive, double s) {
-    const int n = drive->work->n;
-    const double h = drive->t_end - drive->t_begin, theta = s / h;
-    const double left = (1 - theta) * (1 - theta), right = theta * theta;
-    for (int i = 0; i < 2 * n; i++)
-        drive->stage[i] = left * ((1 + 2 * theta) * drive->state[i] + s * drive->slope[i]) +
-                          right * ((3 - 2 * theta) * drive->state_new[i] - (h - s) * drive->slope_new[i]);
+    refdyn_hermite(drive, drive->slope_new, s / (drive->t_end - drive->t_begin), drive->stage);
     return REFDYN_OK;
 }
 

@@ -86,8 +86,14 @@ static int look_into(struct refdyn_drive *drive, const struct refdyn_rosenbrock_
 }
 
 /* y_0 (1 + 2 theta) (1 - theta)^2 + h f_0 theta (1 - theta)^2 and the same from the end. */
-static int hermite(struct refdyn_drive *drive, double theta, double *state) {
+void refdyn_hermite(const struct refdyn_drive *drive, const double *slope_end, double theta, double *state) {
     const double left = (1 - theta) * (1 - theta), right = theta * theta, h = drive->t_end - drive->t_begin;
+    for (int i = 0; i < 2 * drive->work->n; i++)
+        state[i] = left * ((1 + 2 * theta) * drive->state[i] + theta * h * drive->slope[i]) +
+                   right * ((3 - 2 * theta) * drive->state_new[i] - (1 - theta) * h * slope_end[i]);
+}
+
+static int hermite(struct refdyn_drive *drive, double theta, double *state) {
     const double *slope_end = drive->slope_new;
     if (drive->t_end >= drive->t_limit) { /* at a break, on its left side */
         const int status = refdyn_slope(drive, drive->t_limit, drive->state_new, drive->side);
@@ -95,9 +101,7 @@ static int hermite(struct refdyn_drive *drive, double theta, double *state) {
             return status;
         slope_end = drive->side;
     }
-    for (int i = 0; i < 2 * drive->work->n; i++)
-        state[i] = left * ((1 + 2 * theta) * drive->state[i] + theta * h * drive->slope[i]) +
-                   right * ((3 - 2 * theta) * drive->state_new[i] - (1 - theta) * h * slope_end[i]);
+    refdyn_hermite(drive, slope_end, theta, state);
     return REFDYN_OK;
 }
 

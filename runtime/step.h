@@ -32,6 +32,8 @@ int refdyn_rosenbrock_room(const struct refdyn_rosenbrock_table *table, int n);
 int refdyn_rosenbrock_step(struct refdyn_drive *drive, double h);
 /* The state at theta. Errors: those of refdyn_slope, from stages that the interpolant alone needs. */
 int refdyn_rosenbrock_interpolate(struct refdyn_drive *drive, double theta, double *state);
+/* The cubic of Hermite: state (2 n) at theta of the step, with the slope at its end. */
+void refdyn_hermite(const struct refdyn_drive *drive, const double *slope_end, double theta, double *state);
 
 int refdyn_collocation_room(const struct refdyn_collocation_table *table, int n);
 int refdyn_collocation_step(struct refdyn_drive *drive, double h);
