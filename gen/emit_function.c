@@ -7,8 +7,6 @@
 
 #include <string.h>
 
-enum { FEW_ZEROS = 3 }; /* more zeros than this in a field are written by one loop */
-
 struct writer {
     struct emission *x;
     struct text *text;
@@ -16,6 +14,7 @@ struct writer {
     const char *last_remark;
     const char *indent;
     const char *local; /* what stands before the names of local arrays */
+    int written;       /* of function->writes */
     bool wrote_result;
 };
 
@@ -270,17 +269,6 @@ static void emit_loop(struct writer *w, int index, int begin) {
     emit_carried_slots(w, block);
 }
 
-static int count_zeros(const struct function *function, const struct field *field) {
-    int zeros = 0;
-    for (int i = 0; i < field->count; i++)
-        zeros += is_output_copied(field, i) && !function->out[field->offset + i];
-    return zeros;
-}
-
-static bool fills_zeros(const struct function *function, const struct field *field) {
-    return count_zeros(function, field) > FEW_ZEROS;
-}
-
 static void emit_result(struct writer *w, int f, int entry) {
     const struct field *field = &w->function->fields[f];
     w->wrote_result |= !is_local(w, f);
@@ -296,32 +284,18 @@ static void emit_result(struct writer *w, int f, int entry) {
     text_add(w->text, ";\n");
 }
 
-/* The piece that writes a result: where its value is made, or the last one for what has no name. */
-static int piece_of_result(const struct writer *w, expression e) {
-    return w->x->plan->is_statement[e] ? w->x->piece_of[e] : w->function->piece_count - 1;
-}
-
-static void emit_results(struct writer *w, int piece) {
+/* What is known behind `place` statements and blocks. */
+static void emit_results(struct writer *w, int place) {
     const struct function *function = w->function;
-    if (is_prepare(w))
-        return; /* each statement is a result */
-    for (int f = 0; f < count_fields(w); f++) {
-        const struct field *field = &function->fields[f];
-        const bool filled = fills_zeros(function, field);
-        for (int i = 0; i < field->count; i++) {
-            const expression e = function->out[field->offset + i];
-            if (e != GIVEN_IN_LOOP && is_output_copied(field, i) && !(filled && !e) &&
-                piece_of_result(w, e) == piece)
-                emit_result(w, f, i);
-        }
-    }
+    for (; w->written < function->write_count && function->writes[w->written].place <= place; w->written++)
+        emit_result(w, function->writes[w->written].field, function->writes[w->written].entry);
 }
 
 static void emit_fills(struct writer *w) {
     for (int f = 0; f < count_fields(w); f++) {
         const struct field *field = &w->function->fields[f];
         const bool is_composed = w->function->part_count > 0; /* then no statement writes single zeros */
-        if (is_prepare(w) || (is_composed ? is_local(w, f) : !fills_zeros(w->function, field)) ||
+        if (is_prepare(w) || (is_composed ? is_local(w, f) : !is_cleared(w->function, field)) ||
             is_written_by_loops(w->function, f))
             continue;
         text_add(w->text, "    for (int i = 0; i < %d; i++)\n        ", field->count);
@@ -351,10 +325,14 @@ static void emit_blocks(struct writer *w, int begin, int end) {
     for (int b = 0, at = 0; b < function->block_count; at = function->blocks[b++].end) {
         const struct code_block *block = &function->blocks[b];
         const bool is_last = at == end && end == function->statement_count;
-        if (block->run >= 0 && at >= begin && (at < end || is_last))
+        if (block->run >= 0 && at >= begin && (at < end || is_last)) {
             emit_loop(w, b, at);
-        for (int i = at > begin ? at : begin; block->run < 0 && i < block->end && i < end; i++)
+            emit_results(w, block->end + b + 1);
+        }
+        for (int i = at > begin ? at : begin; block->run < 0 && i < block->end && i < end; i++) {
             emit_statement(w, function->statements[i]);
+            emit_results(w, i + b + 1);
+        }
     }
 }
 
@@ -366,8 +344,10 @@ static void emit_body(struct writer *w, int piece) {
     w->wrote_result = false;
     x->uses_p = x->uses_x = x->uses_t = x->uses_q = x->uses_qd = false;
     x->uses_qdd = x->uses_lambda = x->uses_carried = false;
+    if (!piece)
+        w->written = 0;
+    emit_results(w, 0);
     emit_blocks(w, piece ? w->function->piece_ends[piece - 1] : 0, w->function->piece_ends[piece]);
-    emit_results(w, piece);
 }
 
 static void emit_unused(const struct writer *w, struct text *text) {

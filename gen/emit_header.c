@@ -141,6 +141,7 @@ void emit_header(struct emission *x, struct text *text) {
                  "void %s_prepare(struct %s_parameters *p);\n\n",
                  x->name, x->name);
     emit_spline_prototypes(x, text);
+    text_add(text, "/* Results are written while arguments are still read: they share no memory. */\n\n");
     for (int f = 0; f < plan->function_count; f++)
         emit_prototype(x, text, &plan->functions[f]);
     text_add(text, "extern const struct refdyn_model %s_model;\n\n", x->name);

@@ -11,7 +11,8 @@ enum {
     LONGEST_MATRIX = 2000, /* statements of a function that gives a matrix: compilers are more than linear */
     LONGEST_VECTOR =
         8000, /* of one that gives vectors: whole, its text grows as the scene; cut, a quarter more */
-    LONGEST_PIECE = 400
+    LONGEST_PIECE = 400,
+    FEW_ZEROS = 3 /* more zeros than this in a field are written by one loop */
 };
 
 bool is_output_copied(const struct field *field, int entry) {
@@ -88,10 +89,16 @@ int field_index(const struct function *function, int entry) {
     return f;
 }
 
-/* Is entry i of `out` a value that stands alone, and not one of a mirrored half? */
-static bool is_single_output(const struct function *function, int i) {
+bool is_single_output(const struct function *function, int i) {
     const struct field *field = &function->fields[field_index(function, i)];
     return function->out[i] != GIVEN_IN_LOOP && is_output_copied(field, i - field->offset);
+}
+
+bool is_cleared(const struct function *function, const struct field *field) {
+    int zeros = 0;
+    for (int i = 0; i < field->count; i++)
+        zeros += is_output_copied(field, i) && !function->out[field->offset + i];
+    return zeros > FEW_ZEROS;
 }
 
 static int slot_index(const struct graph *g, expression e) {

@@ -38,6 +38,12 @@ struct code_block {
     int end;     /* of its statements */
 };
 
+/* An entry of a field that stands alone, and how many statements and blocks end before it: it is written as
+ * soon as it is known, which keeps few values waiting. */
+struct write {
+    int field, entry, place;
+};
+
 /* A value that a group of loops makes anew: see is_repeated. */
 struct repeat {
     int group;
@@ -71,7 +77,9 @@ struct function {
     int statement_count;
     struct code_block *blocks;
     int block_count;
-    int *group_of; /* by loop of the graph; 0: the function has nothing of it */
+    int *group_of;        /* by loop of the graph; 0: the function has nothing of it */
+    struct write *writes; /* in order of execution */
+    int write_count;
     struct repeat *repeats;
     int repeat_count, repeat_capacity;
     int first_angle, angle_count; /* coordinates in the pass over angles; count 0: there is none */
@@ -137,6 +145,10 @@ long trips_of(const struct plan *plan, expression e);
 /* Marks is_statement for one function: before printing it. */
 void mark_statements(struct plan *plan, const struct function *function);
 bool is_output_copied(const struct field *field, int entry); /* false in the mirrored upper half */
+/* Are there so many zeros in a field that one loop writes all of it before the others are written? */
+bool is_cleared(const struct function *function, const struct field *field);
+/* Is entry i of `out` a value that stands alone, and not one of a mirrored half? */
+bool is_single_output(const struct function *function, int i);
 /* Entries of all fields. */
 int value_count(const struct function *function);
 /* The field that holds an entry. */

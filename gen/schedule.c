@@ -8,6 +8,7 @@
  */
 #include "plan.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 /* A set of loops of the graph, by bits. */
@@ -349,6 +350,60 @@ static void keep(struct scheduler *x, expression e, int loop) {
         x->function->is_stored[e] = true;
 }
 
+/* ---- Results ---- */
+
+/* By handle: how many statements and blocks have to end before the value may be read. */
+static int *find_places(const struct scheduler *x) {
+    const struct graph *g = x->g;
+    const struct function *function = x->function;
+    int *place = memory_get(x->plan->memory, g->count * sizeof *place);
+    int *end_of_group = memory_get(x->plan->memory, ((size_t)g->loop_count + 1) * sizeof *end_of_group);
+    for (int b = 0, at = 0; b < function->block_count; at = function->blocks[b++].end) {
+        const struct code_block *block = &function->blocks[b];
+        end_of_group[block->group] = block->end + b + 1;
+        for (int i = at; i < block->end; i++)
+            place[function->statements[i]] = (block->run < 0 ? i : block->end) + b + 1;
+    }
+    for (expression e = 0; e < g->count; e++) {
+        if (x->plan->is_statement[e] || x->plan->is_derived[e])
+            continue;
+        if (as_slot(g, e))
+            place[e] = end_of_group[function->group_of[as_slot(g, e)->loop]];
+        for (int k = 0; k < operation_arity(g->nodes[e].operation); k++) {
+            const int operand = place[g->nodes[e].operand[k]];
+            place[e] = operand > place[e] ? operand : place[e];
+        }
+    }
+    return place;
+}
+
+static int compare_writes(const void *a, const void *b) {
+    const struct write *first = a, *second = b;
+    if (first->place != second->place)
+        return first->place < second->place ? -1 : 1;
+    if (first->field != second->field)
+        return first->field < second->field ? -1 : 1;
+    return first->entry < second->entry ? -1 : 1;
+}
+
+/* Zeros of a field that is cleared need no statement. */
+static void order_writes(struct scheduler *x) {
+    struct function *function = x->function;
+    const int *place = find_places(x);
+    function->writes =
+        memory_get(x->plan->memory, ((size_t)value_count(function) + 1) * sizeof *function->writes);
+    for (int f = 0; f < function->field_count + function->local_count; f++) {
+        const struct field *field = &function->fields[f];
+        const bool cleared = is_cleared(function, field);
+        for (int i = 0; i < field->count; i++) {
+            const expression e = function->out[field->offset + i];
+            if (is_single_output(function, field->offset + i) && !(cleared && !e))
+                function->writes[function->write_count++] = (struct write){f, i, place[e]};
+        }
+    }
+    qsort(function->writes, (size_t)function->write_count, sizeof *function->writes, compare_writes);
+}
+
 void schedule(struct plan *plan, struct function *function) {
     struct graph *g = plan->g;
     const size_t nodes = g->count, loops = (size_t)g->loop_count + 1;
@@ -376,4 +431,6 @@ void schedule(struct plan *plan, struct function *function) {
     order_statements(&x);
     place_run_results(&x);
     visit_loops(&x, keep);
+    if (function != &plan->prepare) /* there each statement is a result */
+        order_writes(&x);
 }

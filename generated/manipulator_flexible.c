@@ -161,6 +161,9 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     manipulator_flexible_sincos(q + 2, sine, cosine, 9);
     for (int i = 0; i < 169; i++)
         M[i] = 0.0;
+    M[0 * 13 + 0] = p->derived.base_z_mass_beyond_2;
+    M[11 * 13 + 11] = p->derived.arm_psi_inertia_xx;
+    M[12 * 13 + 12] = p->m_E;
     /* arm_psi: motion from column_psi outward */
     const double arm_psi_sin = sine[0];
     const double arm_psi_cos = cosine[0];
@@ -195,12 +198,14 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
     const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t1;
     const double arm_phi_3_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t1;
+    M[10 * 13 + 10] = arm_phi_3_inertia_beyond_yy;
     /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
     const double t2 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
     const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
     const double t3 = arm_theta_3_sin * (arm_phi_3_inertia_beyond_yy - p->derived.arm_psi_inertia_xx);
     const double t4 = arm_theta_3_sin * t3;
     const double arm_psi_3_inertia_beyond_zz = arm_phi_3_inertia_beyond_yy - t4;
+    M[9 * 13 + 9] = arm_psi_3_inertia_beyond_zz;
     const double arm_psi_3_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + t4;
     const double arm_psi_3_inertia_beyond_xz = arm_theta_3_cos * t3;
     /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
@@ -209,6 +214,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t6 = arm_psi_3_sin * (arm_psi_3_inertia_beyond_xx - arm_phi_3_inertia_beyond_yy);
     const double t7 = arm_psi_3_sin * t6;
     const double t8 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xz;
+    M[9 * 13 + 8] = t8;
     const double arm_phi_2_inertia_beyond_yz = arm_psi_3_sin * arm_psi_3_inertia_beyond_xz;
     const double t9 = t5 + p->derived.constant_4;
     const double t10 = p->derived.arm_element_length * (t5 + t9);
@@ -218,6 +224,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + t9;
     const double arm_phi_2_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_3_inertia_beyond_xx -
         t7);
+    M[8 * 13 + 8] = arm_phi_2_inertia_beyond_xx;
     const double arm_phi_2_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_phi_3_inertia_beyond_yy +
         t7 + t10);
     const double arm_phi_2_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_inertia_beyond_zz +
@@ -230,10 +237,12 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
         (arm_phi_2_inertia_beyond_yy - arm_phi_2_inertia_beyond_zz);
     const double t14 = arm_phi_2_sin * t13;
     const double arm_theta_2_inertia_beyond_yy = arm_phi_2_inertia_beyond_yy - t14;
+    M[7 * 13 + 7] = arm_theta_2_inertia_beyond_yy;
     const double arm_theta_2_inertia_beyond_zz = arm_phi_2_inertia_beyond_zz + t14;
     const double arm_theta_2_inertia_beyond_yz = arm_phi_2_cos * t13 - arm_phi_2_inertia_beyond_yz;
     const double arm_theta_2_inertia_beyond_xy = arm_phi_2_cos * arm_phi_2_inertia_beyond_xy - arm_phi_2_sin *
         arm_phi_2_inertia_beyond_xz;
+    M[8 * 13 + 7] = arm_theta_2_inertia_beyond_xy;
     const double arm_theta_2_inertia_beyond_xz = arm_phi_2_cos * arm_phi_2_inertia_beyond_xz + arm_phi_2_sin *
         arm_phi_2_inertia_beyond_xy;
     /* arm_theta_2: composite pseudo-inertia of all beyond, inward */
@@ -246,10 +255,12 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
         arm_theta_2_sin * (arm_theta_2_inertia_beyond_zz - arm_phi_2_inertia_beyond_xx);
     const double t18 = arm_theta_2_sin * t17;
     const double arm_psi_2_inertia_beyond_zz = arm_theta_2_inertia_beyond_zz - t18;
+    M[6 * 13 + 6] = arm_psi_2_inertia_beyond_zz;
     const double arm_psi_2_inertia_beyond_xx = arm_phi_2_inertia_beyond_xx + t18;
     const double arm_psi_2_inertia_beyond_xz = arm_theta_2_cos * t17 - arm_theta_2_inertia_beyond_xz;
     const double arm_psi_2_inertia_beyond_yz = arm_theta_2_cos * arm_theta_2_inertia_beyond_yz - arm_theta_2_sin *
         arm_theta_2_inertia_beyond_xy;
+    M[7 * 13 + 6] = arm_psi_2_inertia_beyond_yz;
     const double arm_psi_2_inertia_beyond_xy = arm_theta_2_cos * arm_theta_2_inertia_beyond_xy + arm_theta_2_sin *
         arm_theta_2_inertia_beyond_yz;
     /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
@@ -259,6 +270,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
         (arm_psi_2_inertia_beyond_xx - arm_theta_2_inertia_beyond_yy);
     const double t21 = arm_psi_2_sin * t20;
     const double t22 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xz - arm_psi_2_sin * arm_psi_2_inertia_beyond_yz;
+    M[6 * 13 + 5] = t22;
     const double arm_phi_1_inertia_beyond_yz = arm_psi_2_cos * arm_psi_2_inertia_beyond_yz + arm_psi_2_sin *
         arm_psi_2_inertia_beyond_xz;
     const double t23 = t19 + p->derived.constant_5;
@@ -270,6 +282,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + t23;
     const double arm_phi_1_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_2_inertia_beyond_xx -
         t21);
+    M[5 * 13 + 5] = arm_phi_1_inertia_beyond_xx;
     const double arm_phi_1_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_theta_2_inertia_beyond_yy +
         t21 + t24);
     const double arm_phi_1_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_2_inertia_beyond_zz +
@@ -283,10 +296,12 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
         (arm_phi_1_inertia_beyond_yy - arm_phi_1_inertia_beyond_zz);
     const double t29 = arm_phi_1_sin * t28;
     const double arm_theta_1_inertia_beyond_yy = arm_phi_1_inertia_beyond_yy - t29;
+    M[4 * 13 + 4] = arm_theta_1_inertia_beyond_yy;
     const double arm_theta_1_inertia_beyond_zz = arm_phi_1_inertia_beyond_zz + t29;
     const double arm_theta_1_inertia_beyond_yz = arm_phi_1_cos * t28 - arm_phi_1_inertia_beyond_yz;
     const double arm_theta_1_inertia_beyond_xy = arm_phi_1_cos * arm_phi_1_inertia_beyond_xy - arm_phi_1_sin *
         arm_phi_1_inertia_beyond_xz;
+    M[5 * 13 + 4] = arm_theta_1_inertia_beyond_xy;
     const double arm_theta_1_inertia_beyond_xz = arm_phi_1_cos * arm_phi_1_inertia_beyond_xz + arm_phi_1_sin *
         arm_phi_1_inertia_beyond_xy;
     /* arm_theta_1: composite pseudo-inertia of all beyond, inward */
@@ -298,12 +313,17 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
         arm_theta_1_sin * (arm_theta_1_inertia_beyond_zz - arm_phi_1_inertia_beyond_xx);
     const double t31 = arm_theta_1_sin * t30;
     const double arm_psi_1_inertia_beyond_zz = arm_theta_1_inertia_beyond_zz - t31;
+    M[3 * 13 + 3] = arm_psi_1_inertia_beyond_zz;
     const double arm_psi_1_inertia_beyond_xx = arm_phi_1_inertia_beyond_xx + t31;
     const double arm_psi_1_inertia_beyond_xz = arm_theta_1_cos * t30 - arm_theta_1_inertia_beyond_xz;
     const double arm_psi_1_inertia_beyond_yz = arm_theta_1_cos * arm_theta_1_inertia_beyond_yz - arm_theta_1_sin *
         arm_theta_1_inertia_beyond_xy;
+    M[4 * 13 + 3] = arm_psi_1_inertia_beyond_yz;
     const double arm_psi_1_inertia_beyond_xy = arm_theta_1_cos * arm_theta_1_inertia_beyond_xy + arm_theta_1_sin *
         arm_theta_1_inertia_beyond_yz;
+    M[4 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_inertia_beyond_xy - arm_psi_1_sin * arm_theta_1_inertia_beyond_yy) +
+        arm_psi_cos * (arm_psi_1_sin * arm_psi_1_inertia_beyond_xy + arm_psi_1_cos * arm_theta_1_inertia_beyond_yy +
+        p->derived.constant_1 * arm_psi_1_moment_beyond_x);
     /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
     const double t32 = arm_psi_1_cos * arm_psi_1_moment_beyond_x;
     const double t33 = t32 - arm_psi_1_sin * arm_theta_1_moment_beyond_y;
@@ -328,151 +348,209 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
         t36 + t39);
     const double arm_psi_inertia_beyond_zz = p->derived.arm_psi_inertia_yy + (arm_psi_1_inertia_beyond_zz +
         t39);
+    M[2 * 13 + 2] = arm_psi_inertia_beyond_zz;
     const double column_psi_moment_beyond_x_2 = arm_psi_cos * arm_psi_moment_beyond_x_2 - arm_psi_sin * arm_psi_moment_beyond_y;
+    M[2 * 13 + 0] = column_psi_moment_beyond_x_2;
     const double t40 = arm_psi_cos * arm_psi_inertia_beyond_yz;
+    M[2 * 13 + 1] = t40 + arm_psi_sin * arm_psi_inertia_beyond_xz;
+    M[3 * 13 + 1] = t40 + arm_psi_sin * t37;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_cos *
         (arm_psi_inertia_beyond_xy + arm_psi_inertia_beyond_xy) + arm_psi_sin * (arm_psi_inertia_beyond_xx -
         arm_psi_inertia_beyond_yy)));
+    M[1 * 13 + 1] = column_psi_inertia_beyond_zz;
     /* arm_psi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t41 = t25 - t26;
     const double t42 = t32 + arm_psi_1_sin * t41;
+    M[3 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t41 - t34) + arm_psi_cos * t42;
+    M[3 * 13 + 2] = arm_psi_1_inertia_beyond_zz + p->derived.constant_1 * t42;
     /* arm_theta_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t43 = arm_psi_1_sin * arm_psi_1_moment_beyond_z;
+    M[4 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z) + arm_psi_cos * t43;
+    M[4 * 13 + 2] = arm_psi_1_inertia_beyond_yz + p->derived.constant_1 * t43;
     /* arm_phi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t44 = t15 - t16;
     const double t45 = arm_phi_1_cos * t44 - t27;
     const double t46 = t26 + arm_phi_1_sin * t44;
     const double t47 = arm_theta_1_cos * arm_theta_1_inertia_beyond_xz - arm_theta_1_sin * arm_phi_1_inertia_beyond_xx;
+    M[5 * 13 + 3] = t47;
     const double t48 = arm_theta_1_sin * arm_theta_1_inertia_beyond_xz + arm_theta_1_cos * arm_phi_1_inertia_beyond_xx;
     const double t49 = arm_theta_1_sin * t46;
     const double t50 = arm_psi_1_sin * t49 + arm_psi_1_cos * t45;
+    M[5 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t49 - arm_psi_1_sin * t45) + arm_psi_cos * t50;
+    M[5 * 13 + 2] = t47 + p->derived.constant_1 * t50;
     const double t51 = arm_psi_sin * (arm_psi_1_cos * t48 - arm_psi_1_sin * arm_theta_1_inertia_beyond_xy) +
         arm_psi_cos * (arm_psi_1_sin * t48 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy - p->derived.constant_1 *
         (arm_theta_1_cos * t46));
+    M[5 * 13 + 1] = t51;
     /* arm_psi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t52 = arm_psi_2_inertia_beyond_zz + p->derived.arm_element_length * t19;
     const double t53 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yz - arm_phi_1_sin * t52;
+    M[6 * 13 + 4] = t53;
     const double t54 = arm_phi_1_sin * arm_phi_1_inertia_beyond_yz + arm_phi_1_cos * t52;
     const double t55 = arm_phi_1_cos * t19;
     const double t56 = arm_phi_1_sin * t19;
     const double t57 = arm_theta_1_cos * t54 - arm_theta_1_sin * t22;
+    M[6 * 13 + 3] = t57;
     const double t58 = arm_theta_1_sin * t54 + arm_theta_1_cos * t22;
     const double t59 = arm_theta_1_sin * t56 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
     const double t60 = arm_psi_1_sin * t59 + arm_psi_1_cos * t55;
+    M[6 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t59 - arm_psi_1_sin * t55) + arm_psi_cos * t60;
+    M[6 * 13 + 2] = t57 + p->derived.constant_1 * t60;
     const double t61 = arm_psi_sin * (arm_psi_1_cos * t58 - arm_psi_1_sin * t53) + arm_psi_cos * (arm_psi_1_sin *
         t58 + arm_psi_1_cos * t53 - p->derived.constant_1 * (arm_theta_1_sin * arm_phi_1_moment_beyond_y +
         arm_theta_1_cos * t56));
+    M[6 * 13 + 1] = t61;
     /* arm_theta_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t62 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xy - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
+    M[7 * 13 + 5] = t62;
     const double t63 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
     const double t64 = arm_psi_2_sin * arm_psi_2_moment_beyond_z;
     const double t65 = arm_psi_2_sin * arm_psi_2_inertia_beyond_xy + arm_psi_2_cos * arm_theta_2_inertia_beyond_yy +
         p->derived.arm_element_length * arm_psi_2_moment_beyond_x;
     const double t66 = arm_psi_2_inertia_beyond_yz + p->derived.arm_element_length * t64;
     const double t67 = arm_phi_1_cos * t65 - arm_phi_1_sin * t66;
+    M[7 * 13 + 4] = t67;
     const double t68 = arm_phi_1_sin * t65 + arm_phi_1_cos * t66;
     const double t69 = arm_phi_1_sin * arm_psi_2_moment_beyond_x + arm_phi_1_cos * t64;
     const double t70 = arm_phi_1_sin * t64 - arm_phi_1_cos * arm_psi_2_moment_beyond_x;
     const double t71 = arm_theta_1_cos * t68 - arm_theta_1_sin * t62;
+    M[7 * 13 + 3] = t71;
     const double t72 = arm_theta_1_sin * t68 + arm_theta_1_cos * t62;
     const double t73 = arm_theta_1_sin * t70 + arm_theta_1_cos * t63;
     const double t74 = arm_psi_1_sin * t73 + arm_psi_1_cos * t69;
+    M[7 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t73 - arm_psi_1_sin * t69) + arm_psi_cos * t74;
+    M[7 * 13 + 2] = t71 + p->derived.constant_1 * t74;
     const double t75 = arm_psi_sin * (arm_psi_1_cos * t72 - arm_psi_1_sin * t67) + arm_psi_cos * (arm_psi_1_sin *
         t72 + arm_psi_1_cos * t67 - p->derived.constant_1 * (arm_theta_1_cos * t70 - arm_theta_1_sin * t63));
+    M[7 * 13 + 1] = t75;
     /* arm_phi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t76 = t12 - t11;
     const double t77 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz - arm_theta_2_sin * arm_phi_2_inertia_beyond_xx;
+    M[8 * 13 + 6] = t77;
     const double t78 = arm_theta_2_sin * arm_theta_2_inertia_beyond_xz + arm_theta_2_cos * arm_phi_2_inertia_beyond_xx;
     const double t79 = arm_theta_2_cos * arm_theta_2_moment_beyond_y;
     const double t80 = arm_theta_2_sin * arm_theta_2_moment_beyond_y;
     const double t81 = arm_psi_2_cos * t78 - arm_psi_2_sin * arm_theta_2_inertia_beyond_xy;
+    M[8 * 13 + 5] = t81;
     const double t82 = arm_psi_2_cos * t80 - arm_psi_2_sin * t76;
     const double t83 = arm_psi_2_sin * t80 + arm_psi_2_cos * t76;
     const double t84 = arm_psi_2_sin * t78 + arm_psi_2_cos * arm_theta_2_inertia_beyond_xy - p->derived.arm_element_length *
         t79;
     const double t85 = t77 + p->derived.arm_element_length * t83;
     const double t86 = arm_phi_1_cos * t84 - arm_phi_1_sin * t85;
+    M[8 * 13 + 4] = t86;
     const double t87 = arm_phi_1_sin * t84 + arm_phi_1_cos * t85;
     const double t88 = arm_phi_1_cos * t83 - arm_phi_1_sin * t79;
     const double t89 = arm_phi_1_sin * t83 + arm_phi_1_cos * t79;
     const double t90 = arm_theta_1_cos * t87 - arm_theta_1_sin * t81;
+    M[8 * 13 + 3] = t90;
     const double t91 = arm_theta_1_sin * t87 + arm_theta_1_cos * t81;
     const double t92 = arm_theta_1_sin * t89 + arm_theta_1_cos * t82;
     const double t93 = arm_psi_1_sin * t92 + arm_psi_1_cos * t88;
+    M[8 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t92 - arm_psi_1_sin * t88) + arm_psi_cos * t93;
+    M[8 * 13 + 2] = t90 + p->derived.constant_1 * t93;
     const double t94 = arm_psi_sin * (arm_psi_1_cos * t91 - arm_psi_1_sin * t86) + arm_psi_cos * (arm_psi_1_sin *
         t91 + arm_psi_1_cos * t86 - p->derived.constant_1 * (arm_theta_1_cos * t89 - arm_theta_1_sin * t82));
+    M[8 * 13 + 1] = t94;
     /* arm_psi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t95 = arm_psi_3_inertia_beyond_zz + p->derived.arm_element_length * t5;
     const double t96 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yz - arm_phi_2_sin * t95;
+    M[9 * 13 + 7] = t96;
     const double t97 = arm_phi_2_sin * arm_phi_2_inertia_beyond_yz + arm_phi_2_cos * t95;
     const double t98 = arm_phi_2_cos * t5;
     const double t99 = arm_phi_2_sin * t5;
     const double t100 = arm_theta_2_cos * t97 - arm_theta_2_sin * t8;
+    M[9 * 13 + 6] = t100;
     const double t101 = arm_theta_2_sin * t97 + arm_theta_2_cos * t8;
     const double t102 = arm_theta_2_sin * arm_phi_2_moment_beyond_y + arm_theta_2_cos * t99;
     const double t103 = arm_theta_2_sin * t99 - arm_theta_2_cos * arm_phi_2_moment_beyond_y;
     const double t104 = arm_psi_2_cos * t101 - arm_psi_2_sin * t96;
+    M[9 * 13 + 5] = t104;
     const double t105 = arm_psi_2_cos * t103 - arm_psi_2_sin * t98;
     const double t106 = arm_psi_2_sin * t103 + arm_psi_2_cos * t98;
     const double t107 = arm_psi_2_sin * t101 + arm_psi_2_cos * t96 - p->derived.arm_element_length * t102;
     const double t108 = t100 + p->derived.arm_element_length * t106;
     const double t109 = arm_phi_1_cos * t107 - arm_phi_1_sin * t108;
+    M[9 * 13 + 4] = t109;
     const double t110 = arm_phi_1_sin * t107 + arm_phi_1_cos * t108;
     const double t111 = arm_phi_1_cos * t106 - arm_phi_1_sin * t102;
     const double t112 = arm_phi_1_sin * t106 + arm_phi_1_cos * t102;
     const double t113 = arm_theta_1_cos * t110 - arm_theta_1_sin * t104;
+    M[9 * 13 + 3] = t113;
     const double t114 = arm_theta_1_sin * t110 + arm_theta_1_cos * t104;
     const double t115 = arm_theta_1_sin * t112 + arm_theta_1_cos * t105;
     const double t116 = arm_psi_1_sin * t115 + arm_psi_1_cos * t111;
+    M[9 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t115 - arm_psi_1_sin * t111) + arm_psi_cos * t116;
+    M[9 * 13 + 2] = t113 + p->derived.constant_1 * t116;
     const double t117 = arm_psi_sin * (arm_psi_1_cos * t114 - arm_psi_1_sin * t109) + arm_psi_cos * (arm_psi_1_sin *
         t114 + arm_psi_1_cos * t109 - p->derived.constant_1 * (arm_theta_1_cos * t112 - arm_theta_1_sin *
         t105));
+    M[9 * 13 + 1] = t117;
     /* arm_theta_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t118 = arm_psi_3_sin * arm_phi_3_inertia_beyond_yy;
+    M[10 * 13 + 8] = -t118;
     const double t119 = arm_psi_3_cos * t2;
     const double t120 = arm_psi_3_sin * t2;
     const double t121 = p->derived.arm_element_length * t120;
     const double t122 = arm_psi_3_cos * arm_phi_3_inertia_beyond_yy + p->derived.arm_element_length * arm_psi_3_moment_beyond_x;
     const double t123 = arm_phi_2_sin * t121 + arm_phi_2_cos * t122;
+    M[10 * 13 + 7] = t123;
     const double t124 = arm_phi_2_sin * t122 - arm_phi_2_cos * t121;
     const double t125 = arm_phi_2_sin * arm_psi_3_moment_beyond_x - arm_phi_2_cos * t120;
     const double t126 = arm_phi_2_sin * t120 + arm_phi_2_cos * arm_psi_3_moment_beyond_x;
     const double t127 = arm_theta_2_sin * t118 + arm_theta_2_cos * t124;
+    M[10 * 13 + 6] = t127;
     const double t128 = arm_theta_2_sin * t124 - arm_theta_2_cos * t118;
     const double t129 = arm_theta_2_sin * t119 - arm_theta_2_cos * t126;
     const double t130 = arm_theta_2_sin * t126 + arm_theta_2_cos * t119;
     const double t131 = arm_psi_2_cos * t128 - arm_psi_2_sin * t123;
+    M[10 * 13 + 5] = t131;
     const double t132 = arm_psi_2_sin * t125 + arm_psi_2_cos * t130;
     const double t133 = arm_psi_2_cos * t125 - arm_psi_2_sin * t130;
     const double t134 = arm_psi_2_sin * t128 + arm_psi_2_cos * t123 - p->derived.arm_element_length * t129;
     const double t135 = t127 + p->derived.arm_element_length * t133;
     const double t136 = arm_phi_1_cos * t134 - arm_phi_1_sin * t135;
+    M[10 * 13 + 4] = t136;
     const double t137 = arm_phi_1_sin * t134 + arm_phi_1_cos * t135;
     const double t138 = arm_phi_1_cos * t133 - arm_phi_1_sin * t129;
     const double t139 = arm_phi_1_sin * t133 + arm_phi_1_cos * t129;
     const double t140 = arm_theta_1_cos * t137 - arm_theta_1_sin * t131;
+    M[10 * 13 + 3] = t140;
     const double t141 = arm_theta_1_sin * t137 + arm_theta_1_cos * t131;
     const double t142 = arm_theta_1_sin * t139 - arm_theta_1_cos * t132;
     const double t143 = arm_psi_1_sin * t142 + arm_psi_1_cos * t138;
+    M[10 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t142 - arm_psi_1_sin * t138) + arm_psi_cos * t143;
+    M[10 * 13 + 2] = t140 + p->derived.constant_1 * t143;
     const double t144 = arm_psi_sin * (arm_psi_1_cos * t141 - arm_psi_1_sin * t136) + arm_psi_cos * (arm_psi_1_sin *
         t141 + arm_psi_1_cos * t136 - p->derived.constant_1 * (arm_theta_1_sin * t132 + arm_theta_1_cos *
         t139));
+    M[10 * 13 + 1] = t144;
     /* arm_phi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t145 = p->derived.arm_psi_inertia_xx * arm_theta_3_sin;
+    M[11 * 13 + 9] = -t145;
     const double t146 = p->derived.arm_psi_inertia_xx * arm_theta_3_cos;
     const double t147 = arm_psi_3_cos * t146;
+    M[11 * 13 + 8] = t147;
     const double t148 = arm_psi_3_sin * t146;
     const double t149 = arm_phi_2_sin * t145 + arm_phi_2_cos * t148;
+    M[11 * 13 + 7] = t149;
     const double t150 = arm_phi_2_sin * t148 - arm_phi_2_cos * t145;
     const double t151 = arm_theta_2_cos * t150 - arm_theta_2_sin * t147;
+    M[11 * 13 + 6] = t151;
     const double t152 = arm_theta_2_sin * t150 + arm_theta_2_cos * t147;
     const double t153 = arm_psi_2_cos * t152 - arm_psi_2_sin * t149;
+    M[11 * 13 + 5] = t153;
     const double t154 = arm_psi_2_sin * t152 + arm_psi_2_cos * t149;
     const double t155 = arm_phi_1_cos * t154 - arm_phi_1_sin * t151;
+    M[11 * 13 + 4] = t155;
     const double t156 = arm_phi_1_sin * t154 + arm_phi_1_cos * t151;
     const double t157 = arm_theta_1_cos * t156 - arm_theta_1_sin * t153;
+    M[11 * 13 + 2] = t157;
+    M[11 * 13 + 3] = t157;
     const double t158 = arm_theta_1_sin * t156 + arm_theta_1_cos * t153;
+    M[11 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * t158 - arm_psi_1_sin * t155) + arm_psi_cos * (arm_psi_1_sin *
+        t158 + arm_psi_1_cos * t155);
     /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t159 = p->m_E * arm_theta_3_sin;
     const double t160 = p->m_E * arm_theta_3_cos;
@@ -481,115 +559,37 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t163 = p->derived.arm_element_length * t159;
     const double t164 = p->derived.arm_element_length * t162;
     const double t165 = arm_phi_2_cos * t163 - arm_phi_2_sin * t164;
+    M[12 * 13 + 7] = t165;
     const double t166 = arm_phi_2_sin * t163 + arm_phi_2_cos * t164;
     const double t167 = arm_phi_2_sin * t159 + arm_phi_2_cos * t162;
     const double t168 = arm_phi_2_sin * t162 - arm_phi_2_cos * t159;
     const double t169 = arm_theta_2_cos * t166;
+    M[12 * 13 + 6] = t169;
     const double t170 = arm_theta_2_sin * t166;
     const double t171 = arm_theta_2_cos * t168 - arm_theta_2_sin * t161;
     const double t172 = arm_theta_2_sin * t168 + arm_theta_2_cos * t161;
     const double t173 = arm_psi_2_cos * t170 - arm_psi_2_sin * t165;
+    M[12 * 13 + 5] = t173;
     const double t174 = arm_psi_2_cos * t172 - arm_psi_2_sin * t167;
     const double t175 = arm_psi_2_sin * t172 + arm_psi_2_cos * t167;
     const double t176 = arm_psi_2_sin * t170 + arm_psi_2_cos * t165 - p->derived.arm_element_length * t171;
     const double t177 = t169 + p->derived.arm_element_length * t175;
     const double t178 = arm_phi_1_cos * t176 - arm_phi_1_sin * t177;
+    M[12 * 13 + 4] = t178;
     const double t179 = arm_phi_1_sin * t176 + arm_phi_1_cos * t177;
     const double t180 = arm_phi_1_cos * t175 - arm_phi_1_sin * t171;
     const double t181 = arm_phi_1_sin * t175 + arm_phi_1_cos * t171;
     const double t182 = arm_theta_1_cos * t179 - arm_theta_1_sin * t173;
+    M[12 * 13 + 3] = t182;
     const double t183 = arm_theta_1_sin * t179 + arm_theta_1_cos * t173;
     const double t184 = arm_theta_1_sin * t181 + arm_theta_1_cos * t174;
     const double t185 = arm_psi_1_sin * t184 + arm_psi_1_cos * t180;
+    M[12 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t184 - arm_psi_1_sin * t180) + arm_psi_cos * t185;
+    M[12 * 13 + 2] = t182 + p->derived.constant_1 * t185;
     const double t186 = arm_psi_sin * (arm_psi_1_cos * t183 - arm_psi_1_sin * t178) + arm_psi_cos * (arm_psi_1_sin *
         t183 + arm_psi_1_cos * t178 - p->derived.constant_1 * (arm_theta_1_cos * t181 - arm_theta_1_sin *
         t174));
-    M[0 * 13 + 0] = p->derived.base_z_mass_beyond_2;
-    M[1 * 13 + 1] = column_psi_inertia_beyond_zz;
-    M[2 * 13 + 0] = column_psi_moment_beyond_x_2;
-    M[2 * 13 + 1] = t40 + arm_psi_sin * arm_psi_inertia_beyond_xz;
-    M[2 * 13 + 2] = arm_psi_inertia_beyond_zz;
-    M[3 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t41 - t34) + arm_psi_cos * t42;
-    M[3 * 13 + 1] = t40 + arm_psi_sin * t37;
-    M[3 * 13 + 2] = arm_psi_1_inertia_beyond_zz + p->derived.constant_1 * t42;
-    M[3 * 13 + 3] = arm_psi_1_inertia_beyond_zz;
-    M[4 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z) + arm_psi_cos * t43;
-    M[4 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_inertia_beyond_xy - arm_psi_1_sin * arm_theta_1_inertia_beyond_yy) +
-        arm_psi_cos * (arm_psi_1_sin * arm_psi_1_inertia_beyond_xy + arm_psi_1_cos * arm_theta_1_inertia_beyond_yy +
-        p->derived.constant_1 * arm_psi_1_moment_beyond_x);
-    M[4 * 13 + 2] = arm_psi_1_inertia_beyond_yz + p->derived.constant_1 * t43;
-    M[4 * 13 + 3] = arm_psi_1_inertia_beyond_yz;
-    M[4 * 13 + 4] = arm_theta_1_inertia_beyond_yy;
-    M[5 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t49 - arm_psi_1_sin * t45) + arm_psi_cos * t50;
-    M[5 * 13 + 1] = t51;
-    M[5 * 13 + 2] = t47 + p->derived.constant_1 * t50;
-    M[5 * 13 + 3] = t47;
-    M[5 * 13 + 4] = arm_theta_1_inertia_beyond_xy;
-    M[5 * 13 + 5] = arm_phi_1_inertia_beyond_xx;
-    M[6 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t59 - arm_psi_1_sin * t55) + arm_psi_cos * t60;
-    M[6 * 13 + 1] = t61;
-    M[6 * 13 + 2] = t57 + p->derived.constant_1 * t60;
-    M[6 * 13 + 3] = t57;
-    M[6 * 13 + 4] = t53;
-    M[6 * 13 + 5] = t22;
-    M[6 * 13 + 6] = arm_psi_2_inertia_beyond_zz;
-    M[7 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t73 - arm_psi_1_sin * t69) + arm_psi_cos * t74;
-    M[7 * 13 + 1] = t75;
-    M[7 * 13 + 2] = t71 + p->derived.constant_1 * t74;
-    M[7 * 13 + 3] = t71;
-    M[7 * 13 + 4] = t67;
-    M[7 * 13 + 5] = t62;
-    M[7 * 13 + 6] = arm_psi_2_inertia_beyond_yz;
-    M[7 * 13 + 7] = arm_theta_2_inertia_beyond_yy;
-    M[8 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t92 - arm_psi_1_sin * t88) + arm_psi_cos * t93;
-    M[8 * 13 + 1] = t94;
-    M[8 * 13 + 2] = t90 + p->derived.constant_1 * t93;
-    M[8 * 13 + 3] = t90;
-    M[8 * 13 + 4] = t86;
-    M[8 * 13 + 5] = t81;
-    M[8 * 13 + 6] = t77;
-    M[8 * 13 + 7] = arm_theta_2_inertia_beyond_xy;
-    M[8 * 13 + 8] = arm_phi_2_inertia_beyond_xx;
-    M[9 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t115 - arm_psi_1_sin * t111) + arm_psi_cos * t116;
-    M[9 * 13 + 1] = t117;
-    M[9 * 13 + 2] = t113 + p->derived.constant_1 * t116;
-    M[9 * 13 + 3] = t113;
-    M[9 * 13 + 4] = t109;
-    M[9 * 13 + 5] = t104;
-    M[9 * 13 + 6] = t100;
-    M[9 * 13 + 7] = t96;
-    M[9 * 13 + 8] = t8;
-    M[9 * 13 + 9] = arm_psi_3_inertia_beyond_zz;
-    M[10 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t142 - arm_psi_1_sin * t138) + arm_psi_cos * t143;
-    M[10 * 13 + 1] = t144;
-    M[10 * 13 + 2] = t140 + p->derived.constant_1 * t143;
-    M[10 * 13 + 3] = t140;
-    M[10 * 13 + 4] = t136;
-    M[10 * 13 + 5] = t131;
-    M[10 * 13 + 6] = t127;
-    M[10 * 13 + 7] = t123;
-    M[10 * 13 + 8] = -t118;
-    M[10 * 13 + 10] = arm_phi_3_inertia_beyond_yy;
-    M[11 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * t158 - arm_psi_1_sin * t155) + arm_psi_cos * (arm_psi_1_sin *
-        t158 + arm_psi_1_cos * t155);
-    M[11 * 13 + 2] = t157;
-    M[11 * 13 + 3] = t157;
-    M[11 * 13 + 4] = t155;
-    M[11 * 13 + 5] = t153;
-    M[11 * 13 + 6] = t151;
-    M[11 * 13 + 7] = t149;
-    M[11 * 13 + 8] = t147;
-    M[11 * 13 + 9] = -t145;
-    M[11 * 13 + 11] = p->derived.arm_psi_inertia_xx;
-    M[12 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t184 - arm_psi_1_sin * t180) + arm_psi_cos * t185;
     M[12 * 13 + 1] = t186;
-    M[12 * 13 + 2] = t182 + p->derived.constant_1 * t185;
-    M[12 * 13 + 3] = t182;
-    M[12 * 13 + 4] = t178;
-    M[12 * 13 + 5] = t173;
-    M[12 * 13 + 6] = t169;
-    M[12 * 13 + 7] = t165;
-    M[12 * 13 + 12] = p->m_E;
     for (int i = 0; i < 13; i++)
         for (int j = 0; j < i; j++)
             M[j * 13 + i] = M[i * 13 + j];
@@ -708,6 +708,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     const double effector_z_bias_force_y = p->m_E * effector_z_bias_a_y;
     const double effector_z_bias_force_z = p->m_E * effector_z_bias_a_z;
+    h[12] = -effector_z_bias_force_z;
     /* arm_psi: bias forces c, inward */
     const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
     const double arm_psi_load_moment_y = t1 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t1;
@@ -781,14 +782,13 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_bias_moment_y = carried_53 - p->derived.constant_3 * last_arm_psi_e_bias_force_z +
         arm_psi_load_moment_y;
     const double arm_psi_bias_moment_z = carried_54 + p->derived.constant_3 * carried_56 + t2 * p->derived.constant_8;
+    h[2] = -arm_psi_bias_moment_z;
     const double arm_psi_bias_force_x = carried_55 - p->derived.arm_psi_moment_x * t3;
     const double arm_psi_bias_force_y = carried_56 + p->derived.arm_psi_moment_x * t2;
     const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
+    h[1] = -column_psi_bias_moment_z;
     const double column_psi_bias_force_z = arm_psi_sin * arm_psi_bias_force_x + arm_psi_cos * arm_psi_bias_force_y;
     h[0] = -column_psi_bias_force_z;
-    h[1] = -column_psi_bias_moment_z;
-    h[2] = -arm_psi_bias_moment_z;
-    h[12] = -effector_z_bias_force_z;
 }
 
 void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -796,6 +796,7 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
     (void)x;
     double sine[10], cosine[10];
     manipulator_flexible_sincos(q + 2, sine, cosine, 10);
+    Q[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1];
     /* arm_psi: motion from column_psi outward */
     const double arm_psi_sin = sine[0];
     const double arm_psi_cos = cosine[0];
@@ -830,6 +831,7 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
         last_arm_phi_e_gravity_y = arm_phi_e_gravity_y[e];
         last_arm_phi_e_gravity_z = arm_phi_e_gravity_z[e];
     }
+    Q[12] = p->m_E * last_arm_theta_e_gravity_x;
     /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
     double last_arm_phi_e_mass_beyond = p->m_E;
@@ -874,14 +876,12 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_mass_beyond = p->derived.arm_psi_mass + last_arm_phi_e_mass_beyond;
     const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (carried_43 + p->derived.constant_3 *
         last_arm_phi_e_mass_beyond);
+    Q[2] = arm_psi_bias_a_falling_x * carried_44 - arm_psi_bias_a_falling_y * arm_psi_moment_beyond_x;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_mass_beyond = p->m_col + arm_psi_mass_beyond;
     /* base_z: composite pseudo-inertia of all beyond, inward */
     const double base_z_mass_beyond = p->m_base + column_psi_mass_beyond;
     Q[0] = -(p->g * base_z_mass_beyond + (p->s_sup * q[0] + p->d_sup * qd[0]));
-    Q[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1];
-    Q[2] = arm_psi_bias_a_falling_x * carried_44 - arm_psi_bias_a_falling_y * arm_psi_moment_beyond_x;
-    Q[12] = p->m_E * last_arm_theta_e_gravity_x;
 }
 
 void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -891,6 +891,9 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
     (void)qd;
     double sine[11], cosine[11];
     manipulator_flexible_sincos(q + 1, sine, cosine, 11);
+    u[0 * 13 + 0] = 0.0;
+    u[1 * 13 + 0] = 1.0;
+    u[1 * 13 + 1] = 0.0;
     /* column_psi: motion from base_z outward */
     const double column_psi_sin = sine[0];
     const double column_psi_cos = cosine[0];
@@ -976,6 +979,7 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
         last_arm_psi_e_position_y = arm_psi_e_position_y_2[e];
         last_arm_psi_e_position_z = arm_psi_e_position_z_2[e];
     }
+    u[1 * 13 + 12] = last_arm_theta_e_ground_z_x;
     /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
     const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
@@ -984,12 +988,15 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double t1 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    u[1 * 13 + 2] = row_2_u_arm_psi;
     /* row 1 (position level): u qdd + v = 0 */
     const double t2 = (effector_z_position_x - p->xc) / p->a;
     const double t3 = effector_z_position_y / p->b;
     const double t4 = p->derived.constant_10 * (t3 + t3);
     const double t5 = p->derived.constant_9 * (t2 + t2);
+    u[0 * 13 + 2] = -(column_psi_cos * t1 * t5 + column_psi_sin * t1 * t4);
     const double row_1_u_column_psi = effector_z_position_x * t4 - effector_z_position_y * t5;
+    u[0 * 13 + 1] = row_1_u_column_psi;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
         /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
         const double t6 = effector_z_position_x - arm_psi_e_position_x_2[e];
@@ -1014,14 +1021,7 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
         u[18 + 3 * e] = row_2_u_arm_phi_e;
     }
     const double row_1_u_effector_z = last_arm_theta_e_ground_x_x * t5 + last_arm_theta_e_ground_y_x * t4;
-    u[0 * 13 + 0] = 0.0;
-    u[0 * 13 + 1] = row_1_u_column_psi;
-    u[0 * 13 + 2] = -(column_psi_cos * t1 * t5 + column_psi_sin * t1 * t4);
     u[0 * 13 + 12] = row_1_u_effector_z;
-    u[1 * 13 + 0] = 1.0;
-    u[1 * 13 + 1] = 0.0;
-    u[1 * 13 + 2] = row_2_u_arm_psi;
-    u[1 * 13 + 12] = last_arm_theta_e_ground_z_x;
 }
 
 void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -1037,6 +1037,10 @@ void manipulator_flexible_row_terms(const struct manipulator_flexible_parameters
     (void)x;
     double sine[11], cosine[11];
     manipulator_flexible_sincos(q + 1, sine, cosine, 11);
+    out->u[0 * 13 + 0] = 0.0;
+    out->u[1 * 13 + 0] = 1.0;
+    out->u[1 * 13 + 1] = 0.0;
+    out->phi[1] = 0.0;
     const double t1 = t * 3.141592653589793 / p->T;
     const double t2 = sin(t1);
     /* column_psi: motion from base_z outward */
@@ -1207,6 +1211,7 @@ void manipulator_flexible_row_terms(const struct manipulator_flexible_parameters
         last_arm_psi_e_position_y = arm_psi_e_position_y_2[e];
         last_arm_psi_e_position_z = arm_psi_e_position_z_2[e];
     }
+    out->u[1 * 13 + 12] = last_arm_theta_e_ground_z_x;
     /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
     const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
@@ -1236,21 +1241,28 @@ void manipulator_flexible_row_terms(const struct manipulator_flexible_parameters
         effector_z_bias_a_x + last_arm_theta_e_ground_z_x * effector_z_bias_a_z;
     const double t12 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    out->u[1 * 13 + 2] = row_2_u_arm_psi;
     /* row 1 (position level): u qdd + v = 0 */
     const double t13 = (effector_z_position_x - p->xc) / p->a;
     const double t14 = effector_z_position_y / p->b;
     const double row_1_phi = t13 * t13 + t14 * t14 - 1.0;
+    out->phi[0] = row_1_phi;
     const double t15 = point_E_xd * p->derived.constant_9;
     const double t16 = t13 * t15;
     const double t17 = point_E_yd * p->derived.constant_10;
     const double t18 = t14 * t17;
     const double row_1_psi = t16 + t16 + (t18 + t18);
+    out->psi[0] = row_1_psi;
     const double t19 = t15 * t15 + t13 * (point_E_bias_x * p->derived.constant_9);
     const double t20 = t17 * t17 + t14 * (point_E_bias_y * p->derived.constant_10);
     const double row_1_v = t19 + t19 + (t20 + t20);
+    out->v[0] = row_1_v;
+    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + (row_1_v + row_1_psi * p->derived.row_1_rate_gain));
     const double t21 = p->derived.constant_10 * (t14 + t14);
     const double t22 = p->derived.constant_9 * (t13 + t13);
+    out->u[0 * 13 + 2] = -(column_psi_cos * t12 * t22 + column_psi_sin * t12 * t21);
     const double row_1_u_column_psi = effector_z_position_x * t21 - effector_z_position_y * t22;
+    out->u[0 * 13 + 1] = row_1_u_column_psi;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
         /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
         const double t23 = effector_z_position_x - arm_psi_e_position_x_2[e];
@@ -1275,25 +1287,13 @@ void manipulator_flexible_row_terms(const struct manipulator_flexible_parameters
         out->u[18 + 3 * e] = row_2_u_arm_phi_e;
     }
     const double row_1_u_effector_z = last_arm_theta_e_ground_x_x * t22 + last_arm_theta_e_ground_y_x * t21;
+    out->u[0 * 13 + 12] = row_1_u_effector_z;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
+    out->psi[1] = row_2_psi;
     const double t26 = t2 * (p->derived.constant_11 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t26 + t26);
-    out->u[0 * 13 + 0] = 0.0;
-    out->u[0 * 13 + 1] = row_1_u_column_psi;
-    out->u[0 * 13 + 2] = -(column_psi_cos * t12 * t22 + column_psi_sin * t12 * t21);
-    out->u[0 * 13 + 12] = row_1_u_effector_z;
-    out->u[1 * 13 + 0] = 1.0;
-    out->u[1 * 13 + 1] = 0.0;
-    out->u[1 * 13 + 2] = row_2_u_arm_psi;
-    out->u[1 * 13 + 12] = last_arm_theta_e_ground_z_x;
-    out->v[0] = row_1_v;
     out->v[1] = row_2_v;
-    out->phi[0] = row_1_phi;
-    out->phi[1] = 0.0;
-    out->psi[0] = row_1_psi;
-    out->psi[1] = row_2_psi;
-    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + (row_1_v + row_1_psi * p->derived.row_1_rate_gain));
     out->k[1] = -(row_2_v + p->derived.row_1_rate_gain * row_2_psi);
 }
 
@@ -1335,6 +1335,10 @@ void manipulator_flexible_point_terms(const struct manipulator_flexible_paramete
     (void)t;
     double sine[11], cosine[11];
     manipulator_flexible_sincos(q + 1, sine, cosine, 11);
+    out->C[0 * 13 + 0] = 0.0;
+    out->C[1 * 13 + 0] = 0.0;
+    out->C[2 * 13 + 0] = 1.0;
+    out->C[2 * 13 + 1] = 0.0;
     /* column_psi: motion from base_z outward */
     const double column_psi_sin = sine[0];
     const double column_psi_cos = cosine[0];
@@ -1503,11 +1507,19 @@ void manipulator_flexible_point_terms(const struct manipulator_flexible_paramete
         last_arm_psi_e_position_y = arm_psi_e_position_y_2[e];
         last_arm_psi_e_position_z = arm_psi_e_position_z_2[e];
     }
+    out->C[0 * 13 + 12] = last_arm_theta_e_ground_x_x;
+    out->C[1 * 13 + 12] = last_arm_theta_e_ground_y_x;
+    out->C[2 * 13 + 12] = last_arm_theta_e_ground_z_x;
     /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
     const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
+    out->r[0 * 3 + 0] = effector_z_position_x;
+    out->C[1 * 13 + 1] = effector_z_position_x;
     const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
+    out->r[0 * 3 + 1] = effector_z_position_y;
+    out->C[0 * 13 + 1] = -effector_z_position_y;
     const double effector_z_position_z = last_arm_psi_e_position_z + last_arm_theta_e_ground_z_x * effector_z_shift_x;
+    out->r[0 * 3 + 2] = effector_z_position_z;
     const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
     const double effector_z_v_x = last_arm_phi_e_w_y * effector_z_shift_x - last_arm_phi_e_v_z;
     const double effector_z_bias_a_z = last_arm_theta_e_bias_a_x + carried_15 * effector_z_shift_x;
@@ -1519,18 +1531,27 @@ void manipulator_flexible_point_terms(const struct manipulator_flexible_paramete
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = last_arm_phi_e_ground_x_y * effector_z_v_y - last_arm_phi_e_ground_x_z * effector_z_v_x +
         last_arm_theta_e_ground_x_x * effector_z_v_z;
+    out->rd[0 * 3 + 0] = point_E_xd;
     const double point_E_yd = last_arm_phi_e_ground_y_y * effector_z_v_y - last_arm_phi_e_ground_y_z * effector_z_v_x +
         last_arm_theta_e_ground_y_x * effector_z_v_z;
+    out->rd[0 * 3 + 1] = point_E_yd;
     const double point_E_zd = last_arm_phi_e_ground_z_y * effector_z_v_y - last_arm_phi_e_ground_z_z * effector_z_v_x +
         last_arm_theta_e_ground_z_x * effector_z_v_z;
+    out->rd[0 * 3 + 2] = point_E_zd;
     const double point_E_bias_x = last_arm_phi_e_ground_x_y * effector_z_bias_a_y - last_arm_phi_e_ground_x_z *
         effector_z_bias_a_x + last_arm_theta_e_ground_x_x * effector_z_bias_a_z;
+    out->d[0 * 3 + 0] = point_E_bias_x;
     const double point_E_bias_y = last_arm_phi_e_ground_y_y * effector_z_bias_a_y - last_arm_phi_e_ground_y_z *
         effector_z_bias_a_x + last_arm_theta_e_ground_y_x * effector_z_bias_a_z;
+    out->d[0 * 3 + 1] = point_E_bias_y;
     const double point_E_bias_z = last_arm_phi_e_ground_z_y * effector_z_bias_a_y - last_arm_phi_e_ground_z_z *
         effector_z_bias_a_x + last_arm_theta_e_ground_z_x * effector_z_bias_a_z;
+    out->d[0 * 3 + 2] = point_E_bias_z;
     const double t10 = effector_z_position_z - arm_psi_position_z;
+    out->C[0 * 13 + 2] = -column_psi_cos * t10;
+    out->C[1 * 13 + 2] = -column_psi_sin * t10;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    out->C[2 * 13 + 2] = row_2_u_arm_psi;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double t11 = effector_z_position_x - arm_psi_e_position_x_2[e];
         const double t12 = effector_z_position_y - arm_psi_e_position_y_2[e];
@@ -1549,27 +1570,6 @@ void manipulator_flexible_point_terms(const struct manipulator_flexible_paramete
         out->C[30 + 3 * e] = row_2_u_arm_theta_e;
         out->C[31 + 3 * e] = row_2_u_arm_phi_e;
     }
-    out->r[0 * 3 + 0] = effector_z_position_x;
-    out->r[0 * 3 + 1] = effector_z_position_y;
-    out->r[0 * 3 + 2] = effector_z_position_z;
-    out->rd[0 * 3 + 0] = point_E_xd;
-    out->rd[0 * 3 + 1] = point_E_yd;
-    out->rd[0 * 3 + 2] = point_E_zd;
-    out->C[0 * 13 + 0] = 0.0;
-    out->C[0 * 13 + 1] = -effector_z_position_y;
-    out->C[0 * 13 + 2] = -column_psi_cos * t10;
-    out->C[0 * 13 + 12] = last_arm_theta_e_ground_x_x;
-    out->C[1 * 13 + 0] = 0.0;
-    out->C[1 * 13 + 1] = effector_z_position_x;
-    out->C[1 * 13 + 2] = -column_psi_sin * t10;
-    out->C[1 * 13 + 12] = last_arm_theta_e_ground_y_x;
-    out->C[2 * 13 + 0] = 1.0;
-    out->C[2 * 13 + 1] = 0.0;
-    out->C[2 * 13 + 2] = row_2_u_arm_psi;
-    out->C[2 * 13 + 12] = last_arm_theta_e_ground_z_x;
-    out->d[0 * 3 + 0] = point_E_bias_x;
-    out->d[0 * 3 + 1] = point_E_bias_y;
-    out->d[0 * 3 + 2] = point_E_bias_z;
 }
 
 void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -1681,6 +1681,8 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
     const double effector_z_v_x = last_arm_phi_e_w_y * effector_z_shift_x - last_arm_phi_e_v_z;
     const double effector_z_v_z = last_arm_theta_e_v_x + qd[12];
+    energy[0] = 0.5 * (carried_58 + (effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_y * (p->m_E *
+        effector_z_v_y) + effector_z_v_z * (p->m_E * effector_z_v_z)));
     double last_arm_phi_e_mass_beyond = p->m_E;
     double carried_43 = p->m_E * effector_z_shift_x;
     double carried_44 = 0.0;
@@ -1722,8 +1724,6 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         arm_psi_cos * carried_44 + p->h * arm_psi_mass_beyond);
     /* base_z: composite pseudo-inertia of all beyond, inward */
     const double base_z_mass_beyond = p->m_base + column_psi_mass_beyond;
-    energy[0] = 0.5 * (carried_58 + (effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_y * (p->m_E *
-        effector_z_v_y) + effector_z_v_z * (p->m_E * effector_z_v_z)));
     energy[1] = p->g * (column_psi_moment_beyond_z + q[0] * base_z_mass_beyond) + carried_59;
 }
 
@@ -1757,9 +1757,18 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     manipulator_flexible_sincos(q + 1, sine, cosine, 11);
     for (int i = 0; i < 169; i++)
         Q_q[i] = 0.0;
+    Q_q[0 * 13 + 0] = -p->s_sup;
+    axis_x[0] = 0.0;
+    axis_x[1] = 0.0;
+    axis_y[0] = 0.0;
+    axis_y[1] = 0.0;
+    turned_rows_x[0] = 0.0;
+    turned_rows_y[0] = 0.0;
     /* column_psi: motion from base_z outward */
     const double column_psi_sin = sine[0];
+    axis_x[2] = column_psi_sin;
     const double column_psi_cos = cosine[0];
+    axis_y[2] = -column_psi_cos;
     /* arm_psi: motion from column_psi outward */
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
@@ -1820,11 +1829,15 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
         last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y[e];
         last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z[e];
     }
+    axis_x[12] = last_arm_theta_e_ground_x_x;
+    axis_y[12] = last_arm_theta_e_ground_y_x;
     /* effector_z: motion from arm_psi_e outward */
     const double effector_z_shift_x = p->derived.constant_1 + q[12];
     /* axes, and wrenches that accelerate all beyond, in the ground's axes */
     const double effector_z_moment_change_x = p->m_E * last_arm_theta_e_ground_x_x;
+    turned_rows_y[12] = p->g * effector_z_moment_change_x;
     const double effector_z_moment_change_y = p->m_E * last_arm_theta_e_ground_y_x;
+    turned_rows_x[12] = -p->g * effector_z_moment_change_y;
     double last_arm_phi_e_mass_beyond = p->m_E;
     double carried_43 = p->m_E * effector_z_shift_x;
     double carried_44 = 0.0;
@@ -1881,35 +1894,22 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (carried_43 + p->derived.constant_3 *
         last_arm_phi_e_mass_beyond);
+    turned_rows_x[2] = p->g * (arm_psi_ground_y_x * carried_44 + t2 * arm_psi_moment_beyond_x);
+    turned_rows_y[2] = -p->g * (arm_psi_ground_x_x * carried_44 + t1 * arm_psi_moment_beyond_x);
     const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x - arm_psi_sin * carried_44;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double base_z_moment_beyond_x = column_psi_sin * last_arm_psi_e_moment_beyond_z + column_psi_cos *
         column_psi_moment_beyond_x;
+    turned_rows_x[1] = -p->g * base_z_moment_beyond_x;
     /* axes, and wrenches that accelerate all beyond, in the ground's axes */
     const double column_psi_moment_change_x = column_psi_cos * last_arm_psi_e_moment_beyond_z - column_psi_sin *
         column_psi_moment_beyond_x;
+    turned_rows_y[1] = p->g * column_psi_moment_change_x;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
         Q_q[42 + 42 * e] = -p->derived.arm_stiffness_psi;
         Q_q[56 + 42 * e] = -p->derived.arm_stiffness_psi;
         Q_q[70 + 42 * e] = -p->derived.arm_stiffness_phi;
     }
-    Q_q[0 * 13 + 0] = -p->s_sup;
-    axis_x[0] = 0.0;
-    axis_x[1] = 0.0;
-    axis_x[2] = column_psi_sin;
-    axis_x[12] = last_arm_theta_e_ground_x_x;
-    axis_y[0] = 0.0;
-    axis_y[1] = 0.0;
-    axis_y[2] = -column_psi_cos;
-    axis_y[12] = last_arm_theta_e_ground_y_x;
-    turned_rows_x[0] = 0.0;
-    turned_rows_x[1] = -p->g * base_z_moment_beyond_x;
-    turned_rows_x[2] = p->g * (arm_psi_ground_y_x * carried_44 + t2 * arm_psi_moment_beyond_x);
-    turned_rows_x[12] = -p->g * effector_z_moment_change_y;
-    turned_rows_y[0] = 0.0;
-    turned_rows_y[1] = p->g * column_psi_moment_change_x;
-    turned_rows_y[2] = -p->g * (arm_psi_ground_x_x * carried_44 + t1 * arm_psi_moment_beyond_x);
-    turned_rows_y[12] = p->g * effector_z_moment_change_x;
     { /* pairs of coordinates: how j turns what is felt by i beyond it */
         static const unsigned char is_turn[13] = {0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0};
         for (int j = 12; j >= 0; j--) {
@@ -2274,13 +2274,16 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
     /* base_z: acceleration, outward */
     const double t94 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
         t93));
+    qdd[0] = -t94;
     /* column_psi: acceleration, outward */
     const double t95 = t90 * t94 + column_psi_D_inverse * t92;
+    qdd[1] = t95;
     const double t96 = arm_psi_cos * t95;
     const double t97 = arm_psi_sin * t94;
     const double t98 = arm_psi_cos * t94;
     /* arm_psi: acceleration, outward */
     const double t99 = t84 * t96 - (t85 * t97 + t86 * t98) + arm_psi_D_inverse * t91;
+    qdd[2] = -t99;
     double carried_82 = arm_psi_sin * t95;
     double carried_83 = t96;
     double carried_84 = -t99;
@@ -2323,9 +2326,6 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
         carried_86 = t107;
         carried_87 = t108;
     }
-    qdd[0] = -t94;
-    qdd[1] = t95;
-    qdd[2] = -t99;
     qdd[12] = -(carried_85 + effector_z_load_force_z * p->derived.effector_z_D_inverse);
 }
 
@@ -3027,7 +3027,14 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
     const double row_2_pivot_inverse = (t202 * 1e-12 < t205 ? 1.0 / t205 : 0.0);
     const double row_2_lambda = (t203 * t204 - (p->derived.row_1_rate_gain * row_2_psi + row_2_v_2 + (last_arm_theta_e_ground_z_x *
         t194 - (last_arm_phi_e_ground_z_z * t192 - last_arm_phi_e_ground_z_y * t191)))) * row_2_pivot_inverse;
+    out->lambda[1] = row_2_lambda;
     const double t206 = row_1_pivot_inverse * (t203 + t201 * row_2_lambda);
+    out->qdd[0] = t149 * row_2_lambda - (t133 + t141 * t206);
+    out->qdd[1] = t134 + t142 * t206 - t150 * row_2_lambda;
+    out->qdd[2] = t146 * t206 - t138 - t154 * row_2_lambda;
+    out->qdd[12] = t199 * row_2_lambda - (t193 + t195 * t206);
+    out->power[0] = point_E_zd * row_2_lambda - t206 * (point_E_xd * t26 + point_E_yd * t25);
+    out->lambda[0] = -t206;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_cos = cosine[2 + 3 * e];
         const double arm_psi_e_sin = sine[2 + 3 * e];
@@ -3048,13 +3055,6 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
         out->qdd[5 + 3 * e] = t208 + (arm_theta_e_sin * carried_106_at[e] - arm_theta_e_cos * t179[e] + arm_theta_e_sin *
         t190[e]) * row_2_lambda;
     }
-    out->qdd[0] = t149 * row_2_lambda - (t133 + t141 * t206);
-    out->qdd[1] = t134 + t142 * t206 - t150 * row_2_lambda;
-    out->qdd[2] = t146 * t206 - t138 - t154 * row_2_lambda;
-    out->qdd[12] = t199 * row_2_lambda - (t193 + t195 * t206);
-    out->power[0] = point_E_zd * row_2_lambda - t206 * (point_E_xd * t26 + point_E_yd * t25);
-    out->lambda[0] = -t206;
-    out->lambda[1] = row_2_lambda;
 }
 
 void manipulator_flexible_force(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -3238,6 +3238,7 @@ void manipulator_flexible_f(const struct manipulator_flexible_parameters *p, con
     const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
+    f[12] = -effector_z_load_force_z;
     double carried_110 = 0.0;
     double carried_111 = effector_z_shift_x * effector_z_load_force_x;
     double carried_112 = effector_z_shift_x * effector_z_load_force_y;
@@ -3303,26 +3304,25 @@ void manipulator_flexible_f(const struct manipulator_flexible_parameters *p, con
         last_arm_psi_e_carried_force_z);
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + (carried_112 + p->derived.constant_3 *
         carried_114);
+    f[2] = -arm_psi_carried_moment_z;
     const double arm_psi_carried_force_x = arm_psi_load_force_x + carried_113;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + carried_114;
     const double column_psi_carried_moment_z = arm_psi_sin * arm_psi_carried_moment_x + arm_psi_cos * arm_psi_carried_moment_y;
+    f[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1] - column_psi_carried_moment_z;
     /* column_psi: bias and gravity forces c + g, inward */
     const double column_psi_carried_force_z = p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_carried_force_x +
         arm_psi_cos * arm_psi_carried_force_y);
     /* base_z: bias and gravity forces c + g, inward */
     const double base_z_carried_force_z = p->derived.base_z_load_force_z + column_psi_carried_force_z;
     f[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + base_z_carried_force_z);
-    f[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1] - column_psi_carried_moment_z;
-    f[2] = -arm_psi_carried_moment_z;
-    f[12] = -effector_z_load_force_z;
 }
 
 void manipulator_flexible_course(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double course[2]) {
     (void)x;
     (void)q;
-    const double t1 = sin(t * 3.141592653589793 / p->T);
     course[0] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1];
+    const double t1 = sin(t * 3.141592653589793 / p->T);
     course[1] = p->v0 * (t1 * t1);
 }
 
@@ -3656,7 +3656,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "e6b0e62f1a559451",
+    SET(hash) "b0984e7c062340de",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

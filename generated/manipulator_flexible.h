@@ -157,6 +157,8 @@ void manipulator_flexible_defaults(struct manipulator_flexible_parameters *p);
 /* Computes p->derived: call it after every change of a parameter. */
 void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p);
 
+/* Results are written while arguments are still read: they share no memory. */
+
 /* mass matrix: (n x n) mass matrix [kg, kg m, kg m^2] */
 void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double M[13 * 13]);

@@ -56,6 +56,8 @@ void manipulator_rigid_M(const struct manipulator_rigid_parameters *p, const str
     (void)qd;
     for (int i = 0; i < 16; i++)
         M[i] = 0.0;
+    M[0 * 4 + 0] = p->derived.base_z_mass_beyond;
+    M[3 * 4 + 3] = p->m_E;
     /* arm_psi: motion from column_psi outward */
     const double arm_psi_sin = sin(q[2]);
     const double arm_psi_cos = cos(q[2]);
@@ -66,18 +68,16 @@ void manipulator_rigid_M(const struct manipulator_rigid_parameters *p, const str
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + t1;
     const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t1;
+    M[2 * 4 + 2] = arm_psi_inertia_beyond_yy;
     const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x;
+    M[2 * 4 + 0] = column_psi_moment_beyond_x;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
         (p->derived.arm_psi_inertia_xx - arm_psi_inertia_beyond_yy)));
+    M[1 * 4 + 1] = column_psi_inertia_beyond_zz;
     /* axes, and wrenches that accelerate all beyond, in the ground's axes */
     const double effector_z_moment_change_z = p->m_E * arm_psi_sin;
-    M[0 * 4 + 0] = p->derived.base_z_mass_beyond;
-    M[1 * 4 + 1] = column_psi_inertia_beyond_zz;
-    M[2 * 4 + 0] = column_psi_moment_beyond_x;
-    M[2 * 4 + 2] = arm_psi_inertia_beyond_yy;
     M[3 * 4 + 0] = effector_z_moment_change_z;
-    M[3 * 4 + 3] = p->m_E;
     for (int i = 0; i < 4; i++)
         for (int j = 0; j < i; j++)
             M[j * 4 + i] = M[i * 4 + j];
@@ -106,35 +106,35 @@ void manipulator_rigid_h(const struct manipulator_rigid_parameters *p, const str
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     const double effector_z_bias_force_y = p->m_E * effector_z_bias_a_y;
     const double t6 = p->m_E * (t3 * effector_z_shift_x);
+    h[3] = t6;
     /* arm_psi: bias forces c, inward */
     const double arm_psi_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
     const double arm_psi_load_moment_y = t1 * p->derived.constant_2 - p->derived.arm_psi_inertia_yy * t1;
     const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
     const double arm_psi_bias_moment_z = effector_z_shift_x * effector_z_bias_force_y + t2 * p->derived.constant_3;
-    const double arm_psi_bias_force_y = effector_z_bias_force_y + p->derived.arm_psi_moment_x * t2;
-    const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
-    h[0] = arm_psi_sin * (t6 + p->derived.arm_psi_moment_x * t3) - arm_psi_cos * arm_psi_bias_force_y;
-    h[1] = -column_psi_bias_moment_z;
     h[2] = -arm_psi_bias_moment_z;
-    h[3] = t6;
+    const double arm_psi_bias_force_y = effector_z_bias_force_y + p->derived.arm_psi_moment_x * t2;
+    h[0] = arm_psi_sin * (t6 + p->derived.arm_psi_moment_x * t3) - arm_psi_cos * arm_psi_bias_force_y;
+    const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
+    h[1] = -column_psi_bias_moment_z;
 }
 
 void manipulator_rigid_Q(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double Q[4]) {
     (void)x;
+    Q[0] = -(p->derived.constant_4 + (p->s_sup * q[0] + p->d_sup * qd[0]));
+    Q[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1];
     /* arm_psi: motion from column_psi outward */
     const double arm_psi_sin = sin(q[2]);
     const double arm_psi_cos = cos(q[2]);
     const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
+    Q[3] = -p->m_E * arm_psi_bias_a_falling_x;
     const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
-    Q[0] = -(p->derived.constant_4 + (p->s_sup * q[0] + p->d_sup * qd[0]));
-    Q[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1];
     Q[2] = -arm_psi_bias_a_falling_y * arm_psi_moment_beyond_x;
-    Q[3] = -p->m_E * arm_psi_bias_a_falling_x;
 }
 
 void manipulator_rigid_u(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -142,11 +142,15 @@ void manipulator_rigid_u(const struct manipulator_rigid_parameters *p, const str
     (void)x;
     (void)t;
     (void)qd;
+    u[0 * 4 + 0] = 0.0;
+    u[1 * 4 + 0] = 1.0;
+    u[1 * 4 + 1] = 0.0;
     /* column_psi: motion from base_z outward */
     const double column_psi_sin = sin(q[1]);
     const double column_psi_cos = cos(q[1]);
     /* arm_psi: motion from column_psi outward */
     const double arm_psi_sin = sin(q[2]);
+    u[1 * 4 + 3] = arm_psi_sin;
     const double arm_psi_cos = cos(q[2]);
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
@@ -160,21 +164,17 @@ void manipulator_rigid_u(const struct manipulator_rigid_parameters *p, const str
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double t1 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    u[1 * 4 + 2] = row_2_u_arm_psi;
     /* row 1 (position level): u qdd + v = 0 */
     const double t2 = (effector_z_position_x - p->xc) / p->a;
     const double t3 = effector_z_position_y / p->b;
     const double t4 = p->derived.constant_6 * (t3 + t3);
     const double t5 = p->derived.constant_5 * (t2 + t2);
-    const double row_1_u_column_psi = effector_z_position_x * t4 - effector_z_position_y * t5;
-    const double row_1_u_effector_z = arm_psi_ground_x_x * t5 + arm_psi_ground_y_x * t4;
-    u[0 * 4 + 0] = 0.0;
-    u[0 * 4 + 1] = row_1_u_column_psi;
     u[0 * 4 + 2] = -(column_psi_cos * t1 * t5 + column_psi_sin * t1 * t4);
+    const double row_1_u_column_psi = effector_z_position_x * t4 - effector_z_position_y * t5;
+    u[0 * 4 + 1] = row_1_u_column_psi;
+    const double row_1_u_effector_z = arm_psi_ground_x_x * t5 + arm_psi_ground_y_x * t4;
     u[0 * 4 + 3] = row_1_u_effector_z;
-    u[1 * 4 + 0] = 1.0;
-    u[1 * 4 + 1] = 0.0;
-    u[1 * 4 + 2] = row_2_u_arm_psi;
-    u[1 * 4 + 3] = arm_psi_sin;
 }
 
 void manipulator_rigid_v(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -188,6 +188,10 @@ void manipulator_rigid_v(const struct manipulator_rigid_parameters *p, const str
 void manipulator_rigid_row_terms(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], struct manipulator_rigid_row_terms_result *out) {
     (void)x;
+    out->u[0 * 4 + 0] = 0.0;
+    out->u[1 * 4 + 0] = 1.0;
+    out->u[1 * 4 + 1] = 0.0;
+    out->phi[1] = 0.0;
     const double t1 = t * 3.141592653589793 / p->T;
     const double t2 = sin(t1);
     /* column_psi: motion from base_z outward */
@@ -195,6 +199,7 @@ void manipulator_rigid_row_terms(const struct manipulator_rigid_parameters *p, c
     const double column_psi_cos = cos(q[1]);
     /* arm_psi: motion from column_psi outward */
     const double arm_psi_sin = sin(q[2]);
+    out->u[1 * 4 + 3] = arm_psi_sin;
     const double arm_psi_cos = cos(q[2]);
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     const double t3 = column_psi_cos * arm_psi_sin;
@@ -231,42 +236,37 @@ void manipulator_rigid_row_terms(const struct manipulator_rigid_parameters *p, c
     const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t6;
     const double t9 = effector_z_position_z - arm_psi_position_z;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    out->u[1 * 4 + 2] = row_2_u_arm_psi;
     /* row 1 (position level): u qdd + v = 0 */
     const double t10 = (effector_z_position_x - p->xc) / p->a;
     const double t11 = effector_z_position_y / p->b;
     const double row_1_phi = t10 * t10 + t11 * t11 - 1.0;
+    out->phi[0] = row_1_phi;
     const double t12 = point_E_xd * p->derived.constant_5;
     const double t13 = t10 * t12;
     const double t14 = point_E_yd * p->derived.constant_6;
     const double t15 = t11 * t14;
     const double row_1_psi = t13 + t13 + (t15 + t15);
+    out->psi[0] = row_1_psi;
     const double t16 = t12 * t12 - t10 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
         arm_psi_ground_x_x * t6) * p->derived.constant_5);
     const double t17 = t14 * t14 + t11 * (point_E_bias_y * p->derived.constant_6);
     const double row_1_v = t16 + t16 + (t17 + t17);
+    out->v[0] = row_1_v;
+    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + (row_1_v + row_1_psi * p->derived.row_1_rate_gain));
     const double t18 = p->derived.constant_6 * (t11 + t11);
     const double t19 = p->derived.constant_5 * (t10 + t10);
+    out->u[0 * 4 + 2] = -(column_psi_cos * t9 * t19 + column_psi_sin * t9 * t18);
     const double row_1_u_column_psi = effector_z_position_x * t18 - effector_z_position_y * t19;
+    out->u[0 * 4 + 1] = row_1_u_column_psi;
     const double row_1_u_effector_z = arm_psi_ground_x_x * t19 + arm_psi_ground_y_x * t18;
+    out->u[0 * 4 + 3] = row_1_u_effector_z;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
+    out->psi[1] = row_2_psi;
     const double t20 = t2 * (p->derived.constant_7 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t20 + t20);
-    out->u[0 * 4 + 0] = 0.0;
-    out->u[0 * 4 + 1] = row_1_u_column_psi;
-    out->u[0 * 4 + 2] = -(column_psi_cos * t9 * t19 + column_psi_sin * t9 * t18);
-    out->u[0 * 4 + 3] = row_1_u_effector_z;
-    out->u[1 * 4 + 0] = 1.0;
-    out->u[1 * 4 + 1] = 0.0;
-    out->u[1 * 4 + 2] = row_2_u_arm_psi;
-    out->u[1 * 4 + 3] = arm_psi_sin;
-    out->v[0] = row_1_v;
     out->v[1] = row_2_v;
-    out->phi[0] = row_1_phi;
-    out->phi[1] = 0.0;
-    out->psi[0] = row_1_psi;
-    out->psi[1] = row_2_psi;
-    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + (row_1_v + row_1_psi * p->derived.row_1_rate_gain));
     out->k[1] = -(row_2_v + p->derived.row_1_rate_gain * row_2_psi);
 }
 
@@ -306,15 +306,22 @@ void manipulator_rigid_point_terms(const struct manipulator_rigid_parameters *p,
         const double q[4], const double qd[4], struct manipulator_rigid_point_terms_result *out) {
     (void)x;
     (void)t;
+    out->C[0 * 4 + 0] = 0.0;
+    out->C[1 * 4 + 0] = 0.0;
+    out->C[2 * 4 + 0] = 1.0;
+    out->C[2 * 4 + 1] = 0.0;
     /* column_psi: motion from base_z outward */
     const double column_psi_sin = sin(q[1]);
     const double column_psi_cos = cos(q[1]);
     /* arm_psi: motion from column_psi outward */
     const double arm_psi_sin = sin(q[2]);
+    out->C[2 * 4 + 3] = arm_psi_sin;
     const double arm_psi_cos = cos(q[2]);
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
+    out->C[0 * 4 + 3] = arm_psi_ground_x_x;
     const double t1 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
+    out->C[1 * 4 + 3] = arm_psi_ground_y_x;
     const double t2 = column_psi_sin * arm_psi_sin;
     const double arm_psi_position_z = p->h + q[0];
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
@@ -325,9 +332,14 @@ void manipulator_rigid_point_terms(const struct manipulator_rigid_parameters *p,
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
+    out->r[0 * 3 + 0] = effector_z_position_x;
+    out->C[1 * 4 + 1] = effector_z_position_x;
     const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
+    out->r[0 * 3 + 1] = effector_z_position_y;
+    out->C[0 * 4 + 1] = -effector_z_position_y;
     const double effector_z_shift_ground_z = arm_psi_sin * effector_z_shift_x;
     const double effector_z_position_z = arm_psi_position_z + effector_z_shift_ground_z;
+    out->r[0 * 3 + 2] = effector_z_position_z;
     const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
     const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
     const double t4 = (qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y) * effector_z_shift_x;
@@ -336,39 +348,27 @@ void manipulator_rigid_point_terms(const struct manipulator_rigid_parameters *p,
     const double effector_z_v_z = arm_psi_v_x + qd[3];
     const double effector_z_bias_a_x = t5 + t5 - (t3 + t3) * effector_z_shift_x;
     const double effector_z_bias_a_y = arm_psi_w_x * arm_psi_w_y * effector_z_shift_x + (t6 + t6);
+    out->d[0 * 3 + 0] = -(column_psi_sin * effector_z_bias_a_x + t1 * effector_z_bias_a_y + arm_psi_ground_x_x *
+        t4);
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + t1 *
         effector_z_v_y);
+    out->rd[0 * 3 + 0] = point_E_xd;
     const double point_E_yd = column_psi_cos * effector_z_v_x - t2 * effector_z_v_y + arm_psi_ground_y_x *
         effector_z_v_z;
+    out->rd[0 * 3 + 1] = point_E_yd;
     const double point_E_zd = arm_psi_cos * effector_z_v_y + arm_psi_sin * effector_z_v_z;
+    out->rd[0 * 3 + 2] = point_E_zd;
     const double point_E_bias_y = column_psi_cos * effector_z_bias_a_x - t2 * effector_z_bias_a_y - arm_psi_ground_y_x *
         t4;
-    const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t4;
-    const double t7 = effector_z_position_z - arm_psi_position_z;
-    const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    out->r[0 * 3 + 0] = effector_z_position_x;
-    out->r[0 * 3 + 1] = effector_z_position_y;
-    out->r[0 * 3 + 2] = effector_z_position_z;
-    out->rd[0 * 3 + 0] = point_E_xd;
-    out->rd[0 * 3 + 1] = point_E_yd;
-    out->rd[0 * 3 + 2] = point_E_zd;
-    out->C[0 * 4 + 0] = 0.0;
-    out->C[0 * 4 + 1] = -effector_z_position_y;
-    out->C[0 * 4 + 2] = -column_psi_cos * t7;
-    out->C[0 * 4 + 3] = arm_psi_ground_x_x;
-    out->C[1 * 4 + 0] = 0.0;
-    out->C[1 * 4 + 1] = effector_z_position_x;
-    out->C[1 * 4 + 2] = -column_psi_sin * t7;
-    out->C[1 * 4 + 3] = arm_psi_ground_y_x;
-    out->C[2 * 4 + 0] = 1.0;
-    out->C[2 * 4 + 1] = 0.0;
-    out->C[2 * 4 + 2] = row_2_u_arm_psi;
-    out->C[2 * 4 + 3] = arm_psi_sin;
-    out->d[0 * 3 + 0] = -(column_psi_sin * effector_z_bias_a_x + t1 * effector_z_bias_a_y + arm_psi_ground_x_x *
-        t4);
     out->d[0 * 3 + 1] = point_E_bias_y;
+    const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t4;
     out->d[0 * 3 + 2] = point_E_bias_z;
+    const double t7 = effector_z_position_z - arm_psi_position_z;
+    out->C[0 * 4 + 2] = -column_psi_cos * t7;
+    out->C[1 * 4 + 2] = -column_psi_sin * t7;
+    const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    out->C[2 * 4 + 2] = row_2_u_arm_psi;
 }
 
 void manipulator_rigid_rd(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -416,6 +416,8 @@ void manipulator_rigid_energy(const struct manipulator_rigid_parameters *p, cons
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_moment_beyond_z = p->derived.column_psi_moment_z + (arm_psi_sin * arm_psi_moment_beyond_x +
         p->derived.constant_1);
+    energy[1] = p->g * (column_psi_moment_beyond_z + q[0] * p->derived.base_z_mass_beyond) + p->derived.constant_8 *
+        (q[0] * q[0]);
     /* kinetic energy */
     const double t1 = arm_psi_w_x * (p->derived.arm_psi_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_psi_inertia_yy *
         arm_psi_w_y) + qd[2] * (p->derived.arm_psi_inertia_yy * qd[2] + p->derived.arm_psi_moment_x * arm_psi_v_y) +
@@ -425,8 +427,6 @@ void manipulator_rigid_energy(const struct manipulator_rigid_parameters *p, cons
         t1 + (effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_y * (p->m_E * effector_z_v_y) + effector_z_v_z *
         (p->m_E * effector_z_v_z));
     energy[0] = 0.5 * t2;
-    energy[1] = p->g * (column_psi_moment_beyond_z + q[0] * p->derived.base_z_mass_beyond) + p->derived.constant_8 *
-        (q[0] * q[0]);
 }
 
 void manipulator_rigid_power(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -446,6 +446,7 @@ void manipulator_rigid_Q_q(const struct manipulator_rigid_parameters *p, const s
     (void)qd;
     for (int i = 0; i < 16; i++)
         Q_q[i] = 0.0;
+    Q_q[0 * 4 + 0] = -p->s_sup;
     /* column_psi: motion from base_z outward */
     const double column_psi_sin = sin(q[1]);
     const double column_psi_cos = cos(q[1]);
@@ -464,7 +465,6 @@ void manipulator_rigid_Q_q(const struct manipulator_rigid_parameters *p, const s
     /* arm_psi: column of the gravity tangent g_i,j */
     const double t1 = p->g * column_psi_cos;
     const double t2 = p->g * column_psi_sin;
-    Q_q[0 * 4 + 0] = -p->s_sup;
     Q_q[2 * 4 + 2] = column_psi_cos * arm_psi_sin * arm_psi_moment_beyond_x * t1 + column_psi_sin * arm_psi_sin *
         arm_psi_moment_beyond_x * t2;
     Q_q[3 * 4 + 2] = -(effector_z_moment_change_x * t1 + effector_z_moment_change_y * t2);
@@ -532,13 +532,13 @@ void manipulator_rigid_qdd_free(const struct manipulator_rigid_parameters *p, co
     const double t8 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
         (p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
         t6 * arm_psi_carried_moment_z)))));
+    qdd[0] = -t8;
+    qdd[2] = t6 * (arm_psi_cos * t8) - arm_psi_D_inverse * arm_psi_carried_moment_z;
+    qdd[3] = arm_psi_sin * t8 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
     /* column_psi: acceleration, outward */
     const double t9 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
         0.5 * qd[1] - column_psi_bias_moment_z);
-    qdd[0] = -t8;
     qdd[1] = t9;
-    qdd[2] = t6 * (arm_psi_cos * t8) - arm_psi_D_inverse * arm_psi_carried_moment_z;
-    qdd[3] = arm_psi_sin * t8 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
 }
 
 void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -706,6 +706,7 @@ void manipulator_rigid_constrained(const struct manipulator_rigid_parameters *p,
     const double row_2_pivot_inverse = (t52 * 1e-12 < t55 ? 1.0 / t55 : 0.0);
     const double row_2_lambda = (t53 * t54 - (p->derived.row_1_rate_gain * row_2_psi + row_2_v_2 + (arm_psi_cos *
         t26 + arm_psi_sin * t28))) * row_2_pivot_inverse;
+    out->lambda[1] = row_2_lambda;
     const double t56 = row_1_pivot_inverse * (t53 + t51 * row_2_lambda);
     out->qdd[0] = t36 * t56 - t21 - t44 * row_2_lambda;
     out->qdd[1] = t22 - t37 * t56;
@@ -713,7 +714,6 @@ void manipulator_rigid_constrained(const struct manipulator_rigid_parameters *p,
     out->qdd[3] = t27 - t41 * t56 + t49 * row_2_lambda;
     out->power[0] = point_E_zd * row_2_lambda - t56 * (point_E_xd * t17 + point_E_yd * t16);
     out->lambda[0] = -t56;
-    out->lambda[1] = row_2_lambda;
 }
 
 void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -786,6 +786,7 @@ void manipulator_rigid_f(const struct manipulator_rigid_parameters *p, const str
     const double arm_psi_load_moment_y = t1 * p->derived.constant_2 - p->derived.arm_psi_inertia_yy * t1;
     const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
     const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
+    f[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1] - column_psi_bias_moment_z;
     /* arm_psi: inertia and gravity of the body at qdd = 0 */
     const double arm_psi_load_moment_z = t2 * p->derived.constant_3 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
     const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
@@ -794,8 +795,10 @@ void manipulator_rigid_f(const struct manipulator_rigid_parameters *p, const str
     /* effector_z: inertia and gravity of the body at qdd = 0 */
     const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
     const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
+    f[3] = -effector_z_load_force_z;
     /* effector_z: force left for the joint, inward */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
+    f[2] = -arm_psi_carried_moment_z;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* arm_psi: bias and gravity forces c + g, inward */
     const double arm_psi_carried_force_x = arm_psi_load_force_x + effector_z_load_force_z;
@@ -805,17 +808,14 @@ void manipulator_rigid_f(const struct manipulator_rigid_parameters *p, const str
     /* base_z: bias and gravity forces c + g, inward */
     const double base_z_carried_force_z = p->derived.base_z_load_force_z + column_psi_carried_force_z;
     f[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + base_z_carried_force_z);
-    f[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1] - column_psi_bias_moment_z;
-    f[2] = -arm_psi_carried_moment_z;
-    f[3] = -effector_z_load_force_z;
 }
 
 void manipulator_rigid_course(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double course[2]) {
     (void)x;
     (void)q;
-    const double t1 = sin(t * 3.141592653589793 / p->T);
     course[0] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1];
+    const double t1 = sin(t * 3.141592653589793 / p->T);
     course[1] = p->v0 * (t1 * t1);
 }
 
@@ -1108,7 +1108,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "3bb585f1f2ee5ded",
+    SET(hash) "85199a8277d5fb8e",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,

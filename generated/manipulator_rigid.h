@@ -133,6 +133,8 @@ void manipulator_rigid_defaults(struct manipulator_rigid_parameters *p);
 /* Computes p->derived: call it after every change of a parameter. */
 void manipulator_rigid_prepare(struct manipulator_rigid_parameters *p);
 
+/* Results are written while arguments are still read: they share no memory. */
+
 /* mass matrix: (n x n) mass matrix [kg, kg m, kg m^2] */
 void manipulator_rigid_M(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double M[4 * 4]);
