@@ -486,17 +486,36 @@ static void find_carried(struct writer *w) {
 
 /* ---- Composed functions ---- */
 
+/* Does the part write into its place itself? Else what it gives is copied from where it is. */
+static bool writes_in_place(const struct part *part) {
+    return part->from->field_count == 1 && !part->is_added;
+}
+
 static void emit_part_call(struct writer *w, const struct part *part) {
     const struct function *from = part->from;
     const char *name = w->x->name, *arguments = "p, x, t, q, qd";
-    if (from->field_count == 1) {
+    if (writes_in_place(part)) {
         text_add(w->text, "    %s_%s(%s, ", name, from->quantity, arguments);
         emit_field_name(w, part->to_field);
         text_add(w->text, ");\n");
         return;
     }
-    text_add(w->text, "    struct %s_%s_result %s;\n", name, from->quantity, from->quantity);
-    text_add(w->text, "    %s_%s(%s, &%s);\n", name, from->quantity, arguments, from->quantity);
+    if (has_fields(from))
+        text_add(w->text, "    struct %s_%s_result %s;\n", name, from->quantity, from->quantity);
+    else
+        text_add(w->text, "    double %s[%d];\n", from->quantity, from->out_count);
+    text_add(w->text, "    %s_%s(%s, %s%s);\n", name, from->quantity, arguments, has_fields(from) ? "&" : "",
+             from->quantity);
+}
+
+static void emit_part_copy(struct writer *w, const struct part *part) {
+    const struct field *source = &part->from->fields[part->from_field];
+    text_add(w->text, "    for (int i = 0; i < %d; i++)\n        ", source->count);
+    emit_field_name(w, part->to_field);
+    text_add(w->text, "[i] %s= %s", part->is_added ? "+" : "", part->from->quantity);
+    if (has_fields(part->from))
+        text_add(w->text, ".%s", source->name);
+    text_add(w->text, "[i];\n");
 }
 
 static void emit_composed(struct writer *w) {
@@ -508,14 +527,10 @@ static void emit_composed(struct writer *w) {
         emit_fills(w);
     for (int i = 0; i < function->part_count; i++) {
         const struct part *part = &function->parts[i];
-        const struct field *source = &part->from->fields[part->from_field];
         if (i == 0 || function->parts[i - 1].from != part->from)
             emit_part_call(w, part);
-        if (part->from->field_count == 1)
-            continue;
-        text_add(w->text, "    for (int i = 0; i < %d; i++)\n        ", source->count);
-        emit_field_name(w, part->to_field);
-        text_add(w->text, "[i] = %s.%s[i];\n", part->from->quantity, source->name);
+        if (!writes_in_place(part))
+            emit_part_copy(w, part);
     }
     emit_loops(w->x, w->text, function, w->local);
     text_add(w->text, "}\n\n");

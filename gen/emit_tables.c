@@ -266,12 +266,25 @@ static void set_pointer(struct emission *x, struct text *text, const char *field
 
 static void set_functions(struct emission *x, struct text *text) {
     /* In the order of struct refdyn_model. */
-    static const char *const order[] = {
-        "start",  "anchor",     "M",         "h",           "Q",           "u",       "v",
-        "phi",    "psi",        "k",         "r",           "rd",          "C",       "d",
-        "energy", "power",      "Q_q",       "qdd_free",    "qdd",         "force",   "equations",
-        "M_h",    "f",          "row_terms", "point_terms", "constrained", "tangent", "tangent_vectors",
-        "d_qdd",  "d_qdd_free", "d_force",   "d_statics",   "d_rows",      "course",  "breaks"};
+    static const char *const order[] = {"start",       "anchor",
+                                        "M",           "h",
+                                        "Q",           "u",
+                                        "v",           "phi",
+                                        "psi",         "k",
+                                        "r",           "rd",
+                                        "C",           "d",
+                                        "energy",      "power",
+                                        "Q_q",         "qdd_free",
+                                        "qdd",         "force",
+                                        "equations",   "M_h",
+                                        "f",           "row_terms",
+                                        "point_terms", "constrained",
+                                        "terms",       "accelerations",
+                                        "tangent",     "tangent_vectors",
+                                        "d_qdd",       "d_qdd_free",
+                                        "d_force",     "d_statics",
+                                        "d_rows",      "course",
+                                        "breaks"};
     for (size_t i = 0; i < sizeof order / sizeof *order; i++) {
         bool exists = false;
         for (int f = 0; f < x->plan->function_count; f++)

@@ -146,8 +146,9 @@ static void interpret_parts(struct plan *plan, const struct function *function,
         const struct field *from = &part->from->fields[part->from_field];
         double *values = memory_get(plan->memory, ((size_t)part->from->out_count + 1) * sizeof *values);
         interpret(plan, part->from, arguments, values);
-        memcpy(fields + function->fields[part->to_field].offset, values + from->offset,
-               (size_t)from->count * sizeof *out);
+        double *field = fields + function->fields[part->to_field].offset;
+        for (int k = 0; k < from->count; k++)
+            field[k] = (part->is_added ? field[k] : 0.0) + values[from->offset + k];
     }
     for (int i = 0; i < function->loop_count; i++)
         run_loop(function, &function->loops[i], fields);

@@ -304,6 +304,8 @@ static void add_up_parts(struct function *function) {
         *sum = (struct operation_count){.quantity = function->quantity};
     for (int i = 0; i < function->part_count; i++) {
         const struct operation_count *part = &function->parts[i].from->operations;
+        if (function->parts[i].is_added)
+            sum->adds += function->fields[function->parts[i].to_field].count;
         if (i > 0 && function->parts[i - 1].from == function->parts[i].from)
             continue;
         sum->adds += part->adds;

@@ -56,6 +56,7 @@ struct function;
 struct part {
     const struct function *from;
     int from_field, to_field;
+    bool is_added; /* to what that field holds */
 };
 
 struct function {

@@ -57,30 +57,53 @@ static void build_u(struct derivation *d, struct function *f) {
 /* The function of a quantity, built when it is not there yet. */
 static const struct function *provide(struct derivation *d, const char *quantity);
 
+static int find_field(const struct function *function, const char *name) {
+    int index = 0;
+    while (strcmp(function->fields[index].name, name))
+        index++;
+    return index;
+}
+
+/* Where a field is computed: a composed function has it from another one. */
+static struct part source_of(const struct function *function, int field) {
+    for (int i = 0; i < function->part_count; i++)
+        if (function->parts[i].to_field == field && !function->loop_count)
+            return function->parts[i];
+    return (struct part){.from = function, .from_field = field};
+}
+
 /* A field of a quantity, as a part of a composed function; its place there is left open. */
 static struct part *add_part(struct derivation *d, struct function *f, const char *quantity,
                              const char *field) {
     const struct function *from = provide(d, quantity);
-    int index = 0;
-    while (strcmp(from->fields[index].name, field))
-        index++;
     f->parts = memory_room(d->memory, f->parts, f->part_count, &f->part_capacity, sizeof *f->parts);
-    f->parts[f->part_count] = (struct part){.from = from, .from_field = index};
+    f->parts[f->part_count] = source_of(from, find_field(from, field));
     return &f->parts[f->part_count++];
+}
+
+static const struct field *field_of(const struct part *part) {
+    return &part->from->fields[part->from_field];
 }
 
 /* One field more of a composed function. */
 static void compose(struct derivation *d, struct function *f, const char *quantity, const char *field) {
     struct part *part = add_part(d, f, quantity, field);
-    const struct field *source = &part->from->fields[part->from_field];
+    const struct field *source = field_of(part);
     add_field(d, f, source->name, source->about, source->count, source->columns);
     part->to_field = f->field_count - 1;
+}
+
+/* Added to the field before. */
+static void compose_sum(struct derivation *d, struct function *f, const char *quantity, const char *field) {
+    struct part *part = add_part(d, f, quantity, field);
+    part->to_field = f->field_count - 1;
+    part->is_added = true;
 }
 
 /* The same into a local array, for loops; its number. */
 static int compose_local(struct derivation *d, struct function *f, const char *quantity, const char *field) {
     struct part *part = add_part(d, f, quantity, field);
-    const struct field *source = &part->from->fields[part->from_field];
+    const struct field *source = field_of(part);
     add_local(d->memory, f, source->name, source->count, source->columns ? source->columns : 1,
               &part->to_field);
     return part->to_field;
@@ -163,6 +186,11 @@ static void build_point_terms(struct derivation *d, struct function *f) {
     build_d(d, f);
 }
 
+static void build_terms(struct derivation *d, struct function *f) {
+    build_row_terms(d, f);
+    build_point_terms(d, f);
+}
+
 static void build_energy(struct derivation *d, struct function *f) {
     struct graph *g = d->g;
     expression *out = add_field(d, f, "energy", "(2) kinetic, potential [J]", 2, 0);
@@ -226,6 +254,12 @@ static void build_constrained(struct derivation *d, struct function *f) {
     fill_field(d, f, "lambda", "(m) multipliers, r = u^T lambda", solution->lambda, d->m);
 }
 
+static void build_accelerations(struct derivation *d, struct function *f) {
+    build_constrained(d, f);
+    spread_field(d, f, "qdd_free", "(n) accelerations without constraints, M qdd = h + Q",
+                 free_accelerations(d));
+}
+
 static void build_qdd(struct derivation *d, struct function *f) {
     compose(d, f, "constrained", "qdd");
 }
@@ -241,10 +275,24 @@ static void build_f(struct derivation *d, struct function *f) {
     spread_field(d, f, "f", "(n) h + Q [N, N m]", all_forces(d));
 }
 
+static bool asks_for_all(const struct derivation *d);
+
+/* h + Q where both are there anyway. */
+static void compose_f(struct derivation *d, struct function *f) {
+    if (!asks_for_all(d)) {
+        compose(d, f, "f", "f");
+        return;
+    }
+    compose(d, f, "h", "h");
+    f->fields[f->field_count - 1].name = "f";
+    f->fields[f->field_count - 1].about = "(n) h + Q [N, N m]";
+    compose_sum(d, f, "Q", "Q");
+}
+
 static void build_equations(struct derivation *d, struct function *f) {
     static const char *const rows[] = {"u", "v", "phi", "psi", "k"};
     compose(d, f, "M", "M");
-    compose(d, f, "f", "f");
+    compose_f(d, f);
     for (int i = 0; d->m && i < 5; i++)
         compose(d, f, "row_terms", rows[i]);
 }
@@ -320,6 +368,10 @@ static bool has_points(const struct derivation *d) {
     return d->points > 0;
 }
 
+static bool has_rows_and_points(const struct derivation *d) {
+    return has_rows(d) && has_points(d);
+}
+
 static bool has_work(const struct derivation *d) {
     for (int i = 0; i < d->n; i++)
         if (d->plan->tree->frames[i].joint.damping)
@@ -344,64 +396,87 @@ struct quantity {
     bool (*exists)(const struct derivation *d);
     const char *reason; /* why a scene has it not */
     void (*build)(struct derivation *d, struct function *f);
-    bool on_request;   /* emitted when it is named, not by default */
-    const char *group; /* a quantity that gives this one beside others, in one call */
+    bool on_request; /* emitted when it is named, not by default */
 };
 
 /* `anchor` and `start` stand last: they set what the others read. */
 static const struct quantity quantities[] = {
-    {"M", "mass matrix", always, "", build_M, false, NULL},
-    {"h", "bias forces h = -c (Coriolis, centrifugal)", always, "", build_h, false, NULL},
+    {"M", "mass matrix", always, "", build_M, false},
+    {"h", "bias forces h = -c (Coriolis, centrifugal)", always, "", build_h, false},
     {"Q", "generalized forces: gravity, springs, dampers and those that the model names", always, "", build_Q,
-     false, NULL},
-    {"u", "row coefficients, u qdd + v = 0", has_rows, "constraints", build_u, false, NULL},
-    {"v", "rest of the rows, u qdd + v = 0", has_rows, "constraints", build_v, false, "row_terms"},
-    {"phi", "position-level residuals", has_position_rows, "position rows", build_phi, false, "row_terms"},
-    {"psi", "velocity-level residuals", has_velocity_rows, "position or velocity rows", build_psi, false,
-     "row_terms"},
-    {"k", "stabilised right side k = -v - 2 alpha psi - beta^2 phi", has_rows, "constraints", build_k, false,
-     "row_terms"},
-    {"r", "positions of the points", has_points, "points", build_r, false, "point_terms"},
-    {"rd", "velocities of the points", has_points, "points", build_rd, false, "point_terms"},
-    {"C", "columns of the points, rd = C qd", has_points, "points", build_C, false, "point_terms"},
-    {"d", "bias accelerations of the points, rdd = C qdd + d", has_points, "points", build_d, false,
-     "point_terms"},
-    {"energy", "kinetic and potential energy", always, "", build_energy, false, NULL},
+     false},
+    {"u", "row coefficients, u qdd + v = 0", has_rows, "constraints", build_u, false},
+    {"v", "rest of the rows, u qdd + v = 0", has_rows, "constraints", build_v, false},
+    {"phi", "position-level residuals", has_position_rows, "position rows", build_phi, false},
+    {"psi", "velocity-level residuals", has_velocity_rows, "position or velocity rows", build_psi, false},
+    {"k", "stabilised right side k = -v - 2 alpha psi - beta^2 phi", has_rows, "constraints", build_k, false},
+    {"r", "positions of the points", has_points, "points", build_r, false},
+    {"rd", "velocities of the points", has_points, "points", build_rd, false},
+    {"C", "columns of the points, rd = C qd", has_points, "points", build_C, false},
+    {"d", "bias accelerations of the points, rdd = C qdd + d", has_points, "points", build_d, false},
+    {"energy", "kinetic and potential energy", always, "", build_energy, false},
     {"power", "power of all forces in Q that have no potential", has_work, "forces without a potential",
-     build_power, false, NULL},
-    {"Q_q", "tangent of statics, dQ/dq at qd = 0", always, "", build_Q_q, false, NULL},
-    {"M_h", "M and h in one call, work shared", always, "", build_M_h, true, NULL},
-    {"qdd_free", "accelerations without constraints, O(n)", always, "", build_qdd_free, false, NULL},
-    {"qdd", "accelerations with stabilised constraints, O(n m)", has_rows, "constraints", build_qdd, false,
-     NULL},
-    {"force", "programme force r = M qdd - h - Q", has_rows, "constraints", build_force, false, NULL},
-    {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations, false, NULL},
+     build_power, false},
+    {"Q_q", "tangent of statics, dQ/dq at qd = 0", always, "", build_Q_q, false},
+    {"M_h", "M and h in one call, work shared", always, "", build_M_h, true},
+    {"qdd_free", "accelerations without constraints, O(n)", always, "", build_qdd_free, false},
+    {"qdd", "accelerations with stabilised constraints, O(n m)", has_rows, "constraints", build_qdd, false},
+    {"force", "programme force r = M qdd - h - Q", has_rows, "constraints", build_force, false},
+    {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations, false},
     {"tangent", "derivatives of M qdd - h - Q - u^T lambda and u qdd - k at held qdd and lambda",
-     is_corrected, "corrected form", build_tangent, true, NULL},
+     is_corrected, "corrected form", build_tangent, true},
     {"tangent_vectors", "the tangent as vectors of joints, O(n)", is_corrected, "corrected form",
-     build_tangent_vectors, true, NULL},
+     build_tangent_vectors, true},
     {"d_qdd", "derivatives of qdd", is_corrected_with_rows, "constraints in the corrected form", build_d_qdd,
-     true, NULL},
-    {"d_qdd_free", "derivatives of qdd_free", is_corrected, "corrected form", build_d_qdd_free, true, NULL},
+     true},
+    {"d_qdd_free", "derivatives of qdd_free", is_corrected, "corrected form", build_d_qdd_free, true},
     {"d_force", "derivatives of the programme force", is_corrected_with_rows,
-     "constraints in the corrected form", build_d_force, true, NULL},
-    {"d_statics", "derivatives of Q at qd = 0", is_corrected, "corrected form", build_d_statics, true, NULL},
-    {"d_rows", "derivatives of phi, psi and k", has_rows, "constraints", build_d_rows, true, NULL},
-    {"f", "h + Q in one recursion", always, "", build_f, true, NULL},
-    {"row_terms", "u, v, phi, psi and k in one call", has_rows, "constraints", build_row_terms, true, NULL},
-    {"point_terms", "r, rd, C and d in one call", has_points, "points", build_point_terms, true, NULL},
-    {"constrained", "qdd and multipliers in one call", has_rows, "constraints", build_constrained, true,
-     NULL},
-    {"course", "values that the model records with a motion", has_courses, "courses", build_course, false,
-     NULL},
+     "constraints in the corrected form", build_d_force, true},
+    {"d_statics", "derivatives of Q at qd = 0", is_corrected, "corrected form", build_d_statics, true},
+    {"d_rows", "derivatives of phi, psi and k", has_rows, "constraints", build_d_rows, true},
+    {"f", "h + Q in one recursion", always, "", build_f, true},
+    {"row_terms", "u, v, phi, psi and k in one call", has_rows, "constraints", build_row_terms, true},
+    {"point_terms", "r, rd, C and d in one call", has_points, "points", build_point_terms, true},
+    {"constrained", "qdd and multipliers in one call", has_rows, "constraints", build_constrained, true},
+    {"terms", "row_terms and point_terms in one call", has_rows_and_points, "constraints and points",
+     build_terms, true},
+    {"accelerations", "constrained and qdd_free in one call", has_rows, "constraints", build_accelerations,
+     true},
+    {"course", "values that the model records with a motion", has_courses, "courses", build_course, false},
     {"breaks", "times at which formulas of time alone have kinks", has_breaks, "kinks in time", build_breaks,
-     false, NULL},
+     false},
     {"anchor", "parameters whose default is a value at the start of a motion", has_anchors,
-     "anchored parameters", build_anchor, false, NULL},
-    {"start", "coordinates and rates at the start of a motion", always, "", build_start, false, NULL},
+     "anchored parameters", build_anchor, false},
+    {"start", "coordinates and rates at the start of a motion", always, "", build_start, false},
 };
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof *quantities };
+
+/* A quantity that calls one which gives it and others at once: less text, and more time than it would take
+ * alone. */
+struct membership {
+    const char *quantity, *group;
+    bool in_all;          /* where all is asked for; else with another one of the group */
+    const char *parts[6]; /* what it takes of it */
+};
+
+static const struct membership memberships[] = {
+    {"u", "row_terms", true, {"u"}},
+    {"v", "row_terms", false, {"v"}},
+    {"phi", "row_terms", false, {"phi"}},
+    {"psi", "row_terms", false, {"psi"}},
+    {"k", "row_terms", false, {"k"}},
+    {"r", "point_terms", false, {"r"}},
+    {"rd", "point_terms", false, {"rd"}},
+    {"C", "point_terms", false, {"C"}},
+    {"d", "point_terms", false, {"d"}},
+    {"row_terms", "terms", true, {"u", "v", "phi", "psi", "k"}},
+    {"point_terms", "terms", true, {"r", "rd", "C", "d"}},
+    {"qdd_free", "accelerations", true, {"qdd_free"}},
+    {"constrained", "accelerations", true, {"qdd", "power", "lambda"}},
+};
+
+enum { MEMBERSHIP_COUNT = sizeof memberships / sizeof *memberships };
 
 /* Is `name` one of the comma-separated words of `list`? */
 static bool is_in_list(const char *list, const char *name) {
@@ -415,7 +490,12 @@ static bool is_in_list(const char *list, const char *name) {
 /* The word for the form of the tangent that takes fewer operations. */
 static const char implicit[] = "implicit";
 
-/* Without a list, and as "all" in one, all but what is emitted on request alone. */
+/* Without a list, and as "all" in one. */
+static bool asks_for_all(const struct derivation *d) {
+    return !d->emit || is_in_list(d->emit, "all");
+}
+
+/* All is all but what is emitted on request alone. */
 static bool is_asked_for(const struct derivation *d, const struct quantity *quantity) {
     const char *emit = d->emit;
     if (emit && is_in_list(emit, quantity->name))
@@ -423,7 +503,7 @@ static bool is_asked_for(const struct derivation *d, const struct quantity *quan
     if (emit && is_in_list(emit, implicit) &&
         quantity->build == (d->has_vectors ? build_tangent_vectors : build_tangent))
         return true;
-    return !quantity->on_request && (!emit || is_in_list(emit, "all"));
+    return !quantity->on_request && asks_for_all(d);
 }
 
 /* The first word of `emit` that names no quantity, with what is allowed; NULL when there is none. */
@@ -493,32 +573,54 @@ static bool is_wanted(const struct derivation *d, const struct quantity *quantit
            (quantity->build == build_start && has_anchors(d));
 }
 
-/* With another one of its group it calls what gives all of them, which is less text; alone it computes itself
- * what it needs. */
-static bool calls_group(const struct derivation *d, const struct quantity *quantity) {
+static bool is_named(const struct derivation *d, const struct quantity *quantity) {
+    return d->emit && is_in_list(d->emit, quantity->name);
+}
+
+static const struct quantity *find_quantity(const char *name) {
+    const struct quantity *quantity = quantities;
+    while (strcmp(quantity->name, name))
+        quantity++;
+    return quantity;
+}
+
+/* Is one of a group's members named beside "all", or another one wanted? */
+static bool is_called_for(const struct derivation *d, const struct membership *membership) {
     int wanted = 0;
-    for (int i = 0; quantity->group && i < QUANTITY_COUNT; i++)
-        wanted += quantities[i].group && !strcmp(quantities[i].group, quantity->group) &&
-                  quantities[i].exists(d) && is_wanted(d, &quantities[i]);
-    return wanted > 1;
+    bool named = false;
+    for (int i = 0; i < MEMBERSHIP_COUNT; i++) {
+        const struct quantity *member = find_quantity(memberships[i].quantity);
+        if (strcmp(memberships[i].group, membership->group))
+            continue;
+        named |= memberships[i].in_all && is_named(d, member);
+        wanted += !memberships[i].in_all && member->exists(d) && is_wanted(d, member);
+    }
+    return membership->in_all ? asks_for_all(d) && !named : wanted > 1;
+}
+
+/* The group that a quantity calls, NULL: it computes itself what it needs. */
+static const struct membership *called_group(const struct derivation *d, const struct quantity *quantity) {
+    for (int i = 0; i < MEMBERSHIP_COUNT; i++)
+        if (!strcmp(memberships[i].quantity, quantity->name) &&
+            find_quantity(memberships[i].group)->exists(d) && is_called_for(d, &memberships[i]))
+            return &memberships[i];
+    return NULL;
 }
 
 static struct function *build_quantity(struct derivation *d, const struct quantity *quantity) {
     struct function *function = &d->plan->functions[d->plan->function_count++];
     *function = (struct function){.quantity = quantity->name, .about = quantity->about};
-    if (calls_group(d, quantity))
-        compose(d, function, quantity->group, quantity->name);
-    else
+    const struct membership *membership = called_group(d, quantity);
+    for (int i = 0; membership && membership->parts[i]; i++)
+        compose(d, function, membership->group, membership->parts[i]);
+    if (!membership)
         quantity->build(d, function);
     return function;
 }
 
 static const struct function *provide(struct derivation *d, const char *name) {
     const struct function *function = function_of(d->plan, name);
-    const struct quantity *quantity = quantities;
-    while (strcmp(quantity->name, name))
-        quantity++;
-    return function ? function : build_quantity(d, quantity);
+    return function ? function : build_quantity(d, find_quantity(name));
 }
 
 void list_functions(struct plan *plan, const char *emit) {

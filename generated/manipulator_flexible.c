@@ -8,7 +8,8 @@
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("no-tree-slp-vectorize,no-tree-pre,no-gcse,no-rerun-cse-after-loop")
 #pragma GCC optimize("no-tree-dominator-opts,no-tree-vrp,no-code-hoisting,no-schedule-insns2,no-ivopts")
-#pragma GCC optimize("no-tree-ccp,no-dse,no-cprop-registers")
+#pragma GCC optimize("no-tree-ccp,no-dse,no-cprop-registers,no-forward-propagate")
+#pragma GCC optimize("ira-region=one,no-lra-remat,no-caller-saves")
 #endif
 
 void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
@@ -886,154 +887,30 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
 
 void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double u[2 * 13]) {
-    (void)x;
-    (void)t;
-    (void)qd;
-    double sine[11], cosine[11];
-    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
-    u[0 * 13 + 0] = 0.0;
-    u[1 * 13 + 0] = 1.0;
-    u[1 * 13 + 1] = 0.0;
-    /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sine[0];
-    const double column_psi_cos = cosine[0];
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sine[1];
-    const double arm_psi_cos = cosine[1];
-    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double arm_psi_position_z = p->h + q[0];
-    /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
-    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
-    const double arm_psi_e_shift_ground_z = p->derived.constant_3 * arm_psi_sin;
-    const double arm_psi_e_position_z = arm_psi_position_z + arm_psi_e_shift_ground_z;
-    double arm_psi_e_ground_x_y[3];
-    double arm_psi_e_ground_y_y[3];
-    double arm_psi_e_ground_z_y[3];
-    double arm_psi_e_position_x_2[3];
-    double arm_psi_e_position_y_2[3];
-    double arm_psi_e_position_z_2[3];
-    double arm_theta_e_ground_x_x[3];
-    double arm_theta_e_ground_y_x[3];
-    double arm_theta_e_ground_z_x[3];
-    double last_arm_phi_e_ground_x_z_at[3];
-    double last_arm_phi_e_ground_y_z_at[3];
-    double last_arm_phi_e_ground_z_z_at[3];
-    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
-    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
-    double last_arm_phi_e_ground_x_z = column_psi_sin;
-    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
-    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
-    double last_arm_phi_e_ground_y_z = -column_psi_cos;
-    double last_arm_theta_e_ground_z_x = arm_psi_sin;
-    double last_arm_phi_e_ground_z_y = arm_psi_cos;
-    double last_arm_phi_e_ground_z_z = 0.0;
-    double last_arm_psi_e_position_x = arm_psi_e_position_x;
-    double last_arm_psi_e_position_y = arm_psi_e_position_y;
-    double last_arm_psi_e_position_z = arm_psi_e_position_z;
-    for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[2 + 3 * e];
-        const double arm_psi_e_cos = cosine[2 + 3 * e];
-        const double arm_theta_e_sin = sine[3 + 3 * e];
-        const double arm_theta_e_cos = cosine[3 + 3 * e];
-        const double arm_phi_e_sin = sine[4 + 3 * e];
-        const double arm_phi_e_cos = cosine[4 + 3 * e];
-        last_arm_phi_e_ground_x_z_at[e] = last_arm_phi_e_ground_x_z;
-        last_arm_phi_e_ground_y_z_at[e] = last_arm_phi_e_ground_y_z;
-        last_arm_phi_e_ground_z_z_at[e] = last_arm_phi_e_ground_z_z;
-        /* arm_psi_e: motion from arm_psi_e outward */
-        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
-        arm_psi_e_ground_x_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
-        arm_psi_e_ground_y_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
-        arm_psi_e_ground_z_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
-        arm_psi_e_position_x_2[e] = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
-        arm_psi_e_position_y_2[e] = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
-        arm_psi_e_position_z_2[e] = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
-        /* arm_theta_e: motion from arm_psi_e outward */
-        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
-        arm_theta_e_ground_x_x[e] = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
-        arm_theta_e_ground_y_x[e] = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
-        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
-        arm_theta_e_ground_z_x[e] = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
-        /* arm_phi_e: motion from arm_theta_e outward */
-        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
-        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
-        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y[e];
-        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y[e];
-        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y[e];
-        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y[e];
-        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x[e];
-        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
-        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
-        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x[e];
-        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
-        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
-        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x[e];
-        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
-        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
-        last_arm_psi_e_position_x = arm_psi_e_position_x_2[e];
-        last_arm_psi_e_position_y = arm_psi_e_position_y_2[e];
-        last_arm_psi_e_position_z = arm_psi_e_position_z_2[e];
-    }
-    u[1 * 13 + 12] = last_arm_theta_e_ground_z_x;
-    /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
-    const double effector_z_position_z = last_arm_psi_e_position_z + last_arm_theta_e_ground_z_x * effector_z_shift_x;
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double t1 = effector_z_position_z - arm_psi_position_z;
-    const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    u[1 * 13 + 2] = row_2_u_arm_psi;
-    /* row 1 (position level): u qdd + v = 0 */
-    const double t2 = (effector_z_position_x - p->xc) / p->a;
-    const double t3 = effector_z_position_y / p->b;
-    const double t4 = p->derived.constant_10 * (t3 + t3);
-    const double t5 = p->derived.constant_9 * (t2 + t2);
-    u[0 * 13 + 2] = -(column_psi_cos * t1 * t5 + column_psi_sin * t1 * t4);
-    const double row_1_u_column_psi = effector_z_position_x * t4 - effector_z_position_y * t5;
-    u[0 * 13 + 1] = row_1_u_column_psi;
-    for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-        const double t6 = effector_z_position_x - arm_psi_e_position_x_2[e];
-        const double t7 = effector_z_position_y - arm_psi_e_position_y_2[e];
-        const double t8 = effector_z_position_z - arm_psi_e_position_z_2[e];
-        const double row_2_u_arm_psi_e = last_arm_phi_e_ground_x_z_at[e] * t7 - last_arm_phi_e_ground_y_z_at[e] *
-        t6;
-        const double row_2_u_arm_theta_e = arm_psi_e_ground_x_y[e] * t7 - arm_psi_e_ground_y_y[e] * t6;
-        const double row_2_u_arm_phi_e = arm_theta_e_ground_x_x[e] * t7 - arm_theta_e_ground_y_x[e] * t6;
-        /* row 1 (position level): u qdd + v = 0 */
-        const double row_1_u_arm_psi_e = (last_arm_phi_e_ground_y_z_at[e] * t8 - last_arm_phi_e_ground_z_z_at[e] *
-        t7) * t5 + (last_arm_phi_e_ground_z_z_at[e] * t6 - last_arm_phi_e_ground_x_z_at[e] * t8) * t4;
-        const double row_1_u_arm_theta_e = (arm_psi_e_ground_y_y[e] * t8 - arm_psi_e_ground_z_y[e] * t7) *
-        t5 + (arm_psi_e_ground_z_y[e] * t6 - arm_psi_e_ground_x_y[e] * t8) * t4;
-        const double row_1_u_arm_phi_e = (arm_theta_e_ground_y_x[e] * t8 - arm_theta_e_ground_z_x[e] * t7) *
-        t5 + (arm_theta_e_ground_z_x[e] * t6 - arm_theta_e_ground_x_x[e] * t8) * t4;
-        u[3 + 3 * e] = row_1_u_arm_psi_e;
-        u[4 + 3 * e] = row_1_u_arm_theta_e;
-        u[5 + 3 * e] = row_1_u_arm_phi_e;
-        u[16 + 3 * e] = row_2_u_arm_psi_e;
-        u[17 + 3 * e] = row_2_u_arm_theta_e;
-        u[18 + 3 * e] = row_2_u_arm_phi_e;
-    }
-    const double row_1_u_effector_z = last_arm_theta_e_ground_x_x * t5 + last_arm_theta_e_ground_y_x * t4;
-    u[0 * 13 + 12] = row_1_u_effector_z;
-}
-
-void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
-        const double q[13], const double qd[13], double v[2]) {
-    struct manipulator_flexible_row_terms_result row_terms;
-    manipulator_flexible_row_terms(p, x, t, q, qd, &row_terms);
-    for (int i = 0; i < 2; i++)
-        v[i] = row_terms.v[i];
+    struct manipulator_flexible_terms_result terms;
+    manipulator_flexible_terms(p, x, t, q, qd, &terms);
+    for (int i = 0; i < 26; i++)
+        u[i] = terms.u[i];
 }
 
 void manipulator_flexible_row_terms(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], struct manipulator_flexible_row_terms_result *out) {
+    struct manipulator_flexible_terms_result terms;
+    manipulator_flexible_terms(p, x, t, q, qd, &terms);
+    for (int i = 0; i < 26; i++)
+        out->u[i] = terms.u[i];
+    for (int i = 0; i < 2; i++)
+        out->v[i] = terms.v[i];
+    for (int i = 0; i < 2; i++)
+        out->phi[i] = terms.phi[i];
+    for (int i = 0; i < 2; i++)
+        out->psi[i] = terms.psi[i];
+    for (int i = 0; i < 2; i++)
+        out->k[i] = terms.k[i];
+}
+
+void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], struct manipulator_flexible_terms_result *out) {
     (void)x;
     double sine[11], cosine[11];
     manipulator_flexible_sincos(q + 1, sine, cosine, 11);
@@ -1041,6 +918,10 @@ void manipulator_flexible_row_terms(const struct manipulator_flexible_parameters
     out->u[1 * 13 + 0] = 1.0;
     out->u[1 * 13 + 1] = 0.0;
     out->phi[1] = 0.0;
+    out->C[0 * 13 + 0] = 0.0;
+    out->C[1 * 13 + 0] = 0.0;
+    out->C[2 * 13 + 0] = 1.0;
+    out->C[2 * 13 + 1] = 0.0;
     const double t1 = t * 3.141592653589793 / p->T;
     const double t2 = sin(t1);
     /* column_psi: motion from base_z outward */
@@ -1212,301 +1093,6 @@ void manipulator_flexible_row_terms(const struct manipulator_flexible_parameters
         last_arm_psi_e_position_z = arm_psi_e_position_z_2[e];
     }
     out->u[1 * 13 + 12] = last_arm_theta_e_ground_z_x;
-    /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
-    const double effector_z_position_z = last_arm_psi_e_position_z + last_arm_theta_e_ground_z_x * effector_z_shift_x;
-    const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
-    const double effector_z_v_x = last_arm_phi_e_w_y * effector_z_shift_x - last_arm_phi_e_v_z;
-    const double effector_z_bias_a_z = last_arm_theta_e_bias_a_x + carried_15 * effector_z_shift_x;
-    const double t10 = last_arm_phi_e_w_y * qd[12];
-    const double t11 = last_arm_phi_e_w_z * qd[12];
-    const double effector_z_v_z = last_arm_theta_e_v_x + qd[12];
-    const double effector_z_bias_a_x = t10 + t10 - (last_arm_phi_e_bias_a_z + carried_21 * effector_z_shift_x);
-    const double effector_z_bias_a_y = last_arm_phi_e_bias_a_y + carried_18 * effector_z_shift_x + (t11 +
-        t11);
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double point_E_xd = last_arm_phi_e_ground_x_y * effector_z_v_y - last_arm_phi_e_ground_x_z * effector_z_v_x +
-        last_arm_theta_e_ground_x_x * effector_z_v_z;
-    const double point_E_yd = last_arm_phi_e_ground_y_y * effector_z_v_y - last_arm_phi_e_ground_y_z * effector_z_v_x +
-        last_arm_theta_e_ground_y_x * effector_z_v_z;
-    const double point_E_zd = last_arm_phi_e_ground_z_y * effector_z_v_y - last_arm_phi_e_ground_z_z * effector_z_v_x +
-        last_arm_theta_e_ground_z_x * effector_z_v_z;
-    const double point_E_bias_x = last_arm_phi_e_ground_x_y * effector_z_bias_a_y - last_arm_phi_e_ground_x_z *
-        effector_z_bias_a_x + last_arm_theta_e_ground_x_x * effector_z_bias_a_z;
-    const double point_E_bias_y = last_arm_phi_e_ground_y_y * effector_z_bias_a_y - last_arm_phi_e_ground_y_z *
-        effector_z_bias_a_x + last_arm_theta_e_ground_y_x * effector_z_bias_a_z;
-    const double point_E_bias_z = last_arm_phi_e_ground_z_y * effector_z_bias_a_y - last_arm_phi_e_ground_z_z *
-        effector_z_bias_a_x + last_arm_theta_e_ground_z_x * effector_z_bias_a_z;
-    const double t12 = effector_z_position_z - arm_psi_position_z;
-    const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    out->u[1 * 13 + 2] = row_2_u_arm_psi;
-    /* row 1 (position level): u qdd + v = 0 */
-    const double t13 = (effector_z_position_x - p->xc) / p->a;
-    const double t14 = effector_z_position_y / p->b;
-    const double row_1_phi = t13 * t13 + t14 * t14 - 1.0;
-    out->phi[0] = row_1_phi;
-    const double t15 = point_E_xd * p->derived.constant_9;
-    const double t16 = t13 * t15;
-    const double t17 = point_E_yd * p->derived.constant_10;
-    const double t18 = t14 * t17;
-    const double row_1_psi = t16 + t16 + (t18 + t18);
-    out->psi[0] = row_1_psi;
-    const double t19 = t15 * t15 + t13 * (point_E_bias_x * p->derived.constant_9);
-    const double t20 = t17 * t17 + t14 * (point_E_bias_y * p->derived.constant_10);
-    const double row_1_v = t19 + t19 + (t20 + t20);
-    out->v[0] = row_1_v;
-    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + (row_1_v + row_1_psi * p->derived.row_1_rate_gain));
-    const double t21 = p->derived.constant_10 * (t14 + t14);
-    const double t22 = p->derived.constant_9 * (t13 + t13);
-    out->u[0 * 13 + 2] = -(column_psi_cos * t12 * t22 + column_psi_sin * t12 * t21);
-    const double row_1_u_column_psi = effector_z_position_x * t21 - effector_z_position_y * t22;
-    out->u[0 * 13 + 1] = row_1_u_column_psi;
-    for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-        const double t23 = effector_z_position_x - arm_psi_e_position_x_2[e];
-        const double t24 = effector_z_position_y - arm_psi_e_position_y_2[e];
-        const double t25 = effector_z_position_z - arm_psi_e_position_z_2[e];
-        const double row_2_u_arm_psi_e = last_arm_phi_e_ground_x_z_at[e] * t24 - last_arm_phi_e_ground_y_z_at[e] *
-        t23;
-        const double row_2_u_arm_theta_e = arm_psi_e_ground_x_y[e] * t24 - arm_psi_e_ground_y_y[e] * t23;
-        const double row_2_u_arm_phi_e = arm_theta_e_ground_x_x[e] * t24 - arm_theta_e_ground_y_x[e] * t23;
-        /* row 1 (position level): u qdd + v = 0 */
-        const double row_1_u_arm_psi_e = (last_arm_phi_e_ground_y_z_at[e] * t25 - last_arm_phi_e_ground_z_z_at[e] *
-        t24) * t22 + (last_arm_phi_e_ground_z_z_at[e] * t23 - last_arm_phi_e_ground_x_z_at[e] * t25) * t21;
-        const double row_1_u_arm_theta_e = (arm_psi_e_ground_y_y[e] * t25 - arm_psi_e_ground_z_y[e] * t24) *
-        t22 + (arm_psi_e_ground_z_y[e] * t23 - arm_psi_e_ground_x_y[e] * t25) * t21;
-        const double row_1_u_arm_phi_e = (arm_theta_e_ground_y_x[e] * t25 - arm_theta_e_ground_z_x[e] * t24) *
-        t22 + (arm_theta_e_ground_z_x[e] * t23 - arm_theta_e_ground_x_x[e] * t25) * t21;
-        out->u[3 + 3 * e] = row_1_u_arm_psi_e;
-        out->u[4 + 3 * e] = row_1_u_arm_theta_e;
-        out->u[5 + 3 * e] = row_1_u_arm_phi_e;
-        out->u[16 + 3 * e] = row_2_u_arm_psi_e;
-        out->u[17 + 3 * e] = row_2_u_arm_theta_e;
-        out->u[18 + 3 * e] = row_2_u_arm_phi_e;
-    }
-    const double row_1_u_effector_z = last_arm_theta_e_ground_x_x * t22 + last_arm_theta_e_ground_y_x * t21;
-    out->u[0 * 13 + 12] = row_1_u_effector_z;
-    /* row 2 (velocity level): u qdd + v = 0 */
-    const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    out->psi[1] = row_2_psi;
-    const double t26 = t2 * (p->derived.constant_11 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t26 + t26);
-    out->v[1] = row_2_v;
-    out->k[1] = -(row_2_v + p->derived.row_1_rate_gain * row_2_psi);
-}
-
-void manipulator_flexible_phi(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
-        const double q[13], const double qd[13], double phi[2]) {
-    struct manipulator_flexible_row_terms_result row_terms;
-    manipulator_flexible_row_terms(p, x, t, q, qd, &row_terms);
-    for (int i = 0; i < 2; i++)
-        phi[i] = row_terms.phi[i];
-}
-
-void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
-        const double q[13], const double qd[13], double psi[2]) {
-    struct manipulator_flexible_row_terms_result row_terms;
-    manipulator_flexible_row_terms(p, x, t, q, qd, &row_terms);
-    for (int i = 0; i < 2; i++)
-        psi[i] = row_terms.psi[i];
-}
-
-void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
-        const double q[13], const double qd[13], double k[2]) {
-    struct manipulator_flexible_row_terms_result row_terms;
-    manipulator_flexible_row_terms(p, x, t, q, qd, &row_terms);
-    for (int i = 0; i < 2; i++)
-        k[i] = row_terms.k[i];
-}
-
-void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
-        const double q[13], const double qd[13], double r[1 * 3]) {
-    struct manipulator_flexible_point_terms_result point_terms;
-    manipulator_flexible_point_terms(p, x, t, q, qd, &point_terms);
-    for (int i = 0; i < 3; i++)
-        r[i] = point_terms.r[i];
-}
-
-void manipulator_flexible_point_terms(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
-        const double q[13], const double qd[13], struct manipulator_flexible_point_terms_result *out) {
-    (void)x;
-    (void)t;
-    double sine[11], cosine[11];
-    manipulator_flexible_sincos(q + 1, sine, cosine, 11);
-    out->C[0 * 13 + 0] = 0.0;
-    out->C[1 * 13 + 0] = 0.0;
-    out->C[2 * 13 + 0] = 1.0;
-    out->C[2 * 13 + 1] = 0.0;
-    /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sine[0];
-    const double column_psi_cos = cosine[0];
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sine[1];
-    const double arm_psi_cos = cosine[1];
-    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double arm_psi_position_z = p->h + q[0];
-    const double arm_psi_w_x = qd[1] * arm_psi_sin;
-    const double arm_psi_w_y = qd[1] * arm_psi_cos;
-    const double arm_psi_v_x = qd[0] * arm_psi_sin;
-    const double arm_psi_v_y = qd[0] * arm_psi_cos;
-    const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
-    const double t1 = arm_psi_w_x * qd[2];
-    const double t2 = arm_psi_w_x * arm_psi_w_y;
-    const double t3 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
-    const double t4 = t1 + t1;
-    /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
-    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
-    const double arm_psi_e_shift_ground_z = p->derived.constant_3 * arm_psi_sin;
-    const double arm_psi_e_position_z = arm_psi_position_z + arm_psi_e_shift_ground_z;
-    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
-    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t2;
-    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t4;
-    double arm_psi_e_ground_x_y[3];
-    double arm_psi_e_ground_y_y[3];
-    double arm_psi_e_ground_z_y[3];
-    double arm_psi_e_position_x_2[3];
-    double arm_psi_e_position_y_2[3];
-    double arm_psi_e_position_z_2[3];
-    double arm_theta_e_ground_x_x[3];
-    double arm_theta_e_ground_y_x[3];
-    double arm_theta_e_ground_z_x[3];
-    double last_arm_phi_e_ground_x_z_at[3];
-    double last_arm_phi_e_ground_y_z_at[3];
-    double last_arm_phi_e_ground_z_z_at[3];
-    double last_arm_phi_e_w_x = arm_psi_w_x;
-    double last_arm_phi_e_w_y = arm_psi_w_y;
-    double last_arm_phi_e_w_z = qd[2];
-    double last_arm_theta_e_v_x = arm_psi_v_x;
-    double last_arm_phi_e_v_y = arm_psi_e_v_y;
-    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
-    double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
-    double last_arm_phi_e_bias_wd_y = -t1;
-    double last_arm_phi_e_bias_wd_z = 0.0;
-    double last_arm_theta_e_bias_a_x = -p->derived.constant_3 * t3;
-    double last_arm_phi_e_bias_a_y = arm_psi_e_bias_a_y;
-    double last_arm_phi_e_bias_a_z = arm_psi_e_bias_a_z;
-    double carried_15 = -t3;
-    double carried_18 = t2;
-    double carried_21 = t4;
-    double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
-    double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
-    double last_arm_phi_e_ground_x_z = column_psi_sin;
-    double last_arm_theta_e_ground_y_x = arm_psi_ground_y_x;
-    double last_arm_phi_e_ground_y_y = -column_psi_sin * arm_psi_sin;
-    double last_arm_phi_e_ground_y_z = -column_psi_cos;
-    double last_arm_theta_e_ground_z_x = arm_psi_sin;
-    double last_arm_phi_e_ground_z_y = arm_psi_cos;
-    double last_arm_phi_e_ground_z_z = 0.0;
-    double last_arm_psi_e_position_x = arm_psi_e_position_x;
-    double last_arm_psi_e_position_y = arm_psi_e_position_y;
-    double last_arm_psi_e_position_z = arm_psi_e_position_z;
-    for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[2 + 3 * e];
-        const double arm_psi_e_cos = cosine[2 + 3 * e];
-        const double arm_theta_e_sin = sine[3 + 3 * e];
-        const double arm_theta_e_cos = cosine[3 + 3 * e];
-        const double arm_phi_e_sin = sine[4 + 3 * e];
-        const double arm_phi_e_cos = cosine[4 + 3 * e];
-        last_arm_phi_e_ground_x_z_at[e] = last_arm_phi_e_ground_x_z;
-        last_arm_phi_e_ground_y_z_at[e] = last_arm_phi_e_ground_y_z;
-        last_arm_phi_e_ground_z_z_at[e] = last_arm_phi_e_ground_z_z;
-        /* arm_psi_e: motion from arm_psi_e outward */
-        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
-        arm_psi_e_ground_x_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
-        arm_psi_e_ground_y_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
-        arm_psi_e_ground_z_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
-        arm_psi_e_position_x_2[e] = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
-        arm_psi_e_position_y_2[e] = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
-        arm_psi_e_position_z_2[e] = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
-        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
-        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
-        const double t5 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
-        const double arm_psi_e_v_x = arm_psi_e_sin * t5 + arm_psi_e_cos * last_arm_theta_e_v_x;
-        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t5 - arm_psi_e_sin * last_arm_theta_e_v_x;
-        const double t6 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
-        const double t7 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
-        const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
-        const double arm_psi_e_bias_a_x_2 = arm_psi_e_sin * t7 + arm_psi_e_cos * t6;
-        const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t7 - arm_psi_e_sin * t6;
-        const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
-        qd[3 + 3 * e] * arm_psi_e_w_y;
-        const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
-        qd[3 + 3 * e] * arm_psi_e_w_x;
-        const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
-        /* arm_theta_e: motion from arm_psi_e outward */
-        const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
-        arm_theta_e_ground_x_x[e] = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
-        const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
-        arm_theta_e_ground_y_x[e] = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
-        const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
-        arm_theta_e_ground_z_x[e] = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
-        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
-        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
-        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
-        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
-        const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
-        const double arm_theta_e_bias_wd_x = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
-        qd[4 + 3 * e] * arm_theta_e_w_z;
-        const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
-        qd[4 + 3 * e] * arm_theta_e_w_x;
-        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
-        /* arm_phi_e: motion from arm_theta_e outward */
-        const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
-        const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
-        const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y[e];
-        const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y[e];
-        const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y[e];
-        const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y[e];
-        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
-        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
-        const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
-        const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
-        const double arm_phi_e_bias_a_y = arm_phi_e_sin * arm_theta_e_bias_a_z + arm_phi_e_cos * arm_psi_e_bias_a_y_2;
-        const double arm_phi_e_bias_a_z = arm_phi_e_cos * arm_theta_e_bias_a_z - arm_phi_e_sin * arm_psi_e_bias_a_y_2;
-        const double arm_phi_e_bias_wd_y = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
-        qd[5 + 3 * e] * arm_phi_e_w_z;
-        const double arm_phi_e_bias_wd_z = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
-        qd[5 + 3 * e] * arm_phi_e_w_y;
-        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
-        const double next_carried_15 = -(arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y);
-        const double next_carried_18 = arm_phi_e_bias_wd_z + arm_phi_e_w_y * arm_phi_e_w_x;
-        const double next_carried_21 = arm_phi_e_w_z * arm_phi_e_w_x - arm_phi_e_bias_wd_y;
-        last_arm_phi_e_w_x = arm_phi_e_w_x;
-        last_arm_phi_e_w_y = arm_phi_e_w_y;
-        last_arm_phi_e_w_z = arm_phi_e_w_z;
-        last_arm_theta_e_v_x = arm_theta_e_v_x;
-        last_arm_phi_e_v_y = arm_phi_e_v_y;
-        last_arm_phi_e_v_z = arm_phi_e_v_z;
-        last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x;
-        last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y;
-        last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z;
-        last_arm_theta_e_bias_a_x = arm_theta_e_bias_a_x;
-        last_arm_phi_e_bias_a_y = arm_phi_e_bias_a_y;
-        last_arm_phi_e_bias_a_z = arm_phi_e_bias_a_z;
-        carried_15 = next_carried_15;
-        carried_18 = next_carried_18;
-        carried_21 = next_carried_21;
-        last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x[e];
-        last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
-        last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
-        last_arm_theta_e_ground_y_x = arm_theta_e_ground_y_x[e];
-        last_arm_phi_e_ground_y_y = arm_phi_e_ground_y_y;
-        last_arm_phi_e_ground_y_z = arm_phi_e_ground_y_z;
-        last_arm_theta_e_ground_z_x = arm_theta_e_ground_z_x[e];
-        last_arm_phi_e_ground_z_y = arm_phi_e_ground_z_y;
-        last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
-        last_arm_psi_e_position_x = arm_psi_e_position_x_2[e];
-        last_arm_psi_e_position_y = arm_psi_e_position_y_2[e];
-        last_arm_psi_e_position_z = arm_psi_e_position_z_2[e];
-    }
     out->C[0 * 13 + 12] = last_arm_theta_e_ground_x_x;
     out->C[1 * 13 + 12] = last_arm_theta_e_ground_y_x;
     out->C[2 * 13 + 12] = last_arm_theta_e_ground_z_x;
@@ -1523,11 +1109,12 @@ void manipulator_flexible_point_terms(const struct manipulator_flexible_paramete
     const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
     const double effector_z_v_x = last_arm_phi_e_w_y * effector_z_shift_x - last_arm_phi_e_v_z;
     const double effector_z_bias_a_z = last_arm_theta_e_bias_a_x + carried_15 * effector_z_shift_x;
-    const double t8 = last_arm_phi_e_w_y * qd[12];
-    const double t9 = last_arm_phi_e_w_z * qd[12];
+    const double t10 = last_arm_phi_e_w_y * qd[12];
+    const double t11 = last_arm_phi_e_w_z * qd[12];
     const double effector_z_v_z = last_arm_theta_e_v_x + qd[12];
-    const double effector_z_bias_a_x = t8 + t8 - (last_arm_phi_e_bias_a_z + carried_21 * effector_z_shift_x);
-    const double effector_z_bias_a_y = last_arm_phi_e_bias_a_y + carried_18 * effector_z_shift_x + (t9 + t9);
+    const double effector_z_bias_a_x = t10 + t10 - (last_arm_phi_e_bias_a_z + carried_21 * effector_z_shift_x);
+    const double effector_z_bias_a_y = last_arm_phi_e_bias_a_y + carried_18 * effector_z_shift_x + (t11 +
+        t11);
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = last_arm_phi_e_ground_x_y * effector_z_v_y - last_arm_phi_e_ground_x_z * effector_z_v_x +
         last_arm_theta_e_ground_x_x * effector_z_v_z;
@@ -1547,53 +1134,157 @@ void manipulator_flexible_point_terms(const struct manipulator_flexible_paramete
     const double point_E_bias_z = last_arm_phi_e_ground_z_y * effector_z_bias_a_y - last_arm_phi_e_ground_z_z *
         effector_z_bias_a_x + last_arm_theta_e_ground_z_x * effector_z_bias_a_z;
     out->d[0 * 3 + 2] = point_E_bias_z;
-    const double t10 = effector_z_position_z - arm_psi_position_z;
-    out->C[0 * 13 + 2] = -column_psi_cos * t10;
-    out->C[1 * 13 + 2] = -column_psi_sin * t10;
+    const double t12 = effector_z_position_z - arm_psi_position_z;
+    const double t13 = column_psi_cos * t12;
+    out->C[0 * 13 + 2] = -t13;
+    const double t14 = column_psi_sin * t12;
+    out->C[1 * 13 + 2] = -t14;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    out->u[1 * 13 + 2] = row_2_u_arm_psi;
     out->C[2 * 13 + 2] = row_2_u_arm_psi;
+    /* row 1 (position level): u qdd + v = 0 */
+    const double t15 = (effector_z_position_x - p->xc) / p->a;
+    const double t16 = effector_z_position_y / p->b;
+    const double row_1_phi = t15 * t15 + t16 * t16 - 1.0;
+    out->phi[0] = row_1_phi;
+    const double t17 = point_E_xd * p->derived.constant_9;
+    const double t18 = t15 * t17;
+    const double t19 = point_E_yd * p->derived.constant_10;
+    const double t20 = t16 * t19;
+    const double row_1_psi = t18 + t18 + (t20 + t20);
+    out->psi[0] = row_1_psi;
+    const double t21 = t17 * t17 + t15 * (point_E_bias_x * p->derived.constant_9);
+    const double t22 = t19 * t19 + t16 * (point_E_bias_y * p->derived.constant_10);
+    const double row_1_v = t21 + t21 + (t22 + t22);
+    out->v[0] = row_1_v;
+    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + (row_1_v + row_1_psi * p->derived.row_1_rate_gain));
+    const double t23 = p->derived.constant_10 * (t16 + t16);
+    const double t24 = p->derived.constant_9 * (t15 + t15);
+    out->u[0 * 13 + 2] = -(t13 * t24 + t14 * t23);
+    const double row_1_u_column_psi = effector_z_position_x * t23 - effector_z_position_y * t24;
+    out->u[0 * 13 + 1] = row_1_u_column_psi;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double t11 = effector_z_position_x - arm_psi_e_position_x_2[e];
-        const double t12 = effector_z_position_y - arm_psi_e_position_y_2[e];
-        const double t13 = effector_z_position_z - arm_psi_e_position_z_2[e];
-        const double row_2_u_arm_psi_e = last_arm_phi_e_ground_x_z_at[e] * t12 - last_arm_phi_e_ground_y_z_at[e] *
-        t11;
-        const double row_2_u_arm_theta_e = arm_psi_e_ground_x_y[e] * t12 - arm_psi_e_ground_y_y[e] * t11;
-        const double row_2_u_arm_phi_e = arm_theta_e_ground_x_x[e] * t12 - arm_theta_e_ground_y_x[e] * t11;
-        out->C[3 + 3 * e] = last_arm_phi_e_ground_y_z_at[e] * t13 - last_arm_phi_e_ground_z_z_at[e] * t12;
-        out->C[4 + 3 * e] = arm_psi_e_ground_y_y[e] * t13 - arm_psi_e_ground_z_y[e] * t12;
-        out->C[5 + 3 * e] = arm_theta_e_ground_y_x[e] * t13 - arm_theta_e_ground_z_x[e] * t12;
-        out->C[16 + 3 * e] = last_arm_phi_e_ground_z_z_at[e] * t11 - last_arm_phi_e_ground_x_z_at[e] * t13;
-        out->C[17 + 3 * e] = arm_psi_e_ground_z_y[e] * t11 - arm_psi_e_ground_x_y[e] * t13;
-        out->C[18 + 3 * e] = arm_theta_e_ground_z_x[e] * t11 - arm_theta_e_ground_x_x[e] * t13;
+        /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
+        const double t25 = effector_z_position_x - arm_psi_e_position_x_2[e];
+        const double t26 = effector_z_position_y - arm_psi_e_position_y_2[e];
+        const double t27 = effector_z_position_z - arm_psi_e_position_z_2[e];
+        const double t28 = last_arm_phi_e_ground_y_z_at[e] * t27 - last_arm_phi_e_ground_z_z_at[e] * t26;
+        const double t29 = last_arm_phi_e_ground_z_z_at[e] * t25 - last_arm_phi_e_ground_x_z_at[e] * t27;
+        const double row_2_u_arm_psi_e = last_arm_phi_e_ground_x_z_at[e] * t26 - last_arm_phi_e_ground_y_z_at[e] *
+        t25;
+        const double t30 = arm_psi_e_ground_y_y[e] * t27 - arm_psi_e_ground_z_y[e] * t26;
+        const double t31 = arm_psi_e_ground_z_y[e] * t25 - arm_psi_e_ground_x_y[e] * t27;
+        const double row_2_u_arm_theta_e = arm_psi_e_ground_x_y[e] * t26 - arm_psi_e_ground_y_y[e] * t25;
+        const double t32 = arm_theta_e_ground_y_x[e] * t27 - arm_theta_e_ground_z_x[e] * t26;
+        const double t33 = arm_theta_e_ground_z_x[e] * t25 - arm_theta_e_ground_x_x[e] * t27;
+        const double row_2_u_arm_phi_e = arm_theta_e_ground_x_x[e] * t26 - arm_theta_e_ground_y_x[e] * t25;
+        /* row 1 (position level): u qdd + v = 0 */
+        const double row_1_u_arm_psi_e = t28 * t24 + t29 * t23;
+        const double row_1_u_arm_theta_e = t30 * t24 + t31 * t23;
+        const double row_1_u_arm_phi_e = t32 * t24 + t33 * t23;
+        out->u[3 + 3 * e] = row_1_u_arm_psi_e;
+        out->u[4 + 3 * e] = row_1_u_arm_theta_e;
+        out->u[5 + 3 * e] = row_1_u_arm_phi_e;
+        out->u[16 + 3 * e] = row_2_u_arm_psi_e;
+        out->u[17 + 3 * e] = row_2_u_arm_theta_e;
+        out->u[18 + 3 * e] = row_2_u_arm_phi_e;
+        out->C[3 + 3 * e] = t28;
+        out->C[4 + 3 * e] = t30;
+        out->C[5 + 3 * e] = t32;
+        out->C[16 + 3 * e] = t29;
+        out->C[17 + 3 * e] = t31;
+        out->C[18 + 3 * e] = t33;
         out->C[29 + 3 * e] = row_2_u_arm_psi_e;
         out->C[30 + 3 * e] = row_2_u_arm_theta_e;
         out->C[31 + 3 * e] = row_2_u_arm_phi_e;
     }
+    const double row_1_u_effector_z = last_arm_theta_e_ground_x_x * t24 + last_arm_theta_e_ground_y_x * t23;
+    out->u[0 * 13 + 12] = row_1_u_effector_z;
+    /* row 2 (velocity level): u qdd + v = 0 */
+    const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
+    out->psi[1] = row_2_psi;
+    const double t34 = t2 * (p->derived.constant_11 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t34 + t34);
+    out->v[1] = row_2_v;
+    out->k[1] = -(row_2_v + p->derived.row_1_rate_gain * row_2_psi);
+}
+
+void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double v[2]) {
+    struct manipulator_flexible_terms_result terms;
+    manipulator_flexible_terms(p, x, t, q, qd, &terms);
+    for (int i = 0; i < 2; i++)
+        v[i] = terms.v[i];
+}
+
+void manipulator_flexible_phi(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double phi[2]) {
+    struct manipulator_flexible_terms_result terms;
+    manipulator_flexible_terms(p, x, t, q, qd, &terms);
+    for (int i = 0; i < 2; i++)
+        phi[i] = terms.phi[i];
+}
+
+void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double psi[2]) {
+    struct manipulator_flexible_terms_result terms;
+    manipulator_flexible_terms(p, x, t, q, qd, &terms);
+    for (int i = 0; i < 2; i++)
+        psi[i] = terms.psi[i];
+}
+
+void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double k[2]) {
+    struct manipulator_flexible_terms_result terms;
+    manipulator_flexible_terms(p, x, t, q, qd, &terms);
+    for (int i = 0; i < 2; i++)
+        k[i] = terms.k[i];
+}
+
+void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double r[1 * 3]) {
+    struct manipulator_flexible_terms_result terms;
+    manipulator_flexible_terms(p, x, t, q, qd, &terms);
+    for (int i = 0; i < 3; i++)
+        r[i] = terms.r[i];
+}
+
+void manipulator_flexible_point_terms(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], struct manipulator_flexible_point_terms_result *out) {
+    struct manipulator_flexible_terms_result terms;
+    manipulator_flexible_terms(p, x, t, q, qd, &terms);
+    for (int i = 0; i < 3; i++)
+        out->r[i] = terms.r[i];
+    for (int i = 0; i < 3; i++)
+        out->rd[i] = terms.rd[i];
+    for (int i = 0; i < 39; i++)
+        out->C[i] = terms.C[i];
+    for (int i = 0; i < 3; i++)
+        out->d[i] = terms.d[i];
 }
 
 void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double rd[1 * 3]) {
-    struct manipulator_flexible_point_terms_result point_terms;
-    manipulator_flexible_point_terms(p, x, t, q, qd, &point_terms);
+    struct manipulator_flexible_terms_result terms;
+    manipulator_flexible_terms(p, x, t, q, qd, &terms);
     for (int i = 0; i < 3; i++)
-        rd[i] = point_terms.rd[i];
+        rd[i] = terms.rd[i];
 }
 
 void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double C[3 * 13]) {
-    struct manipulator_flexible_point_terms_result point_terms;
-    manipulator_flexible_point_terms(p, x, t, q, qd, &point_terms);
+    struct manipulator_flexible_terms_result terms;
+    manipulator_flexible_terms(p, x, t, q, qd, &terms);
     for (int i = 0; i < 39; i++)
-        C[i] = point_terms.C[i];
+        C[i] = terms.C[i];
 }
 
 void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double d[1 * 3]) {
-    struct manipulator_flexible_point_terms_result point_terms;
-    manipulator_flexible_point_terms(p, x, t, q, qd, &point_terms);
+    struct manipulator_flexible_terms_result terms;
+    manipulator_flexible_terms(p, x, t, q, qd, &terms);
     for (int i = 0; i < 3; i++)
-        d[i] = point_terms.d[i];
+        d[i] = terms.d[i];
 }
 
 void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -1936,409 +1627,15 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
 }
 
 void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
-        const double q[13], const double qd[13], double qdd[13]) {
-    (void)x;
-    double sine[10], cosine[10];
-    manipulator_flexible_sincos(q + 2, sine, cosine, 10);
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sine[0];
-    const double arm_psi_cos = cosine[0];
-    const double arm_psi_w_x = qd[1] * arm_psi_sin;
-    const double arm_psi_w_y = qd[1] * arm_psi_cos;
-    const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
-    const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
-    const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
-    const double t1 = arm_psi_w_x * qd[2];
-    const double t2 = arm_psi_w_x * arm_psi_w_y;
-    const double t3 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
-    const double t4 = t1 + t1;
-    /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t2;
-    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t4;
-    const double arm_psi_e_bias_a_falling_x = arm_psi_bias_a_falling_x - p->derived.constant_3 * t3;
-    const double arm_psi_e_bias_a_falling_y = arm_psi_bias_a_falling_y + arm_psi_e_bias_a_y;
-    /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    /* effector_z: composite pseudo-inertia of all beyond, inward */
-    const double t5 = p->m_E * effector_z_shift_x;
-    /* arm_psi: bias forces c, inward */
-    const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t1 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t1;
-    /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = t2 * p->derived.constant_8 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
-    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t3;
-    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t2 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
-    double arm_phi_e_bias_moment_x[3];
-    double arm_phi_e_load_moment_y[3];
-    double arm_phi_e_load_moment_z[3];
-    double arm_phi_e_load_force_x[3];
-    double arm_phi_e_load_force_y[3];
-    double arm_phi_e_load_force_z[3];
-    double last_arm_phi_e_w_x = arm_psi_w_x;
-    double last_arm_phi_e_w_y = arm_psi_w_y;
-    double last_arm_phi_e_w_z = qd[2];
-    double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
-    double last_arm_phi_e_bias_wd_y = -t1;
-    double last_arm_phi_e_bias_wd_z = 0.0;
-    double last_arm_theta_e_bias_a_falling_x = arm_psi_e_bias_a_falling_x;
-    double last_arm_phi_e_bias_a_falling_y = arm_psi_e_bias_a_falling_y;
-    double last_arm_phi_e_bias_a_falling_z = arm_psi_e_bias_a_z;
-    double carried_15 = -t3;
-    double carried_18 = t2;
-    double carried_21 = t4;
-    for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[1 + 3 * e];
-        const double arm_psi_e_cos = cosine[1 + 3 * e];
-        const double arm_theta_e_sin = sine[2 + 3 * e];
-        const double arm_theta_e_cos = cosine[2 + 3 * e];
-        const double arm_phi_e_sin = sine[3 + 3 * e];
-        const double arm_phi_e_cos = cosine[3 + 3 * e];
-        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_psi_inertia_xx : p->derived.arm_phi_1_inertia_xx);
-        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_psi_inertia_yy : p->derived.arm_phi_1_inertia_yy);
-        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
-        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
-        /* arm_psi_e: motion from arm_psi_e outward */
-        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
-        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
-        const double t6 = last_arm_theta_e_bias_a_falling_x + p->derived.arm_element_length * carried_15;
-        const double t7 = last_arm_phi_e_bias_a_falling_y + p->derived.arm_element_length * carried_18;
-        const double arm_psi_e_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + p->derived.arm_element_length *
-        carried_21;
-        const double arm_psi_e_bias_a_falling_x_2 = arm_psi_e_sin * t7 + arm_psi_e_cos * t6;
-        const double arm_psi_e_bias_a_falling_y_2 = arm_psi_e_cos * t7 - arm_psi_e_sin * t6;
-        const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
-        qd[3 + 3 * e] * arm_psi_e_w_y;
-        const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
-        qd[3 + 3 * e] * arm_psi_e_w_x;
-        const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
-        /* arm_theta_e: motion from arm_psi_e outward */
-        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
-        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_bias_a_falling_z = arm_theta_e_sin * arm_psi_e_bias_a_falling_x_2 + arm_theta_e_cos *
-        arm_psi_e_bias_a_falling_z;
-        const double arm_theta_e_bias_a_falling_x = arm_theta_e_cos * arm_psi_e_bias_a_falling_x_2 - arm_theta_e_sin *
-        arm_psi_e_bias_a_falling_z;
-        const double arm_theta_e_bias_wd_x = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
-        qd[4 + 3 * e] * arm_theta_e_w_z;
-        const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
-        qd[4 + 3 * e] * arm_theta_e_w_x;
-        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
-        /* arm_phi_e: motion from arm_theta_e outward */
-        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
-        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
-        const double arm_phi_e_bias_a_falling_y = arm_phi_e_sin * arm_theta_e_bias_a_falling_z + arm_phi_e_cos *
-        arm_psi_e_bias_a_falling_y_2;
-        const double arm_phi_e_bias_a_falling_z = arm_phi_e_cos * arm_theta_e_bias_a_falling_z - arm_phi_e_sin *
-        arm_psi_e_bias_a_falling_y_2;
-        const double arm_phi_e_bias_wd_y = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
-        qd[5 + 3 * e] * arm_phi_e_w_z;
-        const double arm_phi_e_bias_wd_z = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
-        qd[5 + 3 * e] * arm_phi_e_w_y;
-        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
-        const double t8 = arm_phi_e_w_y * arm_phi_e_w_x;
-        const double t9 = arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y;
-        const double t10 = arm_phi_e_bias_wd_z + t8;
-        const double t11 = arm_phi_e_w_z * arm_phi_e_w_x;
-        const double t12 = t11 - arm_phi_e_bias_wd_y;
-        /* arm_phi_e: bias forces c, inward */
-        arm_phi_e_bias_moment_x[e] = arm_theta_e_bias_wd_x * arm_phi_e_inertia_xx;
-        /* arm_phi_e: inertia and gravity of the body at qdd = 0 */
-        arm_phi_e_load_moment_y[e] = t11 * (arm_phi_e_inertia_xx - arm_phi_e_inertia_yy) + arm_phi_e_bias_wd_y *
-        arm_phi_e_inertia_yy - arm_phi_e_bias_a_falling_z * arm_phi_e_moment_x;
-        arm_phi_e_load_moment_z[e] = t8 * (arm_phi_e_inertia_yy - arm_phi_e_inertia_xx) + arm_phi_e_bias_wd_z *
-        arm_phi_e_inertia_yy + arm_phi_e_bias_a_falling_y * arm_phi_e_moment_x;
-        arm_phi_e_load_force_x[e] = arm_theta_e_bias_a_falling_x * arm_phi_e_mass - t9 * arm_phi_e_moment_x;
-        arm_phi_e_load_force_y[e] = t10 * arm_phi_e_moment_x + arm_phi_e_bias_a_falling_y * arm_phi_e_mass;
-        arm_phi_e_load_force_z[e] = t12 * arm_phi_e_moment_x + arm_phi_e_bias_a_falling_z * arm_phi_e_mass;
-        const double next_carried_15 = -t9;
-        last_arm_phi_e_w_x = arm_phi_e_w_x;
-        last_arm_phi_e_w_y = arm_phi_e_w_y;
-        last_arm_phi_e_w_z = arm_phi_e_w_z;
-        last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x;
-        last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y;
-        last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z;
-        last_arm_theta_e_bias_a_falling_x = arm_theta_e_bias_a_falling_x;
-        last_arm_phi_e_bias_a_falling_y = arm_phi_e_bias_a_falling_y;
-        last_arm_phi_e_bias_a_falling_z = arm_phi_e_bias_a_falling_z;
-        carried_15 = next_carried_15;
-        carried_18 = t10;
-        carried_21 = t12;
-    }
-    /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_bias_a_falling_z = last_arm_theta_e_bias_a_falling_x + carried_15 * effector_z_shift_x;
-    const double t13 = last_arm_phi_e_w_y * qd[12];
-    const double t14 = last_arm_phi_e_w_z * qd[12];
-    const double effector_z_bias_a_falling_x = t13 + t13 - (last_arm_phi_e_bias_a_falling_z + carried_21 *
-        effector_z_shift_x);
-    const double effector_z_bias_a_falling_y = last_arm_phi_e_bias_a_falling_y + carried_18 * effector_z_shift_x +
-        (t14 + t14);
-    /* effector_z: inertia and gravity of the body at qdd = 0 */
-    const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
-    const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
-    const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double t15 = p->m_E * (effector_z_shift_x * effector_z_shift_x);
-    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double t16 = arm_psi_sin * arm_psi_cos;
-    double arm_theta_e_cos_inverse[3];
-    double t29[3];
-    double t32[3];
-    double t33[3];
-    double t35[3];
-    double t36[3];
-    double t38[3];
-    double t39[3];
-    double t71[3];
-    double t72[3];
-    double t73[3];
-    double carried_61 = t15;
-    double carried_62 = t15;
-    double carried_63 = 0.0;
-    double carried_64 = 0.0;
-    double carried_65 = 0.0;
-    double carried_66 = -t5;
-    double carried_67 = 0.0;
-    double carried_68 = t5;
-    double carried_69 = 0.0;
-    double carried_70 = 0.0;
-    double carried_71 = p->m_E;
-    double carried_72 = p->m_E;
-    double carried_73 = 0.0;
-    double carried_74 = 0.0;
-    double carried_75 = 0.0;
-    double carried_76 = 0.0;
-    double carried_77 = effector_z_shift_x * effector_z_load_force_x;
-    double carried_78 = effector_z_shift_x * effector_z_load_force_y;
-    double carried_79 = 0.0;
-    double carried_80 = effector_z_load_force_y;
-    double carried_81 = -effector_z_load_force_x;
-    for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
-        const double arm_theta_e_cos = cosine[2 + 3 * e];
-        const double arm_phi_e_sin = sine[3 + 3 * e];
-        const double arm_phi_e_cos = cosine[3 + 3 * e];
-        const double arm_theta_e_sin = sine[2 + 3 * e];
-        const double arm_psi_e_sin = sine[1 + 3 * e];
-        const double arm_psi_e_cos = cosine[1 + 3 * e];
-        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_psi_inertia_yy : p->derived.arm_phi_1_inertia_yy);
-        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
-        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
-        /* springs -s (q - rest), dampers -d qd, and forces that the model names */
-        const double t17 = p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi * qd[4 + 3 * e];
-        const double t18 = p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e];
-        /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-        arm_theta_e_cos_inverse[e] = 1.0 / arm_theta_e_cos;
-        const double t19 = arm_phi_e_sin * arm_phi_e_sin;
-        const double t20 = arm_phi_e_sin * arm_phi_e_cos;
-        const double t21 = arm_theta_e_sin * arm_theta_e_sin;
-        const double t22 = arm_theta_e_sin * arm_theta_e_cos;
-        const double t23 = arm_psi_e_sin * arm_psi_e_sin;
-        const double t24 = arm_psi_e_sin * arm_psi_e_cos;
-        /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-        const double t25 = arm_phi_e_inertia_yy + carried_61;
-        const double t26 = carried_66 - arm_phi_e_moment_x;
-        const double t27 = arm_phi_e_moment_x + carried_68;
-        const double t28 = 1.0 / t25;
-        t29[e] = carried_63 * t28;
-        const double t30 = t25 * (1.0 / (t25 * (arm_phi_e_inertia_yy + carried_62) - carried_63 * carried_63));
-        const double t31 = carried_67 - carried_64 * t29[e];
-        t32[e] = carried_64 * t28;
-        t33[e] = t30 * t31;
-        const double t34 = t27 - carried_65 * t29[e];
-        t35[e] = carried_65 * t28;
-        t36[e] = t30 * t34;
-        const double t37 = carried_69 - t26 * t29[e];
-        t38[e] = t26 * t28;
-        t39[e] = t30 * t37;
-        const double t40 = arm_phi_e_mass + carried_70 - carried_64 * t32[e] - t31 * t33[e];
-        const double t41 = carried_73 - carried_64 * t35[e] - t31 * t36[e];
-        const double t42 = carried_74 - carried_64 * t38[e] - t31 * t39[e];
-        const double t43 = arm_phi_e_mass + carried_71 - carried_65 * t35[e] - t34 * t36[e];
-        const double t44 = carried_75 - carried_65 * t38[e] - t34 * t39[e];
-        const double t45 = arm_phi_e_mass + carried_72 - t26 * t38[e] - t37 * t39[e];
-        const double t46 = t43 - t45;
-        const double t47 = (t20 + t20) * t44 + t19 * t46;
-        const double t48 = arm_phi_e_cos * t41 - arm_phi_e_sin * t42;
-        const double t49 = arm_phi_e_cos * t42 + arm_phi_e_sin * t41;
-        const double t50 = t43 - t47;
-        const double t51 = t45 + t47;
-        const double t52 = t20 * t46 + (1.0 - (t19 + t19)) * t44;
-        const double t53 = t51 - t40;
-        const double t54 = (t22 + t22) * t49 + t21 * t53;
-        const double t55 = arm_theta_e_cos * t52 - arm_theta_e_sin * t48;
-        const double t56 = arm_theta_e_cos * t48 + arm_theta_e_sin * t52;
-        const double t57 = t51 - t54;
-        const double t58 = t40 + t54;
-        const double t59 = t22 * t53 + (1.0 - (t21 + t21)) * t49;
-        const double t60 = t58 - t50;
-        const double t61 = (t24 + t24) * t56 + t23 * t60;
-        const double t62 = arm_psi_e_cos * t59 - arm_psi_e_sin * t55;
-        const double t63 = arm_psi_e_cos * t55 + arm_psi_e_sin * t59;
-        const double t64 = t50 + t61;
-        const double t65 = t24 * t60 + (1.0 - (t23 + t23)) * t56;
-        const double t66 = p->derived.arm_element_length * t63;
-        /* arm_phi_e: force left for the joint, inward */
-        const double t67 = arm_theta_e_sin * t18;
-        const double t68 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi *
-        qd[3 + 3 * e] + t67);
-        const double t69 = arm_theta_e_sin * t68 + arm_theta_e_cos * t18;
-        /* arm_phi_e: force left for the joint, inward */
-        const double t70 = arm_phi_e_sin * t68 + arm_phi_e_cos * t17 + (arm_phi_e_load_moment_y[e] + carried_77);
-        t71[e] = (e == 2 ? p->derived.constant_16 : p->derived.constant_15) * (t18 + (arm_phi_e_bias_moment_x[e] +
-        carried_76));
-        t72[e] = t30 * (arm_phi_e_sin * t17 - arm_phi_e_cos * t68 - (arm_phi_e_load_moment_z[e] + carried_78) +
-        t29[e] * t70);
-        t73[e] = t28 * t70 + t29[e] * t72[e];
-        const double t74 = arm_phi_e_load_force_x[e] + carried_79 + (carried_67 * t72[e] - carried_64 * t73[e]);
-        const double t75 = arm_phi_e_load_force_y[e] + carried_80 + (t27 * t72[e] - carried_65 * t73[e]);
-        const double t76 = arm_phi_e_load_force_z[e] + carried_81 + (carried_69 * t72[e] - t26 * t73[e]);
-        const double t77 = arm_phi_e_cos * t75 - arm_phi_e_sin * t76;
-        const double t78 = arm_phi_e_sin * t75 + arm_phi_e_cos * t76;
-        const double t79 = arm_theta_e_cos * t78 - arm_theta_e_sin * t74;
-        const double t80 = arm_theta_e_sin * t78 + arm_theta_e_cos * t74;
-        const double t81 = arm_psi_e_sin * t80 + arm_psi_e_cos * t77;
-        const double next_carried_61 = p->derived.constant_2 * t57;
-        const double next_carried_62 = p->derived.constant_2 * t64;
-        const double next_carried_63 = -p->derived.constant_2 * t63;
-        const double next_carried_64 = -p->derived.arm_element_length * t62;
-        const double next_carried_65 = -t66;
-        const double next_carried_66 = -p->derived.arm_element_length * t57;
-        const double next_carried_67 = p->derived.arm_element_length * t65;
-        const double next_carried_68 = p->derived.arm_element_length * t64;
-        const double next_carried_70 = t58 - t61;
-        const double next_carried_76 = arm_psi_e_sin * t17 - arm_psi_e_cos * t69;
-        const double next_carried_77 = -(arm_psi_e_sin * t69 + arm_psi_e_cos * t17 + p->derived.arm_element_length *
-        t79);
-        const double next_carried_78 = t67 - arm_theta_e_cos * t68 + p->derived.arm_element_length * t81;
-        const double next_carried_79 = arm_psi_e_cos * t80 - arm_psi_e_sin * t77;
-        carried_61 = next_carried_61;
-        carried_62 = next_carried_62;
-        carried_63 = next_carried_63;
-        carried_64 = next_carried_64;
-        carried_65 = next_carried_65;
-        carried_66 = next_carried_66;
-        carried_67 = next_carried_67;
-        carried_68 = next_carried_68;
-        carried_69 = t66;
-        carried_70 = next_carried_70;
-        carried_71 = t64;
-        carried_72 = t57;
-        carried_73 = t65;
-        carried_74 = t62;
-        carried_75 = t63;
-        carried_76 = next_carried_76;
-        carried_77 = next_carried_77;
-        carried_78 = next_carried_78;
-        carried_79 = next_carried_79;
-        carried_80 = t81;
-        carried_81 = t79;
-    }
-    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double arm_psi_U_force_x = carried_67 + p->derived.constant_3 * carried_73;
-    const double t82 = p->derived.constant_3 * carried_66;
-    const double t83 = p->derived.constant_3 * carried_68;
-    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.constant_17 + p->derived.constant_3 *
-        carried_65 - p->derived.constant_3 * carried_69;
-    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + (t83 + (carried_62 + carried_71 * p->derived.constant_17 +
-        t83));
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + (carried_68 + p->derived.constant_3 * carried_71);
-    const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t84 = arm_psi_U_moment_y * arm_psi_D_inverse;
-    const double t85 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t86 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t87 = p->derived.arm_psi_inertia_yy + (carried_61 + carried_72 * p->derived.constant_17 -
-        t82 - t82) - arm_psi_U_moment_y * t84;
-    const double t88 = p->derived.arm_psi_mass + carried_71 - arm_psi_U_force_y * t86;
-    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (carried_64 - p->derived.constant_3 *
-        carried_74 - arm_psi_U_moment_y * t85)) + arm_psi_cos * (arm_psi_cos * (carried_65 - p->derived.constant_3 *
-        carried_75 - arm_psi_U_moment_y * t86));
-    const double t89 = t88 + ((carried_73 - arm_psi_U_force_x * t86) * (t16 + t16) + arm_psi_sin * arm_psi_sin *
-        (p->derived.arm_psi_mass + carried_70 - arm_psi_U_force_x * t85 - t88));
-    /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (t87 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
-        t87)));
-    const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t90 = column_psi_U_force_z * column_psi_D_inverse;
-    /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + t89 - column_psi_U_force_z * t90);
-    const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* arm_phi_e: force left for the joint, inward */
-    const double t91 = arm_psi_load_moment_z + (carried_78 + p->derived.constant_3 * carried_80);
-    /* column_psi: force left for the joint, inward */
-    const double t92 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + carried_76) + arm_psi_cos * (arm_psi_load_moment_y +
-        (carried_77 - p->derived.constant_3 * carried_81) - t84 * t91));
-    const double t93 = p->derived.column_psi_load_force_z + (arm_psi_sin * (arm_psi_load_force_x + carried_79 -
-        t85 * t91) + arm_psi_cos * (arm_psi_load_force_y + carried_80 - t86 * t91)) + t90 * t92;
-    /* base_z: acceleration, outward */
-    const double t94 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        t93));
-    qdd[0] = -t94;
-    /* column_psi: acceleration, outward */
-    const double t95 = t90 * t94 + column_psi_D_inverse * t92;
-    qdd[1] = t95;
-    const double t96 = arm_psi_cos * t95;
-    const double t97 = arm_psi_sin * t94;
-    const double t98 = arm_psi_cos * t94;
-    /* arm_psi: acceleration, outward */
-    const double t99 = t84 * t96 - (t85 * t97 + t86 * t98) + arm_psi_D_inverse * t91;
-    qdd[2] = -t99;
-    double carried_82 = arm_psi_sin * t95;
-    double carried_83 = t96;
-    double carried_84 = -t99;
-    double carried_85 = -t97;
-    double carried_86 = -(t98 + p->derived.constant_3 * t99);
-    double carried_87 = -p->derived.constant_3 * t96;
-    for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[1 + 3 * e];
-        const double arm_psi_e_cos = cosine[1 + 3 * e];
-        const double arm_theta_e_sin = sine[2 + 3 * e];
-        const double arm_theta_e_cos = cosine[2 + 3 * e];
-        const double arm_phi_e_sin = sine[3 + 3 * e];
-        const double arm_phi_e_cos = cosine[3 + 3 * e];
-        /* arm_phi_e: acceleration, outward */
-        const double t100 = arm_psi_e_sin * carried_83 + arm_psi_e_cos * carried_82;
-        const double t101 = carried_86 + p->derived.arm_element_length * carried_84;
-        const double t102 = carried_87 - p->derived.arm_element_length * carried_83;
-        const double t103 = arm_psi_e_sin * t101 + arm_psi_e_cos * carried_85;
-        const double t104 = arm_psi_e_cos * t101 - arm_psi_e_sin * carried_85;
-        const double t105 = arm_theta_e_sin * t103 + arm_theta_e_cos * t102;
-        const double t106 = arm_theta_e_cos * t103 - arm_theta_e_sin * t102;
-        /* arm_phi_e: acceleration, outward */
-        const double t107 = arm_phi_e_sin * t105 + arm_phi_e_cos * t104;
-        const double t108 = arm_phi_e_cos * t105 - arm_phi_e_sin * t104;
-        const double t109 = t73[e] + ((t32[e] - t29[e] * t33[e]) * t106 + (t35[e] - t29[e] * t36[e]) * t107 +
-        (t38[e] - t29[e] * t39[e]) * t108);
-        const double t110 = t72[e] - (t33[e] * t106 + t36[e] * t107 + t39[e] * t108);
-        const double t111 = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t110 - arm_phi_e_sin * t109 - (arm_theta_e_sin *
-        t100 + arm_theta_e_cos * carried_84));
-        qdd[3 + 3 * e] = t111;
-        qdd[4 + 3 * e] = -(arm_psi_e_cos * carried_83 - arm_psi_e_sin * carried_82 + (arm_phi_e_sin * t110 +
-        arm_phi_e_cos * t109));
-        qdd[5 + 3 * e] = arm_theta_e_sin * t111 - (t71[e] + (arm_theta_e_cos * t100 - arm_theta_e_sin * carried_84));
-        const double next_carried_82 = -t71[e];
-        const double next_carried_83 = -t109;
-        carried_82 = next_carried_82;
-        carried_83 = next_carried_83;
-        carried_84 = t110;
-        carried_85 = t106;
-        carried_86 = t107;
-        carried_87 = t108;
-    }
-    qdd[12] = -(carried_85 + effector_z_load_force_z * p->derived.effector_z_D_inverse);
-}
-
-void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
-        const double q[13], const double qd[13], double qdd[13]) {
-    struct manipulator_flexible_constrained_result constrained;
-    manipulator_flexible_constrained(p, x, t, q, qd, &constrained);
+        const double q[13], const double qd[13], double qdd_free[13]) {
+    struct manipulator_flexible_accelerations_result accelerations;
+    manipulator_flexible_accelerations(p, x, t, q, qd, &accelerations);
     for (int i = 0; i < 13; i++)
-        qdd[i] = constrained.qdd[i];
+        qdd_free[i] = accelerations.qdd_free[i];
 }
 
-void manipulator_flexible_constrained(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
-        const double q[13], const double qd[13], struct manipulator_flexible_constrained_result *out) {
+void manipulator_flexible_accelerations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], struct manipulator_flexible_accelerations_result *out) {
     (void)x;
     double sine[11], cosine[11];
     manipulator_flexible_sincos(q + 1, sine, cosine, 11);
@@ -2840,13 +2137,16 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
     /* base_z: acceleration, outward */
     const double t133 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
         t132));
+    out->qdd_free[0] = -t133;
     /* column_psi: acceleration, outward */
     const double t134 = t129 * t133 + column_psi_D_inverse * t131;
+    out->qdd_free[1] = t134;
     const double t135 = arm_psi_cos * t134;
     const double t136 = arm_psi_sin * t133;
     const double t137 = arm_psi_cos * t133;
     /* arm_psi: acceleration, outward */
     const double t138 = t123 * t135 - (t124 * t136 + t125 * t137) + arm_psi_D_inverse * t130;
+    out->qdd_free[2] = -t138;
     /* arm_phi_e: force left for the joint, inward */
     const double t139 = carried_89 + p->derived.constant_3 * carried_91;
     /* arm_psi: force left for the joint, inward */
@@ -2875,21 +2175,17 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
     const double t153 = arm_psi_cos * t149;
     /* arm_psi: acceleration, outward */
     const double t154 = t124 * t152 + t125 * t153 - t123 * t151 + arm_psi_D_inverse * t147;
-    double t155[3];
-    double t164[3];
-    double t165[3];
     double t166[3];
     double t167[3];
-    double t176[3];
-    double t177[3];
+    double t168[3];
+    double t169[3];
     double t178[3];
     double t179[3];
-    double t188[3];
-    double t189[3];
+    double t180[3];
+    double t181[3];
     double t190[3];
-    double carried_82_at[3];
-    double carried_83_at[3];
-    double carried_84_at[3];
+    double t191[3];
+    double t192[3];
     double carried_93_at[3];
     double carried_94_at[3];
     double carried_95_at[3];
@@ -2921,9 +2217,6 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
-        carried_82_at[e] = carried_82;
-        carried_83_at[e] = carried_83;
-        carried_84_at[e] = carried_84;
         carried_93_at[e] = carried_93;
         carried_94_at[e] = carried_94;
         carried_95_at[e] = carried_95;
@@ -2931,7 +2224,7 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
         carried_105_at[e] = carried_105;
         carried_106_at[e] = carried_106;
         /* arm_phi_e: acceleration, outward */
-        t155[e] = arm_psi_e_sin * carried_83 + arm_psi_e_cos * carried_82;
+        const double t155 = arm_psi_e_sin * carried_83 + arm_psi_e_cos * carried_82;
         const double t156 = carried_86 + p->derived.arm_element_length * carried_84;
         const double t157 = carried_87 - p->derived.arm_element_length * carried_83;
         const double t158 = arm_psi_e_sin * t156 + arm_psi_e_cos * carried_85;
@@ -2941,100 +2234,107 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
         /* arm_phi_e: acceleration, outward */
         const double t162 = arm_phi_e_sin * t160 + arm_phi_e_cos * t159;
         const double t163 = arm_phi_e_cos * t160 - arm_phi_e_sin * t159;
-        t164[e] = t92[e] + (t50[e] * t161 + t54[e] * t162 + t58[e] * t163);
-        t165[e] = t91[e] - (t49[e] * t161 + t53[e] * t162 + t57[e] * t163);
-        t166[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t165[e] - arm_phi_e_sin * t164[e] - (arm_theta_e_sin *
-        t155[e] + arm_theta_e_cos * carried_84));
+        const double t164 = t92[e] + (t50[e] * t161 + t54[e] * t162 + t58[e] * t163);
+        const double t165 = t91[e] - (t49[e] * t161 + t53[e] * t162 + t57[e] * t163);
+        t166[e] = arm_psi_e_cos * carried_83 - arm_psi_e_sin * carried_82 + (arm_phi_e_sin * t165 + arm_phi_e_cos *
+        t164);
+        t167[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t165 - arm_phi_e_sin * t164 - (arm_theta_e_sin *
+        t155 + arm_theta_e_cos * carried_84));
+        t168[e] = arm_theta_e_sin * t167[e] - (t90[e] + (arm_theta_e_cos * t155 - arm_theta_e_sin * carried_84));
         /* arm_phi_e: acceleration, outward */
-        t167[e] = arm_psi_e_sin * carried_94 + arm_psi_e_cos * carried_93;
-        const double t168 = carried_97 + p->derived.arm_element_length * carried_95;
-        const double t169 = carried_98 - p->derived.arm_element_length * carried_94;
-        const double t170 = arm_psi_e_sin * t168 + arm_psi_e_cos * carried_96;
-        const double t171 = arm_psi_e_cos * t168 - arm_psi_e_sin * carried_96;
-        const double t172 = arm_theta_e_sin * t170 + arm_theta_e_cos * t169;
-        const double t173 = arm_theta_e_cos * t170 - arm_theta_e_sin * t169;
+        t169[e] = arm_psi_e_sin * carried_94 + arm_psi_e_cos * carried_93;
+        const double t170 = carried_97 + p->derived.arm_element_length * carried_95;
+        const double t171 = carried_98 - p->derived.arm_element_length * carried_94;
+        const double t172 = arm_psi_e_sin * t170 + arm_psi_e_cos * carried_96;
+        const double t173 = arm_psi_e_cos * t170 - arm_psi_e_sin * carried_96;
+        const double t174 = arm_theta_e_sin * t172 + arm_theta_e_cos * t171;
+        const double t175 = arm_theta_e_cos * t172 - arm_theta_e_sin * t171;
         /* arm_phi_e: acceleration, outward */
-        const double t174 = arm_phi_e_sin * t172 + arm_phi_e_cos * t171;
-        const double t175 = arm_phi_e_cos * t172 - arm_phi_e_sin * t171;
-        t176[e] = t102[e] + (t50[e] * t173 + t54[e] * t174 + t58[e] * t175);
-        t177[e] = t101[e] - (t49[e] * t173 + t53[e] * t174 + t57[e] * t175);
-        t178[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t177[e] - arm_phi_e_sin * t176[e] - (arm_theta_e_sin *
-        t167[e] + arm_theta_e_cos * carried_95));
+        const double t176 = arm_phi_e_sin * t174 + arm_phi_e_cos * t173;
+        const double t177 = arm_phi_e_cos * t174 - arm_phi_e_sin * t173;
+        t178[e] = t102[e] + (t50[e] * t175 + t54[e] * t176 + t58[e] * t177);
+        t179[e] = t101[e] - (t49[e] * t175 + t53[e] * t176 + t57[e] * t177);
+        t180[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t179[e] - arm_phi_e_sin * t178[e] - (arm_theta_e_sin *
+        t169[e] + arm_theta_e_cos * carried_95));
         /* arm_phi_e: acceleration, outward */
-        t179[e] = arm_psi_e_sin * carried_105 + arm_psi_e_cos * carried_104;
-        const double t180 = carried_108 + p->derived.arm_element_length * carried_106;
-        const double t181 = carried_109 - p->derived.arm_element_length * carried_105;
-        const double t182 = arm_psi_e_sin * t180 + arm_psi_e_cos * carried_107;
-        const double t183 = arm_psi_e_cos * t180 - arm_psi_e_sin * carried_107;
-        const double t184 = arm_theta_e_sin * t182 + arm_theta_e_cos * t181;
-        const double t185 = arm_theta_e_cos * t182 - arm_theta_e_sin * t181;
+        t181[e] = arm_psi_e_sin * carried_105 + arm_psi_e_cos * carried_104;
+        const double t182 = carried_108 + p->derived.arm_element_length * carried_106;
+        const double t183 = carried_109 - p->derived.arm_element_length * carried_105;
+        const double t184 = arm_psi_e_sin * t182 + arm_psi_e_cos * carried_107;
+        const double t185 = arm_psi_e_cos * t182 - arm_psi_e_sin * carried_107;
+        const double t186 = arm_theta_e_sin * t184 + arm_theta_e_cos * t183;
+        const double t187 = arm_theta_e_cos * t184 - arm_theta_e_sin * t183;
         /* arm_phi_e: acceleration, outward */
-        const double t186 = arm_phi_e_sin * t184 + arm_phi_e_cos * t183;
-        const double t187 = arm_phi_e_cos * t184 - arm_phi_e_sin * t183;
-        t188[e] = t112[e] + (t50[e] * t185 + t54[e] * t186 + t58[e] * t187);
-        t189[e] = t111[e] - (t49[e] * t185 + t53[e] * t186 + t57[e] * t187);
-        t190[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t189[e] - arm_phi_e_sin * t188[e] - (arm_theta_e_sin *
-        t179[e] + arm_theta_e_cos * carried_106));
+        const double t188 = arm_phi_e_sin * t186 + arm_phi_e_cos * t185;
+        const double t189 = arm_phi_e_cos * t186 - arm_phi_e_sin * t185;
+        t190[e] = t112[e] + (t50[e] * t187 + t54[e] * t188 + t58[e] * t189);
+        t191[e] = t111[e] - (t49[e] * t187 + t53[e] * t188 + t57[e] * t189);
+        t192[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t191[e] - arm_phi_e_sin * t190[e] - (arm_theta_e_sin *
+        t181[e] + arm_theta_e_cos * carried_106));
+        out->qdd_free[3 + 3 * e] = t167[e];
+        out->qdd_free[4 + 3 * e] = -t166[e];
+        out->qdd_free[5 + 3 * e] = t168[e];
         const double next_carried_82 = -t90[e];
-        const double next_carried_83 = -t164[e];
+        const double next_carried_83 = -t164;
         const double next_carried_93 = 0.0;
-        const double next_carried_94 = -t176[e];
+        const double next_carried_94 = -t178[e];
         const double next_carried_104 = 0.0;
-        const double next_carried_105 = -t188[e];
+        const double next_carried_105 = -t190[e];
         carried_82 = next_carried_82;
         carried_83 = next_carried_83;
-        carried_84 = t165[e];
+        carried_84 = t165;
         carried_85 = t161;
         carried_86 = t162;
         carried_87 = t163;
         carried_93 = next_carried_93;
         carried_94 = next_carried_94;
-        carried_95 = t177[e];
-        carried_96 = t173;
-        carried_97 = t174;
-        carried_98 = t175;
+        carried_95 = t179[e];
+        carried_96 = t175;
+        carried_97 = t176;
+        carried_98 = t177;
         carried_104 = next_carried_104;
         carried_105 = next_carried_105;
-        carried_106 = t189[e];
-        carried_107 = t185;
-        carried_108 = t186;
-        carried_109 = t187;
+        carried_106 = t191[e];
+        carried_107 = t187;
+        carried_108 = t188;
+        carried_109 = t189;
     }
     /* arm_phi_e: acceleration, outward */
-    const double t191 = carried_86 + effector_z_shift_x * carried_84;
-    const double t192 = effector_z_shift_x * carried_83 - carried_87;
+    const double t193 = carried_86 + effector_z_shift_x * carried_84;
+    const double t194 = effector_z_shift_x * carried_83 - carried_87;
     /* effector_z: acceleration, outward */
-    const double t193 = carried_85 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
-    const double t194 = carried_85 - t193;
+    const double t195 = carried_85 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    out->qdd_free[12] = -t195;
+    const double t196 = carried_85 - t195;
     /* effector_z: acceleration, outward */
-    const double t195 = row_1_u_effector_z * p->derived.effector_z_D_inverse - carried_96;
-    const double t196 = row_1_u_effector_z * (carried_96 + t195) - (t31 * (effector_z_shift_x * carried_94 -
+    const double t197 = row_1_u_effector_z * p->derived.effector_z_D_inverse - carried_96;
+    const double t198 = row_1_u_effector_z * (carried_96 + t197) - (t31 * (effector_z_shift_x * carried_94 -
         carried_98) - t32 * (carried_97 + effector_z_shift_x * carried_95));
     /* arm_phi_e: acceleration, outward */
-    const double t197 = carried_108 + effector_z_shift_x * carried_106;
-    const double t198 = effector_z_shift_x * carried_105 - carried_109;
+    const double t199 = carried_108 + effector_z_shift_x * carried_106;
+    const double t200 = effector_z_shift_x * carried_105 - carried_109;
     /* effector_z: acceleration, outward */
-    const double t199 = last_arm_theta_e_ground_z_x * p->derived.effector_z_D_inverse - carried_107;
-    const double t200 = carried_107 + t199;
-    const double t201 = row_1_u_effector_z * t200 - (t31 * t198 - t32 * t197);
-    const double t202 = last_arm_theta_e_ground_z_x * t200 - (last_arm_phi_e_ground_z_z * t198 - last_arm_phi_e_ground_z_y *
-        t197);
-    const double t203 = row_1_phi * p->derived.row_1_position_gain + (row_1_psi * p->derived.row_1_rate_gain +
-        row_1_v_2) + (row_1_u_effector_z * t194 - (t192 * t31 - t191 * t32));
-    const double row_1_pivot_inverse = (t196 * 1e-12 < t196 ? 1.0 / t196 : 0.0);
-    const double t204 = t201 * row_1_pivot_inverse;
-    const double t205 = t202 - t201 * t204;
-    const double row_2_pivot_inverse = (t202 * 1e-12 < t205 ? 1.0 / t205 : 0.0);
-    const double row_2_lambda = (t203 * t204 - (p->derived.row_1_rate_gain * row_2_psi + row_2_v_2 + (last_arm_theta_e_ground_z_x *
-        t194 - (last_arm_phi_e_ground_z_z * t192 - last_arm_phi_e_ground_z_y * t191)))) * row_2_pivot_inverse;
+    const double t201 = last_arm_theta_e_ground_z_x * p->derived.effector_z_D_inverse - carried_107;
+    const double t202 = carried_107 + t201;
+    const double t203 = row_1_u_effector_z * t202 - (t31 * t200 - t32 * t199);
+    const double t204 = last_arm_theta_e_ground_z_x * t202 - (last_arm_phi_e_ground_z_z * t200 - last_arm_phi_e_ground_z_y *
+        t199);
+    const double t205 = row_1_phi * p->derived.row_1_position_gain + (row_1_psi * p->derived.row_1_rate_gain +
+        row_1_v_2) + (row_1_u_effector_z * t196 - (t194 * t31 - t193 * t32));
+    const double row_1_pivot_inverse = (t198 * 1e-12 < t198 ? 1.0 / t198 : 0.0);
+    const double t206 = t203 * row_1_pivot_inverse;
+    const double t207 = t204 - t203 * t206;
+    const double row_2_pivot_inverse = (t204 * 1e-12 < t207 ? 1.0 / t207 : 0.0);
+    const double row_2_lambda = (t205 * t206 - (p->derived.row_1_rate_gain * row_2_psi + row_2_v_2 + (last_arm_theta_e_ground_z_x *
+        t196 - (last_arm_phi_e_ground_z_z * t194 - last_arm_phi_e_ground_z_y * t193)))) * row_2_pivot_inverse;
     out->lambda[1] = row_2_lambda;
-    const double t206 = row_1_pivot_inverse * (t203 + t201 * row_2_lambda);
-    out->qdd[0] = t149 * row_2_lambda - (t133 + t141 * t206);
-    out->qdd[1] = t134 + t142 * t206 - t150 * row_2_lambda;
-    out->qdd[2] = t146 * t206 - t138 - t154 * row_2_lambda;
-    out->qdd[12] = t199 * row_2_lambda - (t193 + t195 * t206);
-    out->power[0] = point_E_zd * row_2_lambda - t206 * (point_E_xd * t26 + point_E_yd * t25);
-    out->lambda[0] = -t206;
+    const double t208 = row_1_pivot_inverse * (t205 + t203 * row_2_lambda);
+    out->qdd[0] = t149 * row_2_lambda - (t133 + t141 * t208);
+    out->qdd[1] = t134 + t142 * t208 - t150 * row_2_lambda;
+    out->qdd[2] = t146 * t208 - t138 - t154 * row_2_lambda;
+    out->qdd[12] = t201 * row_2_lambda - (t195 + t197 * t208);
+    out->power[0] = point_E_zd * row_2_lambda - t208 * (point_E_xd * t26 + point_E_yd * t25);
+    out->lambda[0] = -t208;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_cos = cosine[2 + 3 * e];
         const double arm_psi_e_sin = sine[2 + 3 * e];
@@ -3043,18 +2343,36 @@ void manipulator_flexible_constrained(const struct manipulator_flexible_paramete
         const double arm_theta_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         /* qdd = qdd_free + M^-1 u^T lambda */
-        const double t207 = (arm_psi_e_cos * carried_94_at[e] - arm_psi_e_sin * carried_93_at[e] + (arm_phi_e_sin *
-        t177[e] + arm_phi_e_cos * t176[e])) * t206 - (arm_psi_e_cos * carried_83_at[e] - arm_psi_e_sin * carried_82_at[e] +
-        (arm_phi_e_sin * t165[e] + arm_phi_e_cos * t164[e]));
-        const double t208 = arm_theta_e_sin * t166[e] - (t90[e] + (arm_theta_e_cos * t155[e] - arm_theta_e_sin *
-        carried_84_at[e])) - (arm_theta_e_sin * carried_95_at[e] - arm_theta_e_cos * t167[e] + arm_theta_e_sin *
-        t178[e]) * t206;
-        out->qdd[3 + 3 * e] = t166[e] - t178[e] * t206 + t190[e] * row_2_lambda;
-        out->qdd[4 + 3 * e] = t207 - (arm_psi_e_cos * carried_105_at[e] - arm_psi_e_sin * carried_104_at[e] +
-        (arm_phi_e_sin * t189[e] + arm_phi_e_cos * t188[e])) * row_2_lambda;
-        out->qdd[5 + 3 * e] = t208 + (arm_theta_e_sin * carried_106_at[e] - arm_theta_e_cos * t179[e] + arm_theta_e_sin *
-        t190[e]) * row_2_lambda;
+        const double t209 = (arm_psi_e_cos * carried_94_at[e] - arm_psi_e_sin * carried_93_at[e] + (arm_phi_e_sin *
+        t179[e] + arm_phi_e_cos * t178[e])) * t208 - t166[e] - (arm_psi_e_cos * carried_105_at[e] - arm_psi_e_sin *
+        carried_104_at[e] + (arm_phi_e_sin * t191[e] + arm_phi_e_cos * t190[e])) * row_2_lambda;
+        const double t210 = t168[e] - (arm_theta_e_sin * carried_95_at[e] - arm_theta_e_cos * t169[e] + arm_theta_e_sin *
+        t180[e]) * t208 + (arm_theta_e_sin * carried_106_at[e] - arm_theta_e_cos * t181[e] + arm_theta_e_sin *
+        t192[e]) * row_2_lambda;
+        out->qdd[3 + 3 * e] = t167[e] - t180[e] * t208 + t192[e] * row_2_lambda;
+        out->qdd[4 + 3 * e] = t209;
+        out->qdd[5 + 3 * e] = t210;
     }
+}
+
+void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double qdd[13]) {
+    struct manipulator_flexible_accelerations_result accelerations;
+    manipulator_flexible_accelerations(p, x, t, q, qd, &accelerations);
+    for (int i = 0; i < 13; i++)
+        qdd[i] = accelerations.qdd[i];
+}
+
+void manipulator_flexible_constrained(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], struct manipulator_flexible_constrained_result *out) {
+    struct manipulator_flexible_accelerations_result accelerations;
+    manipulator_flexible_accelerations(p, x, t, q, qd, &accelerations);
+    for (int i = 0; i < 13; i++)
+        out->qdd[i] = accelerations.qdd[i];
+    for (int i = 0; i < 1; i++)
+        out->power[i] = accelerations.power[i];
+    for (int i = 0; i < 2; i++)
+        out->lambda[i] = accelerations.lambda[i];
 }
 
 void manipulator_flexible_force(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -3063,11 +2381,14 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     double lambda[2];
     for (int i = 0; i < 13; i++)
         force[i] = 0.0;
-    manipulator_flexible_u(p, x, t, q, qd, u);
-    struct manipulator_flexible_constrained_result constrained;
-    manipulator_flexible_constrained(p, x, t, q, qd, &constrained);
+    struct manipulator_flexible_terms_result terms;
+    manipulator_flexible_terms(p, x, t, q, qd, &terms);
+    for (int i = 0; i < 26; i++)
+        u[i] = terms.u[i];
+    struct manipulator_flexible_accelerations_result accelerations;
+    manipulator_flexible_accelerations(p, x, t, q, qd, &accelerations);
     for (int i = 0; i < 2; i++)
-        lambda[i] = constrained.lambda[i];
+        lambda[i] = accelerations.lambda[i];
     { /* r = u^T lambda */
         for (int k = 0; k < 2; k += 2)
             for (int i = 0; i < 13; i++) {
@@ -3083,238 +2404,23 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
 void manipulator_flexible_equations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], struct manipulator_flexible_equations_result *out) {
     manipulator_flexible_M(p, x, t, q, qd, out->M);
-    manipulator_flexible_f(p, x, t, q, qd, out->f);
-    struct manipulator_flexible_row_terms_result row_terms;
-    manipulator_flexible_row_terms(p, x, t, q, qd, &row_terms);
+    manipulator_flexible_h(p, x, t, q, qd, out->f);
+    double Q[13];
+    manipulator_flexible_Q(p, x, t, q, qd, Q);
+    for (int i = 0; i < 13; i++)
+        out->f[i] += Q[i];
+    struct manipulator_flexible_terms_result terms;
+    manipulator_flexible_terms(p, x, t, q, qd, &terms);
     for (int i = 0; i < 26; i++)
-        out->u[i] = row_terms.u[i];
+        out->u[i] = terms.u[i];
     for (int i = 0; i < 2; i++)
-        out->v[i] = row_terms.v[i];
+        out->v[i] = terms.v[i];
     for (int i = 0; i < 2; i++)
-        out->phi[i] = row_terms.phi[i];
+        out->phi[i] = terms.phi[i];
     for (int i = 0; i < 2; i++)
-        out->psi[i] = row_terms.psi[i];
+        out->psi[i] = terms.psi[i];
     for (int i = 0; i < 2; i++)
-        out->k[i] = row_terms.k[i];
-}
-
-void manipulator_flexible_f(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
-        const double q[13], const double qd[13], double f[13]) {
-    (void)x;
-    double sine[10], cosine[10];
-    manipulator_flexible_sincos(q + 2, sine, cosine, 10);
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sine[0];
-    const double arm_psi_cos = cosine[0];
-    const double arm_psi_w_x = qd[1] * arm_psi_sin;
-    const double arm_psi_w_y = qd[1] * arm_psi_cos;
-    const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
-    const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
-    const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
-    const double t1 = arm_psi_w_x * qd[2];
-    const double t2 = arm_psi_w_x * arm_psi_w_y;
-    const double t3 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
-    const double t4 = t1 + t1;
-    /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t2;
-    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t4;
-    const double arm_psi_e_bias_a_falling_x = arm_psi_bias_a_falling_x - p->derived.constant_3 * t3;
-    const double arm_psi_e_bias_a_falling_y = arm_psi_bias_a_falling_y + arm_psi_e_bias_a_y;
-    /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
-    /* arm_psi: bias forces c, inward */
-    const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t1 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t1;
-    /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = t2 * p->derived.constant_8 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
-    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t3;
-    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t2 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
-    double arm_phi_e_bias_moment_x[3];
-    double arm_phi_e_load_moment_y[3];
-    double arm_phi_e_load_moment_z[3];
-    double arm_phi_e_load_force_x[3];
-    double arm_phi_e_load_force_y[3];
-    double arm_phi_e_load_force_z[3];
-    double last_arm_phi_e_w_x = arm_psi_w_x;
-    double last_arm_phi_e_w_y = arm_psi_w_y;
-    double last_arm_phi_e_w_z = qd[2];
-    double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
-    double last_arm_phi_e_bias_wd_y = -t1;
-    double last_arm_phi_e_bias_wd_z = 0.0;
-    double last_arm_theta_e_bias_a_falling_x = arm_psi_e_bias_a_falling_x;
-    double last_arm_phi_e_bias_a_falling_y = arm_psi_e_bias_a_falling_y;
-    double last_arm_phi_e_bias_a_falling_z = arm_psi_e_bias_a_z;
-    double carried_15 = -t3;
-    double carried_18 = t2;
-    double carried_21 = t4;
-    for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[1 + 3 * e];
-        const double arm_psi_e_cos = cosine[1 + 3 * e];
-        const double arm_theta_e_sin = sine[2 + 3 * e];
-        const double arm_theta_e_cos = cosine[2 + 3 * e];
-        const double arm_phi_e_sin = sine[3 + 3 * e];
-        const double arm_phi_e_cos = cosine[3 + 3 * e];
-        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_psi_inertia_xx : p->derived.arm_phi_1_inertia_xx);
-        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_psi_inertia_yy : p->derived.arm_phi_1_inertia_yy);
-        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
-        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
-        /* arm_psi_e: motion from arm_psi_e outward */
-        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
-        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
-        const double t5 = last_arm_theta_e_bias_a_falling_x + p->derived.arm_element_length * carried_15;
-        const double t6 = last_arm_phi_e_bias_a_falling_y + p->derived.arm_element_length * carried_18;
-        const double arm_psi_e_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + p->derived.arm_element_length *
-        carried_21;
-        const double arm_psi_e_bias_a_falling_x_2 = arm_psi_e_sin * t6 + arm_psi_e_cos * t5;
-        const double arm_psi_e_bias_a_falling_y_2 = arm_psi_e_cos * t6 - arm_psi_e_sin * t5;
-        const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
-        qd[3 + 3 * e] * arm_psi_e_w_y;
-        const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
-        qd[3 + 3 * e] * arm_psi_e_w_x;
-        const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
-        /* arm_theta_e: motion from arm_psi_e outward */
-        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
-        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_bias_a_falling_z = arm_theta_e_sin * arm_psi_e_bias_a_falling_x_2 + arm_theta_e_cos *
-        arm_psi_e_bias_a_falling_z;
-        const double arm_theta_e_bias_a_falling_x = arm_theta_e_cos * arm_psi_e_bias_a_falling_x_2 - arm_theta_e_sin *
-        arm_psi_e_bias_a_falling_z;
-        const double arm_theta_e_bias_wd_x = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
-        qd[4 + 3 * e] * arm_theta_e_w_z;
-        const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
-        qd[4 + 3 * e] * arm_theta_e_w_x;
-        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
-        /* arm_phi_e: motion from arm_theta_e outward */
-        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
-        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
-        const double arm_phi_e_bias_a_falling_y = arm_phi_e_sin * arm_theta_e_bias_a_falling_z + arm_phi_e_cos *
-        arm_psi_e_bias_a_falling_y_2;
-        const double arm_phi_e_bias_a_falling_z = arm_phi_e_cos * arm_theta_e_bias_a_falling_z - arm_phi_e_sin *
-        arm_psi_e_bias_a_falling_y_2;
-        const double arm_phi_e_bias_wd_y = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
-        qd[5 + 3 * e] * arm_phi_e_w_z;
-        const double arm_phi_e_bias_wd_z = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
-        qd[5 + 3 * e] * arm_phi_e_w_y;
-        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
-        const double t7 = arm_phi_e_w_y * arm_phi_e_w_x;
-        const double t8 = arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y;
-        const double t9 = arm_phi_e_bias_wd_z + t7;
-        const double t10 = arm_phi_e_w_z * arm_phi_e_w_x;
-        const double t11 = t10 - arm_phi_e_bias_wd_y;
-        /* arm_phi_e: bias forces c, inward */
-        arm_phi_e_bias_moment_x[e] = arm_theta_e_bias_wd_x * arm_phi_e_inertia_xx;
-        /* arm_phi_e: inertia and gravity of the body at qdd = 0 */
-        arm_phi_e_load_moment_y[e] = t10 * (arm_phi_e_inertia_xx - arm_phi_e_inertia_yy) + arm_phi_e_bias_wd_y *
-        arm_phi_e_inertia_yy - arm_phi_e_bias_a_falling_z * arm_phi_e_moment_x;
-        arm_phi_e_load_moment_z[e] = t7 * (arm_phi_e_inertia_yy - arm_phi_e_inertia_xx) + arm_phi_e_bias_wd_z *
-        arm_phi_e_inertia_yy + arm_phi_e_bias_a_falling_y * arm_phi_e_moment_x;
-        arm_phi_e_load_force_x[e] = arm_theta_e_bias_a_falling_x * arm_phi_e_mass - t8 * arm_phi_e_moment_x;
-        arm_phi_e_load_force_y[e] = t9 * arm_phi_e_moment_x + arm_phi_e_bias_a_falling_y * arm_phi_e_mass;
-        arm_phi_e_load_force_z[e] = t11 * arm_phi_e_moment_x + arm_phi_e_bias_a_falling_z * arm_phi_e_mass;
-        const double next_carried_15 = -t8;
-        last_arm_phi_e_w_x = arm_phi_e_w_x;
-        last_arm_phi_e_w_y = arm_phi_e_w_y;
-        last_arm_phi_e_w_z = arm_phi_e_w_z;
-        last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x;
-        last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y;
-        last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z;
-        last_arm_theta_e_bias_a_falling_x = arm_theta_e_bias_a_falling_x;
-        last_arm_phi_e_bias_a_falling_y = arm_phi_e_bias_a_falling_y;
-        last_arm_phi_e_bias_a_falling_z = arm_phi_e_bias_a_falling_z;
-        carried_15 = next_carried_15;
-        carried_18 = t9;
-        carried_21 = t11;
-    }
-    /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_bias_a_falling_z = last_arm_theta_e_bias_a_falling_x + carried_15 * effector_z_shift_x;
-    const double t12 = last_arm_phi_e_w_y * qd[12];
-    const double t13 = last_arm_phi_e_w_z * qd[12];
-    const double effector_z_bias_a_falling_x = t12 + t12 - (last_arm_phi_e_bias_a_falling_z + carried_21 *
-        effector_z_shift_x);
-    const double effector_z_bias_a_falling_y = last_arm_phi_e_bias_a_falling_y + carried_18 * effector_z_shift_x +
-        (t13 + t13);
-    /* effector_z: inertia and gravity of the body at qdd = 0 */
-    const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
-    const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
-    const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    f[12] = -effector_z_load_force_z;
-    double carried_110 = 0.0;
-    double carried_111 = effector_z_shift_x * effector_z_load_force_x;
-    double carried_112 = effector_z_shift_x * effector_z_load_force_y;
-    double carried_113 = effector_z_load_force_z;
-    double carried_114 = effector_z_load_force_y;
-    double last_arm_psi_e_carried_force_z = -effector_z_load_force_x;
-    for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
-        const double arm_psi_e_cos = cosine[1 + 3 * e];
-        const double arm_psi_e_sin = sine[1 + 3 * e];
-        const double arm_phi_e_sin = sine[3 + 3 * e];
-        const double arm_phi_e_cos = cosine[3 + 3 * e];
-        const double arm_theta_e_sin = sine[2 + 3 * e];
-        const double arm_theta_e_cos = cosine[2 + 3 * e];
-        /* arm_phi_e: bias and gravity forces c + g, inward */
-        const double arm_phi_e_carried_moment_x = arm_phi_e_bias_moment_x[e] + carried_110;
-        const double arm_phi_e_carried_moment_y = arm_phi_e_load_moment_y[e] + carried_111;
-        const double arm_phi_e_carried_moment_z = arm_phi_e_load_moment_z[e] + carried_112;
-        const double arm_phi_e_carried_force_x = arm_phi_e_load_force_x[e] + carried_113;
-        const double arm_phi_e_carried_force_y = arm_phi_e_load_force_y[e] + carried_114;
-        const double arm_phi_e_carried_force_z = arm_phi_e_load_force_z[e] + last_arm_psi_e_carried_force_z;
-        const double t14 = arm_phi_e_sin * arm_phi_e_carried_moment_z;
-        const double t15 = arm_phi_e_cos * arm_phi_e_carried_moment_y;
-        const double arm_theta_e_carried_moment_y = t15 - t14;
-        const double arm_theta_e_carried_moment_z = arm_phi_e_sin * arm_phi_e_carried_moment_y + arm_phi_e_cos *
-        arm_phi_e_carried_moment_z;
-        const double arm_theta_e_carried_force_y = arm_phi_e_cos * arm_phi_e_carried_force_y - arm_phi_e_sin *
-        arm_phi_e_carried_force_z;
-        const double arm_theta_e_carried_force_z = arm_phi_e_sin * arm_phi_e_carried_force_y + arm_phi_e_cos *
-        arm_phi_e_carried_force_z;
-        /* arm_theta_e: bias and gravity forces c + g, inward */
-        const double t16 = arm_theta_e_sin * arm_phi_e_carried_moment_x;
-        const double t17 = arm_theta_e_cos * arm_theta_e_carried_moment_z;
-        const double arm_psi_e_carried_moment_z = t17 - t16;
-        const double arm_psi_e_carried_moment_x = arm_theta_e_sin * arm_theta_e_carried_moment_z + arm_theta_e_cos *
-        arm_phi_e_carried_moment_x;
-        const double arm_psi_e_carried_force_z = arm_theta_e_cos * arm_theta_e_carried_force_z - arm_theta_e_sin *
-        arm_phi_e_carried_force_x;
-        const double arm_psi_e_carried_force_x = arm_theta_e_sin * arm_theta_e_carried_force_z + arm_theta_e_cos *
-        arm_phi_e_carried_force_x;
-        /* arm_psi_e: bias and gravity forces c + g, inward */
-        const double t18 = arm_psi_e_sin * arm_psi_e_carried_force_x + arm_psi_e_cos * arm_theta_e_carried_force_y;
-        f[3 + 3 * e] = t16 - t17 - (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi *
-        qd[3 + 3 * e]);
-        f[4 + 3 * e] = t14 - t15 - (p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi *
-        qd[4 + 3 * e]);
-        f[5 + 3 * e] = -(p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e] +
-        arm_phi_e_carried_moment_x);
-        const double next_carried_110 = arm_psi_e_cos * arm_psi_e_carried_moment_x - arm_psi_e_sin * arm_theta_e_carried_moment_y;
-        const double next_carried_111 = arm_psi_e_sin * arm_psi_e_carried_moment_x + arm_psi_e_cos * arm_theta_e_carried_moment_y -
-        p->derived.arm_element_length * arm_psi_e_carried_force_z;
-        const double next_carried_112 = arm_psi_e_carried_moment_z + p->derived.arm_element_length * t18;
-        const double next_carried_113 = arm_psi_e_cos * arm_psi_e_carried_force_x - arm_psi_e_sin * arm_theta_e_carried_force_y;
-        carried_110 = next_carried_110;
-        carried_111 = next_carried_111;
-        carried_112 = next_carried_112;
-        carried_113 = next_carried_113;
-        carried_114 = t18;
-        last_arm_psi_e_carried_force_z = arm_psi_e_carried_force_z;
-    }
-    /* arm_psi: bias and gravity forces c + g, inward */
-    const double arm_psi_carried_moment_x = arm_psi_load_moment_x + carried_110;
-    const double arm_psi_carried_moment_y = arm_psi_load_moment_y + (carried_111 - p->derived.constant_3 *
-        last_arm_psi_e_carried_force_z);
-    const double arm_psi_carried_moment_z = arm_psi_load_moment_z + (carried_112 + p->derived.constant_3 *
-        carried_114);
-    f[2] = -arm_psi_carried_moment_z;
-    const double arm_psi_carried_force_x = arm_psi_load_force_x + carried_113;
-    const double arm_psi_carried_force_y = arm_psi_load_force_y + carried_114;
-    const double column_psi_carried_moment_z = arm_psi_sin * arm_psi_carried_moment_x + arm_psi_cos * arm_psi_carried_moment_y;
-    f[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1] - column_psi_carried_moment_z;
-    /* column_psi: bias and gravity forces c + g, inward */
-    const double column_psi_carried_force_z = p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_carried_force_x +
-        arm_psi_cos * arm_psi_carried_force_y);
-    /* base_z: bias and gravity forces c + g, inward */
-    const double base_z_carried_force_z = p->derived.base_z_load_force_z + column_psi_carried_force_z;
-    f[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + base_z_carried_force_z);
+        out->k[i] = terms.k[i];
 }
 
 void manipulator_flexible_course(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -3509,16 +2615,22 @@ static void manipulator_flexible_u_doubles(const double *p, const double *x, dou
         (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
-static void manipulator_flexible_v_doubles(const double *p, const double *x, double t, const double *q,
-        const double *qd, double *out) {
-    manipulator_flexible_v((const struct manipulator_flexible_parameters *)(const void *)p,
-        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
-}
-
 static void manipulator_flexible_row_terms_doubles(const double *p, const double *x, double t, const double *q,
         const double *qd, double *out) {
     manipulator_flexible_row_terms((const struct manipulator_flexible_parameters *)(const void *)p,
         (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, (struct manipulator_flexible_row_terms_result *)(void *)out);
+}
+
+static void manipulator_flexible_terms_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_flexible_terms((const struct manipulator_flexible_parameters *)(const void *)p,
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, (struct manipulator_flexible_terms_result *)(void *)out);
+}
+
+static void manipulator_flexible_v_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_flexible_v((const struct manipulator_flexible_parameters *)(const void *)p,
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_flexible_phi_doubles(const double *p, const double *x, double t, const double *q,
@@ -3593,6 +2705,12 @@ static void manipulator_flexible_qdd_free_doubles(const double *p, const double 
         (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
+static void manipulator_flexible_accelerations_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_flexible_accelerations((const struct manipulator_flexible_parameters *)(const void *)p,
+        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, (struct manipulator_flexible_accelerations_result *)(void *)out);
+}
+
 static void manipulator_flexible_qdd_doubles(const double *p, const double *x, double t, const double *q,
         const double *qd, double *out) {
     manipulator_flexible_qdd((const struct manipulator_flexible_parameters *)(const void *)p,
@@ -3615,12 +2733,6 @@ static void manipulator_flexible_equations_doubles(const double *p, const double
         const double *qd, double *out) {
     manipulator_flexible_equations((const struct manipulator_flexible_parameters *)(const void *)p,
         (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, (struct manipulator_flexible_equations_result *)(void *)out);
-}
-
-static void manipulator_flexible_f_doubles(const double *p, const double *x, double t, const double *q,
-        const double *qd, double *out) {
-    manipulator_flexible_f((const struct manipulator_flexible_parameters *)(const void *)p,
-        (const struct manipulator_flexible_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_flexible_course_doubles(const double *p, const double *x, double t, const double *q,
@@ -3656,7 +2768,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "b0984e7c062340de",
+    SET(hash) "7c5a8a213206de92",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,
@@ -3706,10 +2818,12 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(force) manipulator_flexible_force_doubles,
     SET(equations) manipulator_flexible_equations_doubles,
     SET(M_h) 0,
-    SET(f) manipulator_flexible_f_doubles,
+    SET(f) 0,
     SET(row_terms) manipulator_flexible_row_terms_doubles,
     SET(point_terms) manipulator_flexible_point_terms_doubles,
     SET(constrained) manipulator_flexible_constrained_doubles,
+    SET(terms) manipulator_flexible_terms_doubles,
+    SET(accelerations) manipulator_flexible_accelerations_doubles,
     SET(tangent) 0,
     SET(tangent_vectors) 0,
     SET(d_qdd) 0,

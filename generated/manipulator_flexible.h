@@ -19,31 +19,32 @@
  *   M             292    462    0   18
  *   h             212    296    0   20
  *   Q              83    125    1   23
- *   u             122    211    2   22
- *   v             286    460    3   24
+ *   u             286    460    3   24
  *   row_terms     286    460    3   24
+ *   terms         286    460    3   24
+ *   v             286    460    3   24
  *   phi           286    460    3   24
  *   psi           286    460    3   24
  *   k             286    460    3   24
- *   r             255    413    0   22
- *   point_terms    255    413    0   22
- *   rd            255    413    0   22
- *   C             255    413    0   22
- *   d             255    413    0   22
+ *   r             286    460    3   24
+ *   point_terms    286    460    3   24
+ *   rd            286    460    3   24
+ *   C             286    460    3   24
+ *   d             286    460    3   24
  *   energy        144    225    0   20
  *   power          12     25    1    3
  *   Q_q           246    343    0   22
- *   qdd_free      548    714   13   23
+ *   qdd_free      973   1388   18   27
+ *   accelerations    973   1388   18   27
  *   qdd           973   1388   18   27
  *   constrained    973   1388   18   27
- *   force        1121   1625   20   49
- *   equations     820   1247    4   65
- *   f             242    325    1   23
+ *   force        1285   1874   21   51
+ *   equations     886   1343    4   85
  *   course          2      7    2    4
  *   breaks          0      0    0    0
  *   anchor         24     43    0   22
  *   start           0      0    0    0
- * Choices by counted operations: M written out, 754 (loops 1198); Q_q in loops, 435 (written out 360); qdd_free recursive, 1314 operations; qdd recursive, 2427 operations.
+ * Choices by counted operations: M written out, 754 (loops 1198); Q_q in loops, 435 (written out 360); qdd recursive, 2427 operations; qdd_free recursive, 1314 operations.
  */
 #ifndef REFDYN_GENERATED_manipulator_flexible_H
 #define REFDYN_GENERATED_manipulator_flexible_H
@@ -128,11 +129,30 @@ struct manipulator_flexible_row_terms_result {
     double k[2]; /* (m) stabilised right side, u qdd = k */
 };
 
+struct manipulator_flexible_terms_result {
+    double u[26]; /* (m x n) row coefficients, u qdd + v = 0 */
+    double v[2]; /* (m) rest of the rows */
+    double phi[2]; /* (m) residuals of position rows, 0 for others */
+    double psi[2]; /* (m) velocity-level residuals, 0 for acceleration rows */
+    double k[2]; /* (m) stabilised right side, u qdd = k */
+    double r[3]; /* (points x 3) positions [m] */
+    double rd[3]; /* (points x 3) velocities [m/s] */
+    double C[39]; /* (points x 3 x n) rd = C qd */
+    double d[3]; /* (points x 3) bias accelerations, rdd = C qdd + d [m/s^2] */
+};
+
 struct manipulator_flexible_point_terms_result {
     double r[3]; /* (points x 3) positions [m] */
     double rd[3]; /* (points x 3) velocities [m/s] */
     double C[39]; /* (points x 3 x n) rd = C qd */
     double d[3]; /* (points x 3) bias accelerations, rdd = C qdd + d [m/s^2] */
+};
+
+struct manipulator_flexible_accelerations_result {
+    double qdd[13]; /* (n) accelerations with stabilised constraints */
+    double power[1]; /* (1) of the programme force, lambda . (u qd) [W] */
+    double lambda[2]; /* (m) multipliers, r = u^T lambda */
+    double qdd_free[13]; /* (n) accelerations without constraints, M qdd = h + Q */
 };
 
 struct manipulator_flexible_constrained_result {
@@ -175,13 +195,17 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
 void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double u[2 * 13]);
 
-/* rest of the rows, u qdd + v = 0: (m) rest of the rows */
-void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
-        const double q[13], const double qd[13], double v[2]);
-
 /* u, v, phi, psi and k in one call */
 void manipulator_flexible_row_terms(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], struct manipulator_flexible_row_terms_result *out);
+
+/* row_terms and point_terms in one call */
+void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], struct manipulator_flexible_terms_result *out);
+
+/* rest of the rows, u qdd + v = 0: (m) rest of the rows */
+void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], double v[2]);
 
 /* position-level residuals: (m) residuals of position rows, 0 for others */
 void manipulator_flexible_phi(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -229,7 +253,11 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
 
 /* accelerations without constraints, O(n): (n) accelerations without constraints, M qdd = h + Q */
 void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
-        const double q[13], const double qd[13], double qdd[13]);
+        const double q[13], const double qd[13], double qdd_free[13]);
+
+/* constrained and qdd_free in one call */
+void manipulator_flexible_accelerations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
+        const double q[13], const double qd[13], struct manipulator_flexible_accelerations_result *out);
 
 /* accelerations with stabilised constraints, O(n m): (n) accelerations with stabilised constraints */
 void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -246,10 +274,6 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
 /* M, h + Q and the rows in one call, work shared */
 void manipulator_flexible_equations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], struct manipulator_flexible_equations_result *out);
-
-/* h + Q in one recursion: (n) h + Q [N, N m] */
-void manipulator_flexible_f(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
-        const double q[13], const double qd[13], double f[13]);
 
 /* values that the model records with a motion: values that the model records, by NAME_model.courses */
 void manipulator_flexible_course(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,

@@ -8,7 +8,8 @@
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC optimize("no-tree-slp-vectorize,no-tree-pre,no-gcse,no-rerun-cse-after-loop")
 #pragma GCC optimize("no-tree-dominator-opts,no-tree-vrp,no-code-hoisting,no-schedule-insns2,no-ivopts")
-#pragma GCC optimize("no-tree-ccp,no-dse,no-cprop-registers")
+#pragma GCC optimize("no-tree-ccp,no-dse,no-cprop-registers,no-forward-propagate")
+#pragma GCC optimize("ira-region=one,no-lra-remat,no-caller-saves")
 #endif
 
 void manipulator_rigid_prepare(struct manipulator_rigid_parameters *p) {
@@ -139,59 +140,39 @@ void manipulator_rigid_Q(const struct manipulator_rigid_parameters *p, const str
 
 void manipulator_rigid_u(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double u[2 * 4]) {
-    (void)x;
-    (void)t;
-    (void)qd;
-    u[0 * 4 + 0] = 0.0;
-    u[1 * 4 + 0] = 1.0;
-    u[1 * 4 + 1] = 0.0;
-    /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    u[1 * 4 + 3] = arm_psi_sin;
-    const double arm_psi_cos = cos(q[2]);
-    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    const double arm_psi_position_z = p->h + q[0];
-    /* effector_z: motion from arm_psi outward */
-    const double effector_z_shift_x = p->L + q[3];
-    const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
-    const double effector_z_shift_ground_z = arm_psi_sin * effector_z_shift_x;
-    const double effector_z_position_z = arm_psi_position_z + effector_z_shift_ground_z;
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double t1 = effector_z_position_z - arm_psi_position_z;
-    const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    u[1 * 4 + 2] = row_2_u_arm_psi;
-    /* row 1 (position level): u qdd + v = 0 */
-    const double t2 = (effector_z_position_x - p->xc) / p->a;
-    const double t3 = effector_z_position_y / p->b;
-    const double t4 = p->derived.constant_6 * (t3 + t3);
-    const double t5 = p->derived.constant_5 * (t2 + t2);
-    u[0 * 4 + 2] = -(column_psi_cos * t1 * t5 + column_psi_sin * t1 * t4);
-    const double row_1_u_column_psi = effector_z_position_x * t4 - effector_z_position_y * t5;
-    u[0 * 4 + 1] = row_1_u_column_psi;
-    const double row_1_u_effector_z = arm_psi_ground_x_x * t5 + arm_psi_ground_y_x * t4;
-    u[0 * 4 + 3] = row_1_u_effector_z;
-}
-
-void manipulator_rigid_v(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
-        const double q[4], const double qd[4], double v[2]) {
-    struct manipulator_rigid_row_terms_result row_terms;
-    manipulator_rigid_row_terms(p, x, t, q, qd, &row_terms);
-    for (int i = 0; i < 2; i++)
-        v[i] = row_terms.v[i];
+    struct manipulator_rigid_terms_result terms;
+    manipulator_rigid_terms(p, x, t, q, qd, &terms);
+    for (int i = 0; i < 8; i++)
+        u[i] = terms.u[i];
 }
 
 void manipulator_rigid_row_terms(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], struct manipulator_rigid_row_terms_result *out) {
+    struct manipulator_rigid_terms_result terms;
+    manipulator_rigid_terms(p, x, t, q, qd, &terms);
+    for (int i = 0; i < 8; i++)
+        out->u[i] = terms.u[i];
+    for (int i = 0; i < 2; i++)
+        out->v[i] = terms.v[i];
+    for (int i = 0; i < 2; i++)
+        out->phi[i] = terms.phi[i];
+    for (int i = 0; i < 2; i++)
+        out->psi[i] = terms.psi[i];
+    for (int i = 0; i < 2; i++)
+        out->k[i] = terms.k[i];
+}
+
+void manipulator_rigid_terms(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], struct manipulator_rigid_terms_result *out) {
     (void)x;
     out->u[0 * 4 + 0] = 0.0;
     out->u[1 * 4 + 0] = 1.0;
     out->u[1 * 4 + 1] = 0.0;
     out->phi[1] = 0.0;
+    out->C[0 * 4 + 0] = 0.0;
+    out->C[1 * 4 + 0] = 0.0;
+    out->C[2 * 4 + 0] = 1.0;
+    out->C[2 * 4 + 1] = 0.0;
     const double t1 = t * 3.141592653589793 / p->T;
     const double t2 = sin(t1);
     /* column_psi: motion from base_z outward */
@@ -200,10 +181,13 @@ void manipulator_rigid_row_terms(const struct manipulator_rigid_parameters *p, c
     /* arm_psi: motion from column_psi outward */
     const double arm_psi_sin = sin(q[2]);
     out->u[1 * 4 + 3] = arm_psi_sin;
+    out->C[2 * 4 + 3] = arm_psi_sin;
     const double arm_psi_cos = cos(q[2]);
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
+    out->C[0 * 4 + 3] = arm_psi_ground_x_x;
     const double t3 = column_psi_cos * arm_psi_sin;
     const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
+    out->C[1 * 4 + 3] = arm_psi_ground_y_x;
     const double t4 = column_psi_sin * arm_psi_sin;
     const double arm_psi_position_z = p->h + q[0];
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
@@ -211,124 +195,6 @@ void manipulator_rigid_row_terms(const struct manipulator_rigid_parameters *p, c
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
     const double arm_psi_v_y = qd[0] * arm_psi_cos;
     const double t5 = arm_psi_w_x * qd[2];
-    /* effector_z: motion from arm_psi outward */
-    const double effector_z_shift_x = p->L + q[3];
-    const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
-    const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
-    const double effector_z_shift_ground_z = arm_psi_sin * effector_z_shift_x;
-    const double effector_z_position_z = arm_psi_position_z + effector_z_shift_ground_z;
-    const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
-    const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
-    const double t6 = (qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y) * effector_z_shift_x;
-    const double t7 = arm_psi_w_y * qd[3];
-    const double t8 = qd[2] * qd[3];
-    const double effector_z_v_z = arm_psi_v_x + qd[3];
-    const double effector_z_bias_a_x = t7 + t7 - (t5 + t5) * effector_z_shift_x;
-    const double effector_z_bias_a_y = arm_psi_w_x * arm_psi_w_y * effector_z_shift_x + (t8 + t8);
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + t3 *
-        effector_z_v_y);
-    const double point_E_yd = column_psi_cos * effector_z_v_x - t4 * effector_z_v_y + arm_psi_ground_y_x *
-        effector_z_v_z;
-    const double point_E_zd = arm_psi_cos * effector_z_v_y + arm_psi_sin * effector_z_v_z;
-    const double point_E_bias_y = column_psi_cos * effector_z_bias_a_x - t4 * effector_z_bias_a_y - arm_psi_ground_y_x *
-        t6;
-    const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t6;
-    const double t9 = effector_z_position_z - arm_psi_position_z;
-    const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
-    out->u[1 * 4 + 2] = row_2_u_arm_psi;
-    /* row 1 (position level): u qdd + v = 0 */
-    const double t10 = (effector_z_position_x - p->xc) / p->a;
-    const double t11 = effector_z_position_y / p->b;
-    const double row_1_phi = t10 * t10 + t11 * t11 - 1.0;
-    out->phi[0] = row_1_phi;
-    const double t12 = point_E_xd * p->derived.constant_5;
-    const double t13 = t10 * t12;
-    const double t14 = point_E_yd * p->derived.constant_6;
-    const double t15 = t11 * t14;
-    const double row_1_psi = t13 + t13 + (t15 + t15);
-    out->psi[0] = row_1_psi;
-    const double t16 = t12 * t12 - t10 * ((column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y +
-        arm_psi_ground_x_x * t6) * p->derived.constant_5);
-    const double t17 = t14 * t14 + t11 * (point_E_bias_y * p->derived.constant_6);
-    const double row_1_v = t16 + t16 + (t17 + t17);
-    out->v[0] = row_1_v;
-    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + (row_1_v + row_1_psi * p->derived.row_1_rate_gain));
-    const double t18 = p->derived.constant_6 * (t11 + t11);
-    const double t19 = p->derived.constant_5 * (t10 + t10);
-    out->u[0 * 4 + 2] = -(column_psi_cos * t9 * t19 + column_psi_sin * t9 * t18);
-    const double row_1_u_column_psi = effector_z_position_x * t18 - effector_z_position_y * t19;
-    out->u[0 * 4 + 1] = row_1_u_column_psi;
-    const double row_1_u_effector_z = arm_psi_ground_x_x * t19 + arm_psi_ground_y_x * t18;
-    out->u[0 * 4 + 3] = row_1_u_effector_z;
-    /* row 2 (velocity level): u qdd + v = 0 */
-    const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    out->psi[1] = row_2_psi;
-    const double t20 = t2 * (p->derived.constant_7 * cos(t1));
-    const double row_2_v = point_E_bias_z - p->v0 * (t20 + t20);
-    out->v[1] = row_2_v;
-    out->k[1] = -(row_2_v + p->derived.row_1_rate_gain * row_2_psi);
-}
-
-void manipulator_rigid_phi(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
-        const double q[4], const double qd[4], double phi[2]) {
-    struct manipulator_rigid_row_terms_result row_terms;
-    manipulator_rigid_row_terms(p, x, t, q, qd, &row_terms);
-    for (int i = 0; i < 2; i++)
-        phi[i] = row_terms.phi[i];
-}
-
-void manipulator_rigid_psi(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
-        const double q[4], const double qd[4], double psi[2]) {
-    struct manipulator_rigid_row_terms_result row_terms;
-    manipulator_rigid_row_terms(p, x, t, q, qd, &row_terms);
-    for (int i = 0; i < 2; i++)
-        psi[i] = row_terms.psi[i];
-}
-
-void manipulator_rigid_k(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
-        const double q[4], const double qd[4], double k[2]) {
-    struct manipulator_rigid_row_terms_result row_terms;
-    manipulator_rigid_row_terms(p, x, t, q, qd, &row_terms);
-    for (int i = 0; i < 2; i++)
-        k[i] = row_terms.k[i];
-}
-
-void manipulator_rigid_r(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
-        const double q[4], const double qd[4], double r[1 * 3]) {
-    struct manipulator_rigid_point_terms_result point_terms;
-    manipulator_rigid_point_terms(p, x, t, q, qd, &point_terms);
-    for (int i = 0; i < 3; i++)
-        r[i] = point_terms.r[i];
-}
-
-void manipulator_rigid_point_terms(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
-        const double q[4], const double qd[4], struct manipulator_rigid_point_terms_result *out) {
-    (void)x;
-    (void)t;
-    out->C[0 * 4 + 0] = 0.0;
-    out->C[1 * 4 + 0] = 0.0;
-    out->C[2 * 4 + 0] = 1.0;
-    out->C[2 * 4 + 1] = 0.0;
-    /* column_psi: motion from base_z outward */
-    const double column_psi_sin = sin(q[1]);
-    const double column_psi_cos = cos(q[1]);
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    out->C[2 * 4 + 3] = arm_psi_sin;
-    const double arm_psi_cos = cos(q[2]);
-    const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    out->C[0 * 4 + 3] = arm_psi_ground_x_x;
-    const double t1 = column_psi_cos * arm_psi_sin;
-    const double arm_psi_ground_y_x = column_psi_sin * arm_psi_cos;
-    out->C[1 * 4 + 3] = arm_psi_ground_y_x;
-    const double t2 = column_psi_sin * arm_psi_sin;
-    const double arm_psi_position_z = p->h + q[0];
-    const double arm_psi_w_x = qd[1] * arm_psi_sin;
-    const double arm_psi_w_y = qd[1] * arm_psi_cos;
-    const double arm_psi_v_x = qd[0] * arm_psi_sin;
-    const double arm_psi_v_y = qd[0] * arm_psi_cos;
-    const double t3 = arm_psi_w_x * qd[2];
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
@@ -342,57 +208,145 @@ void manipulator_rigid_point_terms(const struct manipulator_rigid_parameters *p,
     out->r[0 * 3 + 2] = effector_z_position_z;
     const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
     const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
-    const double t4 = (qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y) * effector_z_shift_x;
-    const double t5 = arm_psi_w_y * qd[3];
-    const double t6 = qd[2] * qd[3];
+    const double t6 = (qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y) * effector_z_shift_x;
+    const double t7 = arm_psi_w_y * qd[3];
+    const double t8 = qd[2] * qd[3];
     const double effector_z_v_z = arm_psi_v_x + qd[3];
-    const double effector_z_bias_a_x = t5 + t5 - (t3 + t3) * effector_z_shift_x;
-    const double effector_z_bias_a_y = arm_psi_w_x * arm_psi_w_y * effector_z_shift_x + (t6 + t6);
-    out->d[0 * 3 + 0] = -(column_psi_sin * effector_z_bias_a_x + t1 * effector_z_bias_a_y + arm_psi_ground_x_x *
-        t4);
+    const double effector_z_bias_a_x = t7 + t7 - (t5 + t5) * effector_z_shift_x;
+    const double effector_z_bias_a_y = arm_psi_w_x * arm_psi_w_y * effector_z_shift_x + (t8 + t8);
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
-    const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + t1 *
+    const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + t3 *
         effector_z_v_y);
     out->rd[0 * 3 + 0] = point_E_xd;
-    const double point_E_yd = column_psi_cos * effector_z_v_x - t2 * effector_z_v_y + arm_psi_ground_y_x *
+    const double point_E_yd = column_psi_cos * effector_z_v_x - t4 * effector_z_v_y + arm_psi_ground_y_x *
         effector_z_v_z;
     out->rd[0 * 3 + 1] = point_E_yd;
     const double point_E_zd = arm_psi_cos * effector_z_v_y + arm_psi_sin * effector_z_v_z;
     out->rd[0 * 3 + 2] = point_E_zd;
-    const double point_E_bias_y = column_psi_cos * effector_z_bias_a_x - t2 * effector_z_bias_a_y - arm_psi_ground_y_x *
-        t4;
+    const double t9 = column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y + arm_psi_ground_x_x *
+        t6;
+    out->d[0 * 3 + 0] = -t9;
+    const double point_E_bias_y = column_psi_cos * effector_z_bias_a_x - t4 * effector_z_bias_a_y - arm_psi_ground_y_x *
+        t6;
     out->d[0 * 3 + 1] = point_E_bias_y;
-    const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t4;
+    const double point_E_bias_z = arm_psi_cos * effector_z_bias_a_y - arm_psi_sin * t6;
     out->d[0 * 3 + 2] = point_E_bias_z;
-    const double t7 = effector_z_position_z - arm_psi_position_z;
-    out->C[0 * 4 + 2] = -column_psi_cos * t7;
-    out->C[1 * 4 + 2] = -column_psi_sin * t7;
+    const double t10 = effector_z_position_z - arm_psi_position_z;
+    const double t11 = column_psi_cos * t10;
+    out->C[0 * 4 + 2] = -t11;
+    const double t12 = column_psi_sin * t10;
+    out->C[1 * 4 + 2] = -t12;
     const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    out->u[1 * 4 + 2] = row_2_u_arm_psi;
     out->C[2 * 4 + 2] = row_2_u_arm_psi;
+    /* row 1 (position level): u qdd + v = 0 */
+    const double t13 = (effector_z_position_x - p->xc) / p->a;
+    const double t14 = effector_z_position_y / p->b;
+    const double row_1_phi = t13 * t13 + t14 * t14 - 1.0;
+    out->phi[0] = row_1_phi;
+    const double t15 = point_E_xd * p->derived.constant_5;
+    const double t16 = t13 * t15;
+    const double t17 = point_E_yd * p->derived.constant_6;
+    const double t18 = t14 * t17;
+    const double row_1_psi = t16 + t16 + (t18 + t18);
+    out->psi[0] = row_1_psi;
+    const double t19 = t15 * t15 - t13 * (t9 * p->derived.constant_5);
+    const double t20 = t17 * t17 + t14 * (point_E_bias_y * p->derived.constant_6);
+    const double row_1_v = t19 + t19 + (t20 + t20);
+    out->v[0] = row_1_v;
+    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + (row_1_v + row_1_psi * p->derived.row_1_rate_gain));
+    const double t21 = p->derived.constant_6 * (t14 + t14);
+    const double t22 = p->derived.constant_5 * (t13 + t13);
+    out->u[0 * 4 + 2] = -(t11 * t22 + t12 * t21);
+    const double row_1_u_column_psi = effector_z_position_x * t21 - effector_z_position_y * t22;
+    out->u[0 * 4 + 1] = row_1_u_column_psi;
+    const double row_1_u_effector_z = arm_psi_ground_x_x * t22 + arm_psi_ground_y_x * t21;
+    out->u[0 * 4 + 3] = row_1_u_effector_z;
+    /* row 2 (velocity level): u qdd + v = 0 */
+    const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
+    out->psi[1] = row_2_psi;
+    const double t23 = t2 * (p->derived.constant_7 * cos(t1));
+    const double row_2_v = point_E_bias_z - p->v0 * (t23 + t23);
+    out->v[1] = row_2_v;
+    out->k[1] = -(row_2_v + p->derived.row_1_rate_gain * row_2_psi);
+}
+
+void manipulator_rigid_v(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], double v[2]) {
+    struct manipulator_rigid_terms_result terms;
+    manipulator_rigid_terms(p, x, t, q, qd, &terms);
+    for (int i = 0; i < 2; i++)
+        v[i] = terms.v[i];
+}
+
+void manipulator_rigid_phi(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], double phi[2]) {
+    struct manipulator_rigid_terms_result terms;
+    manipulator_rigid_terms(p, x, t, q, qd, &terms);
+    for (int i = 0; i < 2; i++)
+        phi[i] = terms.phi[i];
+}
+
+void manipulator_rigid_psi(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], double psi[2]) {
+    struct manipulator_rigid_terms_result terms;
+    manipulator_rigid_terms(p, x, t, q, qd, &terms);
+    for (int i = 0; i < 2; i++)
+        psi[i] = terms.psi[i];
+}
+
+void manipulator_rigid_k(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], double k[2]) {
+    struct manipulator_rigid_terms_result terms;
+    manipulator_rigid_terms(p, x, t, q, qd, &terms);
+    for (int i = 0; i < 2; i++)
+        k[i] = terms.k[i];
+}
+
+void manipulator_rigid_r(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], double r[1 * 3]) {
+    struct manipulator_rigid_terms_result terms;
+    manipulator_rigid_terms(p, x, t, q, qd, &terms);
+    for (int i = 0; i < 3; i++)
+        r[i] = terms.r[i];
+}
+
+void manipulator_rigid_point_terms(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], struct manipulator_rigid_point_terms_result *out) {
+    struct manipulator_rigid_terms_result terms;
+    manipulator_rigid_terms(p, x, t, q, qd, &terms);
+    for (int i = 0; i < 3; i++)
+        out->r[i] = terms.r[i];
+    for (int i = 0; i < 3; i++)
+        out->rd[i] = terms.rd[i];
+    for (int i = 0; i < 12; i++)
+        out->C[i] = terms.C[i];
+    for (int i = 0; i < 3; i++)
+        out->d[i] = terms.d[i];
 }
 
 void manipulator_rigid_rd(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double rd[1 * 3]) {
-    struct manipulator_rigid_point_terms_result point_terms;
-    manipulator_rigid_point_terms(p, x, t, q, qd, &point_terms);
+    struct manipulator_rigid_terms_result terms;
+    manipulator_rigid_terms(p, x, t, q, qd, &terms);
     for (int i = 0; i < 3; i++)
-        rd[i] = point_terms.rd[i];
+        rd[i] = terms.rd[i];
 }
 
 void manipulator_rigid_C(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double C[3 * 4]) {
-    struct manipulator_rigid_point_terms_result point_terms;
-    manipulator_rigid_point_terms(p, x, t, q, qd, &point_terms);
+    struct manipulator_rigid_terms_result terms;
+    manipulator_rigid_terms(p, x, t, q, qd, &terms);
     for (int i = 0; i < 12; i++)
-        C[i] = point_terms.C[i];
+        C[i] = terms.C[i];
 }
 
 void manipulator_rigid_d(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double d[1 * 3]) {
-    struct manipulator_rigid_point_terms_result point_terms;
-    manipulator_rigid_point_terms(p, x, t, q, qd, &point_terms);
+    struct manipulator_rigid_terms_result terms;
+    manipulator_rigid_terms(p, x, t, q, qd, &terms);
     for (int i = 0; i < 3; i++)
-        d[i] = point_terms.d[i];
+        d[i] = terms.d[i];
 }
 
 void manipulator_rigid_energy(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -474,83 +428,15 @@ void manipulator_rigid_Q_q(const struct manipulator_rigid_parameters *p, const s
 }
 
 void manipulator_rigid_qdd_free(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
-        const double q[4], const double qd[4], double qdd[4]) {
-    (void)x;
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
-    const double arm_psi_w_x = qd[1] * arm_psi_sin;
-    const double arm_psi_w_y = qd[1] * arm_psi_cos;
-    const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
-    const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
-    const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
-    const double t1 = arm_psi_w_x * qd[2];
-    const double t2 = arm_psi_w_x * arm_psi_w_y;
-    const double t3 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
-    /* effector_z: motion from arm_psi outward */
-    const double effector_z_shift_x = p->L + q[3];
-    const double effector_z_bias_a_falling_z = arm_psi_bias_a_falling_x - t3 * effector_z_shift_x;
-    const double t4 = arm_psi_w_y * qd[3];
-    const double t5 = qd[2] * qd[3];
-    const double effector_z_bias_a_x = t4 + t4 - (t1 + t1) * effector_z_shift_x;
-    const double effector_z_bias_a_falling_y = arm_psi_bias_a_falling_y + t2 * effector_z_shift_x + (t5 +
-        t5);
-    /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
-    /* effector_z: bias forces c, inward */
-    const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
-    /* arm_psi: bias forces c, inward */
-    const double arm_psi_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t1 * p->derived.constant_2 - p->derived.arm_psi_inertia_yy * t1;
-    const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
-    const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
-    /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = t2 * p->derived.constant_3 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
-    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t3;
-    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t2 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
-    /* effector_z: inertia and gravity of the body at qdd = 0 */
-    const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
-    const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->m_E * (effector_z_shift_x * effector_z_shift_x);
-    const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t6 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
-    const double t7 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t6;
-    /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (arm_psi_U_moment_z + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
-        arm_psi_U_moment_z)));
-    const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + (t7 + arm_psi_sin * arm_psi_sin * (p->derived.arm_psi_mass -
-        t7)));
-    const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* effector_z: force left for the joint, inward */
-    const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
-    const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
-    /* base_z: acceleration, outward */
-    const double t8 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        (p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
-        t6 * arm_psi_carried_moment_z)))));
-    qdd[0] = -t8;
-    qdd[2] = t6 * (arm_psi_cos * t8) - arm_psi_D_inverse * arm_psi_carried_moment_z;
-    qdd[3] = arm_psi_sin * t8 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
-    /* column_psi: acceleration, outward */
-    const double t9 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
-        0.5 * qd[1] - column_psi_bias_moment_z);
-    qdd[1] = t9;
-}
-
-void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
-        const double q[4], const double qd[4], double qdd[4]) {
-    struct manipulator_rigid_constrained_result constrained;
-    manipulator_rigid_constrained(p, x, t, q, qd, &constrained);
+        const double q[4], const double qd[4], double qdd_free[4]) {
+    struct manipulator_rigid_accelerations_result accelerations;
+    manipulator_rigid_accelerations(p, x, t, q, qd, &accelerations);
     for (int i = 0; i < 4; i++)
-        qdd[i] = constrained.qdd[i];
+        qdd_free[i] = accelerations.qdd_free[i];
 }
 
-void manipulator_rigid_constrained(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
-        const double q[4], const double qd[4], struct manipulator_rigid_constrained_result *out) {
+void manipulator_rigid_accelerations(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], struct manipulator_rigid_accelerations_result *out) {
     (void)x;
     const double t1 = t * 3.141592653589793 / p->T;
     const double t2 = sin(t1);
@@ -645,16 +531,20 @@ void manipulator_rigid_constrained(const struct manipulator_rigid_parameters *p,
     const double t21 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
         (p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
         t19 * arm_psi_carried_moment_z)))));
+    out->qdd_free[0] = -t21;
     /* column_psi: acceleration, outward */
     const double t22 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
         0.5 * qd[1] - column_psi_bias_moment_z);
+    out->qdd_free[1] = t22;
     const double t23 = arm_psi_sin * t21;
     const double t24 = arm_psi_cos * t21;
     /* arm_psi: acceleration, outward */
     const double t25 = t19 * t24 - arm_psi_D_inverse * arm_psi_carried_moment_z;
+    out->qdd_free[2] = t25;
     const double t26 = effector_z_shift_x * t25 - t24;
     /* effector_z: acceleration, outward */
     const double t27 = t23 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    out->qdd_free[3] = t27;
     const double t28 = t27 - t23;
     /* row 1 (position level): u qdd + v = 0 */
     const double t29 = t12 * t12 + t10 * ((arm_psi_ground_x_x * effector_z_bias_a_falling_z - (column_psi_sin *
@@ -716,17 +606,40 @@ void manipulator_rigid_constrained(const struct manipulator_rigid_parameters *p,
     out->lambda[0] = -t56;
 }
 
+void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], double qdd[4]) {
+    struct manipulator_rigid_accelerations_result accelerations;
+    manipulator_rigid_accelerations(p, x, t, q, qd, &accelerations);
+    for (int i = 0; i < 4; i++)
+        qdd[i] = accelerations.qdd[i];
+}
+
+void manipulator_rigid_constrained(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], struct manipulator_rigid_constrained_result *out) {
+    struct manipulator_rigid_accelerations_result accelerations;
+    manipulator_rigid_accelerations(p, x, t, q, qd, &accelerations);
+    for (int i = 0; i < 4; i++)
+        out->qdd[i] = accelerations.qdd[i];
+    for (int i = 0; i < 1; i++)
+        out->power[i] = accelerations.power[i];
+    for (int i = 0; i < 2; i++)
+        out->lambda[i] = accelerations.lambda[i];
+}
+
 void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double force[4]) {
     double u[8];
     double lambda[2];
     for (int i = 0; i < 4; i++)
         force[i] = 0.0;
-    manipulator_rigid_u(p, x, t, q, qd, u);
-    struct manipulator_rigid_constrained_result constrained;
-    manipulator_rigid_constrained(p, x, t, q, qd, &constrained);
+    struct manipulator_rigid_terms_result terms;
+    manipulator_rigid_terms(p, x, t, q, qd, &terms);
+    for (int i = 0; i < 8; i++)
+        u[i] = terms.u[i];
+    struct manipulator_rigid_accelerations_result accelerations;
+    manipulator_rigid_accelerations(p, x, t, q, qd, &accelerations);
     for (int i = 0; i < 2; i++)
-        lambda[i] = constrained.lambda[i];
+        lambda[i] = accelerations.lambda[i];
     { /* r = u^T lambda */
         for (int k = 0; k < 2; k += 2)
             for (int i = 0; i < 4; i++) {
@@ -742,72 +655,23 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
 void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], struct manipulator_rigid_equations_result *out) {
     manipulator_rigid_M(p, x, t, q, qd, out->M);
-    manipulator_rigid_f(p, x, t, q, qd, out->f);
-    struct manipulator_rigid_row_terms_result row_terms;
-    manipulator_rigid_row_terms(p, x, t, q, qd, &row_terms);
+    manipulator_rigid_h(p, x, t, q, qd, out->f);
+    double Q[4];
+    manipulator_rigid_Q(p, x, t, q, qd, Q);
+    for (int i = 0; i < 4; i++)
+        out->f[i] += Q[i];
+    struct manipulator_rigid_terms_result terms;
+    manipulator_rigid_terms(p, x, t, q, qd, &terms);
     for (int i = 0; i < 8; i++)
-        out->u[i] = row_terms.u[i];
+        out->u[i] = terms.u[i];
     for (int i = 0; i < 2; i++)
-        out->v[i] = row_terms.v[i];
+        out->v[i] = terms.v[i];
     for (int i = 0; i < 2; i++)
-        out->phi[i] = row_terms.phi[i];
+        out->phi[i] = terms.phi[i];
     for (int i = 0; i < 2; i++)
-        out->psi[i] = row_terms.psi[i];
+        out->psi[i] = terms.psi[i];
     for (int i = 0; i < 2; i++)
-        out->k[i] = row_terms.k[i];
-}
-
-void manipulator_rigid_f(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
-        const double q[4], const double qd[4], double f[4]) {
-    (void)x;
-    /* arm_psi: motion from column_psi outward */
-    const double arm_psi_sin = sin(q[2]);
-    const double arm_psi_cos = cos(q[2]);
-    const double arm_psi_w_x = qd[1] * arm_psi_sin;
-    const double arm_psi_w_y = qd[1] * arm_psi_cos;
-    const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
-    const double arm_psi_bias_a_falling_y = p->g * arm_psi_cos;
-    const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
-    const double t1 = arm_psi_w_x * qd[2];
-    const double t2 = arm_psi_w_x * arm_psi_w_y;
-    const double t3 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
-    /* effector_z: motion from arm_psi outward */
-    const double effector_z_shift_x = p->L + q[3];
-    const double effector_z_bias_a_falling_z = arm_psi_bias_a_falling_x - t3 * effector_z_shift_x;
-    const double t4 = arm_psi_w_y * qd[3];
-    const double t5 = qd[2] * qd[3];
-    const double effector_z_bias_a_x = t4 + t4 - (t1 + t1) * effector_z_shift_x;
-    const double effector_z_bias_a_falling_y = arm_psi_bias_a_falling_y + t2 * effector_z_shift_x + (t5 +
-        t5);
-    /* effector_z: bias forces c, inward */
-    const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
-    /* arm_psi: bias forces c, inward */
-    const double arm_psi_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t1 * p->derived.constant_2 - p->derived.arm_psi_inertia_yy * t1;
-    const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
-    const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
-    f[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1] - column_psi_bias_moment_z;
-    /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = t2 * p->derived.constant_3 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
-    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t3;
-    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t2 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
-    /* effector_z: inertia and gravity of the body at qdd = 0 */
-    const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
-    const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    f[3] = -effector_z_load_force_z;
-    /* effector_z: force left for the joint, inward */
-    const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
-    f[2] = -arm_psi_carried_moment_z;
-    const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
-    /* arm_psi: bias and gravity forces c + g, inward */
-    const double arm_psi_carried_force_x = arm_psi_load_force_x + effector_z_load_force_z;
-    /* column_psi: bias and gravity forces c + g, inward */
-    const double column_psi_carried_force_z = p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_carried_force_x +
-        arm_psi_cos * arm_psi_carried_force_y);
-    /* base_z: bias and gravity forces c + g, inward */
-    const double base_z_carried_force_z = p->derived.base_z_load_force_z + column_psi_carried_force_z;
-    f[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + base_z_carried_force_z);
+        out->k[i] = terms.k[i];
 }
 
 void manipulator_rigid_course(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -961,16 +825,22 @@ static void manipulator_rigid_u_doubles(const double *p, const double *x, double
         (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, out);
 }
 
-static void manipulator_rigid_v_doubles(const double *p, const double *x, double t, const double *q,
-        const double *qd, double *out) {
-    manipulator_rigid_v((const struct manipulator_rigid_parameters *)(const void *)p,
-        (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, out);
-}
-
 static void manipulator_rigid_row_terms_doubles(const double *p, const double *x, double t, const double *q,
         const double *qd, double *out) {
     manipulator_rigid_row_terms((const struct manipulator_rigid_parameters *)(const void *)p,
         (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, (struct manipulator_rigid_row_terms_result *)(void *)out);
+}
+
+static void manipulator_rigid_terms_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_rigid_terms((const struct manipulator_rigid_parameters *)(const void *)p,
+        (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, (struct manipulator_rigid_terms_result *)(void *)out);
+}
+
+static void manipulator_rigid_v_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_rigid_v((const struct manipulator_rigid_parameters *)(const void *)p,
+        (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_rigid_phi_doubles(const double *p, const double *x, double t, const double *q,
@@ -1045,6 +915,12 @@ static void manipulator_rigid_qdd_free_doubles(const double *p, const double *x,
         (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, out);
 }
 
+static void manipulator_rigid_accelerations_doubles(const double *p, const double *x, double t, const double *q,
+        const double *qd, double *out) {
+    manipulator_rigid_accelerations((const struct manipulator_rigid_parameters *)(const void *)p,
+        (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, (struct manipulator_rigid_accelerations_result *)(void *)out);
+}
+
 static void manipulator_rigid_qdd_doubles(const double *p, const double *x, double t, const double *q,
         const double *qd, double *out) {
     manipulator_rigid_qdd((const struct manipulator_rigid_parameters *)(const void *)p,
@@ -1067,12 +943,6 @@ static void manipulator_rigid_equations_doubles(const double *p, const double *x
         const double *qd, double *out) {
     manipulator_rigid_equations((const struct manipulator_rigid_parameters *)(const void *)p,
         (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, (struct manipulator_rigid_equations_result *)(void *)out);
-}
-
-static void manipulator_rigid_f_doubles(const double *p, const double *x, double t, const double *q,
-        const double *qd, double *out) {
-    manipulator_rigid_f((const struct manipulator_rigid_parameters *)(const void *)p,
-        (const struct manipulator_rigid_inputs *)(const void *)x, t, q, qd, out);
 }
 
 static void manipulator_rigid_course_doubles(const double *p, const double *x, double t, const double *q,
@@ -1108,7 +978,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "85199a8277d5fb8e",
+    SET(hash) "822730c3039beb44",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,
@@ -1158,10 +1028,12 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(force) manipulator_rigid_force_doubles,
     SET(equations) manipulator_rigid_equations_doubles,
     SET(M_h) 0,
-    SET(f) manipulator_rigid_f_doubles,
+    SET(f) 0,
     SET(row_terms) manipulator_rigid_row_terms_doubles,
     SET(point_terms) manipulator_rigid_point_terms_doubles,
     SET(constrained) manipulator_rigid_constrained_doubles,
+    SET(terms) manipulator_rigid_terms_doubles,
+    SET(accelerations) manipulator_rigid_accelerations_doubles,
     SET(tangent) 0,
     SET(tangent_vectors) 0,
     SET(d_qdd) 0,

@@ -15,31 +15,32 @@
  *   M               6      6    0    2
  *   h              14     27    0    2
  *   Q               6     11    1    5
- *   u              11     17    2    4
- *   v              45     71    3    6
+ *   u              45     71    3    6
  *   row_terms      45     71    3    6
+ *   terms          45     71    3    6
+ *   v              45     71    3    6
  *   phi            45     71    3    6
  *   psi            45     71    3    6
  *   k              45     71    3    6
- *   r              23     42    0    4
- *   point_terms     23     42    0    4
- *   rd             23     42    0    4
- *   C              23     42    0    4
- *   d              23     42    0    4
+ *   r              45     71    3    6
+ *   point_terms     45     71    3    6
+ *   rd             45     71    3    6
+ *   C              45     71    3    6
+ *   d              45     71    3    6
  *   energy         20     37    0    2
  *   power           3      7    1    3
  *   Q_q             4     15    0    4
- *   qdd_free       38     55    4    5
+ *   qdd_free      107    169    9    9
+ *   accelerations    107    169    9    9
  *   qdd           107    169    9    9
  *   constrained    107    169    9    9
- *   force         126    194   11   13
- *   equations      77    115    4   13
- *   f              26     38    1    5
+ *   force         160    248   12   15
+ *   equations      75    115    4   15
  *   course          2      7    2    4
  *   breaks          0      0    0    0
  *   anchor          2      2    0    2
  *   start           0      0    0    0
- * Choices by counted operations: M written out, 12 (loops 80); Q_q written out, 19 (loops 30); qdd_free recursive, 109 operations (dense 109); qdd recursive, 306 operations (dense 299).
+ * Choices by counted operations: M written out, 12 (loops 80); Q_q written out, 19 (loops 30); qdd recursive, 306 operations (dense 299); qdd_free recursive, 109 operations (dense 109).
  */
 #ifndef REFDYN_GENERATED_manipulator_rigid_H
 #define REFDYN_GENERATED_manipulator_rigid_H
@@ -104,11 +105,30 @@ struct manipulator_rigid_row_terms_result {
     double k[2]; /* (m) stabilised right side, u qdd = k */
 };
 
+struct manipulator_rigid_terms_result {
+    double u[8]; /* (m x n) row coefficients, u qdd + v = 0 */
+    double v[2]; /* (m) rest of the rows */
+    double phi[2]; /* (m) residuals of position rows, 0 for others */
+    double psi[2]; /* (m) velocity-level residuals, 0 for acceleration rows */
+    double k[2]; /* (m) stabilised right side, u qdd = k */
+    double r[3]; /* (points x 3) positions [m] */
+    double rd[3]; /* (points x 3) velocities [m/s] */
+    double C[12]; /* (points x 3 x n) rd = C qd */
+    double d[3]; /* (points x 3) bias accelerations, rdd = C qdd + d [m/s^2] */
+};
+
 struct manipulator_rigid_point_terms_result {
     double r[3]; /* (points x 3) positions [m] */
     double rd[3]; /* (points x 3) velocities [m/s] */
     double C[12]; /* (points x 3 x n) rd = C qd */
     double d[3]; /* (points x 3) bias accelerations, rdd = C qdd + d [m/s^2] */
+};
+
+struct manipulator_rigid_accelerations_result {
+    double qdd[4]; /* (n) accelerations with stabilised constraints */
+    double power[1]; /* (1) of the programme force, lambda . (u qd) [W] */
+    double lambda[2]; /* (m) multipliers, r = u^T lambda */
+    double qdd_free[4]; /* (n) accelerations without constraints, M qdd = h + Q */
 };
 
 struct manipulator_rigid_constrained_result {
@@ -151,13 +171,17 @@ void manipulator_rigid_Q(const struct manipulator_rigid_parameters *p, const str
 void manipulator_rigid_u(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double u[2 * 4]);
 
-/* rest of the rows, u qdd + v = 0: (m) rest of the rows */
-void manipulator_rigid_v(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
-        const double q[4], const double qd[4], double v[2]);
-
 /* u, v, phi, psi and k in one call */
 void manipulator_rigid_row_terms(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], struct manipulator_rigid_row_terms_result *out);
+
+/* row_terms and point_terms in one call */
+void manipulator_rigid_terms(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], struct manipulator_rigid_terms_result *out);
+
+/* rest of the rows, u qdd + v = 0: (m) rest of the rows */
+void manipulator_rigid_v(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], double v[2]);
 
 /* position-level residuals: (m) residuals of position rows, 0 for others */
 void manipulator_rigid_phi(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -205,7 +229,11 @@ void manipulator_rigid_Q_q(const struct manipulator_rigid_parameters *p, const s
 
 /* accelerations without constraints, O(n): (n) accelerations without constraints, M qdd = h + Q */
 void manipulator_rigid_qdd_free(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
-        const double q[4], const double qd[4], double qdd[4]);
+        const double q[4], const double qd[4], double qdd_free[4]);
+
+/* constrained and qdd_free in one call */
+void manipulator_rigid_accelerations(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
+        const double q[4], const double qd[4], struct manipulator_rigid_accelerations_result *out);
 
 /* accelerations with stabilised constraints, O(n m): (n) accelerations with stabilised constraints */
 void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -222,10 +250,6 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
 /* M, h + Q and the rows in one call, work shared */
 void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], struct manipulator_rigid_equations_result *out);
-
-/* h + Q in one recursion: (n) h + Q [N, N m] */
-void manipulator_rigid_f(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
-        const double q[4], const double qd[4], double f[4]);
 
 /* values that the model records with a motion: values that the model records, by NAME_model.courses */
 void manipulator_rigid_course(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,

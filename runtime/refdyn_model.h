@@ -10,7 +10,7 @@
  *   x    inputs (input_count, NULL when there are none)
  *   t    time [s]
  *   q    coordinates (n) [m, rad], qd their rates (n)
- *   out  result, shape beside each entry; matrices row-major
+ *   out  result, shape beside each entry; matrices row-major; it shares no memory with what is read
  * A pointer is NULL where the model has no such quantity or it was not emitted. Symbols: M mass matrix, h =
  * -c bias forces, Q generalized forces, rows u qdd + v = 0, point columns C and bias d (rdd = C qdd + d).
  */
@@ -134,6 +134,9 @@ struct refdyn_model {
     refdyn_function *row_terms;   /* struct NAME_row_terms_result: u (m x n), v, phi, psi, k (m each) */
     refdyn_function *point_terms; /* struct NAME_point_terms_result: r, rd, C, d as above */
     refdyn_function *constrained; /* struct NAME_constrained_result: qdd (n), power (1), lambda (m) */
+    refdyn_function *terms; /* struct NAME_terms_result: what row_terms gives, then what point_terms gives */
+    refdyn_function
+        *accelerations;       /* struct NAME_accelerations_result: what constrained gives, then qdd_free */
     refdyn_function *tangent; /* of M qdd - h - Q - u^T lambda and u qdd - k, at given qdd and lambda: behind
                                  qd stands what `constrained` gives, qd (2 n + 1 + m) */
     refdyn_function
