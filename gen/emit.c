@@ -32,7 +32,8 @@ static void open_source(struct emission *x, struct text *text, int part) {
         "#pragma GCC "
         "optimize(\"no-tree-dominator-opts,no-tree-vrp,no-code-hoisting,no-schedule-insns2,no-ivopts\")\n"
         "#pragma GCC optimize(\"no-tree-ccp,no-dse,no-cprop-registers,no-forward-propagate\")\n"
-        "#pragma GCC optimize(\"ira-region=one,no-lra-remat,no-caller-saves\")\n"
+        "#pragma GCC optimize(\"ira-region=one,no-lra-remat,no-caller-saves,no-peephole2,no-ree\")\n"
+        "#pragma GCC optimize(\"no-tree-dse,no-ipa-cp\")\n"
         "#endif\n\n");
 }
 

@@ -9,7 +9,8 @@
 #pragma GCC optimize("no-tree-slp-vectorize,no-tree-pre,no-gcse,no-rerun-cse-after-loop")
 #pragma GCC optimize("no-tree-dominator-opts,no-tree-vrp,no-code-hoisting,no-schedule-insns2,no-ivopts")
 #pragma GCC optimize("no-tree-ccp,no-dse,no-cprop-registers,no-forward-propagate")
-#pragma GCC optimize("ira-region=one,no-lra-remat,no-caller-saves")
+#pragma GCC optimize("ira-region=one,no-lra-remat,no-caller-saves,no-peephole2,no-ree")
+#pragma GCC optimize("no-tree-dse,no-ipa-cp")
 #endif
 
 void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
@@ -2768,7 +2769,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "7c5a8a213206de92",
+    SET(hash) "081a2837d1c89e1f",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

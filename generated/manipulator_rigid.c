@@ -9,7 +9,8 @@
 #pragma GCC optimize("no-tree-slp-vectorize,no-tree-pre,no-gcse,no-rerun-cse-after-loop")
 #pragma GCC optimize("no-tree-dominator-opts,no-tree-vrp,no-code-hoisting,no-schedule-insns2,no-ivopts")
 #pragma GCC optimize("no-tree-ccp,no-dse,no-cprop-registers,no-forward-propagate")
-#pragma GCC optimize("ira-region=one,no-lra-remat,no-caller-saves")
+#pragma GCC optimize("ira-region=one,no-lra-remat,no-caller-saves,no-peephole2,no-ree")
+#pragma GCC optimize("no-tree-dse,no-ipa-cp")
 #endif
 
 void manipulator_rigid_prepare(struct manipulator_rigid_parameters *p) {
@@ -978,7 +979,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "822730c3039beb44",
+    SET(hash) "45f174975fbec62b",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,
