@@ -89,7 +89,8 @@ int field_index(const struct function *function, int entry) {
     return f;
 }
 
-bool is_single_output(const struct function *function, int i) {
+/* Is entry i of `out` a value that stands alone, and not one of a mirrored half? */
+static bool is_single_output(const struct function *function, int i) {
     const struct field *field = &function->fields[field_index(function, i)];
     return function->out[i] != GIVEN_IN_LOOP && is_output_copied(field, i - field->offset);
 }

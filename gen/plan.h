@@ -80,7 +80,7 @@ struct function {
     int block_count;
     int *group_of;        /* by loop of the graph; 0: the function has nothing of it */
     struct write *writes; /* in order of execution */
-    int write_count;
+    int write_count, write_capacity;
     struct repeat *repeats;
     int repeat_count, repeat_capacity;
     int first_angle, angle_count; /* coordinates in the pass over angles; count 0: there is none */
@@ -148,8 +148,6 @@ void mark_statements(struct plan *plan, const struct function *function);
 bool is_output_copied(const struct field *field, int entry); /* false in the mirrored upper half */
 /* Are there so many zeros in a field that one loop writes all of it before the others are written? */
 bool is_cleared(const struct function *function, const struct field *field);
-/* Is entry i of `out` a value that stands alone, and not one of a mirrored half? */
-bool is_single_output(const struct function *function, int i);
 /* Entries of all fields. */
 int value_count(const struct function *function);
 /* The field that holds an entry. */

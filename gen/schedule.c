@@ -386,22 +386,28 @@ static int compare_writes(const void *a, const void *b) {
     return first->entry < second->entry ? -1 : 1;
 }
 
+static void add_write(struct scheduler *x, struct write write) {
+    struct function *function = x->function;
+    function->writes = memory_room(x->plan->memory, function->writes, function->write_count,
+                                   &function->write_capacity, sizeof *function->writes);
+    function->writes[function->write_count++] = write;
+}
+
 /* Zeros of a field that is cleared need no statement. */
 static void order_writes(struct scheduler *x) {
     struct function *function = x->function;
     const int *place = find_places(x);
-    function->writes =
-        memory_get(x->plan->memory, ((size_t)value_count(function) + 1) * sizeof *function->writes);
     for (int f = 0; f < function->field_count + function->local_count; f++) {
         const struct field *field = &function->fields[f];
         const bool cleared = is_cleared(function, field);
         for (int i = 0; i < field->count; i++) {
             const expression e = function->out[field->offset + i];
-            if (is_single_output(function, field->offset + i) && !(cleared && !e))
-                function->writes[function->write_count++] = (struct write){f, i, place[e]};
+            if (e != GIVEN_IN_LOOP && (e || !cleared) && is_output_copied(field, i))
+                add_write(x, (struct write){f, i, place[e]});
         }
     }
-    qsort(function->writes, (size_t)function->write_count, sizeof *function->writes, compare_writes);
+    if (function->write_count)
+        qsort(function->writes, (size_t)function->write_count, sizeof *function->writes, compare_writes);
 }
 
 void schedule(struct plan *plan, struct function *function) {

@@ -132,3 +132,18 @@ def test_implicit(tmp_path):
     for row in rows:
         tangent, factors, solution, step = map(float, row[7:])
         assert 0 < step and abs(step - tangent - factors - 8 * solution) < 0.01 * step
+
+
+def test_shortcuts(tmp_path):
+    """Torsion costs implicit methods no step; the diagonal's least time is a number where the arm moves."""
+    done = run("shortcuts", "--until", "3")
+    assert done.returncode == 0, done.stderr
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in done.stdout.splitlines() if line.startswith("|")]
+    steps = {row[0]: (int(row[3]), int(row[4])) for row in rows if len(row) == 5 and row[1].isdigit()}
+    assert set(steps) == {"rk8", "rodas5p", "gauss12"}
+    assert steps["rk8"][0] > 3 * steps["rk8"][1]
+    for method in "rodas5p", "gauss12":
+        assert abs(steps[method][0] - steps[method][1]) <= 0.05 * steps[method][1]
+    arms = [list(map(float, row[1:])) for row in rows if len(row) == 7 and row[0].startswith(("plane", "space")) and row[1][:1].isdigit()]
+    assert len(arms) == 15
+    assert all(0 < auto < 1e-2 and 0 < w < 1e-2 and 0 < least < time for _, auto, _, w, time, least in arms)

@@ -1,12 +1,14 @@
 """Runs of equal elements as loops, as straight code, with M as a matrix: every quantity is the same."""
+import os
 import random
 import re
+import subprocess
 
 import numpy
 import pytest
 
 from compiled import Compiled
-from program import REFERENCE, TESTS, check, close, refdyn
+from program import REFDYN, REFERENCE, TESTS, check, close, refdyn
 from random_models import as_lua, random_model, random_state
 
 RUNS = TESTS / "models" / "runs.lua"
@@ -102,13 +104,24 @@ def functions(folder):
     return found
 
 
-def test_text_does_not_grow(tmp_path):
+@pytest.mark.parametrize("emit", [ROLLED, "all"], ids=["each", "all"])
+def test_text_does_not_grow(tmp_path, emit):
     """16 elements against 64: functions differ in numbers and in the length of tables."""
     for n_rfe in (16, 64):
-        refdyn("gen", REFERENCE, "--set", f"n_rfe={n_rfe}", "--emit", ROLLED, "-o", tmp_path / str(n_rfe))
+        refdyn("gen", REFERENCE, "--set", f"n_rfe={n_rfe}", "--emit", emit, "-o", tmp_path / str(n_rfe))
     few, many = (functions(tmp_path / name) for name in ("16", "64"))
     assert few.keys() == many.keys() and len(few) > 15
     assert [name for name in few if few[name] != many[name]] == []
+
+
+def test_long_chain_is_small(tmp_path):
+    """512 elements, 1,537 coordinates: what `gen` takes, and what it writes."""
+    process = subprocess.Popen([REFDYN, "gen", REFERENCE, "--set", "n_rfe=512", "-o", tmp_path], stdout=subprocess.DEVNULL)
+    _, status, usage = os.wait4(process.pid, 0)
+    process.returncode = os.waitstatus_to_exitcode(status)
+    assert process.returncode == 0
+    assert usage.ru_maxrss < 150_000  # KiB
+    assert sum(path.stat().st_size for path in tmp_path.iterdir()) < 300_000
 
 
 # Thirty-two flexible links in a tree: functions so long that they are cut into pieces.
