@@ -368,7 +368,8 @@ void plan_functions(struct plan *plan) {
     plan->is_statement = memory_get(plan->memory, plan->g->count * sizeof *plan->is_statement);
     plan->is_derived = memory_get(plan->memory, plan->g->count * sizeof *plan->is_derived);
     for (int f = 0; f < plan->function_count; f++)
-        plan_function(plan, &plan->functions[f]);
+        if (!plan->functions[f].part_count) /* else it computes nothing itself */
+            plan_function(plan, &plan->functions[f]);
     for (int f = 0; f < plan->function_count; f++)
         add_up_parts(&plan->functions[f]);
     plan_prepare(plan);

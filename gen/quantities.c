@@ -290,11 +290,11 @@ static void compose_f(struct derivation *d, struct function *f) {
 }
 
 static void build_equations(struct derivation *d, struct function *f) {
-    static const char *const rows[] = {"u", "v", "phi", "psi", "k"};
     compose(d, f, "M", "M");
     compose_f(d, f);
-    for (int i = 0; d->m && i < 5; i++)
-        compose(d, f, "row_terms", rows[i]);
+    const struct function *rows = d->m ? provide(d, "row_terms") : NULL;
+    for (int i = 0; rows && i < rows->field_count; i++)
+        compose(d, f, "row_terms", rows->fields[i].name);
 }
 
 static void build_course(struct derivation *d, struct function *f) {
