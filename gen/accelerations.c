@@ -11,10 +11,10 @@
 /* A pivot below this part of its diagonal term is rounding. */
 static const double redundant = 1e-12;
 
-static const struct elimination *elimination(struct derivation *d) {
-    if (!d->elimination)
-        d->elimination = eliminate(&d->kinematics);
-    return d->elimination;
+static const struct elimination *elimination(struct derivation *d, struct solution *solution) {
+    if (!solution->elimination)
+        solution->elimination = eliminate(&d->kinematics, NULL);
+    return solution->elimination;
 }
 
 static const struct factors *factors(struct derivation *d) {
@@ -24,9 +24,9 @@ static const struct factors *factors(struct derivation *d) {
 }
 
 /* M^-1 f */
-static expression *solve(struct derivation *d, const struct solution *solution, const expression *f) {
+static expression *solve(struct derivation *d, struct solution *solution, const expression *f) {
     return solution->is_dense ? solve_factored(factors(d), f)
-                              : solve_eliminated(&d->kinematics, elimination(d), f, NULL, NULL);
+                              : solve_eliminated(&d->kinematics, elimination(d, solution), f, NULL, NULL);
 }
 
 static const expression *free_by(struct derivation *d, struct solution *solution) {
@@ -35,8 +35,8 @@ static const expression *free_by(struct derivation *d, struct solution *solution
     if (solution->is_dense || d->model->printed_form)
         solution->free = solve(d, solution, all_forces(d));
     else /* the recursion sums up h on its way */
-        solution->free =
-            solve_eliminated(&d->kinematics, elimination(d), applied_total(d), loads(d), &solution->frames);
+        solution->free = solve_eliminated(&d->kinematics, elimination(d, solution), applied_total(d),
+                                          loads(d), &solution->frames);
     return solution->free;
 }
 
@@ -113,11 +113,12 @@ static void add_effect(void *context, int j) {
  * for those loads, and reading u x from the accelerations of the same points, needs no coefficients of all
  * the coordinates in between.
  */
-static bool act_as_loads(struct derivation *d) {
+static bool act_as_loads(struct derivation *d, const struct solution *solution) {
     for (int i = 0; i < d->m; i++)
         for (int p = 0; p < d->model->marker_count; p++) {
             const int frame = d->kinematics.tree->points[p].frame;
-            if (frame >= 0 && !vector_is_zero(rows(d)[i].pulls[p]) && !takes_load(elimination(d), frame))
+            if (frame >= 0 && !vector_is_zero(rows(d)[i].pulls[p]) &&
+                !takes_load(solution->elimination, frame))
                 return false;
         }
     return true;
@@ -155,6 +156,10 @@ static expression row_times(struct derivation *d, const struct row_terms *row, c
     return sum;
 }
 
+static expression right_side(const struct solution *solution, const struct row_terms *row, int i) {
+    return solution->k ? solution->k[i] : row[i].k;
+}
+
 /* Responses M^-1 u^T, S and k - u qdd_free, rows as loads. */
 static void respond_to_loads(struct derivation *d, struct solution *solution) {
     const int m = d->m;
@@ -164,14 +169,14 @@ static void respond_to_loads(struct derivation *d, struct solution *solution) {
         struct acceleration *frames;
         loads[i] = loads_of_row(d, &row[i]);
         solution->responses[i] =
-            solve_eliminated(&d->kinematics, elimination(d), row[i].pull, loads[i], &frames);
+            solve_eliminated(&d->kinematics, solution->elimination, row[i].pull, loads[i], &frames);
         for (int j = 0; j <= i; j++)
             solution->S[i * m + j] = solution->S[j * m + i] =
                 row_times(d, &row[j], loads[j], solution->responses[i], frames);
     }
     for (int i = 0; i < m; i++)
-        solution->lambda[i] =
-            sub(d->g, row[i].k, row_times(d, &row[i], loads[i], solution->free, solution->frames));
+        solution->lambda[i] = sub(d->g, right_side(solution, row, i),
+                                  row_times(d, &row[i], loads[i], solution->free, solution->frames));
 }
 
 /* The same by the coefficients u. */
@@ -181,7 +186,7 @@ static void respond_to_coefficients(struct derivation *d, struct solution *solut
     for (int i = 0; i < m; i++)
         solution->responses[i] = solve(d, solution, row[i].u);
     for (int i = 0; i < m; i++) {
-        solution->lambda[i] = sub(d->g, row[i].k, dot(d, row[i].u, solution->free));
+        solution->lambda[i] = sub(d->g, right_side(solution, row, i), dot(d, row[i].u, solution->free));
         for (int j = 0; j <= i; j++)
             solution->S[i * m + j] = solution->S[j * m + i] = dot(d, row[i].u, solution->responses[j]);
     }
@@ -199,7 +204,7 @@ static const expression *constrained_by(struct derivation *d, struct solution *s
     solution->S = new_values(d, d->m * d->m);
     solution->lambda = new_values(d, d->m);
     remark(d->g, "rows: (u M^-1 u^T) lambda = k - u qdd_free");
-    if (solution->frames && act_as_loads(d))
+    if (solution->frames && act_as_loads(d, solution))
         respond_to_loads(d, solution);
     else
         respond_to_coefficients(d, solution);
@@ -209,6 +214,30 @@ static const expression *constrained_by(struct derivation *d, struct solution *s
     struct constraint_effect x = {d, solution};
     visit_joints(d->g, d->kinematics.tree, add_effect, &x);
     return solution->qdd;
+}
+
+/* ---- For right sides that the caller gives ---- */
+
+struct given_sides {
+    const struct kinematics *k;
+    expression *f, *s;
+};
+
+static void take_sides(void *context, int i) {
+    const struct given_sides *x = context;
+    x->f[i] = coordinate_of(x->k, i, 2);
+    x->s[i] = coordinate_of(x->k, i, 3);
+}
+
+const expression *shifted_solution(struct derivation *d) {
+    const struct given_sides sides = {&d->kinematics, new_values(d, d->frames), new_values(d, d->frames)};
+    expression *k = new_values(d, d->m);
+    visit_joints(d->g, d->kinematics.tree, take_sides, (void *)&sides);
+    for (int i = 0; i < d->m; i++)
+        k[i] = symbol(d->g, SYMBOL_MULTIPLIER, i, 0);
+    struct solution solution = {.k = k, .elimination = eliminate(&d->kinematics, sides.s)};
+    solution.free = solve_eliminated(&d->kinematics, solution.elimination, sides.f, NULL, &solution.frames);
+    return d->m ? constrained_by(d, &solution) : solution.free;
 }
 
 /* ---- Which way of solving M x = f ---- */

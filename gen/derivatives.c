@@ -366,23 +366,23 @@ static struct builder start(struct derivation *d, struct function *f, bool has_r
     return b;
 }
 
-struct given {
+struct given_motion {
     const struct kinematics *k;
     expression *accelerations;
 };
 
 static void take_acceleration(void *context, int i) {
-    const struct given *x = context;
+    const struct given_motion *x = context;
     x->accelerations[i] = coordinate_of(x->k, i, 2);
 }
 
 /* At accelerations and multipliers that the caller gives. */
 static struct builder start_held(struct derivation *d, struct function *f) {
     struct builder b = open_builder(d, f, d->m > 0);
-    struct given x = {&d->kinematics, new_values(d, d->frames)};
+    struct given_motion x = {&d->kinematics, new_values(d, d->frames)};
     visit_joints(d->g, d->kinematics.tree, take_acceleration, &x);
     b.held = hold(&d->kinematics, x.accelerations, NULL);
-    f->is_held = true;
+    f->given = GIVEN_MOTION;
     return b;
 }
 
@@ -518,6 +518,14 @@ void build_tangent_vectors(struct derivation *d, struct function *f) {
     b.arrays = open_results(d->plan, &d->kinematics, f);
     add_joint_vectors(&b);
     d->plan->coupling_count = add_couplings(&b, -1);
+}
+
+void build_diagonals(struct derivation *d, struct function *f) {
+    struct builder b = open_builder(d, f, false);
+    b.held = hold(&d->kinematics, new_values(d, d->frames), NULL);
+    const int stiffness = add_result(d, f, "stiffness", "(n) -dQ_i/dq_i", d->n, 0);
+    const int damping = add_result(d, f, "damping", "(n) -dQ_i/dqd_i", d->n, 0);
+    give_own_slopes(&b, -1, stiffness, damping);
 }
 
 /* All joints turn about one axis of the ground or slide across it. */

@@ -66,7 +66,8 @@ struct wrench inertia_wrench(const struct kinematics *k, int i, struct vector wd
  * NULL) the right side is f minus the generalized forces of these wrenches, which are summed on the way.
  */
 struct elimination;
-struct elimination *eliminate(const struct kinematics *k);
+/* Of M + diag(diagonal), by frame; NULL: of M. */
+struct elimination *eliminate(const struct kinematics *k, const expression *diagonal);
 /* Accelerations of a frame, own axes. */
 struct acceleration {
     struct vector angular, linear;

@@ -7,6 +7,14 @@
 #include "plan.h"
 #include "text.h"
 
+/* An array that a function takes behind qd: by coordinate, by row, by coordinate. */
+enum { GIVEN_ARRAYS = 3 };
+struct given_array {
+    const char *name;
+    int count; /* 0: it takes none */
+    int place; /* of its first entry, from qd */
+};
+
 struct emission {
     struct plan *plan;
     struct graph *g;
@@ -25,7 +33,7 @@ struct emission {
     int group;                       /* of loops, being printed; 0: none */
     bool is_cut;                     /* the function being printed is cut into pieces */
     bool has_sincos;                 /* the file being printed has the pass over angles */
-    bool uses_p, uses_x, uses_t, uses_q, uses_qd, uses_qdd, uses_lambda, uses_carried;
+    bool uses_p, uses_x, uses_t, uses_q, uses_qd, uses_given[GIVEN_ARRAYS], uses_carried;
 };
 
 /* The expression of e, its own value spelled out even when it is a statement. */
@@ -62,6 +70,8 @@ void emit_header(struct emission *emission, struct text *text);
 void emit_function(struct emission *emission, struct text *text, const struct function *function);
 
 void emit_tables(struct emission *emission, struct text *text, const char *hash);
+/* Those of a function: GIVEN_ARRAYS of them. */
+void list_given(const struct plan *plan, const struct function *function, struct given_array *list);
 /* "void NAME_M(const struct NAME_parameters *p, ..., double M[9])" */
 void emit_signature(struct emission *emission, struct text *text, const struct function *function);
 

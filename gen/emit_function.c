@@ -40,6 +40,17 @@ static void emit_result_type(struct emission *x, struct text *text, const struct
         text_add(text, "double %s[%d]", field->name, field->count);
 }
 
+void list_given(const struct plan *plan, const struct function *function, struct given_array *list) {
+    static const char *const names[GIVEN_COUNT][GIVEN_ARRAYS] = {
+        [GIVEN_MOTION] = {"qdd", "lambda"}, [GIVEN_SIDES] = {"f", "k", "s"}};
+    const int n = plan->tree->count, m = plan->model->row_count;
+    const int counts[GIVEN_ARRAYS] = {n, m, n}, places[GIVEN_ARRAYS] = {n, 2 * n + 1, 2 * n + 1 + m};
+    for (int i = 0; i < GIVEN_ARRAYS; i++) {
+        const char *name = names[function->given][i];
+        list[i] = (struct given_array){name, name ? counts[i] : 0, places[i]};
+    }
+}
+
 static void emit_arguments(struct emission *x, struct text *text, const struct function *function) {
     const int n = x->plan->tree->count;
     if (function == &x->plan->prepare) {
@@ -49,10 +60,11 @@ static void emit_arguments(struct emission *x, struct text *text, const struct f
     text_add(text, "const struct %s_parameters *p, const struct %s_inputs *x, double t,\n        ", x->name,
              x->name);
     text_add(text, "const double q[%d], const double qd[%d], ", n, n);
-    if (function->is_held)
-        text_add(text, "const double qdd[%d], ", n);
-    if (function->is_held && x->plan->model->row_count)
-        text_add(text, "const double lambda[%d], ", x->plan->model->row_count);
+    struct given_array given[GIVEN_ARRAYS];
+    list_given(x->plan, function, given);
+    for (int i = 0; i < GIVEN_ARRAYS; i++)
+        if (given[i].count)
+            text_add(text, "const double %s[%d], ", given[i].name, given[i].count);
     emit_result_type(x, text, function);
 }
 
@@ -343,7 +355,8 @@ static void emit_body(struct writer *w, int piece) {
     w->last_remark = NULL;
     w->wrote_result = false;
     x->uses_p = x->uses_x = x->uses_t = x->uses_q = x->uses_qd = false;
-    x->uses_qdd = x->uses_lambda = x->uses_carried = false;
+    x->uses_carried = false;
+    memset(x->uses_given, 0, sizeof x->uses_given);
     if (!piece)
         w->written = 0;
     emit_results(w, 0);
@@ -355,12 +368,16 @@ static void emit_unused(const struct writer *w, struct text *text) {
     const struct {
         bool used;
         const char *name;
-    } arguments[] = {{x->uses_p, "p"},   {x->uses_x, "x"},     {x->uses_t, "t"},          {x->uses_q, "q"},
-                     {x->uses_qd, "qd"}, {x->uses_qdd, "qdd"}, {x->uses_lambda, "lambda"}};
-    const int held = !w->function->is_held ? 5 : x->plan->model->row_count ? 7 : 6;
-    for (int i = 0; i < (is_prepare(w) ? 1 : held); i++)
+    } arguments[] = {
+        {x->uses_p, "p"}, {x->uses_x, "x"}, {x->uses_t, "t"}, {x->uses_q, "q"}, {x->uses_qd, "qd"}};
+    struct given_array given[GIVEN_ARRAYS];
+    for (int i = 0; i < (is_prepare(w) ? 1 : 5); i++)
         if (!arguments[i].used)
             text_add(text, "    (void)%s;\n", arguments[i].name);
+    list_given(x->plan, w->function, given);
+    for (int i = 0; i < GIVEN_ARRAYS; i++)
+        if (given[i].count && !x->uses_given[i])
+            text_add(text, "    (void)%s;\n", given[i].name);
 }
 
 static void number_statements(struct writer *w) {
@@ -450,8 +467,12 @@ static void emit_piece(struct writer *w, int piece) {
     text_add(text, "%s}\n\n", body.data);
 }
 
-static const char *held_arguments(const struct emission *x, const struct function *function) {
-    return !function->is_held ? "" : x->plan->model->row_count ? "qdd, lambda, " : "qdd, ";
+static void pass_given(const struct writer *w) {
+    struct given_array given[GIVEN_ARRAYS];
+    list_given(w->x->plan, w->function, given);
+    for (int i = 0; i < GIVEN_ARRAYS; i++)
+        if (given[i].count)
+            text_add(w->text, "%s, ", given[i].name);
 }
 
 static void emit_calls(struct writer *w) {
@@ -464,10 +485,13 @@ static void emit_calls(struct writer *w) {
     emit_angle_pass(x, w->text);
     for (int piece = 0; piece < w->function->piece_count; piece++) {
         text_add(w->text, "    %s_%s_%d(", x->name, w->function->quantity, piece + 1);
-        if (is_prepare(w))
+        if (is_prepare(w)) {
             text_add(w->text, "p, &s);\n");
-        else
-            text_add(w->text, "p, x, t, q, qd, %s%s, &s);\n", held_arguments(x, w->function), result);
+        } else {
+            text_add(w->text, "p, x, t, q, qd, ");
+            pass_given(w);
+            text_add(w->text, "%s, &s);\n", result);
+        }
     }
     emit_mirrors(w);
     emit_loops(x, w->text, w->function, w->local);

@@ -203,6 +203,7 @@ static void emit_adapters(struct emission *x, struct text *text) {
                  x->name, x->name, x->name);
     for (int f = 0; f < x->plan->function_count; f++) {
         const struct function *function = &x->plan->functions[f];
+        struct given_array given[GIVEN_ARRAYS];
         text_add(text,
                  "static void %s_%s_doubles(const double *p, const double *x, double t, const double *q,\n"
                  "        const double *qd, double *out) {\n",
@@ -211,10 +212,10 @@ static void emit_adapters(struct emission *x, struct text *text) {
                  "    %s_%s((const struct %s_parameters *)(const void *)p,\n        (const struct %s_inputs "
                  "*)(const void *)x, t, q, qd, ",
                  x->name, function->quantity, x->name, x->name);
-        if (function->is_held)
-            text_add(text, "qd + %d, ", x->plan->tree->count);
-        if (function->is_held && x->plan->model->row_count)
-            text_add(text, "qd + %d, ", 2 * x->plan->tree->count + 1);
+        list_given(x->plan, function, given);
+        for (int i = 0; i < GIVEN_ARRAYS; i++)
+            if (given[i].count)
+                text_add(text, "qd + %d, ", given[i].place);
         if (function->field_count > 1)
             text_add(text, "(struct %s_%s_result *)(void *)", x->name, function->quantity);
         text_add(text, "out);\n}\n\n");
@@ -281,6 +282,7 @@ static void set_functions(struct emission *x, struct text *text) {
                                         "point_terms", "constrained",
                                         "terms",       "accelerations",
                                         "tangent",     "tangent_vectors",
+                                        "diagonals",   "shifted",
                                         "d_qdd",       "d_qdd_free",
                                         "d_force",     "d_statics",
                                         "d_rows",      "course",
@@ -323,8 +325,9 @@ static void emit_model_table(struct emission *x, struct text *text, const char *
     text_add(text, "    SET(break_count) %d,\n", plan->break_count);
     text_add(text, "    SET(qdd_cost) %ld,\n    SET(tangent_cost) %ld,\n",
              cost_of(plan, model->row_count ? "constrained" : "qdd_free"), cost_of(plan, "tangent"));
-    text_add(text, "    SET(tangent_vectors_cost) %ld,\n    SET(coupling_count) %d,\n",
-             cost_of(plan, "tangent_vectors"), plan->coupling_count);
+    text_add(text,
+             "    SET(tangent_vectors_cost) %ld,\n    SET(shifted_cost) %ld,\n    SET(coupling_count) %d,\n",
+             cost_of(plan, "tangent_vectors"), cost_of(plan, "shifted"), plan->coupling_count);
     set_pointer(x, text, "coordinates", "coordinate_names", true);
     set_pointer(x, text, "parameters", "parameter_names", plan->parameter_count > 0);
     set_pointer(x, text, "inputs", "input_names", model->input_count > 0);

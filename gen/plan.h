@@ -59,9 +59,17 @@ struct part {
     bool is_added; /* to what that field holds */
 };
 
+/* What a function takes beside state, time, parameters and inputs: arrays that stand behind qd. */
+enum given {
+    GIVEN_NOTHING,
+    GIVEN_MOTION, /* qdd (n), power (1), lambda (m), as `constrained` gives them */
+    GIVEN_SIDES,  /* f (n), nothing (1), k (m), s (n): right sides, and what is added to a diagonal */
+    GIVEN_COUNT
+};
+
 struct function {
     const char *quantity, *about;
-    bool is_held;         /* qdd and lambda are given, too */
+    enum given given;
     struct field *fields; /* parts of the result, then local arrays, which loops read */
     int field_count, local_count, field_capacity;
     expression *out; /* values of all fields; loops add to them */

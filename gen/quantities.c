@@ -297,6 +297,11 @@ static void build_equations(struct derivation *d, struct function *f) {
         compose(d, f, "row_terms", rows->fields[i].name);
 }
 
+static void build_shifted(struct derivation *d, struct function *f) {
+    f->given = GIVEN_SIDES;
+    spread_field(d, f, "y", "(n) solution of (M + diag(s)) y - u^T lambda = f, u y = k", shifted_solution(d));
+}
+
 static void build_course(struct derivation *d, struct function *f) {
     expression *out = add_field(d, f, "course", "values that the model records, by NAME_model.courses",
                                 d->model->course_count, 0);
@@ -427,6 +432,10 @@ static const struct quantity quantities[] = {
      is_corrected, "corrected form", build_tangent, true},
     {"tangent_vectors", "the tangent as vectors of joints, O(n)", is_corrected, "corrected form",
      build_tangent_vectors, true},
+    {"diagonals", "K and D of springs, dampers and forces of the joints themselves", is_corrected,
+     "corrected form", build_diagonals, true},
+    {"shifted", "solution of (M + diag(s)) y - u^T lambda = f, u y = k for given f, k and s, O(n m)", always,
+     "", build_shifted, true},
     {"d_qdd", "derivatives of qdd", is_corrected_with_rows, "constraints in the corrected form", build_d_qdd,
      true},
     {"d_qdd_free", "derivatives of qdd_free", is_corrected, "corrected form", build_d_qdd_free, true},

@@ -9,12 +9,14 @@
 #include "plan.h"
 #include "rows.h"
 
-/* What one way of solving M x = f gives; NULL: not derived yet. */
+/* What one way of solving M x = f, u x = k gives; NULL: not derived yet. */
 struct solution {
     bool is_dense;
-    const expression *free; /* qdd_free */
-    expression **responses; /* M^-1 u^T by row */
-    expression *S, *lambda; /* u M^-1 u^T, multipliers */
+    const struct elimination *elimination; /* by the recursion */
+    const expression *k;                   /* by row; NULL: the stabilised right side */
+    const expression *free;                /* qdd_free */
+    expression **responses;                /* M^-1 u^T by row */
+    expression *S, *lambda;                /* u M^-1 u^T, multipliers */
     expression *qdd;
     struct acceleration *frames; /* of qdd_free, by the recursion */
 };
@@ -42,7 +44,6 @@ struct derivation {
     struct applied applied;
     struct row_terms *rows, *rows_beside_loads;
     struct wrench *loads;
-    struct elimination *elimination;
     struct factors *factors;
     struct solution by_method[2];              /* recursive, dense */
     struct solution *free_solution, *solution; /* chosen for qdd_free and for qdd */
@@ -75,6 +76,9 @@ const expression *free_accelerations(struct derivation *d);
 const expression *recursive_accelerations(struct derivation *d);
 /* With qdd, lambda, responses and S. */
 const struct solution *constrained_accelerations(struct derivation *d);
+/* y of (M + diag(s)) y - u^T lambda = f, u y = k, by frame, for f, s and k that the caller of the function
+ * gives. */
+const expression *shifted_solution(struct derivation *d);
 /* S x = rest in place of rest; `what` names x. */
 void solve_rows(struct derivation *d, const expression *S, expression *rest, const char *what);
 /* Operations of a call that computes these values and nothing else; what depends on parameters alone is free.
@@ -105,6 +109,8 @@ void build_tangent(struct derivation *d, struct function *f);
 void build_tangent_vectors(struct derivation *d, struct function *f);
 /* Does an implicit step take fewer operations with `tangent_vectors` than with `tangent`? */
 bool vectors_pay(struct derivation *d);
+/* Springs, dampers and forces of the joints themselves, on the diagonals of K and D. */
+void build_diagonals(struct derivation *d, struct function *f);
 void build_d_qdd(struct derivation *d, struct function *f);
 void build_d_qdd_free(struct derivation *d, struct function *f);
 void build_d_force(struct derivation *d, struct function *f);

@@ -38,6 +38,7 @@ static const struct quantity quantities[] = {
     QUANTITY(point_terms), QUANTITY(constrained),
     QUANTITY(terms),       QUANTITY(accelerations),
     QUANTITY(tangent),     QUANTITY(tangent_vectors),
+    QUANTITY(diagonals),   QUANTITY(shifted),
     QUANTITY(d_qdd),       QUANTITY(d_qdd_free),
     QUANTITY(d_force),     QUANTITY(d_statics),
     QUANTITY(d_rows),
@@ -49,7 +50,7 @@ enum { QUANTITY_COUNT = sizeof quantities / sizeof quantities[0] };
 struct subject {
     refdyn_function *function;
     struct scene *scene;
-    double *rest; /* (2 n + 1 + m) rates, and what `constrained` gives: for a tangent */
+    double *rest; /* (3 n + 1 + m) rates, and what `constrained` gives: for a tangent; zeros */
     double *out;
 };
 
@@ -153,7 +154,7 @@ static double *result_room(const struct refdyn_model *model) {
 /* Rates, accelerations and multipliers of the state; those that it has not are 0. */
 static double *find_rest(struct scene *scene) {
     const size_t n = (size_t)scene->model->n;
-    double *rest = allocate(2 * n + 1 + (size_t)scene->model->m, sizeof *rest);
+    double *rest = allocate(3 * n + 1 + (size_t)scene->model->m, sizeof *rest);
     memcpy(rest, scene->qd, n * sizeof *rest);
     if (!refdyn_accelerate(&scene->work, scene->state.t, scene->q, scene->qd, REFDYN_BAUMGARTE, rest + n))
         refdyn_multipliers(&scene->work, rest + n, rest + 2 * n + 1);
