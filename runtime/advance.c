@@ -100,10 +100,13 @@ static int align_with_mass(struct refdyn_drive *drive, double t, const double *s
     return REFDYN_OK;
 }
 
-/* Implicit methods: in the metric of the step's matrix, else a stiff deflection would take up the change. */
+/* Implicit methods: in the metric of the step's matrix, else a stiff deflection would take up the change. The
+ * emitted elimination leaves out other rows than the partition where some are redundant. */
 static int align(struct refdyn_drive *drive, double t, const double *state) {
     const struct refdyn_method_facts facts = refdyn_method_facts(drive->method);
-    if (!facts.is_implicit || (facts.collocation && facts.collocation->lambda[1] != 0))
+    const struct refdyn_workspace *work = drive->work;
+    if (!facts.is_implicit || (facts.collocation && facts.collocation->lambda[1] != 0) ||
+        (facts.is_diagonal && work->partition.rank < work->m))
         return align_with_mass(drive, t, state);
     if (!drive->is_aligned)
         refdyn_linear_directions(&drive->linear);

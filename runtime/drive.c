@@ -15,6 +15,7 @@
 #include "collocation.h"
 #include "core.h"
 #include "dense.h"
+#include "diagonal.h"
 #include "linearise.h"
 #include "pass.h"
 #include "room.h"
@@ -53,9 +54,10 @@ static size_t lay_out(struct refdyn_drive *drive, const struct refdyn_model *mod
     struct room room = {base, 0};
     const int n = model->n, size = 2 * n + 1, slope = refdyn_slope_size(model);
     const int is_auto = options->method == REFDYN_AUTO;
-    const int has_tangent = refdyn_method_is_implicit(options->method) && refdyn_has_tangent(model);
+    const struct refdyn_method_facts facts = refdyn_method_facts(options->method);
+    const int has_tangent = (facts.is_implicit || is_auto) && !facts.is_diagonal && refdyn_has_tangent(model);
     const int is_passing = options->singular == REFDYN_PASS, stages = stage_room(options->method, model);
-    const int complexes = is_auto || refdyn_method_facts(options->method).collocation ? COMPLEXES : 0;
+    const int complexes = is_auto || facts.collocation ? COMPLEXES : 0;
     drive->qdd = room_doubles(&room, n);
     drive->lambda = room_doubles(&room, model->m);
     drive->seen = room_doubles(&room, size);
@@ -71,6 +73,8 @@ static size_t lay_out(struct refdyn_drive *drive, const struct refdyn_model *mod
     drive->breaks = room_doubles(&room, model->break_count);
     drive->stages = room_doubles(&room, is_passing ? larger(stages, stage_room(REFDYN_RK8, model)) : stages);
     refdyn_linear_lay_out(&drive->linear, model, has_tangent, has_tangent ? complexes : 0, &room);
+    if (facts.is_diagonal)
+        refdyn_diagonal_lay_out(&drive->linear.diagonal, model, &room);
     return room.used;
 }
 
@@ -86,14 +90,14 @@ int refdyn_drive_init(struct refdyn_drive *drive, struct refdyn_workspace *work,
     *drive = (struct refdyn_drive){.work = work, .options = *options, .method = options->method};
     if (refdyn_options_validate(options, NULL))
         return REFDYN_BAD_OPTION;
-    if (options->method != REFDYN_AUTO && refdyn_method_is_implicit(options->method) &&
-        !refdyn_has_tangent(work->model))
+    if (!refdyn_can_run(work->model, options->method))
         return REFDYN_FUNCTION_MISSING;
     const size_t needed = refdyn_drive_size(work->model, options);
     if (!room_fits(memory, size, needed))
         return REFDYN_BAD_MEMORY;
     memset(memory, 0, needed);
     lay_out(drive, work->model, options, memory);
+    refdyn_linear_use(drive, refdyn_method_facts(drive->method).is_diagonal);
     drive->q = drive->seen;
     drive->qd = drive->seen + work->n;
     return REFDYN_OK;

@@ -23,6 +23,8 @@
  * directions in the metric of M alone. */
 void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_model *model, int has_tangent,
                            int complexes, struct room *room);
+/* From now on with the diagonals of K and D alone, or exact; what was evaluated is lost when that changes. */
+void refdyn_linear_use(struct refdyn_drive *drive, int is_diagonal);
 /* Evaluates the tangent at q (n) and its slope (slope.h). Errors: NOT_FINITE. */
 int refdyn_linear_evaluate(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
                            const double *q, const double *slope);

@@ -12,7 +12,8 @@ static const struct refdyn_tableau *const tableaus[REFDYN_METHOD_COUNT] = {
 static const struct refdyn_rosenbrock_table *const rosenbrocks[REFDYN_METHOD_COUNT] = {
     [REFDYN_RODAS5P] = &refdyn_rodas5p,
     [REFDYN_RODAS6P] = &refdyn_rodas6p,
-    [REFDYN_ROS34PW2] = &refdyn_ros34pw2};
+    [REFDYN_ROS34PW2] = &refdyn_ros34pw2,
+    [REFDYN_ROS34PW2_DIAGONAL] = &refdyn_ros34pw2_diagonal};
 
 static const struct refdyn_collocation_table *const collocations[REFDYN_METHOD_COUNT] = {
     [REFDYN_RADAU9] = &refdyn_radau9, [REFDYN_GAUSS12] = &refdyn_gauss12};
@@ -42,6 +43,7 @@ struct refdyn_method_facts refdyn_method_facts(enum refdyn_method method) {
                                             .collocation = collocations[method]};
     return (struct refdyn_method_facts){.name = rosenbrock->name,
                                         .is_implicit = 1,
+                                        .is_diagonal = rosenbrock->is_diagonal,
                                         .order = rosenbrock->order,
                                         .order_error = rosenbrock->order_error,
                                         .rosenbrock = rosenbrock};
@@ -69,4 +71,11 @@ int refdyn_method_is_implicit(enum refdyn_method method) {
 
 int refdyn_has_tangent(const struct refdyn_model *model) {
     return model->tangent || model->tangent_vectors;
+}
+
+int refdyn_can_run(const struct refdyn_model *model, enum refdyn_method method) {
+    const struct refdyn_method_facts facts = refdyn_method_facts(method);
+    if (facts.is_diagonal)
+        return model->diagonals && model->shifted && (model->m == 0 || model->u);
+    return !facts.is_implicit || refdyn_has_tangent(model);
 }

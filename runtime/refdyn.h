@@ -209,19 +209,23 @@ enum refdyn_method {
                        II) */
     REFDYN_GAUSS12, /* collocation at the points of Gauss, order 12, symmetric (Butcher, Math. Comp. 18:50-64,
                        1964) */
-    REFDYN_ROS34PW2, /* Rosenbrock method of order 3(2) (Rang and Angermann, BIT 45:761-787, 2005) */
+    REFDYN_ROS34PW2,          /* Rosenbrock method of order 3(2) (Rang and Angermann, BIT 45:761-787, 2005) */
+    REFDYN_ROS34PW2_DIAGONAL, /* the same with the diagonals of K and D alone, needs no tangent */
     REFDYN_METHOD_COUNT
 };
 
-/* "auto", "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss12", "ros34pw2"; NULL outside the
- * range. */
+/* "auto", "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss12", "ros34pw2",
+ * "ros34pw2-diagonal"; NULL outside the range. */
 const char *refdyn_method_name(int method);
 /* Order in the step: the error of a motion goes with its power, and about with tol where steps are found. */
 int refdyn_method_order(enum refdyn_method method);
+/* Is it linearly implicit or implicit? auto is, where the model has the tangent. */
+int refdyn_method_is_implicit(enum refdyn_method method);
 /* Was the tangent emitted, as `tangent` or as `tangent_vectors`? */
 int refdyn_has_tangent(const struct refdyn_model *model);
-/* Does the method use the emitted tangent? auto does without where there is none; the others need it. */
-int refdyn_method_is_implicit(enum refdyn_method method);
+/* Was all emitted that the method needs: `diagonals`, `shifted` and with rows `u` for ros34pw2-diagonal, the
+ * tangent for other implicit methods but auto? */
+int refdyn_can_run(const struct refdyn_model *model, enum refdyn_method method);
 /* The method of that name, -1 when there is none. */
 int refdyn_method_find(const char *name);
 
@@ -265,10 +269,11 @@ struct refdyn_passage {
 struct refdyn_statistics {
     long steps; /* accepted */
     long rejected;
-    long evaluations;                   /* of the accelerations */
-    long tangents;                      /* of their derivatives */
-    long factorisations;                /* of the matrices of implicit steps; a complex one counts four */
-    long solutions;                     /* with their factors; a complex one counts four */
+    long evaluations;    /* of the accelerations */
+    long tangents;       /* of their derivatives */
+    long factorisations; /* of the matrices of implicit steps; a complex one counts four */
+    long solutions;      /* with their factors; a complex one counts four */
+    long eliminations;   /* of matrices with the diagonals of K and D alone, each with its solution */
     long steps_by[REFDYN_METHOD_COUNT]; /* accepted, by method */
     double phi_max; /* largest |phi| and |psi| over all accepted steps and outputs, the start included */
     double psi_max;
@@ -308,16 +313,30 @@ struct refdyn_chain {
     int *pivot;          /* (1 + complexes) x (couplings + m) */
 };
 
+/* The matrix with the diagonals of K and D alone: runtime/diagonal.h. */
+struct refdyn_diagonal {
+    const struct refdyn_workspace *work; /* whose model is solved, */
+    double t, g;                         /* at this time, with this gamma h [s], */
+    double *q;                           /* (n) at these coordinates */
+    double *qd;                          /* (n) and rates; behind them, as `shifted` takes them: */
+    double *f, *k, *s;                   /* (n), (m) right sides, (n) what is added to the diagonal */
+    double *stiffness, *damping;         /* (n) each */
+    double *u;                           /* (m x n) of the rows, where they have gains: */
+    int has_gains;
+};
+
 /* The equations linearised about a state, and the factored matrix of an implicit step: runtime/linearise.h.
  */
 struct refdyn_linear {
     int n, m, size;  /* size: n and the independent rows */
     double g;        /* gamma h of the matrix [s] */
+    int is_diagonal; /* with the diagonals of K and D alone: diagonal.h; else exact: */
     int is_chain;    /* in O(n): chain.h; else with matrices */
     double *tangent; /* the result of `tangent` or `tangent_vectors`, its parts: */
     int tangent_size;
     double *f_t, *g_t, *G_q, *G_qd, *u, *diagonals, *K, *D, *M;
     struct refdyn_chain chain;
+    struct refdyn_diagonal diagonal;
     double *matrix;     /* (size x size) factors */
     double *directions; /* (rank x n) u_b z_a = 1 for a = b, else 0 */
     double *sides, *x;  /* room: (2 n), (2 size) */
@@ -440,8 +459,7 @@ struct refdyn_drive {
 
 /* Bytes that refdyn_drive_init needs; 0: an option is out of its range. */
 size_t refdyn_drive_size(const struct refdyn_model *model, const struct refdyn_options *options);
-/* Errors: BAD_OPTION, BAD_MEMORY, FUNCTION_MISSING (an implicit method but auto needs the model's tangent).
- */
+/* Errors: BAD_OPTION, BAD_MEMORY, FUNCTION_MISSING (refdyn_can_run). */
 int refdyn_drive_init(struct refdyn_drive *drive, struct refdyn_workspace *work,
                       const struct refdyn_options *options, void *memory, size_t size);
 /* Sets the state (copied) and evaluates it; clears the statistics. With options.project_start the state is

@@ -53,7 +53,7 @@ static int take_stage(struct refdyn_drive *drive, const struct refdyn_rosenbrock
             return status;
     }
     refdyn_add_all(right, 1 / h, table->c + i * count_all(table), i, drive->stages, size, size);
-    drive->statistics.solutions++;
+    *(table->is_diagonal ? &drive->statistics.eliminations : &drive->statistics.solutions) += 1;
     refdyn_linear_solve(&drive->linear, right, right + n, table->gamma_sum[i] * h, U, U + n);
     return REFDYN_OK;
 }
@@ -62,7 +62,7 @@ int refdyn_rosenbrock_step(struct refdyn_drive *drive, double h) {
     const struct refdyn_rosenbrock_table *table = refdyn_method_facts(drive->method).rosenbrock;
     const int size = 2 * drive->work->n;
     drive->is_looked_into = 0;
-    drive->statistics.factorisations++;
+    drive->statistics.factorisations += !table->is_diagonal;
     int status = refdyn_linear_factor(&drive->linear, drive->work, table->gamma * h);
     drive->failed_t = drive->t_begin;
     for (int i = 0; i < table->stages && !status; i++)

@@ -16,7 +16,8 @@ struct refdyn_method_facts {
     const char *name;
     int order;
     int order_error; /* of the embedded formula that the step is chosen by; 0: none, steps are fixed */
-    int is_implicit; /* it needs the tangent */
+    int is_implicit;
+    int is_diagonal; /* its matrix has the diagonals of K and D alone; other implicit ones need the tangent */
     int is_last_new; /* the slope of its last stage is that of state_new */
     const struct refdyn_tableau *tableau;               /* explicit, or NULL: */
     const struct refdyn_rosenbrock_table *rosenbrock;   /* linearly implicit, or NULL: */

@@ -459,7 +459,7 @@ def test_methods_of_the_printed_form(tmp_path):
 def test_methods_and_steps(tmp_path):
     """--tol or nothing: steps are found; --step: they are fixed, whatever the method. The methods are listed."""
     known = refdyn("sim", "--help").stdout
-    for method in ("rk4", "rk54", "rk8", "rodas5p", "rodas6p", "ros34pw2", "radau9", "gauss12"):
+    for method in ("rk4", "rk54", "rk8", "rodas5p", "rodas6p", "ros34pw2", "ros34pw2-diagonal", "radau9", "gauss12"):
         assert method in known and method in refdyn("sim", PENDULUM, "--until", "1", "--method", "rk3", status=2).stderr
         refdyn("sim", PENDULUM, "--until", "0.1", "--every", "0.05", "--method", method, "--step", "0.01", "-o", tmp_path / "run.csv",
                "--summary", tmp_path / "summary.json")

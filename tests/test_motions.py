@@ -187,7 +187,8 @@ def test_breaks_end_a_step(tmp_path, method):
     assert summary["steps"] <= 13
 
 
-@pytest.mark.parametrize("method", ["rk54", "rk8", "rodas5p", "rodas6p", "ros34pw2", "radau9", "gauss12", "auto"])
+@pytest.mark.parametrize("method", ["rk54", "rk8", "rodas5p", "rodas6p", "ros34pw2", "ros34pw2-diagonal", "radau9", "gauss12",
+                                    "auto"])
 def test_outputs_before_a_jump(tmp_path, method):
     """States inside the step that ends at a jump know nothing of what comes behind it."""
     model, at = tmp_path / "jump.lua", 0.333

@@ -135,8 +135,7 @@ enum status motion_options(const struct options *options, struct refdyn_options 
 enum status motion_fit(const struct scene *scene, const struct options *options,
                        const struct refdyn_options *drive) {
     char known[METHODS_LENGTH];
-    if (!refdyn_method_is_implicit(drive->method) || drive->method == REFDYN_AUTO ||
-        refdyn_has_tangent(scene->model))
+    if (refdyn_can_run(scene->model, drive->method))
         return STATUS_DONE;
     fprintf(
         stderr,

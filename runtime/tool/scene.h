@@ -34,7 +34,8 @@ enum {
     NEEDS_POINT_RATES = 16, /* rd, C, d */
     NEEDS_ALL = 32,         /* all that the scene has */
     NEEDS_TANGENT = 64,     /* tangent */
-    NEEDS_LINEAR = 128      /* d_rows, C */
+    NEEDS_LINEAR = 128,     /* d_rows, C */
+    NEEDS_DIAGONAL = 256    /* diagonals, shifted, u */
 };
 
 /* Reads the model for `gen` and `check`; messages go to stderr. */

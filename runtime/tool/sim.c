@@ -306,7 +306,7 @@ static unsigned find_needs(const struct options *options, const struct refdyn_op
     if (options->from && strcmp(options->from, "statics") == 0)
         needs |= NEEDS_STATICS;
     if (refdyn_method_is_implicit(drive->method))
-        needs |= NEEDS_TANGENT;
+        needs |= drive->method == REFDYN_ROS34PW2_DIAGONAL ? NEEDS_DIAGONAL : NEEDS_TANGENT;
     return needs;
 }
 

@@ -257,19 +257,15 @@ static void run_next(struct runs *runs, struct series *series, double limit) {
                       series->next == setting_count(runs, series) || is_exhausted(runs, series);
 }
 
-/* The automatic choice does without the tangent. */
-static bool can_run(const struct refdyn_model *model, int method) {
-    return refdyn_has_tangent(model) || method == REFDYN_AUTO ||
-           !refdyn_method_is_implicit((enum refdyn_method)method);
-}
-
 /* Of fixed steps each stabilisation, since their stability limits differ; of the others the projection. */
 static void list_series(struct study *study, const struct study_plan *plan,
                         const struct refdyn_model *model) {
     const bool has_rows = model->m > 0;
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++) {
         const bool is_fixed = refdyn_options_default((enum refdyn_method)method).tol == 0;
-        for (int i = 0; i < STABILISE_COUNT && plan->methods[method] && can_run(model, method); i++) {
+        for (int i = 0; i < STABILISE_COUNT && plan->methods[method] &&
+                        refdyn_can_run(model, (enum refdyn_method)method);
+             i++) {
             const enum refdyn_stabilise stabilise = (enum refdyn_stabilise)(STABILISE_COUNT - 1 - i);
             if (has_rows ? is_fixed || stabilise == REFDYN_PROJECT : stabilise == REFDYN_NONE)
                 study->series[study->series_count++] = (struct series){
