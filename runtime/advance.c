@@ -264,8 +264,7 @@ static int attempt(struct refdyn_drive *drive, double h) {
     return refdyn_rosenbrock_step(drive, h);
 }
 
-/* Largest error of a position, and of a velocity times h: max(|e_q|, h |e_v|) / unit. */
-static double largest_error(const struct refdyn_drive *drive, double h) {
+double refdyn_largest_error(const struct refdyn_drive *drive, double h) {
     const int n = drive->work->n;
     double largest = 0;
     for (int j = 0; j < n; j++) {
@@ -288,7 +287,7 @@ static int attempt_passage(struct refdyn_drive *drive, double t_new, double *err
         status = attempt(drive, h);
     if (status)
         return status;
-    *error = largest_error(drive, h);
+    *error = refdyn_largest_error(drive, h);
     if (!(*error <= refdyn_pass_error_most(drive, h))) {
         drive->refused.why = REFDYN_LARGE_ERROR;
         return REFDYN_NO_CONVERGENCE;
@@ -375,7 +374,7 @@ static int step_fixed(struct refdyn_drive *drive, double t_out, double t_bound) 
 /* ---- Adaptive steps ---- */
 
 static double error_norm(const struct refdyn_drive *drive, double h) {
-    return largest_error(drive, h) / refdyn_choose_tolerance(drive);
+    return refdyn_largest_error(drive, h) / refdyn_choose_tolerance(drive);
 }
 
 /* Order of the step's error: what its size goes with. */

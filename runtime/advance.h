@@ -39,4 +39,8 @@ double refdyn_break_ahead(struct refdyn_drive *drive, double least);
 /* Are options.step_limit steps tried? */
 int refdyn_step_limit_reached(const struct refdyn_drive *drive);
 
+/* Of drive->error, that of positions, and of velocities times h: max(|e_q|, h |e_v|) / unit; NAN where one
+ * is. */
+double refdyn_largest_error(const struct refdyn_drive *drive, double h);
+
 #endif

@@ -6,7 +6,8 @@
  * operations goes on, until the next trial: after a while that doubles, or when it has slowed down. What
  * stands no chance is not tried: an explicit method whose stability limit is too short, implicit ones where
  * it is accuracy that rules the step of the explicit one. The limit comes from the largest rate of the
- * linearised equations, whose damping chooses between the points of Gauss and Radau, too.
+ * linearised equations, whose damping chooses between the points of Gauss and Radau, too. In rough motions
+ * the Rosenbrock method is one with the diagonals of K and D alone, until its steps feel what they leave out.
  */
 #include "choose.h"
 
@@ -17,6 +18,9 @@
 #include "linearise.h"
 #include "runge_kutta.h"
 #include "step.h"
+
+/* Places of the candidates. */
+enum { EXPLICIT, ROSENBROCK, COLLOCATION };
 
 enum {
     TRIAL_STEPS = 10,
@@ -54,9 +58,16 @@ static const double slowed = 0.4;
 static const double dense_share = 0.4;
 /* The same of sweeps over joints. */
 static const double chain_share = 0.8;
+/* Tolerance from which on the diagonals of K and D alone are tried. */
+static const double rough = 1e-3;
+/* A stage with them that lies further from the exact one, in tolerances, feels loads: weight, inertia forces
+ * and programme forces on bent links. */
+static const double feels_loads = 0.03;
+/* Steps of a trial may be those of a beginning, and grow so much. */
+static const double growth_after_trial = 10;
 static const double cost_of_unknown = 100; /* operations a coordinate, for models that do not tell */
 
-/* Those of implicit steps. */
+/* Those of implicit steps with the tangent. */
 static double linear_operations(const struct refdyn_drive *drive) {
     const struct refdyn_model *model = drive->work->model;
     const int n = model->n, border = model->m + model->coupling_count;
@@ -78,7 +89,8 @@ static double operations(const struct refdyn_drive *drive) {
     const struct refdyn_model *model = drive->work->model;
     const double n = model->n;
     const double qdd = model->qdd_cost > 0 ? model->qdd_cost : cost_of_unknown * n;
-    return (double)(drive->work->evaluations - drive->evaluations_before) * qdd + linear_operations(drive);
+    return (double)(drive->work->evaluations - drive->evaluations_before) * qdd + linear_operations(drive) +
+           (double)drive->statistics.eliminations * model->shifted_cost;
 }
 
 static void mark(struct refdyn_drive *drive) {
@@ -158,16 +170,34 @@ static enum refdyn_method collocation_for(const struct refdyn_drive *drive) {
                                                                                      : REFDYN_RADAU9;
 }
 
+/* With the diagonals alone, in steps `stretch` times as long as the last one. */
+static int feels(struct refdyn_drive *drive, double stretch) {
+    const double h = stretch * (drive->t_end - drive->t_begin);
+    return !(refdyn_rosenbrock_apart(drive, h) <= feels_loads * drive->options.tol);
+}
+
+static int is_diagonal(const struct refdyn_drive *drive) {
+    return drive->method == REFDYN_ROS34PW2_DIAGONAL;
+}
+
+/* The exact matrix takes over, with a trial. */
+static void give_up_diagonal(struct refdyn_drive *drive) {
+    drive->choice.candidates[ROSENBROCK] = REFDYN_RODAS5P;
+    ask_for(drive, ROSENBROCK);
+}
+
 static void judge(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
     choice->progress[choice->at] = lasting_progress(drive, choice->candidates[choice->at]);
-    if (explicit_suffices(drive)) {
+    if (is_diagonal(drive) && feels(drive, growth_after_trial)) {
+        give_up_diagonal(drive);
+    } else if (is_diagonal(drive) || explicit_suffices(drive)) {
         go_on_with(drive, choice->at);
     } else if (is_nearly_done(drive)) {
         choice->is_short = drive->statistics.steps < FEW_STEPS; /* too short for errors to add up, too */
         go_on_with(drive, best(choice));
     } else if (choice->at + 1 < REFDYN_CANDIDATES) {
-        choice->candidates[REFDYN_CANDIDATES - 1] = collocation_for(drive);
+        choice->candidates[COLLOCATION] = collocation_for(drive);
         ask_for(drive, choice->at + 1);
     } else
         go_on_with(drive, best(choice));
@@ -206,9 +236,17 @@ double refdyn_choose_tolerance(const struct refdyn_drive *drive) {
     return fmax(tol / fmin(pow(loose / tol, adds_up_power), adds_up), DBL_EPSILON);
 }
 
+int refdyn_uses_diagonal(const struct refdyn_options *options) {
+    return refdyn_method_facts(options->method).is_diagonal ||
+           (options->method == REFDYN_AUTO && options->tol >= rough);
+}
+
 void refdyn_choose_start(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
-    *choice = (struct refdyn_choice){.candidates = {REFDYN_RK8, REFDYN_RODAS5P, REFDYN_GAUSS12},
+    const int is_diagonal =
+        refdyn_uses_diagonal(&drive->options) && refdyn_can_run(drive->work->model, REFDYN_ROS34PW2_DIAGONAL);
+    const enum refdyn_method rosenbrock = is_diagonal ? REFDYN_ROS34PW2_DIAGONAL : REFDYN_RODAS5P;
+    *choice = (struct refdyn_choice){.candidates = {REFDYN_RK8, rosenbrock, REFDYN_GAUSS12},
                                      .chosen = -1,
                                      .patience = PATIENCE_FIRST,
                                      .wants_spectrum = 1};
@@ -229,10 +267,9 @@ static int has_slowed(struct refdyn_drive *drive) {
 /* Gauss's points were chosen in a transient whose vibrations the steps have left behind by now. */
 static void damp_what_is_left_behind(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
-    const int last = REFDYN_CANDIDATES - 1;
     if (drive->method != REFDYN_GAUSS12 || collocation_for(drive) == REFDYN_GAUSS12)
         return;
-    choice->candidates[last] = REFDYN_RADAU9;
+    choice->candidates[COLLOCATION] = REFDYN_RADAU9;
     choice->next = REFDYN_RADAU9;
 }
 
@@ -247,6 +284,8 @@ void refdyn_choose_after_step(struct refdyn_drive *drive) {
         mark(drive);
     if (choice->at >= 0 && choice->steps_left == 0)
         judge(drive);
+    else if (choice->at < 0 && choice->steps_left % LOOK_STEPS == 0 && is_diagonal(drive) && feels(drive, 1))
+        give_up_diagonal(drive);
     else if (choice->at < 0 && (choice->steps_left <= 0 || has_slowed(drive)))
         begin_trial(drive);
 }
@@ -297,6 +336,7 @@ void refdyn_choose_take_up(struct refdyn_drive *drive) {
         look_at_rates(drive);
     if (choice->next != drive->method)
         begin_with(drive, choice->next);
+    refdyn_linear_use(drive, refdyn_method_facts(drive->method).is_diagonal);
 }
 
 int refdyn_choose_after_failure(struct refdyn_drive *drive) {

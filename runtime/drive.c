@@ -73,7 +73,7 @@ static size_t lay_out(struct refdyn_drive *drive, const struct refdyn_model *mod
     drive->breaks = room_doubles(&room, model->break_count);
     drive->stages = room_doubles(&room, is_passing ? larger(stages, stage_room(REFDYN_RK8, model)) : stages);
     refdyn_linear_lay_out(&drive->linear, model, has_tangent, has_tangent ? complexes : 0, &room);
-    if (facts.is_diagonal)
+    if (facts.is_diagonal || (is_auto && refdyn_can_run(model, REFDYN_ROS34PW2_DIAGONAL)))
         refdyn_diagonal_lay_out(&drive->linear.diagonal, model, &room);
     return room.used;
 }

@@ -394,6 +394,7 @@ int refdyn_linear_spectrum(struct refdyn_drive *drive, double *rate, double *dam
     struct refdyn_linear *linear = &drive->linear;
     const int n = linear->n;
     double *q = drive->stage, *v = drive->stage + n, *a = drive->side;
+    refdyn_linear_use(drive, 0);
     int status = refdyn_linear_at_begin(drive);
     if (!status)
         status = refdyn_linear_factor(linear, drive->work, 0);

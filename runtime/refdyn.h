@@ -253,6 +253,9 @@ struct refdyn_options {
 
 /* Defaults of a method: step 1e-3 s, Baumgarte (rk4); step found, tol 1e-6, projection (the others). */
 struct refdyn_options refdyn_options_default(enum refdyn_method method);
+/* May a motion with these options take steps with the diagonals of K and D alone, where a model can? Those of
+ * ros34pw2-diagonal, and of auto from a tolerance of 1e-3 on. */
+int refdyn_uses_diagonal(const struct refdyn_options *options);
 /* 0 or BAD_OPTION; then *fact (fact may be NULL) is a static text such as "step must be positive". */
 int refdyn_options_validate(const struct refdyn_options *options, const char **fact);
 

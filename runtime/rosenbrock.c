@@ -10,6 +10,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "advance.h"
 #include "dense.h"
 #include "linearise.h"
 #include "slope.h"
@@ -73,6 +74,33 @@ int refdyn_rosenbrock_step(struct refdyn_drive *drive, double h) {
     memset(drive->error, 0, (size_t)size * sizeof(double));
     refdyn_add_all(drive->error, 1, table->e, table->stages, drive->stages, size, size);
     return refdyn_is_finite(drive->state_new, size) ? REFDYN_OK : REFDYN_NOT_FINITE;
+}
+
+/* U_1 (2 n) of a step of h from the end of the last one. */
+static int first_stage(struct refdyn_drive *drive, int is_diagonal, double h, double *U) {
+    const struct refdyn_rosenbrock_table *table = refdyn_method_facts(drive->method).rosenbrock;
+    struct refdyn_linear *linear = &drive->linear;
+    const double *slope = drive->slope_new;
+    const int n = drive->work->n;
+    refdyn_linear_use(drive, is_diagonal);
+    drive->has_tangent = 0;
+    int status = refdyn_linear_evaluate(linear, drive->work, drive->t_end, drive->state_new, slope);
+    if (!status)
+        status = refdyn_linear_factor(linear, drive->work, table->gamma * h);
+    if (!status)
+        refdyn_linear_solve(linear, slope, slope + n, table->gamma_sum[0] * h, U, U + n);
+    return status;
+}
+
+double refdyn_rosenbrock_apart(struct refdyn_drive *drive, double h) {
+    const int n = drive->work->n, is_diagonal = drive->linear.is_diagonal;
+    drive->statistics.tangents++;
+    drive->statistics.factorisations++;
+    const int failed = first_stage(drive, 0, h, drive->stage) || first_stage(drive, 1, h, drive->error);
+    refdyn_linear_use(drive, is_diagonal);
+    for (int j = 0; j < 2 * n; j++)
+        drive->error[j] -= drive->stage[j];
+    return failed ? NAN : refdyn_largest_error(drive, h);
 }
 
 /* The stages that only the interpolant needs, once a step. */

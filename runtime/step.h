@@ -31,6 +31,10 @@ int refdyn_rosenbrock_room(const struct refdyn_rosenbrock_table *table, int n);
 /* One step of h; Rosenbrock: with the tangent at its begin in drive->linear, and without work_done. Errors:
  * those of refdyn_slope; MATRIX_SINGULAR. */
 int refdyn_rosenbrock_step(struct refdyn_drive *drive, double h);
+/* How far the first stage of a step of h from the end of the last one, taken with the diagonals of K and D
+ * alone, lies from the exact one, as refdyn_largest_error; NAN: it cannot be told. Tangent, factors and error
+ * estimate are lost. */
+double refdyn_rosenbrock_apart(struct refdyn_drive *drive, double h);
 /* The state at theta. Errors: those of refdyn_slope, from stages that the interpolant alone needs. */
 int refdyn_rosenbrock_interpolate(struct refdyn_drive *drive, double theta, double *state);
 /* The cubic of Hermite: state (2 n) at theta of the step, with the slope at its end. */
