@@ -191,7 +191,9 @@ static void judge(struct refdyn_drive *drive) {
     choice->progress[choice->at] = lasting_progress(drive, choice->candidates[choice->at]);
     if (is_diagonal(drive) && feels(drive, growth_after_trial)) {
         give_up_diagonal(drive);
-    } else if (is_diagonal(drive) || explicit_suffices(drive)) {
+    } else if (is_diagonal(drive)) {
+        go_on_with(drive, best(choice));
+    } else if (explicit_suffices(drive)) {
         go_on_with(drive, choice->at);
     } else if (is_nearly_done(drive)) {
         choice->is_short = drive->statistics.steps < FEW_STEPS; /* too short for errors to add up, too */
@@ -217,7 +219,7 @@ static void begin_trial(struct refdyn_drive *drive) {
     const double per_step = slopes_of_explicit() * drive->work->model->qdd_cost;
     const int is_hopeless = choice->chosen > 0 && choice->rate > 0 && per_step > 0 &&
                             explicit_limit / choice->rate / per_step < now / 2;
-    ask_for(drive, is_hopeless ? 1 : 0);
+    ask_for(drive, is_hopeless ? ROSENBROCK : EXPLICIT);
 }
 
 /* The fastest mode is undamped, and the steps are short enough to follow it. */
@@ -243,15 +245,15 @@ int refdyn_uses_diagonal(const struct refdyn_options *options) {
 
 void refdyn_choose_start(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
-    const int is_diagonal =
+    const int is_rough =
         refdyn_uses_diagonal(&drive->options) && refdyn_can_run(drive->work->model, REFDYN_ROS34PW2_DIAGONAL);
-    const enum refdyn_method rosenbrock = is_diagonal ? REFDYN_ROS34PW2_DIAGONAL : REFDYN_RODAS5P;
+    const enum refdyn_method rosenbrock = is_rough ? REFDYN_ROS34PW2_DIAGONAL : REFDYN_RODAS5P;
     *choice = (struct refdyn_choice){.candidates = {REFDYN_RK8, rosenbrock, REFDYN_GAUSS12},
                                      .chosen = -1,
                                      .patience = PATIENCE_FIRST,
                                      .wants_spectrum = 1};
     mark(drive);
-    ask_for(drive, 0);
+    ask_for(drive, EXPLICIT);
 }
 
 /* Looks now and then whether the chosen method still does what it was chosen for. */
@@ -309,11 +311,11 @@ static void look_at_rates(struct refdyn_drive *drive) {
     choice->wants_spectrum = 0;
     if (refdyn_linear_spectrum(drive, &choice->rate, &choice->damping)) {
         choice->rate = choice->damping = 0;
-        ask_for(drive, 0);
+        ask_for(drive, EXPLICIT);
         return;
     }
     if (choice->at > 0 || (choice->chosen < 0 && is_too_long_for_explicit(drive)))
-        ask_for(drive, 1);
+        ask_for(drive, ROSENBROCK);
 }
 
 static void begin_with(struct refdyn_drive *drive, enum refdyn_method method) {
@@ -343,7 +345,7 @@ int refdyn_choose_after_failure(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
     if (drive->options.method != REFDYN_AUTO || is_explicit(drive->method) || !refdyn_linear_at_begin(drive))
         return 0;
-    ask_for(drive, 0);
+    ask_for(drive, EXPLICIT);
     begin_with(drive, choice->next);
     return 1;
 }

@@ -363,7 +363,7 @@ def test_bench():
 @pytest.mark.parametrize("model", ["manipulator", "gantry", "planar"])
 def test_bench_has_every_quantity(model, tmp_path):
     """A line for each function that `refdyn gen` lists, with the same counts."""
-    emit = ["--emit", "all,tangent,tangent_vectors,d_qdd,d_qdd_free,d_force,d_statics,d_rows"]
+    emit = ["--emit", "all,tangent,tangent_vectors,diagonals,shifted,d_qdd,d_qdd_free,d_force,d_statics,d_rows"]
     said = refdyn("gen", MODELS / f"{model}.lua", *emit, "-o", tmp_path).stdout
     listed = re.findall(r"^(\w+) +(\d+) +(\d+) +(\d+) +(\d+)$", said, re.M)
     lines = [json.loads(line) for line in refdyn("bench", MODELS / f"{model}.lua", *emit).stdout.splitlines()]

@@ -6,7 +6,7 @@ import numpy
 import pytest
 
 from compiled import WARNINGS, array, pointer
-from program import MODELS, REFERENCE, SOURCE, TESTS, all_models, refdyn, settings
+from program import MODELS, REFERENCE, SOURCE, TESTS, all_models, motion, refdyn, settings
 
 ARM = TESTS / "models" / "suite" / "arm.lua"
 RUNS = TESTS / "models" / "runs.lua"
@@ -129,3 +129,40 @@ def test_diagonals_of_forces(tmp_path):
     of = Emitted(tmp_path / "model.lua", tmp_path / "out", {})
     q, qd = array([0.3, -0.2]), array([0.7, 1.1])
     assert of("diagonals", 4, q, qd) == pytest.approx([120 * 0.09, 0, 3, 4.4], rel=1e-14)
+
+
+UNLOADED = [*settings(dict(n_rfe=20, g=0, push=5, ratio=0.005)), "--until", 1, "--every", 0.05]
+
+
+def test_auto_of_an_unloaded_arm():
+    """A rough motion takes the diagonals alone, step by step as by name; an exact one the exact matrix."""
+    rough, said, summary = motion(ARM, *UNLOADED, "--tol", "1e-2")
+    named, _, _ = motion(ARM, *UNLOADED, "--tol", "1e-2", "--method", "ros34pw2-diagonal")
+    assert summary["chosen"].keys() == {"ros34pw2-diagonal"} and "ros34pw2-diagonal for" in said
+    assert all((rough[name] == named[name]).all() for name in named)
+    _, _, summary = motion(ARM, *UNLOADED, "--tol", "1e-4")
+    assert "ros34pw2-diagonal" not in summary["chosen"]
+
+
+@pytest.mark.parametrize("tol", ["1e-2", "1e-3"])
+def test_auto_of_loaded_scenes(tol):
+    """Programme forces and weight on bent links: the exact matrix takes over before the steps are long."""
+    scene = [REFERENCE, "--set", "eta=1.3e-3", "--from", "statics", "--until", 10, "--every", 0.5]
+    exact, _, _ = motion(*scene, "--method", "radau9", "--tol", "1e-9")
+    errors, steps = {}, {}
+    for method in "auto", "rodas5p", "ros34pw2-diagonal":
+        run, _, summary = motion(*scene, "--tol", tol, "--method", method)
+        errors[method] = max(abs(run[f"E_{axis}"] - exact[f"E_{axis}"]).max() for axis in "xyz")
+        steps[method] = summary.get("chosen", {}).get("ros34pw2-diagonal", 0)
+    assert 0 < steps["auto"] <= 10
+    assert errors["auto"] < 2 * errors["rodas5p"] < errors["ros34pw2-diagonal"], errors
+
+
+@pytest.mark.parametrize("stabilise, most", [("none", 1e-3), ("baumgarte", 1e-3), ("project", 1e-12)])
+def test_rows_inside(stabilise, most):
+    """Rows are solved along, their gains too: however they are kept, as many steps."""
+    scene = [REFERENCE, "--set", "eta=1.3e-3", "--from", "statics", "--until", 1, "--method", "ros34pw2-diagonal", "--tol", "1e-5"]
+    _, _, summary = motion(*scene, "--stabilise", stabilise)
+    _, _, free = motion(*scene, "--stabilise", "none")
+    assert summary["steps"] <= 1.05 * free["steps"]
+    assert summary["phi_max"] < most and summary["psi_max"] < most

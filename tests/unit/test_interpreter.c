@@ -75,6 +75,8 @@ static const struct scene scenes[] = {
     ENTRY(terms, m *(n + 4) + 3 * points * (n + 3))                               \
     ENTRY(tangent, 3 * n * n + n + 3 * m * n + m)                                 \
     ENTRY(tangent_vectors, n + m * (1 + 3 * n) + refdyn_chain_result_size(model)) \
+    ENTRY(diagonals, 2 * n)                                                       \
+    ENTRY(shifted, n)                                                             \
     ENTRY(d_qdd, n *variables)                                                    \
     ENTRY(d_qdd_free, n *variables)                                               \
     ENTRY(d_force, n *variables)                                                  \
@@ -161,13 +163,15 @@ static int compare(const struct generation *generation, const struct refdyn_mode
     const size_t most = (size_t)(3 * (points + 1) + 3 * n + 3 * m + 8) * (size_t)(variables + 8);
     double *p = calloc((size_t)(model->parameter_count + model->derived_count) + 1, sizeof *p);
     double *x = calloc((size_t)model->input_count + 1, sizeof *x),
-           *state = calloc(3 * (size_t)n + 1 + (size_t)m, sizeof *state);
+           *state = calloc(4 * (size_t)n + 1 + (size_t)m, sizeof *state);
     double *found = calloc(most, sizeof *found), *expected = calloc(most, sizeof *expected);
     const double t = 0.75 + uniform(seed, 0.5);
     int failed = 0;
     set_values(model, seed, p, x, state);
-    for (int i = 2 * n; i < 3 * n + 1 + m; i++) /* qdd, power and lambda */
+    for (int i = 2 * n; i < 3 * n + 1 + m; i++) /* qdd, power and lambda; right sides */
         state[i] = uniform(seed, 3);
+    for (int i = 3 * n + 1 + m; i < 4 * n + 1 + m; i++) /* added to a diagonal */
+        state[i] = fabs(uniform(seed, 3));
 #define COMPARE(name, count)                                                              \
     if (model->name && (count) > 0) {                                                     \
         model->name(p, x, t, state, state + n, found);                                    \
