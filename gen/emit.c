@@ -42,7 +42,7 @@ static void open_source(struct emission *x, struct text *text, int part) {
         "optimize(\"no-tree-dominator-opts,no-tree-vrp,no-code-hoisting,no-schedule-insns2,no-ivopts\")\n"
         "#pragma GCC optimize(\"no-tree-ccp,no-dse,no-cprop-registers,no-forward-propagate\")\n"
         "#pragma GCC optimize(\"ira-region=one,no-lra-remat,no-caller-saves,no-peephole2,no-ree\")\n"
-        "#pragma GCC optimize(\"no-tree-dse,no-ipa-cp\")\n"
+        "#pragma GCC optimize(\"no-tree-dse,no-ipa-cp,no-ipa-icf,no-ipa-modref,no-ipa-sra\")\n"
         "#endif\n\n");
 }
 
