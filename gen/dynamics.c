@@ -193,6 +193,7 @@ static struct inertia inertia_to_parent(const struct kinematics *k, int i, const
 struct composition {
     const struct kinematics *k;
     struct inertia *composites;
+    expression *M; /* NULL: it is not asked for */
 };
 
 static void name_composite(const struct kinematics *k, int i, const struct inertia *composite) {
@@ -202,6 +203,29 @@ static void name_composite(const struct kinematics *k, int i, const struct inert
     name_vector(k, i, "moment_beyond", vector_of(composite->moment));
     for (int e = 0; e < 6; e++)
         name_scalar(k, i, names[e], composite->tensor[e]);
+}
+
+struct wrench unit_wrench(const struct kinematics *k, int i, const struct inertia *beyond) {
+    struct graph *g = k->g;
+    const struct joint *joint = &k->tree->frames[i].joint;
+    const struct vector axis = unit_vector(g, joint->axis), mc = vector_of(beyond->moment);
+    if (joint->is_turn)
+        return (struct wrench){tensor_times(g, tensor_of(beyond->tensor), axis), vector_cross(g, axis, mc)};
+    return (struct wrench){vector_cross(g, mc, axis), vector_scale(g, beyond->mass, axis)};
+}
+
+/* As soon as the composite is there, which few later values read: compilers keep what waits in registers. */
+static void derive_column(const struct composition *x, int i) {
+    const struct kinematics *k = x->k;
+    const int n = k->tree->count;
+    remark(k->g,
+           memory_format(k->memory, "%s: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground",
+                         k->tree->frames[i].name));
+    struct wrench wrench = unit_wrench(k, i, &x->composites[i]);
+    for (int j = i; j >= 0; j = k->tree->frames[j].parent) {
+        x->M[i * n + j] = x->M[j * n + i] = on_joint(k, j, wrench);
+        wrench = wrench_to_parent(k, j, wrench);
+    }
 }
 
 static void compose(void *context, int i) {
@@ -215,38 +239,16 @@ static void compose(void *context, int i) {
         name_composite(k, i, &x->composites[i]);
     }
     *outer = inertia_add(k->g, *outer, inertia_to_parent(k, i, &x->composites[i]));
+    if (x->M)
+        derive_column(x, i);
 }
 
-struct inertia *derive_composites(const struct kinematics *k) {
-    struct composition x = {k, memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *x.composites)};
+struct inertia *derive_composites(const struct kinematics *k, expression *M) {
+    const size_t count = (size_t)k->tree->count + 1;
+    struct composition x = {k, memory_get(k->memory, count * sizeof *x.composites), M};
     const struct recursion recursion = recursion_over(k, x.composites, sizeof *x.composites, compose, &x);
     recur_inward(&recursion);
     return x.composites;
-}
-
-struct wrench unit_wrench(const struct kinematics *k, int i, const struct inertia *beyond) {
-    struct graph *g = k->g;
-    const struct joint *joint = &k->tree->frames[i].joint;
-    const struct vector axis = unit_vector(g, joint->axis), mc = vector_of(beyond->moment);
-    if (joint->is_turn)
-        return (struct wrench){tensor_times(g, tensor_of(beyond->tensor), axis), vector_cross(g, axis, mc)};
-    return (struct wrench){vector_cross(g, mc, axis), vector_scale(g, beyond->mass, axis)};
-}
-
-expression *derive_mass_matrix(const struct kinematics *k, const struct inertia *composites) {
-    const int n = k->tree->count;
-    expression *M = new_values(k, (size_t)n * (size_t)n);
-    for (int i = 0; i < n; i++) {
-        remark(k->g,
-               memory_format(k->memory, "%s: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground",
-                             k->tree->frames[i].name));
-        struct wrench wrench = unit_wrench(k, i, &composites[i]);
-        for (int j = i; j >= 0; j = k->tree->frames[j].parent) {
-            M[i * n + j] = M[j * n + i] = on_joint(k, j, wrench);
-            wrench = wrench_to_parent(k, j, wrench);
-        }
-    }
-    return M;
 }
 
 /* g_i: what gravity's field does to the composite moment beyond joint i, with the sign of dEp/dq. */

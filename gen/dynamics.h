@@ -27,16 +27,16 @@ struct wrench wrench_shift(struct graph *g, struct vector r, struct wrench w);
 /* About the origin of frame i's parent, in its axes. */
 struct wrench wrench_to_parent(const struct kinematics *k, int i, struct wrench w);
 
-/* Composite pseudo-inertia of all beyond each joint, in the joint's frame; entry [n] is the ground's. */
-struct inertia *derive_composites(const struct kinematics *k);
+/*
+ * Composite pseudo-inertia of all beyond each joint, in the joint's frame; entry [n] is the ground's. M
+ * (n x n, both halves) of a tree without runs is derived on the way, NULL: it is not.
+ */
+struct inertia *derive_composites(const struct kinematics *k, expression *M);
 
 /* The wrench that accelerates all beyond joint i by one unit of its coordinate. */
 struct wrench unit_wrench(const struct kinematics *k, int i, const struct inertia *beyond);
 /* R m R^T for the rotation R from frame i to its parent. */
 struct matrix matrix_to_parent(const struct kinematics *k, int i, struct matrix m);
-
-/* M (n x n, both halves). */
-expression *derive_mass_matrix(const struct kinematics *k, const struct inertia *composites);
 
 /*
  * c_i = tr{X_i Gc_i}: the generalized forces of the bias accelerations; with `falling` gravity's

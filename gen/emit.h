@@ -33,6 +33,7 @@ struct emission {
     int group;                       /* of loops, being printed; 0: none */
     bool is_cut;                     /* the function being printed is cut into pieces */
     bool has_sincos;                 /* the file being printed has the pass over angles */
+    bool searches_pointers;          /* gcc does, at this place of the file */
     bool uses_p, uses_x, uses_t, uses_q, uses_qd, uses_given[GIVEN_ARRAYS], uses_carried;
 };
 
@@ -68,6 +69,8 @@ bool emit_angle(struct emission *emission, struct text *text, expression e);
 /* The parts of a model's files. */
 void emit_header(struct emission *emission, struct text *text);
 void emit_function(struct emission *emission, struct text *text, const struct function *function);
+/* Does it call memcpy for what others computed? */
+bool copies_parts(const struct function *function);
 
 void emit_tables(struct emission *emission, struct text *text, const char *hash);
 /* Those of a function: GIVEN_ARRAYS of them. */

@@ -515,6 +515,13 @@ static bool writes_in_place(const struct part *part) {
     return part->from->field_count == 1 && !part->is_added;
 }
 
+bool copies_parts(const struct function *function) {
+    for (int i = 0; i < function->part_count; i++)
+        if (!writes_in_place(&function->parts[i]) && !function->parts[i].is_added)
+            return true;
+    return false;
+}
+
 static void emit_part_call(struct writer *w, const struct part *part) {
     const struct function *from = part->from;
     const char *name = w->x->name, *arguments = "p, x, t, q, qd";
@@ -532,14 +539,22 @@ static void emit_part_call(struct writer *w, const struct part *part) {
              from->quantity);
 }
 
+/* "terms.u": where a part stands that is copied from there. */
+static const char *source_text(const struct writer *w, const struct part *part) {
+    const char *from = part->from->quantity;
+    return has_fields(part->from)
+               ? memory_format(w->x->plan->memory, "%s.%s", from, part->from->fields[part->from_field].name)
+               : from;
+}
+
 static void emit_part_copy(struct writer *w, const struct part *part) {
-    const struct field *source = &part->from->fields[part->from_field];
-    text_add(w->text, "    for (int i = 0; i < %d; i++)\n        ", source->count);
-    emit_field_name(w, part->to_field);
-    text_add(w->text, "[i] %s= %s", part->is_added ? "+" : "", part->from->quantity);
-    if (has_fields(part->from))
-        text_add(w->text, ".%s", source->name);
-    text_add(w->text, "[i];\n");
+    const char *source = source_text(w, part),
+               *target = field_text(w->x, w->function, part->to_field, w->local);
+    if (part->is_added)
+        text_add(w->text, "    for (int i = 0; i < %d; i++)\n        %s[i] += %s[i];\n",
+                 part->from->fields[part->from_field].count, target, source);
+    else
+        text_add(w->text, "    memcpy(%s, %s, sizeof %s);\n", target, source, source);
 }
 
 static void emit_composed(struct writer *w) {

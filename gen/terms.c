@@ -85,7 +85,7 @@ struct derivation *without_runs(struct derivation *d) {
 
 const struct inertia *composites(struct derivation *d) {
     if (!d->composites)
-        d->composites = derive_composites(&d->kinematics);
+        d->composites = derive_composites(&d->kinematics, NULL);
     return d->composites;
 }
 
@@ -109,8 +109,10 @@ const struct row_terms *rows_beside_loads(struct derivation *d) {
 }
 
 const expression *mass_matrix(struct derivation *d) {
-    if (!d->M)
-        d->M = derive_mass_matrix(&d->kinematics, composites(d));
+    if (!d->M) {
+        d->M = new_values(d, d->n * d->n);
+        d->composites = derive_composites(&d->kinematics, d->M);
+    }
     return d->M;
 }
 

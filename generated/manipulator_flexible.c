@@ -2,6 +2,7 @@
 #include "manipulator_flexible.h"
 
 #include <math.h>
+#include <string.h>
 
 /* What gcc would search for here is not there: common values are shared already, and vectors in long
    blocks of scalars take -O3 minutes to find and are slower. Loops over arrays stay vectors. */
@@ -10,7 +11,12 @@
 #pragma GCC optimize("no-tree-dominator-opts,no-tree-vrp,no-code-hoisting,no-schedule-insns2,no-ivopts")
 #pragma GCC optimize("no-tree-ccp,no-dse,no-cprop-registers,no-forward-propagate")
 #pragma GCC optimize("ira-region=one,no-lra-remat,no-caller-saves,no-peephole2,no-ree")
-#pragma GCC optimize("no-tree-dse,no-ipa-cp")
+#pragma GCC optimize("no-tree-dse,no-ipa-cp,no-ipa-icf,no-ipa-modref,no-ipa-sra")
+#endif
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC push_options
+#pragma GCC optimize("no-tree-pta")
 #endif
 
 void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
@@ -197,127 +203,348 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     /* arm_theta_3: motion from arm_psi_3 outward */
     const double arm_theta_3_sin = sine[8];
     const double arm_theta_3_cos = cosine[8];
+    /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    const double t2 = p->m_E * arm_theta_3_sin;
+    const double t3 = p->m_E * arm_theta_3_cos;
+    const double t4 = arm_psi_3_cos * t3;
+    const double t5 = arm_psi_3_sin * t3;
+    const double t6 = p->derived.arm_element_length * t2;
+    const double t7 = p->derived.arm_element_length * t5;
+    const double t8 = arm_phi_2_cos * t6 - arm_phi_2_sin * t7;
+    M[12 * 13 + 7] = t8;
+    const double t9 = arm_phi_2_sin * t6 + arm_phi_2_cos * t7;
+    const double t10 = arm_phi_2_sin * t2 + arm_phi_2_cos * t5;
+    const double t11 = arm_phi_2_sin * t5 - arm_phi_2_cos * t2;
+    const double t12 = arm_theta_2_cos * t9;
+    M[12 * 13 + 6] = t12;
+    const double t13 = arm_theta_2_sin * t9;
+    const double t14 = arm_theta_2_cos * t11 - arm_theta_2_sin * t4;
+    const double t15 = arm_theta_2_sin * t11 + arm_theta_2_cos * t4;
+    const double t16 = arm_psi_2_cos * t13 - arm_psi_2_sin * t8;
+    M[12 * 13 + 5] = t16;
+    const double t17 = arm_psi_2_cos * t15 - arm_psi_2_sin * t10;
+    const double t18 = arm_psi_2_sin * t15 + arm_psi_2_cos * t10;
+    const double t19 = arm_psi_2_sin * t13 + arm_psi_2_cos * t8 - p->derived.arm_element_length * t14;
+    const double t20 = t12 + p->derived.arm_element_length * t18;
+    const double t21 = arm_phi_1_cos * t19 - arm_phi_1_sin * t20;
+    M[12 * 13 + 4] = t21;
+    const double t22 = arm_phi_1_sin * t19 + arm_phi_1_cos * t20;
+    const double t23 = arm_phi_1_cos * t18 - arm_phi_1_sin * t14;
+    const double t24 = arm_phi_1_sin * t18 + arm_phi_1_cos * t14;
+    const double t25 = arm_theta_1_cos * t22 - arm_theta_1_sin * t16;
+    M[12 * 13 + 3] = t25;
+    const double t26 = arm_theta_1_sin * t22 + arm_theta_1_cos * t16;
+    const double t27 = arm_theta_1_sin * t24 + arm_theta_1_cos * t17;
+    const double t28 = arm_psi_1_sin * t27 + arm_psi_1_cos * t23;
+    M[12 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t27 - arm_psi_1_sin * t23) + arm_psi_cos * t28;
+    M[12 * 13 + 2] = t25 + p->derived.constant_1 * t28;
+    const double t29 = arm_psi_sin * (arm_psi_1_cos * t26 - arm_psi_1_sin * t21) + arm_psi_cos * (arm_psi_1_sin *
+        t26 + arm_psi_1_cos * t21 - p->derived.constant_1 * (arm_theta_1_cos * t24 - arm_theta_1_sin * t17));
+    M[12 * 13 + 1] = t29;
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
     const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t1;
     const double arm_phi_3_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t1;
     M[10 * 13 + 10] = arm_phi_3_inertia_beyond_yy;
+    /* arm_phi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    const double t30 = p->derived.arm_psi_inertia_xx * arm_theta_3_sin;
+    M[11 * 13 + 9] = -t30;
+    const double t31 = p->derived.arm_psi_inertia_xx * arm_theta_3_cos;
+    const double t32 = arm_psi_3_cos * t31;
+    M[11 * 13 + 8] = t32;
+    const double t33 = arm_psi_3_sin * t31;
+    const double t34 = arm_phi_2_sin * t30 + arm_phi_2_cos * t33;
+    M[11 * 13 + 7] = t34;
+    const double t35 = arm_phi_2_sin * t33 - arm_phi_2_cos * t30;
+    const double t36 = arm_theta_2_cos * t35 - arm_theta_2_sin * t32;
+    M[11 * 13 + 6] = t36;
+    const double t37 = arm_theta_2_sin * t35 + arm_theta_2_cos * t32;
+    const double t38 = arm_psi_2_cos * t37 - arm_psi_2_sin * t34;
+    M[11 * 13 + 5] = t38;
+    const double t39 = arm_psi_2_sin * t37 + arm_psi_2_cos * t34;
+    const double t40 = arm_phi_1_cos * t39 - arm_phi_1_sin * t36;
+    M[11 * 13 + 4] = t40;
+    const double t41 = arm_phi_1_sin * t39 + arm_phi_1_cos * t36;
+    const double t42 = arm_theta_1_cos * t41 - arm_theta_1_sin * t38;
+    M[11 * 13 + 2] = t42;
+    M[11 * 13 + 3] = t42;
+    const double t43 = arm_theta_1_sin * t41 + arm_theta_1_cos * t38;
+    M[11 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * t43 - arm_psi_1_sin * t40) + arm_psi_cos * (arm_psi_1_sin *
+        t43 + arm_psi_1_cos * t40);
     /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
-    const double t2 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
+    const double t44 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
     const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
-    const double t3 = arm_theta_3_sin * (arm_phi_3_inertia_beyond_yy - p->derived.arm_psi_inertia_xx);
-    const double t4 = arm_theta_3_sin * t3;
-    const double arm_psi_3_inertia_beyond_zz = arm_phi_3_inertia_beyond_yy - t4;
+    const double t45 = arm_theta_3_sin * (arm_phi_3_inertia_beyond_yy - p->derived.arm_psi_inertia_xx);
+    const double t46 = arm_theta_3_sin * t45;
+    const double arm_psi_3_inertia_beyond_zz = arm_phi_3_inertia_beyond_yy - t46;
     M[9 * 13 + 9] = arm_psi_3_inertia_beyond_zz;
-    const double arm_psi_3_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + t4;
-    const double arm_psi_3_inertia_beyond_xz = arm_theta_3_cos * t3;
+    const double arm_psi_3_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + t46;
+    const double arm_psi_3_inertia_beyond_xz = arm_theta_3_cos * t45;
+    /* arm_theta_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    const double t47 = arm_psi_3_sin * arm_phi_3_inertia_beyond_yy;
+    M[10 * 13 + 8] = -t47;
+    const double t48 = arm_psi_3_cos * t44;
+    const double t49 = arm_psi_3_sin * t44;
+    const double t50 = p->derived.arm_element_length * t49;
+    const double t51 = arm_psi_3_cos * arm_phi_3_inertia_beyond_yy + p->derived.arm_element_length * arm_psi_3_moment_beyond_x;
+    const double t52 = arm_phi_2_sin * t50 + arm_phi_2_cos * t51;
+    M[10 * 13 + 7] = t52;
+    const double t53 = arm_phi_2_sin * t51 - arm_phi_2_cos * t50;
+    const double t54 = arm_phi_2_sin * arm_psi_3_moment_beyond_x - arm_phi_2_cos * t49;
+    const double t55 = arm_phi_2_sin * t49 + arm_phi_2_cos * arm_psi_3_moment_beyond_x;
+    const double t56 = arm_theta_2_sin * t47 + arm_theta_2_cos * t53;
+    M[10 * 13 + 6] = t56;
+    const double t57 = arm_theta_2_sin * t53 - arm_theta_2_cos * t47;
+    const double t58 = arm_theta_2_sin * t48 - arm_theta_2_cos * t55;
+    const double t59 = arm_theta_2_sin * t55 + arm_theta_2_cos * t48;
+    const double t60 = arm_psi_2_cos * t57 - arm_psi_2_sin * t52;
+    M[10 * 13 + 5] = t60;
+    const double t61 = arm_psi_2_sin * t54 + arm_psi_2_cos * t59;
+    const double t62 = arm_psi_2_cos * t54 - arm_psi_2_sin * t59;
+    const double t63 = arm_psi_2_sin * t57 + arm_psi_2_cos * t52 - p->derived.arm_element_length * t58;
+    const double t64 = t56 + p->derived.arm_element_length * t62;
+    const double t65 = arm_phi_1_cos * t63 - arm_phi_1_sin * t64;
+    M[10 * 13 + 4] = t65;
+    const double t66 = arm_phi_1_sin * t63 + arm_phi_1_cos * t64;
+    const double t67 = arm_phi_1_cos * t62 - arm_phi_1_sin * t58;
+    const double t68 = arm_phi_1_sin * t62 + arm_phi_1_cos * t58;
+    const double t69 = arm_theta_1_cos * t66 - arm_theta_1_sin * t60;
+    M[10 * 13 + 3] = t69;
+    const double t70 = arm_theta_1_sin * t66 + arm_theta_1_cos * t60;
+    const double t71 = arm_theta_1_sin * t68 - arm_theta_1_cos * t61;
+    const double t72 = arm_psi_1_sin * t71 + arm_psi_1_cos * t67;
+    M[10 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t71 - arm_psi_1_sin * t67) + arm_psi_cos * t72;
+    M[10 * 13 + 2] = t69 + p->derived.constant_1 * t72;
+    const double t73 = arm_psi_sin * (arm_psi_1_cos * t70 - arm_psi_1_sin * t65) + arm_psi_cos * (arm_psi_1_sin *
+        t70 + arm_psi_1_cos * t65 - p->derived.constant_1 * (arm_theta_1_sin * t61 + arm_theta_1_cos * t68));
+    M[10 * 13 + 1] = t73;
     /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
-    const double t5 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
+    const double t74 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
     const double arm_phi_2_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
-    const double t6 = arm_psi_3_sin * (arm_psi_3_inertia_beyond_xx - arm_phi_3_inertia_beyond_yy);
-    const double t7 = arm_psi_3_sin * t6;
-    const double t8 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xz;
-    M[9 * 13 + 8] = t8;
+    const double t75 = arm_psi_3_sin * (arm_psi_3_inertia_beyond_xx - arm_phi_3_inertia_beyond_yy);
+    const double t76 = arm_psi_3_sin * t75;
+    const double t77 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xz;
+    M[9 * 13 + 8] = t77;
     const double arm_phi_2_inertia_beyond_yz = arm_psi_3_sin * arm_psi_3_inertia_beyond_xz;
-    const double t9 = t5 + p->derived.constant_4;
-    const double t10 = p->derived.arm_element_length * (t5 + t9);
-    const double arm_phi_2_inertia_beyond_xy = arm_psi_3_cos * t6 - p->derived.arm_element_length * arm_phi_2_moment_beyond_y;
-    const double arm_phi_2_inertia_beyond_xz = t8 + p->derived.arm_element_length * t2;
+    const double t78 = t74 + p->derived.constant_4;
+    const double t79 = p->derived.arm_element_length * (t74 + t78);
+    const double arm_phi_2_inertia_beyond_xy = arm_psi_3_cos * t75 - p->derived.arm_element_length * arm_phi_2_moment_beyond_y;
+    const double arm_phi_2_inertia_beyond_xz = t77 + p->derived.arm_element_length * t44;
+    /* arm_psi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    const double t80 = arm_psi_3_inertia_beyond_zz + p->derived.arm_element_length * t74;
+    const double t81 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yz - arm_phi_2_sin * t80;
+    M[9 * 13 + 7] = t81;
+    const double t82 = arm_phi_2_sin * arm_phi_2_inertia_beyond_yz + arm_phi_2_cos * t80;
+    const double t83 = arm_phi_2_cos * t74;
+    const double t84 = arm_phi_2_sin * t74;
+    const double t85 = arm_theta_2_cos * t82 - arm_theta_2_sin * t77;
+    M[9 * 13 + 6] = t85;
+    const double t86 = arm_theta_2_sin * t82 + arm_theta_2_cos * t77;
+    const double t87 = arm_theta_2_sin * arm_phi_2_moment_beyond_y + arm_theta_2_cos * t84;
+    const double t88 = arm_theta_2_sin * t84 - arm_theta_2_cos * arm_phi_2_moment_beyond_y;
+    const double t89 = arm_psi_2_cos * t86 - arm_psi_2_sin * t81;
+    M[9 * 13 + 5] = t89;
+    const double t90 = arm_psi_2_cos * t88 - arm_psi_2_sin * t83;
+    const double t91 = arm_psi_2_sin * t88 + arm_psi_2_cos * t83;
+    const double t92 = arm_psi_2_sin * t86 + arm_psi_2_cos * t81 - p->derived.arm_element_length * t87;
+    const double t93 = t85 + p->derived.arm_element_length * t91;
+    const double t94 = arm_phi_1_cos * t92 - arm_phi_1_sin * t93;
+    M[9 * 13 + 4] = t94;
+    const double t95 = arm_phi_1_sin * t92 + arm_phi_1_cos * t93;
+    const double t96 = arm_phi_1_cos * t91 - arm_phi_1_sin * t87;
+    const double t97 = arm_phi_1_sin * t91 + arm_phi_1_cos * t87;
+    const double t98 = arm_theta_1_cos * t95 - arm_theta_1_sin * t89;
+    M[9 * 13 + 3] = t98;
+    const double t99 = arm_theta_1_sin * t95 + arm_theta_1_cos * t89;
+    const double t100 = arm_theta_1_sin * t97 + arm_theta_1_cos * t90;
+    const double t101 = arm_psi_1_sin * t100 + arm_psi_1_cos * t96;
+    M[9 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t100 - arm_psi_1_sin * t96) + arm_psi_cos * t101;
+    M[9 * 13 + 2] = t98 + p->derived.constant_1 * t101;
+    const double t102 = arm_psi_sin * (arm_psi_1_cos * t99 - arm_psi_1_sin * t94) + arm_psi_cos * (arm_psi_1_sin *
+        t99 + arm_psi_1_cos * t94 - p->derived.constant_1 * (arm_theta_1_cos * t97 - arm_theta_1_sin * t90));
+    M[9 * 13 + 1] = t102;
     /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + t9;
+    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + t78;
     const double arm_phi_2_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_3_inertia_beyond_xx -
-        t7);
+        t76);
     M[8 * 13 + 8] = arm_phi_2_inertia_beyond_xx;
     const double arm_phi_2_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_phi_3_inertia_beyond_yy +
-        t7 + t10);
+        t76 + t79);
     const double arm_phi_2_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_inertia_beyond_zz +
-        t10);
-    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t2 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
-    const double t11 = arm_phi_2_sin * arm_phi_2_moment_beyond_y;
-    const double t12 = arm_phi_2_cos * t2;
-    const double arm_theta_2_moment_beyond_z = t11 - t12;
-    const double t13 = arm_phi_2_cos * (arm_phi_2_inertia_beyond_yz + arm_phi_2_inertia_beyond_yz) + arm_phi_2_sin *
+        t79);
+    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t44 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
+    const double t103 = arm_phi_2_sin * arm_phi_2_moment_beyond_y;
+    const double t104 = arm_phi_2_cos * t44;
+    const double arm_theta_2_moment_beyond_z = t103 - t104;
+    const double t105 = arm_phi_2_cos * (arm_phi_2_inertia_beyond_yz + arm_phi_2_inertia_beyond_yz) + arm_phi_2_sin *
         (arm_phi_2_inertia_beyond_yy - arm_phi_2_inertia_beyond_zz);
-    const double t14 = arm_phi_2_sin * t13;
-    const double arm_theta_2_inertia_beyond_yy = arm_phi_2_inertia_beyond_yy - t14;
+    const double t106 = arm_phi_2_sin * t105;
+    const double arm_theta_2_inertia_beyond_yy = arm_phi_2_inertia_beyond_yy - t106;
     M[7 * 13 + 7] = arm_theta_2_inertia_beyond_yy;
-    const double arm_theta_2_inertia_beyond_zz = arm_phi_2_inertia_beyond_zz + t14;
-    const double arm_theta_2_inertia_beyond_yz = arm_phi_2_cos * t13 - arm_phi_2_inertia_beyond_yz;
+    const double arm_theta_2_inertia_beyond_zz = arm_phi_2_inertia_beyond_zz + t106;
+    const double arm_theta_2_inertia_beyond_yz = arm_phi_2_cos * t105 - arm_phi_2_inertia_beyond_yz;
     const double arm_theta_2_inertia_beyond_xy = arm_phi_2_cos * arm_phi_2_inertia_beyond_xy - arm_phi_2_sin *
         arm_phi_2_inertia_beyond_xz;
     M[8 * 13 + 7] = arm_theta_2_inertia_beyond_xy;
     const double arm_theta_2_inertia_beyond_xz = arm_phi_2_cos * arm_phi_2_inertia_beyond_xz + arm_phi_2_sin *
         arm_phi_2_inertia_beyond_xy;
+    /* arm_phi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    const double t107 = t104 - t103;
+    const double t108 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz - arm_theta_2_sin * arm_phi_2_inertia_beyond_xx;
+    M[8 * 13 + 6] = t108;
+    const double t109 = arm_theta_2_sin * arm_theta_2_inertia_beyond_xz + arm_theta_2_cos * arm_phi_2_inertia_beyond_xx;
+    const double t110 = arm_theta_2_cos * arm_theta_2_moment_beyond_y;
+    const double t111 = arm_theta_2_sin * arm_theta_2_moment_beyond_y;
+    const double t112 = arm_psi_2_cos * t109 - arm_psi_2_sin * arm_theta_2_inertia_beyond_xy;
+    M[8 * 13 + 5] = t112;
+    const double t113 = arm_psi_2_cos * t111 - arm_psi_2_sin * t107;
+    const double t114 = arm_psi_2_sin * t111 + arm_psi_2_cos * t107;
+    const double t115 = arm_psi_2_sin * t109 + arm_psi_2_cos * arm_theta_2_inertia_beyond_xy - p->derived.arm_element_length *
+        t110;
+    const double t116 = t108 + p->derived.arm_element_length * t114;
+    const double t117 = arm_phi_1_cos * t115 - arm_phi_1_sin * t116;
+    M[8 * 13 + 4] = t117;
+    const double t118 = arm_phi_1_sin * t115 + arm_phi_1_cos * t116;
+    const double t119 = arm_phi_1_cos * t114 - arm_phi_1_sin * t110;
+    const double t120 = arm_phi_1_sin * t114 + arm_phi_1_cos * t110;
+    const double t121 = arm_theta_1_cos * t118 - arm_theta_1_sin * t112;
+    M[8 * 13 + 3] = t121;
+    const double t122 = arm_theta_1_sin * t118 + arm_theta_1_cos * t112;
+    const double t123 = arm_theta_1_sin * t120 + arm_theta_1_cos * t113;
+    const double t124 = arm_psi_1_sin * t123 + arm_psi_1_cos * t119;
+    M[8 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t123 - arm_psi_1_sin * t119) + arm_psi_cos * t124;
+    M[8 * 13 + 2] = t121 + p->derived.constant_1 * t124;
+    const double t125 = arm_psi_sin * (arm_psi_1_cos * t122 - arm_psi_1_sin * t117) + arm_psi_cos * (arm_psi_1_sin *
+        t122 + arm_psi_1_cos * t117 - p->derived.constant_1 * (arm_theta_1_cos * t120 - arm_theta_1_sin *
+        t113));
+    M[8 * 13 + 1] = t125;
     /* arm_theta_2: composite pseudo-inertia of all beyond, inward */
-    const double t15 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
-    const double t16 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
-    const double arm_psi_2_moment_beyond_z = t16 - t15;
+    const double t126 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
+    const double t127 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
+    const double arm_psi_2_moment_beyond_z = t127 - t126;
     const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_theta_2_cos *
         arm_phi_2_moment_beyond_x;
-    const double t17 = arm_theta_2_cos * (arm_theta_2_inertia_beyond_xz + arm_theta_2_inertia_beyond_xz) +
+    const double t128 = arm_theta_2_cos * (arm_theta_2_inertia_beyond_xz + arm_theta_2_inertia_beyond_xz) +
         arm_theta_2_sin * (arm_theta_2_inertia_beyond_zz - arm_phi_2_inertia_beyond_xx);
-    const double t18 = arm_theta_2_sin * t17;
-    const double arm_psi_2_inertia_beyond_zz = arm_theta_2_inertia_beyond_zz - t18;
+    const double t129 = arm_theta_2_sin * t128;
+    const double arm_psi_2_inertia_beyond_zz = arm_theta_2_inertia_beyond_zz - t129;
     M[6 * 13 + 6] = arm_psi_2_inertia_beyond_zz;
-    const double arm_psi_2_inertia_beyond_xx = arm_phi_2_inertia_beyond_xx + t18;
-    const double arm_psi_2_inertia_beyond_xz = arm_theta_2_cos * t17 - arm_theta_2_inertia_beyond_xz;
+    const double arm_psi_2_inertia_beyond_xx = arm_phi_2_inertia_beyond_xx + t129;
+    const double arm_psi_2_inertia_beyond_xz = arm_theta_2_cos * t128 - arm_theta_2_inertia_beyond_xz;
     const double arm_psi_2_inertia_beyond_yz = arm_theta_2_cos * arm_theta_2_inertia_beyond_yz - arm_theta_2_sin *
         arm_theta_2_inertia_beyond_xy;
     M[7 * 13 + 6] = arm_psi_2_inertia_beyond_yz;
     const double arm_psi_2_inertia_beyond_xy = arm_theta_2_cos * arm_theta_2_inertia_beyond_xy + arm_theta_2_sin *
         arm_theta_2_inertia_beyond_yz;
+    /* arm_theta_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    const double t130 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xy - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
+    M[7 * 13 + 5] = t130;
+    const double t131 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
+    const double t132 = arm_psi_2_sin * arm_psi_2_moment_beyond_z;
+    const double t133 = arm_psi_2_sin * arm_psi_2_inertia_beyond_xy + arm_psi_2_cos * arm_theta_2_inertia_beyond_yy +
+        p->derived.arm_element_length * arm_psi_2_moment_beyond_x;
+    const double t134 = arm_psi_2_inertia_beyond_yz + p->derived.arm_element_length * t132;
+    const double t135 = arm_phi_1_cos * t133 - arm_phi_1_sin * t134;
+    M[7 * 13 + 4] = t135;
+    const double t136 = arm_phi_1_sin * t133 + arm_phi_1_cos * t134;
+    const double t137 = arm_phi_1_sin * arm_psi_2_moment_beyond_x + arm_phi_1_cos * t132;
+    const double t138 = arm_phi_1_sin * t132 - arm_phi_1_cos * arm_psi_2_moment_beyond_x;
+    const double t139 = arm_theta_1_cos * t136 - arm_theta_1_sin * t130;
+    M[7 * 13 + 3] = t139;
+    const double t140 = arm_theta_1_sin * t136 + arm_theta_1_cos * t130;
+    const double t141 = arm_theta_1_sin * t138 + arm_theta_1_cos * t131;
+    const double t142 = arm_psi_1_sin * t141 + arm_psi_1_cos * t137;
+    M[7 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t141 - arm_psi_1_sin * t137) + arm_psi_cos * t142;
+    M[7 * 13 + 2] = t139 + p->derived.constant_1 * t142;
+    const double t143 = arm_psi_sin * (arm_psi_1_cos * t140 - arm_psi_1_sin * t135) + arm_psi_cos * (arm_psi_1_sin *
+        t140 + arm_psi_1_cos * t135 - p->derived.constant_1 * (arm_theta_1_cos * t138 - arm_theta_1_sin *
+        t131));
+    M[7 * 13 + 1] = t143;
     /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
-    const double t19 = arm_psi_2_cos * arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y;
+    const double t144 = arm_psi_2_cos * arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y;
     const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
-    const double t20 = arm_psi_2_cos * (arm_psi_2_inertia_beyond_xy + arm_psi_2_inertia_beyond_xy) + arm_psi_2_sin *
+    const double t145 = arm_psi_2_cos * (arm_psi_2_inertia_beyond_xy + arm_psi_2_inertia_beyond_xy) + arm_psi_2_sin *
         (arm_psi_2_inertia_beyond_xx - arm_theta_2_inertia_beyond_yy);
-    const double t21 = arm_psi_2_sin * t20;
-    const double t22 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xz - arm_psi_2_sin * arm_psi_2_inertia_beyond_yz;
-    M[6 * 13 + 5] = t22;
+    const double t146 = arm_psi_2_sin * t145;
+    const double t147 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xz - arm_psi_2_sin * arm_psi_2_inertia_beyond_yz;
+    M[6 * 13 + 5] = t147;
     const double arm_phi_1_inertia_beyond_yz = arm_psi_2_cos * arm_psi_2_inertia_beyond_yz + arm_psi_2_sin *
         arm_psi_2_inertia_beyond_xz;
-    const double t23 = t19 + p->derived.constant_5;
-    const double t24 = p->derived.arm_element_length * (t19 + t23);
-    const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t20 - arm_psi_2_inertia_beyond_xy - p->derived.arm_element_length *
+    const double t148 = t144 + p->derived.constant_5;
+    const double t149 = p->derived.arm_element_length * (t144 + t148);
+    const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t145 - arm_psi_2_inertia_beyond_xy - p->derived.arm_element_length *
         arm_phi_1_moment_beyond_y;
-    const double arm_phi_1_inertia_beyond_xz = t22 - p->derived.arm_element_length * arm_psi_2_moment_beyond_z;
+    const double arm_phi_1_inertia_beyond_xz = t147 - p->derived.arm_element_length * arm_psi_2_moment_beyond_z;
+    /* arm_psi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    const double t150 = arm_psi_2_inertia_beyond_zz + p->derived.arm_element_length * t144;
+    const double t151 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yz - arm_phi_1_sin * t150;
+    M[6 * 13 + 4] = t151;
+    const double t152 = arm_phi_1_sin * arm_phi_1_inertia_beyond_yz + arm_phi_1_cos * t150;
+    const double t153 = arm_phi_1_cos * t144;
+    const double t154 = arm_phi_1_sin * t144;
+    const double t155 = arm_theta_1_cos * t152 - arm_theta_1_sin * t147;
+    M[6 * 13 + 3] = t155;
+    const double t156 = arm_theta_1_sin * t152 + arm_theta_1_cos * t147;
+    const double t157 = arm_theta_1_sin * t154 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
+    const double t158 = arm_psi_1_sin * t157 + arm_psi_1_cos * t153;
+    M[6 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t157 - arm_psi_1_sin * t153) + arm_psi_cos * t158;
+    M[6 * 13 + 2] = t155 + p->derived.constant_1 * t158;
+    const double t159 = arm_psi_sin * (arm_psi_1_cos * t156 - arm_psi_1_sin * t151) + arm_psi_cos * (arm_psi_1_sin *
+        t156 + arm_psi_1_cos * t151 - p->derived.constant_1 * (arm_theta_1_sin * arm_phi_1_moment_beyond_y +
+        arm_theta_1_cos * t154));
+    M[6 * 13 + 1] = t159;
     /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + t23;
+    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + t148;
     const double arm_phi_1_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_2_inertia_beyond_xx -
-        t21);
+        t146);
     M[5 * 13 + 5] = arm_phi_1_inertia_beyond_xx;
     const double arm_phi_1_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_theta_2_inertia_beyond_yy +
-        t21 + t24);
+        t146 + t149);
     const double arm_phi_1_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_2_inertia_beyond_zz +
-        t24);
-    const double t25 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
-    const double t26 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
-    const double arm_theta_1_moment_beyond_y = t26 - t25;
-    const double t27 = arm_phi_1_sin * arm_phi_1_moment_beyond_y;
-    const double arm_theta_1_moment_beyond_z = t27 + arm_phi_1_cos * arm_psi_2_moment_beyond_z;
-    const double t28 = arm_phi_1_cos * (arm_phi_1_inertia_beyond_yz + arm_phi_1_inertia_beyond_yz) + arm_phi_1_sin *
+        t149);
+    const double t160 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
+    const double t161 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
+    const double arm_theta_1_moment_beyond_y = t161 - t160;
+    const double t162 = arm_phi_1_sin * arm_phi_1_moment_beyond_y;
+    const double arm_theta_1_moment_beyond_z = t162 + arm_phi_1_cos * arm_psi_2_moment_beyond_z;
+    const double t163 = arm_phi_1_cos * (arm_phi_1_inertia_beyond_yz + arm_phi_1_inertia_beyond_yz) + arm_phi_1_sin *
         (arm_phi_1_inertia_beyond_yy - arm_phi_1_inertia_beyond_zz);
-    const double t29 = arm_phi_1_sin * t28;
-    const double arm_theta_1_inertia_beyond_yy = arm_phi_1_inertia_beyond_yy - t29;
+    const double t164 = arm_phi_1_sin * t163;
+    const double arm_theta_1_inertia_beyond_yy = arm_phi_1_inertia_beyond_yy - t164;
     M[4 * 13 + 4] = arm_theta_1_inertia_beyond_yy;
-    const double arm_theta_1_inertia_beyond_zz = arm_phi_1_inertia_beyond_zz + t29;
-    const double arm_theta_1_inertia_beyond_yz = arm_phi_1_cos * t28 - arm_phi_1_inertia_beyond_yz;
+    const double arm_theta_1_inertia_beyond_zz = arm_phi_1_inertia_beyond_zz + t164;
+    const double arm_theta_1_inertia_beyond_yz = arm_phi_1_cos * t163 - arm_phi_1_inertia_beyond_yz;
     const double arm_theta_1_inertia_beyond_xy = arm_phi_1_cos * arm_phi_1_inertia_beyond_xy - arm_phi_1_sin *
         arm_phi_1_inertia_beyond_xz;
     M[5 * 13 + 4] = arm_theta_1_inertia_beyond_xy;
     const double arm_theta_1_inertia_beyond_xz = arm_phi_1_cos * arm_phi_1_inertia_beyond_xz + arm_phi_1_sin *
         arm_phi_1_inertia_beyond_xy;
+    /* arm_phi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    const double t165 = t126 - t127;
+    const double t166 = arm_phi_1_cos * t165 - t162;
+    const double t167 = t161 + arm_phi_1_sin * t165;
+    const double t168 = arm_theta_1_cos * arm_theta_1_inertia_beyond_xz - arm_theta_1_sin * arm_phi_1_inertia_beyond_xx;
+    M[5 * 13 + 3] = t168;
+    const double t169 = arm_theta_1_sin * arm_theta_1_inertia_beyond_xz + arm_theta_1_cos * arm_phi_1_inertia_beyond_xx;
+    const double t170 = arm_theta_1_sin * t167;
+    const double t171 = arm_psi_1_sin * t170 + arm_psi_1_cos * t166;
+    M[5 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t170 - arm_psi_1_sin * t166) + arm_psi_cos * t171;
+    M[5 * 13 + 2] = t168 + p->derived.constant_1 * t171;
+    const double t172 = arm_psi_sin * (arm_psi_1_cos * t169 - arm_psi_1_sin * arm_theta_1_inertia_beyond_xy) +
+        arm_psi_cos * (arm_psi_1_sin * t169 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy - p->derived.constant_1 *
+        (arm_theta_1_cos * t167));
+    M[5 * 13 + 1] = t172;
     /* arm_theta_1: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_1_moment_beyond_z = arm_theta_1_cos * arm_theta_1_moment_beyond_z - arm_theta_1_sin *
         arm_phi_1_moment_beyond_x;
     const double arm_psi_1_moment_beyond_x = arm_theta_1_sin * arm_theta_1_moment_beyond_z + arm_theta_1_cos *
         arm_phi_1_moment_beyond_x;
-    const double t30 = arm_theta_1_cos * (arm_theta_1_inertia_beyond_xz + arm_theta_1_inertia_beyond_xz) +
+    const double t173 = arm_theta_1_cos * (arm_theta_1_inertia_beyond_xz + arm_theta_1_inertia_beyond_xz) +
         arm_theta_1_sin * (arm_theta_1_inertia_beyond_zz - arm_phi_1_inertia_beyond_xx);
-    const double t31 = arm_theta_1_sin * t30;
-    const double arm_psi_1_inertia_beyond_zz = arm_theta_1_inertia_beyond_zz - t31;
+    const double t174 = arm_theta_1_sin * t173;
+    const double arm_psi_1_inertia_beyond_zz = arm_theta_1_inertia_beyond_zz - t174;
     M[3 * 13 + 3] = arm_psi_1_inertia_beyond_zz;
-    const double arm_psi_1_inertia_beyond_xx = arm_phi_1_inertia_beyond_xx + t31;
-    const double arm_psi_1_inertia_beyond_xz = arm_theta_1_cos * t30 - arm_theta_1_inertia_beyond_xz;
+    const double arm_psi_1_inertia_beyond_xx = arm_phi_1_inertia_beyond_xx + t174;
+    const double arm_psi_1_inertia_beyond_xz = arm_theta_1_cos * t173 - arm_theta_1_inertia_beyond_xz;
     const double arm_psi_1_inertia_beyond_yz = arm_theta_1_cos * arm_theta_1_inertia_beyond_yz - arm_theta_1_sin *
         arm_theta_1_inertia_beyond_xy;
     M[4 * 13 + 3] = arm_psi_1_inertia_beyond_yz;
@@ -326,272 +553,50 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     M[4 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_inertia_beyond_xy - arm_psi_1_sin * arm_theta_1_inertia_beyond_yy) +
         arm_psi_cos * (arm_psi_1_sin * arm_psi_1_inertia_beyond_xy + arm_psi_1_cos * arm_theta_1_inertia_beyond_yy +
         p->derived.constant_1 * arm_psi_1_moment_beyond_x);
+    /* arm_theta_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    const double t175 = arm_psi_1_sin * arm_psi_1_moment_beyond_z;
+    M[4 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z) + arm_psi_cos * t175;
+    M[4 * 13 + 2] = arm_psi_1_inertia_beyond_yz + p->derived.constant_1 * t175;
     /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
-    const double t32 = arm_psi_1_cos * arm_psi_1_moment_beyond_x;
-    const double t33 = t32 - arm_psi_1_sin * arm_theta_1_moment_beyond_y;
-    const double t34 = arm_psi_1_sin * arm_psi_1_moment_beyond_x;
-    const double arm_psi_moment_beyond_y = t34 + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
-    const double t35 = arm_psi_1_cos * (arm_psi_1_inertia_beyond_xy + arm_psi_1_inertia_beyond_xy) + arm_psi_1_sin *
+    const double t176 = arm_psi_1_cos * arm_psi_1_moment_beyond_x;
+    const double t177 = t176 - arm_psi_1_sin * arm_theta_1_moment_beyond_y;
+    const double t178 = arm_psi_1_sin * arm_psi_1_moment_beyond_x;
+    const double arm_psi_moment_beyond_y = t178 + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
+    const double t179 = arm_psi_1_cos * (arm_psi_1_inertia_beyond_xy + arm_psi_1_inertia_beyond_xy) + arm_psi_1_sin *
         (arm_psi_1_inertia_beyond_xx - arm_theta_1_inertia_beyond_yy);
-    const double t36 = arm_psi_1_sin * t35;
-    const double t37 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xz - arm_psi_1_sin * arm_psi_1_inertia_beyond_yz;
+    const double t180 = arm_psi_1_sin * t179;
+    const double t181 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xz - arm_psi_1_sin * arm_psi_1_inertia_beyond_yz;
     const double arm_psi_inertia_beyond_yz = arm_psi_1_cos * arm_psi_1_inertia_beyond_yz + arm_psi_1_sin *
         arm_psi_1_inertia_beyond_xz;
-    const double t38 = t33 + p->derived.constant_6;
-    const double t39 = p->derived.constant_1 * (t33 + t38);
-    const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t35 - arm_psi_1_inertia_beyond_xy - p->derived.constant_1 *
+    const double t182 = t177 + p->derived.constant_6;
+    const double t183 = p->derived.constant_1 * (t177 + t182);
+    const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t179 - arm_psi_1_inertia_beyond_xy - p->derived.constant_1 *
         arm_psi_moment_beyond_y;
-    const double arm_psi_inertia_beyond_xz = t37 - p->derived.constant_1 * arm_psi_1_moment_beyond_z;
+    const double arm_psi_inertia_beyond_xz = t181 - p->derived.constant_1 * arm_psi_1_moment_beyond_z;
+    /* arm_psi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    const double t184 = t160 - t161;
+    const double t185 = t176 + arm_psi_1_sin * t184;
+    M[3 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t184 - t178) + arm_psi_cos * t185;
+    M[3 * 13 + 2] = arm_psi_1_inertia_beyond_zz + p->derived.constant_1 * t185;
+    const double t186 = arm_psi_cos * arm_psi_inertia_beyond_yz;
+    M[2 * 13 + 1] = t186 + arm_psi_sin * arm_psi_inertia_beyond_xz;
+    M[3 * 13 + 1] = arm_psi_sin * t181 + t186;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x_2 = p->derived.arm_psi_moment_x + t38;
+    const double arm_psi_moment_beyond_x_2 = p->derived.arm_psi_moment_x + t182;
     const double arm_psi_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + (arm_psi_1_inertia_beyond_xx -
-        t36);
+        t180);
     const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (arm_theta_1_inertia_beyond_yy +
-        t36 + t39);
+        t180 + t183);
     const double arm_psi_inertia_beyond_zz = p->derived.arm_psi_inertia_yy + (arm_psi_1_inertia_beyond_zz +
-        t39);
+        t183);
     M[2 * 13 + 2] = arm_psi_inertia_beyond_zz;
     const double column_psi_moment_beyond_x_2 = arm_psi_cos * arm_psi_moment_beyond_x_2 - arm_psi_sin * arm_psi_moment_beyond_y;
     M[2 * 13 + 0] = column_psi_moment_beyond_x_2;
-    const double t40 = arm_psi_cos * arm_psi_inertia_beyond_yz;
-    M[2 * 13 + 1] = t40 + arm_psi_sin * arm_psi_inertia_beyond_xz;
-    M[3 * 13 + 1] = t40 + arm_psi_sin * t37;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_cos *
         (arm_psi_inertia_beyond_xy + arm_psi_inertia_beyond_xy) + arm_psi_sin * (arm_psi_inertia_beyond_xx -
         arm_psi_inertia_beyond_yy)));
     M[1 * 13 + 1] = column_psi_inertia_beyond_zz;
-    /* arm_psi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t41 = t25 - t26;
-    const double t42 = t32 + arm_psi_1_sin * t41;
-    M[3 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t41 - t34) + arm_psi_cos * t42;
-    M[3 * 13 + 2] = arm_psi_1_inertia_beyond_zz + p->derived.constant_1 * t42;
-    /* arm_theta_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t43 = arm_psi_1_sin * arm_psi_1_moment_beyond_z;
-    M[4 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z) + arm_psi_cos * t43;
-    M[4 * 13 + 2] = arm_psi_1_inertia_beyond_yz + p->derived.constant_1 * t43;
-    /* arm_phi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t44 = t15 - t16;
-    const double t45 = arm_phi_1_cos * t44 - t27;
-    const double t46 = t26 + arm_phi_1_sin * t44;
-    const double t47 = arm_theta_1_cos * arm_theta_1_inertia_beyond_xz - arm_theta_1_sin * arm_phi_1_inertia_beyond_xx;
-    M[5 * 13 + 3] = t47;
-    const double t48 = arm_theta_1_sin * arm_theta_1_inertia_beyond_xz + arm_theta_1_cos * arm_phi_1_inertia_beyond_xx;
-    const double t49 = arm_theta_1_sin * t46;
-    const double t50 = arm_psi_1_sin * t49 + arm_psi_1_cos * t45;
-    M[5 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t49 - arm_psi_1_sin * t45) + arm_psi_cos * t50;
-    M[5 * 13 + 2] = t47 + p->derived.constant_1 * t50;
-    const double t51 = arm_psi_sin * (arm_psi_1_cos * t48 - arm_psi_1_sin * arm_theta_1_inertia_beyond_xy) +
-        arm_psi_cos * (arm_psi_1_sin * t48 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy - p->derived.constant_1 *
-        (arm_theta_1_cos * t46));
-    M[5 * 13 + 1] = t51;
-    /* arm_psi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t52 = arm_psi_2_inertia_beyond_zz + p->derived.arm_element_length * t19;
-    const double t53 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yz - arm_phi_1_sin * t52;
-    M[6 * 13 + 4] = t53;
-    const double t54 = arm_phi_1_sin * arm_phi_1_inertia_beyond_yz + arm_phi_1_cos * t52;
-    const double t55 = arm_phi_1_cos * t19;
-    const double t56 = arm_phi_1_sin * t19;
-    const double t57 = arm_theta_1_cos * t54 - arm_theta_1_sin * t22;
-    M[6 * 13 + 3] = t57;
-    const double t58 = arm_theta_1_sin * t54 + arm_theta_1_cos * t22;
-    const double t59 = arm_theta_1_sin * t56 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
-    const double t60 = arm_psi_1_sin * t59 + arm_psi_1_cos * t55;
-    M[6 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t59 - arm_psi_1_sin * t55) + arm_psi_cos * t60;
-    M[6 * 13 + 2] = t57 + p->derived.constant_1 * t60;
-    const double t61 = arm_psi_sin * (arm_psi_1_cos * t58 - arm_psi_1_sin * t53) + arm_psi_cos * (arm_psi_1_sin *
-        t58 + arm_psi_1_cos * t53 - p->derived.constant_1 * (arm_theta_1_sin * arm_phi_1_moment_beyond_y +
-        arm_theta_1_cos * t56));
-    M[6 * 13 + 1] = t61;
-    /* arm_theta_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t62 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xy - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
-    M[7 * 13 + 5] = t62;
-    const double t63 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
-    const double t64 = arm_psi_2_sin * arm_psi_2_moment_beyond_z;
-    const double t65 = arm_psi_2_sin * arm_psi_2_inertia_beyond_xy + arm_psi_2_cos * arm_theta_2_inertia_beyond_yy +
-        p->derived.arm_element_length * arm_psi_2_moment_beyond_x;
-    const double t66 = arm_psi_2_inertia_beyond_yz + p->derived.arm_element_length * t64;
-    const double t67 = arm_phi_1_cos * t65 - arm_phi_1_sin * t66;
-    M[7 * 13 + 4] = t67;
-    const double t68 = arm_phi_1_sin * t65 + arm_phi_1_cos * t66;
-    const double t69 = arm_phi_1_sin * arm_psi_2_moment_beyond_x + arm_phi_1_cos * t64;
-    const double t70 = arm_phi_1_sin * t64 - arm_phi_1_cos * arm_psi_2_moment_beyond_x;
-    const double t71 = arm_theta_1_cos * t68 - arm_theta_1_sin * t62;
-    M[7 * 13 + 3] = t71;
-    const double t72 = arm_theta_1_sin * t68 + arm_theta_1_cos * t62;
-    const double t73 = arm_theta_1_sin * t70 + arm_theta_1_cos * t63;
-    const double t74 = arm_psi_1_sin * t73 + arm_psi_1_cos * t69;
-    M[7 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t73 - arm_psi_1_sin * t69) + arm_psi_cos * t74;
-    M[7 * 13 + 2] = t71 + p->derived.constant_1 * t74;
-    const double t75 = arm_psi_sin * (arm_psi_1_cos * t72 - arm_psi_1_sin * t67) + arm_psi_cos * (arm_psi_1_sin *
-        t72 + arm_psi_1_cos * t67 - p->derived.constant_1 * (arm_theta_1_cos * t70 - arm_theta_1_sin * t63));
-    M[7 * 13 + 1] = t75;
-    /* arm_phi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t76 = t12 - t11;
-    const double t77 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz - arm_theta_2_sin * arm_phi_2_inertia_beyond_xx;
-    M[8 * 13 + 6] = t77;
-    const double t78 = arm_theta_2_sin * arm_theta_2_inertia_beyond_xz + arm_theta_2_cos * arm_phi_2_inertia_beyond_xx;
-    const double t79 = arm_theta_2_cos * arm_theta_2_moment_beyond_y;
-    const double t80 = arm_theta_2_sin * arm_theta_2_moment_beyond_y;
-    const double t81 = arm_psi_2_cos * t78 - arm_psi_2_sin * arm_theta_2_inertia_beyond_xy;
-    M[8 * 13 + 5] = t81;
-    const double t82 = arm_psi_2_cos * t80 - arm_psi_2_sin * t76;
-    const double t83 = arm_psi_2_sin * t80 + arm_psi_2_cos * t76;
-    const double t84 = arm_psi_2_sin * t78 + arm_psi_2_cos * arm_theta_2_inertia_beyond_xy - p->derived.arm_element_length *
-        t79;
-    const double t85 = t77 + p->derived.arm_element_length * t83;
-    const double t86 = arm_phi_1_cos * t84 - arm_phi_1_sin * t85;
-    M[8 * 13 + 4] = t86;
-    const double t87 = arm_phi_1_sin * t84 + arm_phi_1_cos * t85;
-    const double t88 = arm_phi_1_cos * t83 - arm_phi_1_sin * t79;
-    const double t89 = arm_phi_1_sin * t83 + arm_phi_1_cos * t79;
-    const double t90 = arm_theta_1_cos * t87 - arm_theta_1_sin * t81;
-    M[8 * 13 + 3] = t90;
-    const double t91 = arm_theta_1_sin * t87 + arm_theta_1_cos * t81;
-    const double t92 = arm_theta_1_sin * t89 + arm_theta_1_cos * t82;
-    const double t93 = arm_psi_1_sin * t92 + arm_psi_1_cos * t88;
-    M[8 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t92 - arm_psi_1_sin * t88) + arm_psi_cos * t93;
-    M[8 * 13 + 2] = t90 + p->derived.constant_1 * t93;
-    const double t94 = arm_psi_sin * (arm_psi_1_cos * t91 - arm_psi_1_sin * t86) + arm_psi_cos * (arm_psi_1_sin *
-        t91 + arm_psi_1_cos * t86 - p->derived.constant_1 * (arm_theta_1_cos * t89 - arm_theta_1_sin * t82));
-    M[8 * 13 + 1] = t94;
-    /* arm_psi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t95 = arm_psi_3_inertia_beyond_zz + p->derived.arm_element_length * t5;
-    const double t96 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yz - arm_phi_2_sin * t95;
-    M[9 * 13 + 7] = t96;
-    const double t97 = arm_phi_2_sin * arm_phi_2_inertia_beyond_yz + arm_phi_2_cos * t95;
-    const double t98 = arm_phi_2_cos * t5;
-    const double t99 = arm_phi_2_sin * t5;
-    const double t100 = arm_theta_2_cos * t97 - arm_theta_2_sin * t8;
-    M[9 * 13 + 6] = t100;
-    const double t101 = arm_theta_2_sin * t97 + arm_theta_2_cos * t8;
-    const double t102 = arm_theta_2_sin * arm_phi_2_moment_beyond_y + arm_theta_2_cos * t99;
-    const double t103 = arm_theta_2_sin * t99 - arm_theta_2_cos * arm_phi_2_moment_beyond_y;
-    const double t104 = arm_psi_2_cos * t101 - arm_psi_2_sin * t96;
-    M[9 * 13 + 5] = t104;
-    const double t105 = arm_psi_2_cos * t103 - arm_psi_2_sin * t98;
-    const double t106 = arm_psi_2_sin * t103 + arm_psi_2_cos * t98;
-    const double t107 = arm_psi_2_sin * t101 + arm_psi_2_cos * t96 - p->derived.arm_element_length * t102;
-    const double t108 = t100 + p->derived.arm_element_length * t106;
-    const double t109 = arm_phi_1_cos * t107 - arm_phi_1_sin * t108;
-    M[9 * 13 + 4] = t109;
-    const double t110 = arm_phi_1_sin * t107 + arm_phi_1_cos * t108;
-    const double t111 = arm_phi_1_cos * t106 - arm_phi_1_sin * t102;
-    const double t112 = arm_phi_1_sin * t106 + arm_phi_1_cos * t102;
-    const double t113 = arm_theta_1_cos * t110 - arm_theta_1_sin * t104;
-    M[9 * 13 + 3] = t113;
-    const double t114 = arm_theta_1_sin * t110 + arm_theta_1_cos * t104;
-    const double t115 = arm_theta_1_sin * t112 + arm_theta_1_cos * t105;
-    const double t116 = arm_psi_1_sin * t115 + arm_psi_1_cos * t111;
-    M[9 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t115 - arm_psi_1_sin * t111) + arm_psi_cos * t116;
-    M[9 * 13 + 2] = t113 + p->derived.constant_1 * t116;
-    const double t117 = arm_psi_sin * (arm_psi_1_cos * t114 - arm_psi_1_sin * t109) + arm_psi_cos * (arm_psi_1_sin *
-        t114 + arm_psi_1_cos * t109 - p->derived.constant_1 * (arm_theta_1_cos * t112 - arm_theta_1_sin *
-        t105));
-    M[9 * 13 + 1] = t117;
-    /* arm_theta_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t118 = arm_psi_3_sin * arm_phi_3_inertia_beyond_yy;
-    M[10 * 13 + 8] = -t118;
-    const double t119 = arm_psi_3_cos * t2;
-    const double t120 = arm_psi_3_sin * t2;
-    const double t121 = p->derived.arm_element_length * t120;
-    const double t122 = arm_psi_3_cos * arm_phi_3_inertia_beyond_yy + p->derived.arm_element_length * arm_psi_3_moment_beyond_x;
-    const double t123 = arm_phi_2_sin * t121 + arm_phi_2_cos * t122;
-    M[10 * 13 + 7] = t123;
-    const double t124 = arm_phi_2_sin * t122 - arm_phi_2_cos * t121;
-    const double t125 = arm_phi_2_sin * arm_psi_3_moment_beyond_x - arm_phi_2_cos * t120;
-    const double t126 = arm_phi_2_sin * t120 + arm_phi_2_cos * arm_psi_3_moment_beyond_x;
-    const double t127 = arm_theta_2_sin * t118 + arm_theta_2_cos * t124;
-    M[10 * 13 + 6] = t127;
-    const double t128 = arm_theta_2_sin * t124 - arm_theta_2_cos * t118;
-    const double t129 = arm_theta_2_sin * t119 - arm_theta_2_cos * t126;
-    const double t130 = arm_theta_2_sin * t126 + arm_theta_2_cos * t119;
-    const double t131 = arm_psi_2_cos * t128 - arm_psi_2_sin * t123;
-    M[10 * 13 + 5] = t131;
-    const double t132 = arm_psi_2_sin * t125 + arm_psi_2_cos * t130;
-    const double t133 = arm_psi_2_cos * t125 - arm_psi_2_sin * t130;
-    const double t134 = arm_psi_2_sin * t128 + arm_psi_2_cos * t123 - p->derived.arm_element_length * t129;
-    const double t135 = t127 + p->derived.arm_element_length * t133;
-    const double t136 = arm_phi_1_cos * t134 - arm_phi_1_sin * t135;
-    M[10 * 13 + 4] = t136;
-    const double t137 = arm_phi_1_sin * t134 + arm_phi_1_cos * t135;
-    const double t138 = arm_phi_1_cos * t133 - arm_phi_1_sin * t129;
-    const double t139 = arm_phi_1_sin * t133 + arm_phi_1_cos * t129;
-    const double t140 = arm_theta_1_cos * t137 - arm_theta_1_sin * t131;
-    M[10 * 13 + 3] = t140;
-    const double t141 = arm_theta_1_sin * t137 + arm_theta_1_cos * t131;
-    const double t142 = arm_theta_1_sin * t139 - arm_theta_1_cos * t132;
-    const double t143 = arm_psi_1_sin * t142 + arm_psi_1_cos * t138;
-    M[10 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t142 - arm_psi_1_sin * t138) + arm_psi_cos * t143;
-    M[10 * 13 + 2] = t140 + p->derived.constant_1 * t143;
-    const double t144 = arm_psi_sin * (arm_psi_1_cos * t141 - arm_psi_1_sin * t136) + arm_psi_cos * (arm_psi_1_sin *
-        t141 + arm_psi_1_cos * t136 - p->derived.constant_1 * (arm_theta_1_sin * t132 + arm_theta_1_cos *
-        t139));
-    M[10 * 13 + 1] = t144;
-    /* arm_phi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t145 = p->derived.arm_psi_inertia_xx * arm_theta_3_sin;
-    M[11 * 13 + 9] = -t145;
-    const double t146 = p->derived.arm_psi_inertia_xx * arm_theta_3_cos;
-    const double t147 = arm_psi_3_cos * t146;
-    M[11 * 13 + 8] = t147;
-    const double t148 = arm_psi_3_sin * t146;
-    const double t149 = arm_phi_2_sin * t145 + arm_phi_2_cos * t148;
-    M[11 * 13 + 7] = t149;
-    const double t150 = arm_phi_2_sin * t148 - arm_phi_2_cos * t145;
-    const double t151 = arm_theta_2_cos * t150 - arm_theta_2_sin * t147;
-    M[11 * 13 + 6] = t151;
-    const double t152 = arm_theta_2_sin * t150 + arm_theta_2_cos * t147;
-    const double t153 = arm_psi_2_cos * t152 - arm_psi_2_sin * t149;
-    M[11 * 13 + 5] = t153;
-    const double t154 = arm_psi_2_sin * t152 + arm_psi_2_cos * t149;
-    const double t155 = arm_phi_1_cos * t154 - arm_phi_1_sin * t151;
-    M[11 * 13 + 4] = t155;
-    const double t156 = arm_phi_1_sin * t154 + arm_phi_1_cos * t151;
-    const double t157 = arm_theta_1_cos * t156 - arm_theta_1_sin * t153;
-    M[11 * 13 + 2] = t157;
-    M[11 * 13 + 3] = t157;
-    const double t158 = arm_theta_1_sin * t156 + arm_theta_1_cos * t153;
-    M[11 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * t158 - arm_psi_1_sin * t155) + arm_psi_cos * (arm_psi_1_sin *
-        t158 + arm_psi_1_cos * t155);
-    /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t159 = p->m_E * arm_theta_3_sin;
-    const double t160 = p->m_E * arm_theta_3_cos;
-    const double t161 = arm_psi_3_cos * t160;
-    const double t162 = arm_psi_3_sin * t160;
-    const double t163 = p->derived.arm_element_length * t159;
-    const double t164 = p->derived.arm_element_length * t162;
-    const double t165 = arm_phi_2_cos * t163 - arm_phi_2_sin * t164;
-    M[12 * 13 + 7] = t165;
-    const double t166 = arm_phi_2_sin * t163 + arm_phi_2_cos * t164;
-    const double t167 = arm_phi_2_sin * t159 + arm_phi_2_cos * t162;
-    const double t168 = arm_phi_2_sin * t162 - arm_phi_2_cos * t159;
-    const double t169 = arm_theta_2_cos * t166;
-    M[12 * 13 + 6] = t169;
-    const double t170 = arm_theta_2_sin * t166;
-    const double t171 = arm_theta_2_cos * t168 - arm_theta_2_sin * t161;
-    const double t172 = arm_theta_2_sin * t168 + arm_theta_2_cos * t161;
-    const double t173 = arm_psi_2_cos * t170 - arm_psi_2_sin * t165;
-    M[12 * 13 + 5] = t173;
-    const double t174 = arm_psi_2_cos * t172 - arm_psi_2_sin * t167;
-    const double t175 = arm_psi_2_sin * t172 + arm_psi_2_cos * t167;
-    const double t176 = arm_psi_2_sin * t170 + arm_psi_2_cos * t165 - p->derived.arm_element_length * t171;
-    const double t177 = t169 + p->derived.arm_element_length * t175;
-    const double t178 = arm_phi_1_cos * t176 - arm_phi_1_sin * t177;
-    M[12 * 13 + 4] = t178;
-    const double t179 = arm_phi_1_sin * t176 + arm_phi_1_cos * t177;
-    const double t180 = arm_phi_1_cos * t175 - arm_phi_1_sin * t171;
-    const double t181 = arm_phi_1_sin * t175 + arm_phi_1_cos * t171;
-    const double t182 = arm_theta_1_cos * t179 - arm_theta_1_sin * t173;
-    M[12 * 13 + 3] = t182;
-    const double t183 = arm_theta_1_sin * t179 + arm_theta_1_cos * t173;
-    const double t184 = arm_theta_1_sin * t181 + arm_theta_1_cos * t174;
-    const double t185 = arm_psi_1_sin * t184 + arm_psi_1_cos * t180;
-    M[12 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t184 - arm_psi_1_sin * t180) + arm_psi_cos * t185;
-    M[12 * 13 + 2] = t182 + p->derived.constant_1 * t185;
-    const double t186 = arm_psi_sin * (arm_psi_1_cos * t183 - arm_psi_1_sin * t178) + arm_psi_cos * (arm_psi_1_sin *
-        t183 + arm_psi_1_cos * t178 - p->derived.constant_1 * (arm_theta_1_cos * t181 - arm_theta_1_sin *
-        t174));
-    M[12 * 13 + 1] = t186;
     for (int i = 0; i < 13; i++)
         for (int j = 0; j < i; j++)
             M[j * 13 + i] = M[i * 13 + j];
@@ -890,24 +895,18 @@ void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, con
         const double q[13], const double qd[13], double u[2 * 13]) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 26; i++)
-        u[i] = terms.u[i];
+    memcpy(u, terms.u, sizeof terms.u);
 }
 
 void manipulator_flexible_row_terms(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], struct manipulator_flexible_row_terms_result *out) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 26; i++)
-        out->u[i] = terms.u[i];
-    for (int i = 0; i < 2; i++)
-        out->v[i] = terms.v[i];
-    for (int i = 0; i < 2; i++)
-        out->phi[i] = terms.phi[i];
-    for (int i = 0; i < 2; i++)
-        out->psi[i] = terms.psi[i];
-    for (int i = 0; i < 2; i++)
-        out->k[i] = terms.k[i];
+    memcpy(out->u, terms.u, sizeof terms.u);
+    memcpy(out->v, terms.v, sizeof terms.v);
+    memcpy(out->phi, terms.phi, sizeof terms.phi);
+    memcpy(out->psi, terms.psi, sizeof terms.psi);
+    memcpy(out->k, terms.k, sizeof terms.k);
 }
 
 void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -1214,78 +1213,66 @@ void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, con
         const double q[13], const double qd[13], double v[2]) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 2; i++)
-        v[i] = terms.v[i];
+    memcpy(v, terms.v, sizeof terms.v);
 }
 
 void manipulator_flexible_phi(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double phi[2]) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 2; i++)
-        phi[i] = terms.phi[i];
+    memcpy(phi, terms.phi, sizeof terms.phi);
 }
 
 void manipulator_flexible_psi(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double psi[2]) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 2; i++)
-        psi[i] = terms.psi[i];
+    memcpy(psi, terms.psi, sizeof terms.psi);
 }
 
 void manipulator_flexible_k(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double k[2]) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 2; i++)
-        k[i] = terms.k[i];
+    memcpy(k, terms.k, sizeof terms.k);
 }
 
 void manipulator_flexible_r(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double r[1 * 3]) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 3; i++)
-        r[i] = terms.r[i];
+    memcpy(r, terms.r, sizeof terms.r);
 }
 
 void manipulator_flexible_point_terms(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], struct manipulator_flexible_point_terms_result *out) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 3; i++)
-        out->r[i] = terms.r[i];
-    for (int i = 0; i < 3; i++)
-        out->rd[i] = terms.rd[i];
-    for (int i = 0; i < 39; i++)
-        out->C[i] = terms.C[i];
-    for (int i = 0; i < 3; i++)
-        out->d[i] = terms.d[i];
+    memcpy(out->r, terms.r, sizeof terms.r);
+    memcpy(out->rd, terms.rd, sizeof terms.rd);
+    memcpy(out->C, terms.C, sizeof terms.C);
+    memcpy(out->d, terms.d, sizeof terms.d);
 }
 
 void manipulator_flexible_rd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double rd[1 * 3]) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 3; i++)
-        rd[i] = terms.rd[i];
+    memcpy(rd, terms.rd, sizeof terms.rd);
 }
 
 void manipulator_flexible_C(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double C[3 * 13]) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 39; i++)
-        C[i] = terms.C[i];
+    memcpy(C, terms.C, sizeof terms.C);
 }
 
 void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double d[1 * 3]) {
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 3; i++)
-        d[i] = terms.d[i];
+    memcpy(d, terms.d, sizeof terms.d);
 }
 
 void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -1435,6 +1422,10 @@ void manipulator_flexible_power(const struct manipulator_flexible_parameters *p,
     }
     power[0] = carried_60;
 }
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#endif
 
 void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double Q_q[13 * 13]) {
@@ -1627,12 +1618,16 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     }
 }
 
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC push_options
+#pragma GCC optimize("no-tree-pta")
+#endif
+
 void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double qdd_free[13]) {
     struct manipulator_flexible_accelerations_result accelerations;
     manipulator_flexible_accelerations(p, x, t, q, qd, &accelerations);
-    for (int i = 0; i < 13; i++)
-        qdd_free[i] = accelerations.qdd_free[i];
+    memcpy(qdd_free, accelerations.qdd_free, sizeof accelerations.qdd_free);
 }
 
 void manipulator_flexible_accelerations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -2360,21 +2355,21 @@ void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, c
         const double q[13], const double qd[13], double qdd[13]) {
     struct manipulator_flexible_accelerations_result accelerations;
     manipulator_flexible_accelerations(p, x, t, q, qd, &accelerations);
-    for (int i = 0; i < 13; i++)
-        qdd[i] = accelerations.qdd[i];
+    memcpy(qdd, accelerations.qdd, sizeof accelerations.qdd);
 }
 
 void manipulator_flexible_constrained(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], struct manipulator_flexible_constrained_result *out) {
     struct manipulator_flexible_accelerations_result accelerations;
     manipulator_flexible_accelerations(p, x, t, q, qd, &accelerations);
-    for (int i = 0; i < 13; i++)
-        out->qdd[i] = accelerations.qdd[i];
-    for (int i = 0; i < 1; i++)
-        out->power[i] = accelerations.power[i];
-    for (int i = 0; i < 2; i++)
-        out->lambda[i] = accelerations.lambda[i];
+    memcpy(out->qdd, accelerations.qdd, sizeof accelerations.qdd);
+    memcpy(out->power, accelerations.power, sizeof accelerations.power);
+    memcpy(out->lambda, accelerations.lambda, sizeof accelerations.lambda);
 }
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#endif
 
 void manipulator_flexible_force(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double force[13]) {
@@ -2384,12 +2379,10 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
         force[i] = 0.0;
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 26; i++)
-        u[i] = terms.u[i];
+    memcpy(u, terms.u, sizeof terms.u);
     struct manipulator_flexible_accelerations_result accelerations;
     manipulator_flexible_accelerations(p, x, t, q, qd, &accelerations);
-    for (int i = 0; i < 2; i++)
-        lambda[i] = accelerations.lambda[i];
+    memcpy(lambda, accelerations.lambda, sizeof accelerations.lambda);
     { /* r = u^T lambda */
         for (int k = 0; k < 2; k += 2)
             for (int i = 0; i < 13; i++) {
@@ -2402,6 +2395,11 @@ void manipulator_flexible_force(const struct manipulator_flexible_parameters *p,
     }
 }
 
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC push_options
+#pragma GCC optimize("no-tree-pta")
+#endif
+
 void manipulator_flexible_equations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], struct manipulator_flexible_equations_result *out) {
     manipulator_flexible_M(p, x, t, q, qd, out->M);
@@ -2412,16 +2410,11 @@ void manipulator_flexible_equations(const struct manipulator_flexible_parameters
         out->f[i] += Q[i];
     struct manipulator_flexible_terms_result terms;
     manipulator_flexible_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 26; i++)
-        out->u[i] = terms.u[i];
-    for (int i = 0; i < 2; i++)
-        out->v[i] = terms.v[i];
-    for (int i = 0; i < 2; i++)
-        out->phi[i] = terms.phi[i];
-    for (int i = 0; i < 2; i++)
-        out->psi[i] = terms.psi[i];
-    for (int i = 0; i < 2; i++)
-        out->k[i] = terms.k[i];
+    memcpy(out->u, terms.u, sizeof terms.u);
+    memcpy(out->v, terms.v, sizeof terms.v);
+    memcpy(out->phi, terms.phi, sizeof terms.phi);
+    memcpy(out->psi, terms.psi, sizeof terms.psi);
+    memcpy(out->k, terms.k, sizeof terms.k);
 }
 
 void manipulator_flexible_course(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -2769,7 +2762,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "081a2837d1c89e1f",
+    SET(hash) "aa1c6b263d5fa387",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,
@@ -2781,6 +2774,7 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(qdd_cost) 2703,
     SET(tangent_cost) 0,
     SET(tangent_vectors_cost) 0,
+    SET(shifted_cost) 0,
     SET(coupling_count) 0,
     SET(coordinates) manipulator_flexible_coordinate_names,
     SET(parameters) manipulator_flexible_parameter_names,
@@ -2827,6 +2821,8 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(accelerations) manipulator_flexible_accelerations_doubles,
     SET(tangent) 0,
     SET(tangent_vectors) 0,
+    SET(diagonals) 0,
+    SET(shifted) 0,
     SET(d_qdd) 0,
     SET(d_qdd_free) 0,
     SET(d_force) 0,

@@ -2,6 +2,7 @@
 #include "manipulator_rigid.h"
 
 #include <math.h>
+#include <string.h>
 
 /* What gcc would search for here is not there: common values are shared already, and vectors in long
    blocks of scalars take -O3 minutes to find and are slower. Loops over arrays stay vectors. */
@@ -10,7 +11,12 @@
 #pragma GCC optimize("no-tree-dominator-opts,no-tree-vrp,no-code-hoisting,no-schedule-insns2,no-ivopts")
 #pragma GCC optimize("no-tree-ccp,no-dse,no-cprop-registers,no-forward-propagate")
 #pragma GCC optimize("ira-region=one,no-lra-remat,no-caller-saves,no-peephole2,no-ree")
-#pragma GCC optimize("no-tree-dse,no-ipa-cp")
+#pragma GCC optimize("no-tree-dse,no-ipa-cp,no-ipa-icf,no-ipa-modref,no-ipa-sra")
+#endif
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC push_options
+#pragma GCC optimize("no-tree-pta")
 #endif
 
 void manipulator_rigid_prepare(struct manipulator_rigid_parameters *p) {
@@ -143,24 +149,18 @@ void manipulator_rigid_u(const struct manipulator_rigid_parameters *p, const str
         const double q[4], const double qd[4], double u[2 * 4]) {
     struct manipulator_rigid_terms_result terms;
     manipulator_rigid_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 8; i++)
-        u[i] = terms.u[i];
+    memcpy(u, terms.u, sizeof terms.u);
 }
 
 void manipulator_rigid_row_terms(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], struct manipulator_rigid_row_terms_result *out) {
     struct manipulator_rigid_terms_result terms;
     manipulator_rigid_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 8; i++)
-        out->u[i] = terms.u[i];
-    for (int i = 0; i < 2; i++)
-        out->v[i] = terms.v[i];
-    for (int i = 0; i < 2; i++)
-        out->phi[i] = terms.phi[i];
-    for (int i = 0; i < 2; i++)
-        out->psi[i] = terms.psi[i];
-    for (int i = 0; i < 2; i++)
-        out->k[i] = terms.k[i];
+    memcpy(out->u, terms.u, sizeof terms.u);
+    memcpy(out->v, terms.v, sizeof terms.v);
+    memcpy(out->phi, terms.phi, sizeof terms.phi);
+    memcpy(out->psi, terms.psi, sizeof terms.psi);
+    memcpy(out->k, terms.k, sizeof terms.k);
 }
 
 void manipulator_rigid_terms(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -276,78 +276,66 @@ void manipulator_rigid_v(const struct manipulator_rigid_parameters *p, const str
         const double q[4], const double qd[4], double v[2]) {
     struct manipulator_rigid_terms_result terms;
     manipulator_rigid_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 2; i++)
-        v[i] = terms.v[i];
+    memcpy(v, terms.v, sizeof terms.v);
 }
 
 void manipulator_rigid_phi(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double phi[2]) {
     struct manipulator_rigid_terms_result terms;
     manipulator_rigid_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 2; i++)
-        phi[i] = terms.phi[i];
+    memcpy(phi, terms.phi, sizeof terms.phi);
 }
 
 void manipulator_rigid_psi(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double psi[2]) {
     struct manipulator_rigid_terms_result terms;
     manipulator_rigid_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 2; i++)
-        psi[i] = terms.psi[i];
+    memcpy(psi, terms.psi, sizeof terms.psi);
 }
 
 void manipulator_rigid_k(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double k[2]) {
     struct manipulator_rigid_terms_result terms;
     manipulator_rigid_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 2; i++)
-        k[i] = terms.k[i];
+    memcpy(k, terms.k, sizeof terms.k);
 }
 
 void manipulator_rigid_r(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double r[1 * 3]) {
     struct manipulator_rigid_terms_result terms;
     manipulator_rigid_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 3; i++)
-        r[i] = terms.r[i];
+    memcpy(r, terms.r, sizeof terms.r);
 }
 
 void manipulator_rigid_point_terms(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], struct manipulator_rigid_point_terms_result *out) {
     struct manipulator_rigid_terms_result terms;
     manipulator_rigid_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 3; i++)
-        out->r[i] = terms.r[i];
-    for (int i = 0; i < 3; i++)
-        out->rd[i] = terms.rd[i];
-    for (int i = 0; i < 12; i++)
-        out->C[i] = terms.C[i];
-    for (int i = 0; i < 3; i++)
-        out->d[i] = terms.d[i];
+    memcpy(out->r, terms.r, sizeof terms.r);
+    memcpy(out->rd, terms.rd, sizeof terms.rd);
+    memcpy(out->C, terms.C, sizeof terms.C);
+    memcpy(out->d, terms.d, sizeof terms.d);
 }
 
 void manipulator_rigid_rd(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double rd[1 * 3]) {
     struct manipulator_rigid_terms_result terms;
     manipulator_rigid_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 3; i++)
-        rd[i] = terms.rd[i];
+    memcpy(rd, terms.rd, sizeof terms.rd);
 }
 
 void manipulator_rigid_C(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double C[3 * 4]) {
     struct manipulator_rigid_terms_result terms;
     manipulator_rigid_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 12; i++)
-        C[i] = terms.C[i];
+    memcpy(C, terms.C, sizeof terms.C);
 }
 
 void manipulator_rigid_d(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double d[1 * 3]) {
     struct manipulator_rigid_terms_result terms;
     manipulator_rigid_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 3; i++)
-        d[i] = terms.d[i];
+    memcpy(d, terms.d, sizeof terms.d);
 }
 
 void manipulator_rigid_energy(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -432,8 +420,7 @@ void manipulator_rigid_qdd_free(const struct manipulator_rigid_parameters *p, co
         const double q[4], const double qd[4], double qdd_free[4]) {
     struct manipulator_rigid_accelerations_result accelerations;
     manipulator_rigid_accelerations(p, x, t, q, qd, &accelerations);
-    for (int i = 0; i < 4; i++)
-        qdd_free[i] = accelerations.qdd_free[i];
+    memcpy(qdd_free, accelerations.qdd_free, sizeof accelerations.qdd_free);
 }
 
 void manipulator_rigid_accelerations(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -611,21 +598,21 @@ void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const s
         const double q[4], const double qd[4], double qdd[4]) {
     struct manipulator_rigid_accelerations_result accelerations;
     manipulator_rigid_accelerations(p, x, t, q, qd, &accelerations);
-    for (int i = 0; i < 4; i++)
-        qdd[i] = accelerations.qdd[i];
+    memcpy(qdd, accelerations.qdd, sizeof accelerations.qdd);
 }
 
 void manipulator_rigid_constrained(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], struct manipulator_rigid_constrained_result *out) {
     struct manipulator_rigid_accelerations_result accelerations;
     manipulator_rigid_accelerations(p, x, t, q, qd, &accelerations);
-    for (int i = 0; i < 4; i++)
-        out->qdd[i] = accelerations.qdd[i];
-    for (int i = 0; i < 1; i++)
-        out->power[i] = accelerations.power[i];
-    for (int i = 0; i < 2; i++)
-        out->lambda[i] = accelerations.lambda[i];
+    memcpy(out->qdd, accelerations.qdd, sizeof accelerations.qdd);
+    memcpy(out->power, accelerations.power, sizeof accelerations.power);
+    memcpy(out->lambda, accelerations.lambda, sizeof accelerations.lambda);
 }
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#endif
 
 void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double force[4]) {
@@ -635,12 +622,10 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
         force[i] = 0.0;
     struct manipulator_rigid_terms_result terms;
     manipulator_rigid_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 8; i++)
-        u[i] = terms.u[i];
+    memcpy(u, terms.u, sizeof terms.u);
     struct manipulator_rigid_accelerations_result accelerations;
     manipulator_rigid_accelerations(p, x, t, q, qd, &accelerations);
-    for (int i = 0; i < 2; i++)
-        lambda[i] = accelerations.lambda[i];
+    memcpy(lambda, accelerations.lambda, sizeof accelerations.lambda);
     { /* r = u^T lambda */
         for (int k = 0; k < 2; k += 2)
             for (int i = 0; i < 4; i++) {
@@ -653,6 +638,11 @@ void manipulator_rigid_force(const struct manipulator_rigid_parameters *p, const
     }
 }
 
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC push_options
+#pragma GCC optimize("no-tree-pta")
+#endif
+
 void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], struct manipulator_rigid_equations_result *out) {
     manipulator_rigid_M(p, x, t, q, qd, out->M);
@@ -663,16 +653,11 @@ void manipulator_rigid_equations(const struct manipulator_rigid_parameters *p, c
         out->f[i] += Q[i];
     struct manipulator_rigid_terms_result terms;
     manipulator_rigid_terms(p, x, t, q, qd, &terms);
-    for (int i = 0; i < 8; i++)
-        out->u[i] = terms.u[i];
-    for (int i = 0; i < 2; i++)
-        out->v[i] = terms.v[i];
-    for (int i = 0; i < 2; i++)
-        out->phi[i] = terms.phi[i];
-    for (int i = 0; i < 2; i++)
-        out->psi[i] = terms.psi[i];
-    for (int i = 0; i < 2; i++)
-        out->k[i] = terms.k[i];
+    memcpy(out->u, terms.u, sizeof terms.u);
+    memcpy(out->v, terms.v, sizeof terms.v);
+    memcpy(out->phi, terms.phi, sizeof terms.phi);
+    memcpy(out->psi, terms.psi, sizeof terms.psi);
+    memcpy(out->k, terms.k, sizeof terms.k);
 }
 
 void manipulator_rigid_course(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -979,7 +964,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "45f174975fbec62b",
+    SET(hash) "33af30946e1b8323",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,
@@ -991,6 +976,7 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(qdd_cost) 402,
     SET(tangent_cost) 0,
     SET(tangent_vectors_cost) 0,
+    SET(shifted_cost) 0,
     SET(coupling_count) 0,
     SET(coordinates) manipulator_rigid_coordinate_names,
     SET(parameters) manipulator_rigid_parameter_names,
@@ -1037,6 +1023,8 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(accelerations) manipulator_rigid_accelerations_doubles,
     SET(tangent) 0,
     SET(tangent_vectors) 0,
+    SET(diagonals) 0,
+    SET(shifted) 0,
     SET(d_qdd) 0,
     SET(d_qdd_free) 0,
     SET(d_force) 0,
