@@ -210,9 +210,9 @@ static int slopes_of_explicit(void) {
     return refdyn_method_facts(REFDYN_RK8).tableau->stages + 1;
 }
 
-static void begin_trial(struct refdyn_drive *drive) {
+/* `now`: how far the present method goes. */
+static void begin_trial(struct refdyn_drive *drive, double now) {
     struct refdyn_choice *choice = &drive->choice;
-    const double now = progress(drive);
     choice->wants_spectrum = 1;
     for (int i = 0; i < REFDYN_CANDIDATES; i++)
         choice->progress[i] = 0;
@@ -256,14 +256,24 @@ void refdyn_choose_start(struct refdyn_drive *drive) {
     ask_for(drive, EXPLICIT);
 }
 
-/* Looks now and then whether the chosen method still does what it was chosen for. */
-static int has_slowed(struct refdyn_drive *drive) {
+/* Few steps as the last ones are left, so that no trial pays. */
+static int ends_soon(const struct refdyn_drive *drive) {
+    return drive->t_final - drive->t_end < FEW_STEPS * (drive->t_end - drive->choice.marked_t) / LOOK_STEPS;
+}
+
+/* Does the chosen method still do what it was chosen for? */
+static void look(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
-    if (choice->steps_left % LOOK_STEPS)
-        return 0;
     const double now = progress(drive);
-    mark(drive);
-    return now < slowed * choice->progress[choice->chosen];
+    const int is_due = choice->steps_left <= 0, is_slow = now < slowed * choice->progress[choice->chosen];
+    if (is_diagonal(drive) && feels(drive, 1)) {
+        give_up_diagonal(drive);
+    } else if ((is_due || is_slow) && !ends_soon(drive)) {
+        begin_trial(drive, now);
+    } else {
+        mark(drive);
+        choice->steps_left = is_due ? choice->patience : choice->steps_left;
+    }
 }
 
 /* Gauss's points were chosen in a transient whose vibrations the steps have left behind by now. */
@@ -286,10 +296,8 @@ void refdyn_choose_after_step(struct refdyn_drive *drive) {
         mark(drive);
     if (choice->at >= 0 && choice->steps_left == 0)
         judge(drive);
-    else if (choice->at < 0 && choice->steps_left % LOOK_STEPS == 0 && is_diagonal(drive) && feels(drive, 1))
-        give_up_diagonal(drive);
-    else if (choice->at < 0 && (choice->steps_left <= 0 || has_slowed(drive)))
-        begin_trial(drive);
+    else if (choice->at < 0 && (choice->steps_left <= 0 || choice->steps_left % LOOK_STEPS == 0))
+        look(drive);
 }
 
 /* Step that a method begins with after another one. */
