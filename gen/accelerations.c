@@ -224,15 +224,15 @@ struct given_sides {
 };
 
 static void take_sides(void *context, int i) {
-    const struct given_sides *x = context;
+    struct given_sides *x = context;
     x->f[i] = coordinate_of(x->k, i, 2);
     x->s[i] = coordinate_of(x->k, i, 3);
 }
 
 const expression *shifted_solution(struct derivation *d) {
-    const struct given_sides sides = {&d->kinematics, new_values(d, d->frames), new_values(d, d->frames)};
+    struct given_sides sides = {&d->kinematics, new_values(d, d->frames), new_values(d, d->frames)};
     expression *k = new_values(d, d->m);
-    visit_joints(d->g, d->kinematics.tree, take_sides, (void *)&sides);
+    visit_joints(d->g, d->kinematics.tree, take_sides, &sides);
     for (int i = 0; i < d->m; i++)
         k[i] = symbol(d->g, SYMBOL_MULTIPLIER, i, 0);
     struct solution solution = {.k = k, .elimination = eliminate(&d->kinematics, sides.s)};

@@ -21,8 +21,8 @@ struct articulated {
     struct tensor M;
 };
 
-/* What stays of joint i, s added to the diagonal: U = inertia times joint axis, D = e.U + s, U / D, 1 / D, s
- * / D. */
+/* What stays of joint i, s added to the diagonal: U = inertia times joint axis, D = e.U + s, U / D, 1 / D and
+ * kept = s / D. */
 struct pivot {
     struct wrench U, U_over_D;
     expression D_inverse, kept;

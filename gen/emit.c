@@ -64,8 +64,8 @@ static void emit_declarations(struct text *text, const bool called[OP_COUNT]) {
     }
 }
 
-/* C allows to declare its functions instead of including math.h, whose reading is a fiftieth of what gcc does
- * for a model. NAN and INFINITY are there alone. */
+/* C allows to declare its functions instead of including math.h, whose reading takes gcc as long as a
+ * function of a small model. NAN and INFINITY are there alone. */
 static void emit_mathematics(const struct emission *x, struct text *text) {
     bool called[OP_COUNT] = {false};
     if (!is_all_finite(x->plan)) {
@@ -97,7 +97,10 @@ static void open_source(struct emission *x, struct text *text, int part) {
         "optimize(\"no-tree-dominator-opts,no-tree-vrp,no-code-hoisting,no-schedule-insns2,no-ivopts\")\n"
         "#pragma GCC optimize(\"no-tree-ccp,no-dse,no-cprop-registers,no-forward-propagate\")\n"
         "#pragma GCC optimize(\"ira-region=one,no-lra-remat,no-caller-saves,no-peephole2,no-ree\")\n"
-        "#pragma GCC optimize(\"no-tree-dse,no-ipa-cp,no-ipa-icf,no-ipa-modref,no-ipa-sra\")\n"
+        "#pragma GCC optimize(\"no-tree-dse,no-ipa-cp,no-ipa-icf,no-ipa-sra\")\n"
+        "#if __GNUC__ >= 11\n"
+        "#pragma GCC optimize(\"no-ipa-modref\")\n"
+        "#endif\n"
         "#endif\n\n");
 }
 

@@ -21,7 +21,10 @@ double fmax(double, double);
 #pragma GCC optimize("no-tree-dominator-opts,no-tree-vrp,no-code-hoisting,no-schedule-insns2,no-ivopts")
 #pragma GCC optimize("no-tree-ccp,no-dse,no-cprop-registers,no-forward-propagate")
 #pragma GCC optimize("ira-region=one,no-lra-remat,no-caller-saves,no-peephole2,no-ree")
-#pragma GCC optimize("no-tree-dse,no-ipa-cp,no-ipa-icf,no-ipa-modref,no-ipa-sra")
+#pragma GCC optimize("no-tree-dse,no-ipa-cp,no-ipa-icf,no-ipa-sra")
+#if __GNUC__ >= 11
+#pragma GCC optimize("no-ipa-modref")
+#endif
 #endif
 
 #if defined(__GNUC__) && !defined(__clang__)
@@ -2772,7 +2775,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "e7b93709577680d9",
+    SET(hash) "8213594b073e5dee",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

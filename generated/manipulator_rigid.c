@@ -20,7 +20,10 @@ double fmax(double, double);
 #pragma GCC optimize("no-tree-dominator-opts,no-tree-vrp,no-code-hoisting,no-schedule-insns2,no-ivopts")
 #pragma GCC optimize("no-tree-ccp,no-dse,no-cprop-registers,no-forward-propagate")
 #pragma GCC optimize("ira-region=one,no-lra-remat,no-caller-saves,no-peephole2,no-ree")
-#pragma GCC optimize("no-tree-dse,no-ipa-cp,no-ipa-icf,no-ipa-modref,no-ipa-sra")
+#pragma GCC optimize("no-tree-dse,no-ipa-cp,no-ipa-icf,no-ipa-sra")
+#if __GNUC__ >= 11
+#pragma GCC optimize("no-ipa-modref")
+#endif
 #endif
 
 #if defined(__GNUC__) && !defined(__clang__)
@@ -973,7 +976,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "f6a777464e1e3fef",
+    SET(hash) "b6cb0579639808d0",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,

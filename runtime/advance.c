@@ -88,13 +88,16 @@ static double largest_turn(const struct refdyn_drive *drive, const double *q) {
 /* Explicit methods: in the metric of a mass matrix that is not far away. */
 static int align_with_mass(struct refdyn_drive *drive, double t, const double *state) {
     struct refdyn_workspace *work = drive->work;
-    const int n = work->n;
+    const int n = work->n, is_diagonal = drive->linear.is_diagonal;
     if (drive->is_aligned == work->partition.choices && largest_turn(drive, state) < turned_most)
         return REFDYN_OK;
+    refdyn_linear_use(drive, 0);
     const int status = refdyn_linear_factor_mass(drive, t, state);
+    if (!status)
+        refdyn_linear_directions(&drive->linear);
+    refdyn_linear_use(drive, is_diagonal);
     if (status)
         return status;
-    refdyn_linear_directions(&drive->linear);
     memcpy(drive->aligned, state, (size_t)n * sizeof *state);
     drive->is_aligned = work->partition.choices;
     return REFDYN_OK;

@@ -170,27 +170,23 @@ static enum refdyn_method collocation_for(const struct refdyn_drive *drive) {
                                                                                      : REFDYN_RADAU9;
 }
 
-/* With the diagonals alone, in steps `stretch` times as long as the last one. */
+/* With the diagonals alone, in steps `stretch` times as long as they are (the last one may end at a break).
+ */
 static int feels(struct refdyn_drive *drive, double stretch) {
-    const double h = stretch * (drive->t_end - drive->t_begin);
+    const double h = stretch * fmax(drive->t_end - drive->t_begin, drive->step_next);
     return !(refdyn_rosenbrock_apart(drive, h) <= feels_loads * drive->options.tol);
 }
 
 static int is_diagonal(const struct refdyn_drive *drive) {
-    return drive->method == REFDYN_ROS34PW2_DIAGONAL;
-}
-
-/* The exact matrix takes over, with a trial. */
-static void give_up_diagonal(struct refdyn_drive *drive) {
-    drive->choice.candidates[ROSENBROCK] = REFDYN_RODAS5P;
-    ask_for(drive, ROSENBROCK);
+    return refdyn_method_facts(drive->method).is_diagonal;
 }
 
 static void judge(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
     choice->progress[choice->at] = lasting_progress(drive, choice->candidates[choice->at]);
     if (is_diagonal(drive) && feels(drive, growth_after_trial)) {
-        give_up_diagonal(drive);
+        choice->candidates[ROSENBROCK] = REFDYN_RODAS5P;
+        ask_for(drive, ROSENBROCK);
     } else if (is_diagonal(drive)) {
         go_on_with(drive, best(choice));
     } else if (explicit_suffices(drive)) {
@@ -267,7 +263,8 @@ static void look(struct refdyn_drive *drive) {
     const double now = progress(drive);
     const int is_due = choice->steps_left <= 0, is_slow = now < slowed * choice->progress[choice->chosen];
     if (is_diagonal(drive) && feels(drive, 1)) {
-        give_up_diagonal(drive);
+        choice->candidates[ROSENBROCK] = REFDYN_RODAS5P;
+        begin_trial(drive, now);
     } else if ((is_due || is_slow) && !ends_soon(drive)) {
         begin_trial(drive, now);
     } else {

@@ -11,6 +11,14 @@
 
 #include "dense.h"
 
+/* Are there rows that may be stabilised? */
+static int has_gains(const struct refdyn_model *model) {
+    for (int i = 0; i < 2 * model->m && model->gains; i++)
+        if (model->gains[i] >= 0)
+            return 1;
+    return 0;
+}
+
 void refdyn_diagonal_lay_out(struct refdyn_diagonal *diagonal, const struct refdyn_model *model,
                              struct room *room) {
     const int n = model->n, m = model->m;
@@ -22,19 +30,13 @@ void refdyn_diagonal_lay_out(struct refdyn_diagonal *diagonal, const struct refd
     diagonal->k = diagonal->f + n + 1;
     diagonal->s = diagonal->k + m;
     diagonal->u = room_doubles(room, m * n);
+    diagonal->has_gains = has_gains(model);
 }
 
 /* What stabilises row a: 2 alpha (0) or beta^2 (1). */
 static double gain(const struct refdyn_workspace *work, int a, int which) {
     const int place = work->model->gains ? work->model->gains[2 * a + which] : -1;
     return place < 0 ? 0 : work->p[place];
-}
-
-static int has_gains(const struct refdyn_workspace *work) {
-    for (int a = 0; a < work->m; a++)
-        if (gain(work, a, 0) != 0 || gain(work, a, 1) != 0)
-            return 1;
-    return 0;
 }
 
 int refdyn_diagonal_evaluate(struct refdyn_diagonal *diagonal, const struct refdyn_workspace *work, double t,
@@ -45,10 +47,10 @@ int refdyn_diagonal_evaluate(struct refdyn_diagonal *diagonal, const struct refd
     memcpy(diagonal->q, q, (size_t)n * sizeof *q);
     memcpy(diagonal->qd, qd, (size_t)n * sizeof *qd);
     work->model->diagonals(work->p, work->x, t, diagonal->q, diagonal->qd, diagonal->stiffness);
-    diagonal->has_gains = has_gains(work);
     if (diagonal->has_gains)
         work->model->u(work->p, work->x, t, diagonal->q, diagonal->qd, diagonal->u);
-    if (!refdyn_is_finite(diagonal->stiffness, 2 * n) || !refdyn_is_finite(diagonal->u, work->m * n))
+    if (!refdyn_is_finite(diagonal->stiffness, 2 * n) ||
+        !refdyn_is_finite(diagonal->u, diagonal->has_gains ? work->m * n : 0))
         return REFDYN_NOT_FINITE;
     for (int j = 0; j < 2 * n; j++)
         diagonal->stiffness[j] = fmax(0, diagonal->stiffness[j]);

@@ -5,6 +5,7 @@
  *
  * It is positive definite for any g, needs no tangent, and a W-method keeps its order with it. The emitted `shifted` eliminates
  * it in O(n m) at each solution. Of rows it knows what stabilises them, G_qd = 2 alpha u and G_q = beta^2 u with their gains.
+ * What gains make of the curvature of rows, 2 alpha d(u qd)/dq, is left out: where they are large a step loses accuracy.
  * With f_t = g_t = 0 the system of linearise.h becomes, s = g r_v + r_q,
  *     (M + g D + g^2 K) x - g u^T lambda = -(g D + g^2 K) s + g D r_q,
  *     (1 + 2 alpha g + beta^2 g^2) u x   = -(2 alpha g + beta^2 g^2) u s + 2 alpha g u r_q,

@@ -55,7 +55,7 @@ static size_t lay_out(struct refdyn_drive *drive, const struct refdyn_model *mod
     const int n = model->n, size = 2 * n + 1, slope = refdyn_slope_size(model);
     const int is_auto = options->method == REFDYN_AUTO;
     const struct refdyn_method_facts facts = refdyn_method_facts(options->method);
-    const int has_tangent = (facts.is_implicit || is_auto) && !facts.is_diagonal && refdyn_has_tangent(model);
+    const int has_tangent = refdyn_method_uses_tangent(options->method) && refdyn_has_tangent(model);
     const int is_passing = options->singular == REFDYN_PASS, stages = stage_room(options->method, model);
     const int complexes = is_auto || facts.collocation ? COMPLEXES : 0;
     drive->qdd = room_doubles(&room, n);

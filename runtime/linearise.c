@@ -56,6 +56,7 @@ void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_mod
     linear->m = m;
     linear->is_diagonal = 0;
     linear->is_chain = has_tangent && !model->tangent;
+    linear->rows = room_ints(room, m);
     if (has_tangent)
         lay_out_rows(linear, room);
     else if (m == 0)
@@ -67,7 +68,6 @@ void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_mod
     linear->sides = room_doubles(room, 2 * n);
     linear->x = room_doubles(room, 2 * (n + m));
     linear->directions = room_doubles(room, m * n);
-    linear->rows = room_ints(room, m);
 }
 
 static void find_tangent(struct refdyn_linear *linear, const struct refdyn_workspace *work, double t,

@@ -64,7 +64,8 @@ void refdyn_linear_solve_residual(struct refdyn_linear *linear, double *x);
 /*
  * The largest |eigenvalue| [1/s] of the linearised equations at the begin of a drive's step, and its damping
  * ratio, by iteration of vectors: good to some per cent, since what is asked is a limit of steps.
- * The drive's factors and directions are lost. Errors: NOT_FINITE, MATRIX_SINGULAR.
+ * The drive's factors and directions are lost; its matrix is the exact one from now on. Errors: NOT_FINITE,
+ * MATRIX_SINGULAR.
  */
 int refdyn_linear_spectrum(struct refdyn_drive *drive, double *rate, double *damping);
 

@@ -69,6 +69,10 @@ int refdyn_method_is_implicit(enum refdyn_method method) {
     return method == REFDYN_AUTO || refdyn_method_facts(method).is_implicit;
 }
 
+int refdyn_method_uses_tangent(enum refdyn_method method) {
+    return refdyn_method_is_implicit(method) && !refdyn_method_facts(method).is_diagonal;
+}
+
 int refdyn_has_tangent(const struct refdyn_model *model) {
     return model->tangent || model->tangent_vectors;
 }

@@ -199,7 +199,8 @@ int refdyn_project(struct refdyn_workspace *work, double t, double *q, double *q
 /* ---- Motions ---- */
 
 enum refdyn_method {
-    REFDYN_AUTO,    /* rk8, rodas5p, and gauss12 or radau9: by trial, see choose.c */
+    REFDYN_AUTO,    /* rk8, rodas5p or ros34pw2-diagonal, gauss12 or radau9: by trial, see
+                       choose.c */
     REFDYN_RK4,     /* the classical Runge-Kutta method of order 4 (Kutta 1901) */
     REFDYN_RK54,    /* Dormand and Prince 5(4) (J. Comput. Appl. Math. 6:19-26, 1980) */
     REFDYN_RK8,     /* Dormand and Prince 8(5,3) (Hairer, Norsett and Wanner, Solving ODEs I, II.10) */
@@ -219,8 +220,10 @@ enum refdyn_method {
 const char *refdyn_method_name(int method);
 /* Order in the step: the error of a motion goes with its power, and about with tol where steps are found. */
 int refdyn_method_order(enum refdyn_method method);
-/* Is it linearly implicit or implicit? auto is, where the model has the tangent. */
+/* Is it linearly implicit or implicit? auto counts as such. */
 int refdyn_method_is_implicit(enum refdyn_method method);
+/* Does it take the tangent? Implicit ones do, but for ros34pw2-diagonal; auto does where the model has it. */
+int refdyn_method_uses_tangent(enum refdyn_method method);
 /* Was the tangent emitted, as `tangent` or as `tangent_vectors`? */
 int refdyn_has_tangent(const struct refdyn_model *model);
 /* Was all emitted that the method needs: `diagonals`, `shifted` and with rows `u` for ros34pw2-diagonal, the
@@ -324,7 +327,7 @@ struct refdyn_diagonal {
     double *qd;                          /* (n) and rates; behind them, as `shifted` takes them: */
     double *f, *k, *s;                   /* (n), (m) right sides, (n) what is added to the diagonal */
     double *stiffness, *damping;         /* (n) each */
-    double *u;                           /* (m x n) of the rows, where they have gains: */
+    double *u;                           /* (m x n) of the rows, where some have gains: */
     int has_gains;
 };
 

@@ -13,8 +13,8 @@ struct room {
     size_t used;
 };
 
-/* Next array of count doubles; NULL while counting. Doubles are taken before ints, so that both stay aligned.
- */
+/* Next array of count doubles, or of ints, which fill whole doubles, so that both stay aligned; NULL while
+ * counting. */
 static inline double *room_doubles(struct room *room, int count) {
     double *array = room->base ? (double *)(void *)(room->base + room->used) : NULL;
     room->used += (size_t)count * sizeof(double);

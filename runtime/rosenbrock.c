@@ -96,6 +96,9 @@ double refdyn_rosenbrock_apart(struct refdyn_drive *drive, double h) {
     const int n = drive->work->n, is_diagonal = drive->linear.is_diagonal;
     drive->statistics.tangents++;
     drive->statistics.factorisations++;
+    drive->statistics.solutions++;
+    drive->statistics.eliminations++;
+    drive->is_aligned = 0;
     const int failed = first_stage(drive, 0, h, drive->stage) || first_stage(drive, 1, h, drive->error);
     refdyn_linear_use(drive, is_diagonal);
     for (int j = 0; j < 2 * n; j++)

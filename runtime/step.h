@@ -32,8 +32,8 @@ int refdyn_rosenbrock_room(const struct refdyn_rosenbrock_table *table, int n);
  * those of refdyn_slope; MATRIX_SINGULAR. */
 int refdyn_rosenbrock_step(struct refdyn_drive *drive, double h);
 /* How far the first stage of a step of h from the end of the last one, taken with the diagonals of K and D
- * alone, lies from the exact one, as refdyn_largest_error; NAN: it cannot be told. Tangent, factors and error
- * estimate are lost. */
+ * alone, lies from the exact one, as refdyn_largest_error; NAN: it cannot be told. Tangent, factors,
+ * directions, error estimate and drive->stage are lost. */
 double refdyn_rosenbrock_apart(struct refdyn_drive *drive, double h);
 /* The state at theta. Errors: those of refdyn_slope, from stages that the interpolant alone needs. */
 int refdyn_rosenbrock_interpolate(struct refdyn_drive *drive, double theta, double *state);

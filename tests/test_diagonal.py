@@ -158,6 +158,15 @@ def test_auto_of_loaded_scenes(tol):
     assert errors["auto"] < 2 * errors["rodas5p"] < errors["ros34pw2-diagonal"], errors
 
 
+def test_redundant_rows():
+    """Directions onto the programme come from the exact M: of the rows that the partition keeps, not of all."""
+    scene = [MODELS / "bricard.lua", "--until", 2, "--every", 0.1]
+    exact, _, _ = motion(*scene, "--method", "rk8", "--tol", "1e-10")
+    run, _, summary = motion(*scene, "--method", "ros34pw2-diagonal", "--tol", "1e-7")
+    assert max(abs(run[name] - exact[name]).max() for name in exact if name.endswith(("theta", "psi", "phi"))) < 2e-4
+    assert summary["phi_max"] < 1e-12
+
+
 @pytest.mark.parametrize("stabilise, most", [("none", 1e-3), ("baumgarte", 1e-3), ("project", 1e-12)])
 def test_rows_inside(stabilise, most):
     """Rows are solved along, their gains too: however they are kept, as many steps."""
