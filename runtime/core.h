@@ -19,12 +19,14 @@ int refdyn_partition_watch(struct refdyn_workspace *work, double t, const double
  * sign. Chooses and changes the partition. Errors: NOT_FINITE, ROWS_INCONSISTENT. */
 int refdyn_partition_update(struct refdyn_workspace *work, const double *right, double sign);
 
+/* What is off, as one number: the largest residual (m) over the largest coefficient of its row. */
+double refdyn_distance(const struct refdyn_workspace *work, const double *residual);
 /* refdyn_project, with the equations of the given state already in the workspace. */
 int refdyn_project_evaluated(struct refdyn_workspace *work, double t, double *q, double *qd);
 /*
  * The same along given directions, of which count x count products with their rows are regular; with the row
  * terms of the given state in the workspace, at the end those of the new one. Errors: NOT_FINITE,
- * NO_CONVERGENCE.
+ * NO_CONVERGENCE, ROWS_INCONSISTENT.
  */
 struct refdyn_directions {
     const double *vectors; /* (count x n) */

@@ -314,18 +314,14 @@ static int look_at(struct refdyn_drive *drive, double t) {
 
 /* The state at t with its accelerations. */
 static int show(struct refdyn_drive *drive, double t) {
-    const int n = drive->work->n;
-    struct refdyn_partition *partition = &drive->work->partition;
     int status = look_at(drive, t);
-    drive->work_done = drive->seen[2 * n];
-    partition->rank_most = drive->work->m;
+    drive->work_done = drive->seen[2 * drive->work->n];
     if (!status)
         status = refdyn_row_terms(drive->work, t, drive->q, drive->qd);
     if (!status)
         refdyn_record_residuals(drive);
     if (!status)
         status = drive->is_undetermined ? continue_seen(drive) : accelerate_seen(drive);
-    partition->rank_most = partition->rank;
     return status;
 }
 

@@ -18,6 +18,9 @@
 
 /* A choice is given up when its condition has grown by this factor: pivots then have lost one digit. */
 static const double worse = 10;
+/* Off the programme a row that depends on others on it looks independent, by about as much as coordinates
+ * miss; one that was found redundant stays so below this many times that, and below the second. */
+static const double misses = 10, misses_most = 1e-3;
 
 void refdyn_partition_reset(struct refdyn_workspace *work) {
     struct refdyn_partition *partition = &work->partition;
@@ -67,6 +70,11 @@ static void scale_rows(struct refdyn_workspace *work) {
     }
 }
 
+/* Scaled pivot above which a row that was redundant no longer is. */
+static double regained(const struct refdyn_workspace *work) {
+    return work->rank_tol + fmin(misses * refdyn_distance(work, work->phi), misses_most);
+}
+
 /* Largest entry of the rows and allowed columns from k on. */
 static double find_pivot(const struct refdyn_workspace *work, int k, const int *allowed, int *row,
                          int *column) {
@@ -111,9 +119,11 @@ static int pivot_fully(struct refdyn_workspace *work, const int *allowed) {
         partition->column[j] = j;
     for (int a = 0; a < work->m; a++)
         partition->row[a] = a;
+    const double later = partition->rank < 0 ? work->rank_tol : regained(work);
     int rank = 0, row = 0, column = 0;
     while (rank < work->m && rank < work->n && rank < partition->rank_most &&
-           find_pivot(work, rank, allowed, &row, &column) > work->rank_tol) {
+           find_pivot(work, rank, allowed, &row, &column) >
+               (rank < partition->rank ? work->rank_tol : later)) {
         move_pivot(work, rank, row, column);
         eliminate_column(work, rank);
         rank++;
@@ -267,9 +277,10 @@ static int rank_has_grown(const struct refdyn_workspace *work) {
     const int n = work->n, rank = work->partition.rank;
     if (rank >= work->partition.rank_most)
         return 0;
+    const double least = regained(work);
     for (int a = rank; a < work->m; a++)
         for (int b = rank; b < n; b++)
-            if (fabs(work->rows[a * (n + 1) + b]) * work->weight[b] > work->rank_tol * work->row_size[a])
+            if (fabs(work->rows[a * (n + 1) + b]) * work->weight[b] > least * work->row_size[a])
                 return 1;
     return 0;
 }
@@ -284,13 +295,14 @@ static double allowed_miss(const struct refdyn_workspace *work, int a, double ri
         term = fmax(term, fabs(row[k] * work->rows[k * stride + n]));
     for (int b = 0; b < n; b++)
         acceleration = fmax(acceleration, fabs(work->f[work->partition.column[b]]) * work->weight[b]);
-    return work->consistency_tol * term + work->rank_tol * work->row_size[a] * acceleration;
+    return work->consistency_tol * term + regained(work) * work->row_size[a] * acceleration;
 }
 
-/* What elimination leaves of the right side of a redundant row must be 0. */
+/* What elimination leaves of the right side of a redundant row must be 0, on the programme: between the ends
+ * of a step, where the rank does not grow, states are off it. */
 static int check_redundant(struct refdyn_workspace *work, const double *right) {
     const int n = work->n;
-    for (int a = work->partition.rank; a < work->m; a++) {
+    for (int a = work->partition.rank; a < work->m && a < work->partition.rank_most; a++) {
         const int source = work->partition.row[a];
         if (!(fabs(work->rows[a * (n + 1) + n]) <= allowed_miss(work, a, right[source]))) {
             work->fault = (struct refdyn_fault){.row = source, .coordinate = -1};

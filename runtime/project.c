@@ -177,8 +177,7 @@ static int correct(struct refdyn_workspace *work, double *q, double *qd) {
     return REFDYN_OK;
 }
 
-/* What is off, as one number: the largest residual over the largest coefficient of its row. */
-static double distance(const struct refdyn_workspace *work, const double *residual) {
+double refdyn_distance(const struct refdyn_workspace *work, const double *residual) {
     double largest = 0;
     for (int a = 0; a < work->m; a++) {
         const double size = refdyn_largest(work->u + a * work->n, work->n, NULL);
@@ -190,22 +189,32 @@ static double distance(const struct refdyn_workspace *work, const double *residu
 
 /* At rounding level, or near it and no longer falling; *last is the distance before the last correction. */
 static int positions_done(const struct refdyn_workspace *work, const double *q, double *last) {
-    const double now = distance(work, work->phi), before = *last;
+    const double now = refdyn_distance(work, work->phi), before = *last;
     *last = now;
     return positions_hold(work, rounding, 0, q) || (now > before / 2 && positions_hold(work, near, 1, q));
 }
 
 static int velocities_done(const struct refdyn_workspace *work, const double *qd, double *last) {
-    const double now = distance(work, work->psi), before = *last;
+    const double now = refdyn_distance(work, work->psi), before = *last;
     *last = now;
     return velocities_hold(work, rounding, 0, qd) || (now > before / 2 && velocities_hold(work, near, 1, qd));
+}
+
+/* Beside a residual of this size the rows hold that are used, so a redundant one has it. */
+static int used_rows_hold(const struct refdyn_workspace *work, double size) {
+    for (int k = 0; k < work->partition.rank; k++) {
+        const int a = work->partition.row[k];
+        if (!(fmax(fabs(work->phi[a]), fabs(work->psi[a])) <= near * size))
+            return 0;
+    }
+    return work->partition.rank >= 0;
 }
 
 static int not_converged(struct refdyn_workspace *work) {
     const struct refdyn_residual left = refdyn_residuals(work);
     work->fault =
         (struct refdyn_fault){.row = left.phi > left.psi ? left.phi_row : left.psi_row, .coordinate = -1};
-    return REFDYN_NO_CONVERGENCE;
+    return used_rows_hold(work, fmax(left.phi, left.psi)) ? REFDYN_ROWS_INCONSISTENT : REFDYN_NO_CONVERGENCE;
 }
 
 /* x += the combination of the directions with u dx = -residual, of the rows that have such a residual. */

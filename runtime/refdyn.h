@@ -191,7 +191,7 @@ int refdyn_is_consistent(const struct refdyn_workspace *work, double tol, const 
  *     dq = -M^-1 u^T (u M^-1 u^T)^-1 phi,   dqd = -M^-1 u^T (u M^-1 u^T)^-1 psi
  * by Newton (velocity rows may be nonlinear in qd). At the end the workspace holds the equations at the new
  * state. before (or NULL): residuals of the state that was given. Errors: NOT_FINITE, MASS_NOT_POSITIVE,
- * NO_CONVERGENCE.
+ * NO_CONVERGENCE, ROWS_INCONSISTENT.
  */
 int refdyn_project(struct refdyn_workspace *work, double t, double *q, double *qd,
                    struct refdyn_residual *before);
