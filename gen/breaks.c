@@ -39,51 +39,63 @@ static expression inner_kink(struct plan *plan, expression e) {
     return 0;
 }
 
-/* The zero of s, when it is linear in t with a slope of parameters. */
-static void add_zero(struct plan *plan, expression s) {
+/* Lists e once; false: there is no room. */
+static bool list_once(expression *list, int *count, expression e) {
+    for (int i = 0; i < *count; i++)
+        if (list[i] == e)
+            return true;
+    if (*count == MOST_BREAKS)
+        return false;
+    list[(*count)++] = e;
+    return true;
+}
+
+/* Lists the zero of s; false: it is not linear in t. */
+static bool add_zero(struct plan *plan, expression s) {
     struct graph *g = plan->g;
     expression start;
     const expression slope = differentiate(g, s, time_slope, NULL);
-    if (slope == zero(g) || g->nodes[slope].depends & ON_TIME || plan->break_count == MOST_BREAKS)
-        return;
+    if (slope == zero(g))
+        return true;
+    if (g->nodes[slope].depends & ON_TIME)
+        return false;
     substitute(g, at_time_zero, NULL, &s, &start, 1);
-    const expression time = neg(g, quotient(g, start, slope));
-    for (int i = 0; i < plan->break_count; i++)
-        if (plan->breaks[i] == time)
-            return;
-    plan->breaks[plan->break_count++] = time;
+    return list_once(plan->breaks, &plan->break_count, neg(g, quotient(g, start, slope)));
 }
 
 /*
- * The times at which s changes sign: where a kink stands inside, as in min(max(t, a), b), those of each
+ * Lists the times at which s changes sign: where a kink stands inside, as in min(max(t, a), b), those of each
  * branch. A time too many costs a step that ends there; one in sight of another kink is found twice and kept
- * once.
+ * once. False: some are not known.
  */
-static void add_breaks(struct plan *plan, expression s, int depth) {
+static bool add_breaks(struct plan *plan, expression s, int depth) {
     struct graph *g = plan->g;
-    if (!(g->nodes[s].depends & ON_TIME) || g->nodes[s].depends & ~(ON_TIME | ON_PARAMETER))
-        return;
+    if (!(g->nodes[s].depends & ON_TIME))
+        return true;
     const expression kink = inner_kink(plan, s);
     if (!kink)
-        add_zero(plan, s);
-    if (!kink || depth == DEEPEST_KINK)
-        return;
+        return add_zero(plan, s);
+    if (depth == DEEPEST_KINK)
+        return false;
     const struct node node = g->nodes[kink];
-    if (node.operation == OP_LESS) {
-        add_breaks(plan, replace(g, s, kink, one(g)), depth + 1);
-        add_breaks(plan, replace(g, s, kink, zero(g)), depth + 1);
-    } else {
-        const bool is_abs = node.operation == OP_ABS;
-        add_breaks(plan, replace(g, s, kink, node.operand[0]), depth + 1);
-        add_breaks(plan, replace(g, s, kink, is_abs ? neg(g, node.operand[0]) : node.operand[1]), depth + 1);
-    }
+    const bool is_less = node.operation == OP_LESS, is_abs = node.operation == OP_ABS;
+    const expression first = is_less ? one(g) : node.operand[0];
+    const expression second = is_less ? zero(g) : is_abs ? neg(g, node.operand[0]) : node.operand[1];
+    const bool known = add_breaks(plan, replace(g, s, kink, first), depth + 1);
+    return add_breaks(plan, replace(g, s, kink, second), depth + 1) && known;
 }
 
 void find_breaks(struct plan *plan) {
-    const uint32_t count = plan->g->count; /* what is built here is looked at no more */
+    struct graph *g = plan->g;
+    const uint32_t count = g->count; /* what is built here is looked at no more */
     const bool *needed = nodes_of_functions(plan);
     plan->breaks = memory_get(plan->memory, MOST_BREAKS * sizeof *plan->breaks);
-    for (expression e = 0; e < count; e++)
-        if (needed[e] && has_kink(plan->g, e))
-            add_breaks(plan, switching_function(plan->g, e), 0);
+    plan->switches = memory_get(plan->memory, MOST_BREAKS * sizeof *plan->switches);
+    for (expression e = 0; e < count; e++) {
+        if (!needed[e] || !has_kink(g, e))
+            continue;
+        const expression s = switching_function(g, e);
+        if (!(g->nodes[s].depends & ~(ON_TIME | ON_PARAMETER | ON_INPUT)) && !add_breaks(plan, s, 0))
+            list_once(plan->switches, &plan->switch_count, s);
+    }
 }

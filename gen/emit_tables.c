@@ -286,7 +286,7 @@ static void set_functions(struct emission *x, struct text *text) {
                                         "d_qdd",       "d_qdd_free",
                                         "d_force",     "d_statics",
                                         "d_rows",      "course",
-                                        "breaks"};
+                                        "breaks",      "switches"};
     for (size_t i = 0; i < sizeof order / sizeof *order; i++) {
         bool exists = false;
         for (int f = 0; f < x->plan->function_count; f++)
@@ -322,7 +322,8 @@ static void emit_model_table(struct emission *x, struct text *text, const char *
     text_add(text, "    SET(input_count) %d,\n    SET(point_count) %d,\n", model->input_count,
              model->point_count);
     text_add(text, "    SET(course_count) %d,\n", model->course_count);
-    text_add(text, "    SET(break_count) %d,\n", plan->break_count);
+    text_add(text, "    SET(break_count) %d,\n    SET(switch_count) %d,\n", plan->break_count,
+             plan->switch_count);
     text_add(text, "    SET(qdd_cost) %ld,\n    SET(tangent_cost) %ld,\n",
              cost_of(plan, model->row_count ? "constrained" : "qdd_free"), cost_of(plan, "tangent"));
     text_add(text,

@@ -111,8 +111,8 @@ struct plan {
     int parameter_count;
     int *anchored; /* model's index of each parameter that `anchor` sets */
     int anchored_count;
-    expression *breaks; /* times of kinks, of parameters alone */
-    int break_count;
+    expression *breaks, *switches; /* times of kinks; what changes sign at others: breaks.h */
+    int break_count, switch_count;
     struct function prepare;  /* results: values of parameters alone, ascending */
     bool *is_statement;       /* scratch of the function being planned or printed, by handle */
     bool *is_derived;         /* by handle */

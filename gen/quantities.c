@@ -314,6 +314,11 @@ static void build_breaks(struct derivation *d, struct function *f) {
                d->plan->breaks, d->plan->break_count);
 }
 
+static void build_switches(struct derivation *d, struct function *f) {
+    fill_field(d, f, "switches", "what changes sign where formulas of time alone have other kinks",
+               d->plan->switches, d->plan->switch_count);
+}
+
 static void build_start(struct derivation *d, struct function *f) {
     const struct frame *frames = d->kinematics.tree->frames;
     expression *start = new_values(d, d->frames), *rate = new_values(d, d->frames);
@@ -392,6 +397,10 @@ static bool has_breaks(const struct derivation *d) {
     return d->plan->break_count > 0;
 }
 
+static bool has_switches(const struct derivation *d) {
+    return d->plan->switch_count > 0;
+}
+
 static bool has_anchors(const struct derivation *d) {
     return d->plan->anchored_count > 0;
 }
@@ -454,6 +463,8 @@ static const struct quantity quantities[] = {
     {"course", "values that the model records with a motion", has_courses, "courses", build_course, false},
     {"breaks", "times at which formulas of time alone have kinks", has_breaks, "kinks in time", build_breaks,
      false},
+    {"switches", "what changes sign at kinks in time that `breaks` does not tell", has_switches,
+     "such kinks in time", build_switches, false},
     {"anchor", "parameters whose default is a value at the start of a motion", has_anchors,
      "anchored parameters", build_anchor, false},
     {"start", "coordinates and rates at the start of a motion", always, "", build_start, false},
@@ -579,7 +590,7 @@ static struct function *function_of(const struct plan *plan, const char *quantit
 /* Beside what is asked for: what anchors parameters and tells breaks. */
 static bool is_wanted(const struct derivation *d, const struct quantity *quantity) {
     return is_asked_for(d, quantity) || quantity->build == build_anchor || quantity->build == build_breaks ||
-           (quantity->build == build_start && has_anchors(d));
+           quantity->build == build_switches || (quantity->build == build_start && has_anchors(d));
 }
 
 static bool is_named(const struct derivation *d, const struct quantity *quantity) {

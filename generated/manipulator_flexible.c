@@ -2784,6 +2784,7 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(point_count) 1,
     SET(course_count) 2,
     SET(break_count) 2,
+    SET(switch_count) 0,
     SET(qdd_cost) 2703,
     SET(tangent_cost) 0,
     SET(tangent_vectors_cost) 0,
@@ -2843,4 +2844,5 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(d_rows) 0,
     SET(course) manipulator_flexible_course_doubles,
     SET(breaks) manipulator_flexible_breaks_doubles,
+    SET(switches) 0,
 };

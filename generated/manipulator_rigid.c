@@ -985,6 +985,7 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(point_count) 1,
     SET(course_count) 2,
     SET(break_count) 2,
+    SET(switch_count) 0,
     SET(qdd_cost) 402,
     SET(tangent_cost) 0,
     SET(tangent_vectors_cost) 0,
@@ -1044,4 +1045,5 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(d_rows) 0,
     SET(course) manipulator_rigid_course_doubles,
     SET(breaks) manipulator_rigid_breaks_doubles,
+    SET(switches) 0,
 };

@@ -15,6 +15,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "kinks.h"
 #include "core.h"
 #include "dense.h"
 #include "linearise.h"
@@ -155,14 +156,14 @@ int refdyn_find_work(struct refdyn_drive *drive, double theta, double *work_done
 
 /* ---- One step ---- */
 
-/* The end of the last step is the begin of the next one. */
+/* The end of the last step is the begin of the next one, on the right side of a break. */
 static int begin(struct refdyn_drive *drive) {
     const size_t bytes = (size_t)(2 * drive->work->n + 1) * sizeof(double);
     refdyn_pass_leave(drive);
     if (drive->t_begin != drive->t_end) {
         memcpy(drive->state, drive->state_new, bytes);
         memcpy(drive->slope, drive->slope_new, refdyn_slope_bytes(drive));
-        drive->t_begin = drive->t_end;
+        drive->t_begin = drive->t_end = refdyn_right_of(drive, drive->t_end);
         drive->has_tangent = 0;
     }
     refdyn_choose_take_up(drive);
@@ -219,19 +220,20 @@ static int complete(struct refdyn_drive *drive, double t_new) {
     struct refdyn_workspace *work = drive->work;
     const struct refdyn_method_facts facts = refdyn_method_facts(drive->method);
     const int n = work->n;
+    const double t = refdyn_right_of(drive, t_new);
     double *q = drive->state_new, *qd = drive->state_new + n;
-    int status = refdyn_row_terms(work, t_new, q, qd), is_known = facts.is_last_new && t_new < drive->t_limit;
+    int status = refdyn_row_terms(work, t, q, qd), is_known = facts.is_last_new && t_new < drive->t_limit;
     if (!status && work->m > 0 && (drive->options.stabilise == REFDYN_PROJECT || drive->is_passing)) {
         memcpy(drive->side, drive->state_new, (size_t)(2 * n) * sizeof *q);
-        status = meet_programme_nearby(drive, t_new);
+        status = meet_programme_nearby(drive, t);
         is_known = is_known && memcmp(drive->side, drive->state_new, (size_t)(2 * n) * sizeof *q) == 0;
     }
     work->partition.rank_most = work->m;
     if (!status)
-        status = refdyn_partition_watch(work, t_new, q, qd);
+        status = refdyn_partition_watch(work, t, q, qd);
     work->partition.rank_most = work->partition.rank;
     if (!status && !is_known)
-        status = refdyn_slope(drive, t_new, drive->state_new, drive->slope_new);
+        status = refdyn_slope(drive, t, drive->state_new, drive->slope_new);
     work->partition.rank_most = work->partition.rank;
     if (status)
         drive->failed_t = t_new;
@@ -331,7 +333,7 @@ int refdyn_pass(struct refdyn_drive *drive, double h, double t_bound, double *t)
 /* ---- Fixed steps ---- */
 
 double refdyn_step_least(const struct refdyn_drive *drive, double t_out) {
-    return 4 * DBL_EPSILON * fmax(fabs(drive->t_begin), fabs(t_out));
+    return fmax(refdyn_time_resolution(drive->t_begin), refdyn_time_resolution(t_out));
 }
 
 /* Cuts [t, t_out] into equal steps; a part of 1e-8 of a step more than asked for does not make one more. */
@@ -533,19 +535,6 @@ static int step_adaptive(struct refdyn_drive *drive, double t_out, double t_stop
     }
 }
 
-double refdyn_break_ahead(struct refdyn_drive *drive, double least) {
-    const int count = drive->work->model->break_count;
-    for (; drive->break_next < count && !(drive->breaks[drive->break_next] > drive->t_begin + least);
-         drive->break_next++)
-        if (drive->breaks[drive->break_next] >= drive->t_begin - least) { /* nothing is continued across it */
-            drive->tried_t = INFINITY;
-            drive->last_h = drive->rate = 0;
-        }
-    const double ahead = drive->break_next < count ? drive->breaks[drive->break_next] : INFINITY;
-    drive->t_limit = isfinite(ahead) ? nextafter(ahead, drive->t_begin) : INFINITY;
-    return ahead;
-}
-
 /* A time that no step may pass, unless it has been passed. */
 static double if_ahead(const struct refdyn_drive *drive, double t) {
     return t > drive->t_begin ? t : INFINITY;
@@ -557,8 +546,9 @@ int refdyn_advance(struct refdyn_drive *drive, double t_out) {
         return status;
     if (refdyn_step_limit_reached(drive))
         return REFDYN_TOO_MANY_STEPS;
-    const double least = refdyn_step_least(drive, t_out), ahead = refdyn_break_ahead(drive, least);
     const int is_fixed = drive->options.tol == 0;
+    const double least = refdyn_step_least(drive, t_out),
+                 ahead = refdyn_break_ahead(drive, is_fixed ? drive->options.step : drive->step_next, t_out);
     double bound = fmin(if_ahead(drive, drive->t_most), if_ahead(drive, drive->t_final));
     const double t_bound = fmin(bound, ahead);
     if (is_fixed || refdyn_method_facts(drive->method).collocation)

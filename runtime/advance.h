@@ -34,8 +34,6 @@ int refdyn_find_work(struct refdyn_drive *drive, double theta, double *work_done
 void refdyn_accept_step(struct refdyn_drive *drive, double h);
 /* Smallest step from t_begin that still moves the time by a few units in its last place. */
 double refdyn_step_least(const struct refdyn_drive *drive, double t_out);
-/* The next break more than `least` behind t_begin, INFINITY: none; sets t_limit. */
-double refdyn_break_ahead(struct refdyn_drive *drive, double least);
 /* Are options.step_limit steps tried? */
 int refdyn_step_limit_reached(const struct refdyn_drive *drive);
 

@@ -13,6 +13,7 @@
 #include "advance.h"
 #include "choose.h"
 #include "collocation.h"
+#include "kinks.h"
 #include "core.h"
 #include "dense.h"
 #include "diagonal.h"
@@ -71,6 +72,7 @@ static size_t lay_out(struct refdyn_drive *drive, const struct refdyn_model *mod
     drive->aligned = room_doubles(&room, n);
     drive->unpassed = room_doubles(&room, is_passing ? size + slope : 0);
     drive->breaks = room_doubles(&room, model->break_count);
+    drive->switches = room_doubles(&room, 2 * model->switch_count);
     drive->stages = room_doubles(&room, is_passing ? larger(stages, stage_room(REFDYN_RK8, model)) : stages);
     refdyn_linear_lay_out(&drive->linear, model, has_tangent, has_tangent ? complexes : 0, &room);
     if (facts.is_diagonal || (is_auto && refdyn_can_run(model, REFDYN_ROS34PW2_DIAGONAL)))
@@ -122,30 +124,13 @@ static int fail(struct refdyn_drive *drive, int cause, double t) {
  */
 static int meet_start(struct refdyn_drive *drive) {
     struct refdyn_workspace *work = drive->work;
-    const int status = refdyn_equations(work, drive->t, drive->q, drive->qd);
+    const int status = refdyn_equations(work, drive->t_right, drive->q, drive->qd);
     if (status)
         return status;
     drive->start = refdyn_residuals(work);
     drive->start_is_off = !refdyn_is_consistent(work, sqrt(DBL_EPSILON), drive->q, drive->qd);
-    return drive->options.project_start ? refdyn_project_evaluated(work, drive->t, drive->q, drive->qd)
+    return drive->options.project_start ? refdyn_project_evaluated(work, drive->t_right, drive->q, drive->qd)
                                         : REFDYN_OK;
-}
-
-/* The breaks in ascending order. */
-static void find_breaks(struct refdyn_drive *drive) {
-    const struct refdyn_workspace *work = drive->work;
-    drive->break_next = 0;
-    drive->t_limit = INFINITY;
-    if (!work->model->breaks)
-        return;
-    work->model->breaks(work->p, work->x, drive->t, drive->q, drive->qd, drive->breaks);
-    for (int i = 1; i < work->model->break_count; i++) {
-        const double moved = drive->breaks[i];
-        int place = i;
-        for (; place > 0 && drive->breaks[place - 1] > moved; place--)
-            drive->breaks[place] = drive->breaks[place - 1];
-        drive->breaks[place] = moved;
-    }
 }
 
 /* Accelerations and multipliers of the state that is seen, whose equations are in the workspace; chooses the
@@ -160,7 +145,7 @@ static int solve_seen(struct refdyn_drive *drive) {
 /* The same of a state of the motion, whose row terms are in the workspace. */
 static int accelerate_seen(struct refdyn_drive *drive) {
     const int n = drive->work->n;
-    const int status = refdyn_slope(drive, drive->t, drive->seen, drive->side);
+    const int status = refdyn_slope(drive, drive->t_right, drive->seen, drive->side);
     memcpy(drive->qdd, drive->side + n, (size_t)n * sizeof(double));
     memcpy(drive->lambda, drive->side + 2 * n + 1, (size_t)drive->work->m * sizeof(double));
     return status;
@@ -172,14 +157,14 @@ static int continue_seen(struct refdyn_drive *drive) {
     const double theta = (drive->t - drive->t_begin) / (drive->t_end - drive->t_begin);
     refdyn_runge_kutta_accelerations(drive, theta, drive->qdd);
     memset(drive->lambda, 0, (size_t)drive->work->m * sizeof(double));
-    return refdyn_equations(drive->work, drive->t, drive->q, drive->qd);
+    return refdyn_equations(drive->work, drive->t_right, drive->q, drive->qd);
 }
 
 /* With projections, steps begin on the programme, also where the state that is seen is off it. */
 static int step_onto_programme(struct refdyn_drive *drive) {
     if (drive->options.stabilise != REFDYN_PROJECT)
         return REFDYN_OK;
-    return refdyn_project_evaluated(drive->work, drive->t, drive->state, drive->state + drive->work->n);
+    return refdyn_project_evaluated(drive->work, drive->t_right, drive->state, drive->state + drive->work->n);
 }
 
 /* Steps begin at the state that is seen: slopes of both ends are its own. Where they begin beside it, its row
@@ -188,7 +173,7 @@ static int begin_here(struct refdyn_drive *drive) {
     struct refdyn_workspace *work = drive->work;
     const size_t bytes = (size_t)(2 * work->n + 1) * sizeof(double);
     refdyn_pass_leave(drive);
-    drive->t_begin = drive->t_end = drive->t;
+    drive->t_begin = drive->t_end = drive->t_right;
     drive->is_aligned = drive->has_tangent = 0;
     drive->last_h = drive->factored_h = 0;
     drive->tried_t = INFINITY;
@@ -199,11 +184,11 @@ static int begin_here(struct refdyn_drive *drive) {
     int status = step_onto_programme(drive);
     memcpy(drive->state_new, drive->state, bytes);
     if (!status)
-        status = refdyn_slope(drive, drive->t, drive->state, drive->slope);
+        status = refdyn_slope(drive, drive->t_right, drive->state, drive->slope);
     memcpy(drive->slope_new, drive->slope, refdyn_slope_bytes(drive));
     work->partition.rank_most = work->partition.rank;
     if (!status && memcmp(drive->state, drive->seen, bytes) != 0)
-        status = refdyn_row_terms(work, drive->t, drive->q, drive->qd);
+        status = refdyn_row_terms(work, drive->t_right, drive->q, drive->qd);
     return status;
 }
 
@@ -240,7 +225,8 @@ int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, co
     drive->evaluations_before = work->evaluations;
     refdyn_prepare(work);
     set_gains_ahead(drive);
-    find_breaks(drive);
+    refdyn_find_breaks(drive);
+    drive->t_right = refdyn_right_of(drive, t);
     refdyn_partition_reset(work);
     int status = meet_start(drive);
     if (!status)
@@ -257,8 +243,9 @@ int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, co
 int refdyn_drive_refresh(struct refdyn_drive *drive) {
     drive->work->partition.rank_most = drive->work->m;
     set_gains_ahead(drive);
-    find_breaks(drive);
-    int status = refdyn_equations(drive->work, drive->t, drive->q, drive->qd);
+    refdyn_find_breaks(drive);
+    drive->t_right = refdyn_right_of(drive, drive->t);
+    int status = refdyn_equations(drive->work, drive->t_right, drive->q, drive->qd);
     if (!status)
         status = solve_seen(drive);
     refdyn_choose_go_back(drive, drive->t_end - drive->t);
@@ -292,6 +279,7 @@ static int look_at(struct refdyn_drive *drive, double t) {
     struct refdyn_workspace *work = drive->work;
     const int n = work->n, is_rosenbrock = refdyn_method_facts(drive->method).rosenbrock != NULL;
     drive->t = t;
+    drive->t_right = refdyn_right_of(drive, t);
     drive->is_undetermined = refdyn_pass_is_near(drive, t);
     if (t >= drive->t_end) {
         memcpy(drive->seen, drive->state_new, (size_t)(2 * n + 1) * sizeof(double));
@@ -305,9 +293,9 @@ static int look_at(struct refdyn_drive *drive, double t) {
     if (!status && is_rosenbrock && drive->options.balance)
         status = refdyn_find_work(drive, theta, &drive->seen[2 * n]);
     if (!status && work->m > 0 && drive->options.stabilise == REFDYN_PROJECT && !drive->is_undetermined) {
-        status = refdyn_row_terms(work, t, drive->q, drive->qd);
+        status = refdyn_row_terms(work, drive->t_right, drive->q, drive->qd);
         if (!status)
-            status = meet_programme_seen(drive, t);
+            status = meet_programme_seen(drive, drive->t_right);
     }
     return status;
 }
@@ -317,7 +305,7 @@ static int show(struct refdyn_drive *drive, double t) {
     int status = look_at(drive, t);
     drive->work_done = drive->seen[2 * drive->work->n];
     if (!status)
-        status = refdyn_row_terms(drive->work, t, drive->q, drive->qd);
+        status = refdyn_row_terms(drive->work, drive->t_right, drive->q, drive->qd);
     if (!status)
         refdyn_record_residuals(drive);
     if (!status)
@@ -354,7 +342,7 @@ int refdyn_drive_step(struct refdyn_drive *drive, double t_out, long steps) {
 }
 
 int refdyn_drive_look(struct refdyn_drive *drive, double t) {
-    if (!(t >= drive->t_begin && t <= drive->t_end))
+    if (!(refdyn_right_of(drive, t) >= drive->t_begin && t <= drive->t_end))
         return REFDYN_BAD_OPTION;
     const int status = show(drive, t);
     collect_counts(drive);

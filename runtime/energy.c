@@ -18,7 +18,7 @@ int refdyn_energies(const struct refdyn_workspace *work, double t, const double 
 }
 
 static int at_drive(const struct refdyn_drive *drive, double *energy) {
-    return refdyn_energies(drive->work, drive->t, drive->q, drive->qd, energy);
+    return refdyn_energies(drive->work, drive->t_right, drive->q, drive->qd, energy);
 }
 
 int refdyn_energy_start(struct refdyn_energy *energy, const struct refdyn_drive *drive) {

@@ -401,6 +401,7 @@ struct refdyn_drive {
     struct refdyn_workspace *work;
     struct refdyn_options options;
     double t;                     /* [s] */
+    double t_right;               /* the same, behind a break that is there: where what follows is told [s] */
     double *q;                    /* (n) */
     double *qd;                   /* (n) */
     double *qdd;                  /* (n) */
@@ -448,9 +449,12 @@ struct refdyn_drive {
     int has_tangent;
     double
         *breaks; /* (break_count) kinks of formulas of time, ascending; every step ends at the next one [s] */
-    int break_next;    /* first of them that lies ahead */
-    double t_limit;    /* stages are evaluated before this: the left side of a break; INFINITY: no break ahead
-                          [s] */
+    int break_next; /* first of them that lies ahead */
+    double
+        *switches; /* (2 switch_count) what changes sign at other kinks, at the begin of a step and beyond */
+    double switched;   /* the last of these kinks that was found [s] */
+    double t_limit;    /* stages are evaluated before this: the left side of a break, by so much that rounding
+                          cannot matter; INFINITY: no break ahead [s] */
     double t_final;    /* end of the motion, see refdyn_drive_until [s] */
     double t_most;     /* no step reaches beyond, see refdyn_drive_limit [s] */
     double step_next;  /* adaptive: proposed step, 0: to be found [s] */

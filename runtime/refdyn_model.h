@@ -77,7 +77,8 @@ struct refdyn_model {
     int input_count;
     int point_count;
     int course_count;    /* values that the author wants recorded */
-    int break_count;     /* kinks of formulas of time alone */
+    int break_count;     /* kinks of formulas of time alone whose times are known, */
+    int switch_count;    /* and what changes sign at others */
     double qdd_cost;     /* operations of one call of constrained, or of qdd_free without rows; 0: unknown */
     double tangent_cost; /* of tangent. A division counts four, a function ten */
     double tangent_vectors_cost;           /* of tangent_vectors */
@@ -153,8 +154,9 @@ struct refdyn_model {
     refdyn_function *d_force;    /* of force by these */
     refdyn_function *d_statics;  /* of Q at qd = 0 by q, t, inputs, parameters */
     refdyn_function *d_rows;     /* of phi, psi and k by these */
-    refdyn_function *course; /* (course_count) values to record with a motion, in the units of the model */
-    refdyn_function *breaks; /* (break_count) their times, in no order; reads p alone [s] */
+    refdyn_function *course;   /* (course_count) values to record with a motion, in the units of the model */
+    refdyn_function *breaks;   /* (break_count) their times, in no order; reads p and x alone [s] */
+    refdyn_function *switches; /* (switch_count) below zero or not, which changes there; reads p, x and t */
 };
 
 #endif

@@ -140,8 +140,9 @@ def test_shortcuts(tmp_path):
     assert done.returncode == 0, done.stderr
     rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in done.stdout.splitlines() if line.startswith("|")]
     steps = {row[0]: (int(row[3]), int(row[4])) for row in rows if len(row) == 5 and row[1].isdigit()}
-    assert set(steps) == {"rk8", "rodas5p", "gauss12"}
-    assert steps["rk8"][0] > 3 * steps["rk8"][1]
+    assert set(steps) == {"rk54", "rk8", "rodas5p", "gauss12"}
+    for method in "rk54", "rk8":
+        assert steps[method][0] > 3 * steps[method][1]
     for method in "rodas5p", "gauss12":
         assert abs(steps[method][0] - steps[method][1]) <= 0.05 * steps[method][1]
     arms = [list(map(float, row[1:])) for row in rows if len(row) == 10 and row[1][:1].isdigit()]

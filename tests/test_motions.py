@@ -187,6 +187,29 @@ def test_breaks_end_a_step(tmp_path, method):
     assert summary["steps"] <= 13
 
 
+SWITCHED = TESTS / "models" / "switched.lua"
+WAVE = [(numpy.pi * k / 20, 1 - 2 * (k % 2)) for k in range(7)]
+JUMPS = dict.fromkeys(["left", "right", "product", "rounded", "input"], [(0.25, 1)])
+JUMPS |= {"twice": [(0.3, 2)], "wave": WAVE, "pulse": [(0.3, 1), (0.7, -1)], "ramp": [(0.7 * numpy.arccos(-0.2) / numpy.pi, 1)]}
+
+
+@pytest.mark.parametrize("form", JUMPS)
+@pytest.mark.parametrize("method", ["rk54", "rk8", "rodas5p", "ros34pw2", "radau9", "gauss12", "auto", "rk4"])
+def test_breaks_in_any_form(method, form):
+    """A time is met exactly however a formula tells it: also what it tells right at the break, and what is not linear in time."""
+    how, within = (["--step", "0.01"], 2e-7) if method == "rk4" else (["--tol", "1e-7"], 2e-6)
+    run, _, summary = motion(SWITCHED, "--set", f"form={form}", "--until", 1, "--every", 0.125, "--method", method, *how)
+    t, stiffness = run["t"], 30
+    x = sum(5 * sign / stiffness * (1 - numpy.cos(numpy.sqrt(stiffness) * numpy.maximum(t - at, 0))) for at, sign in JUMPS[form])
+    late = numpy.maximum(t - 0.25, 0)
+    check([close("place", run["pushed_x"], x, within), close("driven", run["driven_x"], late**2 / 2, within),
+           close("speed", run["driven_x_d"], late, within)])
+    assert abs(run["psi_1"]).max() < 1e-6
+    if form in ("left", "right", "product", "rounded", "input"):
+        begin = list(t).index(0.25)
+        assert run["force_driven_x"][begin] == pytest.approx(1 + 20 * run["driven_x"][begin])
+
+
 @pytest.mark.parametrize("method", ["rk54", "rk8", "rodas5p", "rodas6p", "ros34pw2", "ros34pw2-diagonal", "radau9", "gauss12",
                                     "auto"])
 def test_outputs_before_a_jump(tmp_path, method):

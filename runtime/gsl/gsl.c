@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "advance.h"
+#include "kinks.h"
 #include "core.h"
 #include "first_order.h"
 #include "linearise.h"
@@ -83,7 +84,7 @@ static void begin(struct refdyn_gsl *gsl) {
     if (drive->t_begin == drive->t_end)
         begin_anew(gsl);
     memcpy(drive->state, drive->state_new, (size_t)(2 * drive->work->n + 1) * sizeof(double));
-    drive->t_begin = drive->t_end;
+    drive->t_begin = drive->t_end = refdyn_right_of(drive, drive->t_end);
 }
 
 /* In the metric of an implicit step's matrix, else a stiff deflection would take up the change. */
@@ -142,7 +143,7 @@ static int take_step(struct refdyn_gsl *gsl, double t_stop) {
     if (result != GSL_SUCCESS)
         return go_back(gsl, gsl->cause < 0 ? gsl->cause : REFDYN_STEP_TOO_SMALL);
     const double h = t - drive->t_begin;
-    const int status = complete(gsl, t, h);
+    const int status = complete(gsl, refdyn_right_of(drive, t), h);
     if (status)
         return go_back(gsl, status);
     drive->t_end = t;
@@ -170,7 +171,7 @@ static int advance(struct refdyn_gsl *gsl, double t_out) {
     begin(gsl);
     if (refdyn_step_limit_reached(drive))
         return go_back(gsl, REFDYN_TOO_MANY_STEPS);
-    const double least = refdyn_step_least(drive, t_out), ahead = refdyn_break_ahead(drive, least);
+    const double least = refdyn_step_least(drive, t_out), ahead = refdyn_break_ahead(drive, gsl->step, t_out);
     if (!(gsl->step >= least))
         return go_back(gsl, REFDYN_STEP_TOO_SMALL);
     const double t_stop = ahead < t_out - least ? ahead : t_out;

@@ -87,10 +87,10 @@ static void put_points(struct table *table) {
     double *r = table->room, *rd = r + rows, *rdd = rd + rows, *C = rdd + rows;
     if (rows == 0)
         return;
-    model->r(work->p, work->x, drive->t, drive->q, drive->qd, r);
-    model->rd(work->p, work->x, drive->t, drive->q, drive->qd, rd);
-    model->d(work->p, work->x, drive->t, drive->q, drive->qd, rdd);
-    model->C(work->p, work->x, drive->t, drive->q, drive->qd, C);
+    model->r(work->p, work->x, drive->t_right, drive->q, drive->qd, r);
+    model->rd(work->p, work->x, drive->t_right, drive->q, drive->qd, rd);
+    model->d(work->p, work->x, drive->t_right, drive->q, drive->qd, rdd);
+    model->C(work->p, work->x, drive->t_right, drive->q, drive->qd, C);
     add_accelerations(drive, C, rdd, rows);
     for (int point = 0; point < model->point_count; point++) {
         put_values(table, r + 3 * point, 3);
@@ -115,7 +115,7 @@ static void put_courses(struct table *table) {
     const struct refdyn_model *model = work->model;
     if (!model->course_count)
         return;
-    model->course(work->p, work->x, drive->t, drive->q, drive->qd, table->room);
+    model->course(work->p, work->x, drive->t_right, drive->q, drive->qd, table->room);
     put_values(table, table->room, model->course_count);
 }
 
@@ -129,7 +129,7 @@ void table_fill(struct table *table) {
     put_values(table, drive->qd, n);
     put_points(table);
     put_residuals(table);
-    refdyn_energies(drive->work, drive->t, drive->q, drive->qd, energy);
+    refdyn_energies(drive->work, drive->t_right, drive->q, drive->qd, energy);
     put_value(table, energy[0] + energy[1]);
     refdyn_drive_force(table->drive, table->room);
     put_values(table, table->room, n);
