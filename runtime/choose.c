@@ -27,6 +27,7 @@ enum {
     MEASURED_STEPS = 4,
     LOOK_STEPS = 25,
     FEW_STEPS = 200,
+    FEW_STEPS_AT_LIMIT = 40,
     MANY_STEPS = 500,
     PATIENCE_FIRST = 100,
     PATIENCE_MOST = 5000
@@ -34,6 +35,7 @@ enum {
 
 /* |lambda| h of rk8 on the imaginary and on the negative real axis, a little inside. */
 static const double explicit_limit = 5;
+static const double near_limit = 0.8;
 /* Below this |lambda| h the step of an explicit method follows its accuracy. */
 static const double follows_accuracy = 2;
 /* Damping ratio of the fastest mode from which it has to be damped: Radau. */
@@ -145,22 +147,29 @@ static int best(const struct refdyn_choice *choice) {
     return found;
 }
 
-/* The explicit method's step is ruled by its accuracy: nothing else need be tried. */
-static int explicit_suffices(const struct refdyn_drive *drive) {
+/* |lambda| h of the explicit method that is tried, 0 for others. */
+static double reach_of_explicit(const struct refdyn_drive *drive) {
     const struct refdyn_choice *choice = &drive->choice;
     const double step = (drive->t_end - choice->marked_t) / MEASURED_STEPS;
-    return choice->candidates[choice->at] == REFDYN_RK8 && step * choice->rate < follows_accuracy;
+    return is_explicit(choice->candidates[choice->at]) ? step * choice->rate : 0;
+}
+
+/* The explicit method's step is ruled by its accuracy: nothing else need be tried. */
+static int explicit_suffices(const struct refdyn_drive *drive) {
+    return is_explicit(drive->choice.candidates[drive->choice.at]) &&
+           reach_of_explicit(drive) < follows_accuracy;
 }
 
 /* The motion ends (where the drive knows) before another trial would pay: in few steps at the plain
- * tolerance. */
+ * tolerance. At its limit an explicit method's steps say nothing of those that others could take. */
 static int is_nearly_done(const struct refdyn_drive *drive) {
     const struct refdyn_choice *choice = &drive->choice;
     const double gone = choice->progress[best(choice)] / choice->progress[choice->at];
     const double sharper = drive->options.tol / refdyn_choose_tolerance(drive);
     const double step = (drive->t_end - choice->marked_t) / MEASURED_STEPS *
                         pow(sharper, 1.0 / refdyn_method_facts(drive->method).order_error);
-    return drive->t_final - drive->t_end < FEW_STEPS * step * gone;
+    const int few = reach_of_explicit(drive) > near_limit * explicit_limit ? FEW_STEPS_AT_LIMIT : FEW_STEPS;
+    return drive->t_final - drive->t_end < few * step * gone;
 }
 
 /* Points of Gauss keep vibrations, those of Radau damp what the steps, as they are now, leave far behind. */
