@@ -986,6 +986,7 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(course_count) 2,
     SET(break_count) 2,
     SET(switch_count) 0,
+    SET(saturates) 0,
     SET(qdd_cost) 402,
     SET(tangent_cost) 0,
     SET(tangent_vectors_cost) 0,

@@ -8,6 +8,8 @@
  * it is accuracy that rules the step of the explicit one. The limit comes from the largest rate of the
  * linearised equations, whose damping chooses between the points of Gauss and Radau, too. In rough motions
  * the Rosenbrock method is one with the diagonals of K and D alone, until its steps feel what they leave out.
+ * Where forces saturate, as friction, it is left out: its steps are linear, and damp the error that would
+ * tell that what sticks begins to slide.
  */
 #include "choose.h"
 
@@ -190,6 +192,13 @@ static int is_diagonal(const struct refdyn_drive *drive) {
     return refdyn_method_facts(drive->method).is_diagonal;
 }
 
+/* Is there a candidate behind the one that is tried, and another method? */
+static int has_another(struct refdyn_drive *drive) {
+    struct refdyn_choice *choice = &drive->choice;
+    choice->candidates[COLLOCATION] = collocation_for(drive);
+    return choice->at < COLLOCATION && choice->candidates[choice->at] != choice->candidates[choice->at + 1];
+}
+
 static void judge(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
     choice->progress[choice->at] = lasting_progress(drive, choice->candidates[choice->at]);
@@ -203,11 +212,11 @@ static void judge(struct refdyn_drive *drive) {
     } else if (is_nearly_done(drive)) {
         choice->is_short = drive->statistics.steps < FEW_STEPS; /* too short for errors to add up, too */
         go_on_with(drive, best(choice));
-    } else if (choice->at + 1 < REFDYN_CANDIDATES) {
-        choice->candidates[COLLOCATION] = collocation_for(drive);
+    } else if (has_another(drive)) {
         ask_for(drive, choice->at + 1);
-    } else
+    } else {
         go_on_with(drive, best(choice));
+    }
 }
 
 /* Of a step: those of its stages, and that of its end. */
@@ -252,7 +261,9 @@ void refdyn_choose_start(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
     const int is_rough =
         refdyn_uses_diagonal(&drive->options) && refdyn_can_run(drive->work->model, REFDYN_ROS34PW2_DIAGONAL);
-    const enum refdyn_method rosenbrock = is_rough ? REFDYN_ROS34PW2_DIAGONAL : REFDYN_RODAS5P;
+    const enum refdyn_method rosenbrock = drive->work->model->saturates ? REFDYN_RADAU9
+                                          : is_rough                    ? REFDYN_ROS34PW2_DIAGONAL
+                                                                        : REFDYN_RODAS5P;
     *choice = (struct refdyn_choice){.candidates = {REFDYN_RK8, rosenbrock, REFDYN_GAUSS12},
                                      .chosen = -1,
                                      .patience = PATIENCE_FIRST,

@@ -180,9 +180,13 @@ static double correct(struct refdyn_drive *drive, const struct refdyn_collocatio
     return largest;
 }
 
+double refdyn_settled_tolerance(double tol) {
+    return fmin(tol, settled_most);
+}
+
 /* Accelerations of all stages; drive->contraction tells how fast it went. */
 static int solve_stages(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, double h) {
-    const double enough = settled_part * fmin(drive->options.tol, settled_most) / h;
+    const double enough = settled_part * refdyn_settled_tolerance(drive->options.tol) / h;
     double last = INFINITY;
     drive->contraction = 0;
     for (int iteration = 0; iteration < ITERATIONS_MOST; iteration++) {

@@ -14,6 +14,7 @@
 #include "core.h"
 #include "dense.h"
 #include "diagonal.h"
+#include "slope.h"
 
 /* The parts of struct NAME_tangent_result that both forms have, in their order. */
 static void lay_out_rows(struct refdyn_linear *linear, struct room *room) {
@@ -389,6 +390,18 @@ static void judge_shape(struct refdyn_linear *linear, const double *shape, doubl
         *rate = *damping = 0;
 }
 
+/* The tangent at the begin of a step, at the rates that make it stiffest. */
+static int evaluate_stiffest(struct refdyn_drive *drive) {
+    const int n = drive->work->n;
+    if (!drive->work->model->saturates)
+        return refdyn_linear_at_begin(drive);
+    drive->has_tangent = 0;
+    drive->statistics.tangents++;
+    memcpy(drive->side, drive->slope, refdyn_slope_bytes(drive));
+    memset(drive->side, 0, (size_t)n * sizeof(double));
+    return refdyn_linear_evaluate(&drive->linear, drive->work, drive->t_begin, drive->state, drive->side);
+}
+
 enum { SPECTRUM_ITERATIONS = 24, GROWTH_ITERATIONS = 12 /* even: of two parts that take turns */ };
 
 int refdyn_linear_spectrum(struct refdyn_drive *drive, double *rate, double *damping) {
@@ -396,7 +409,7 @@ int refdyn_linear_spectrum(struct refdyn_drive *drive, double *rate, double *dam
     const int n = linear->n;
     double *q = drive->stage, *v = drive->stage + n, *a = drive->side;
     refdyn_linear_use(drive, 0);
-    int status = refdyn_linear_at_begin(drive);
+    int status = evaluate_stiffest(drive);
     if (!status)
         status = refdyn_linear_factor(linear, drive->work, 0);
     drive->is_aligned = 0; /* the factors of a step, and the rows that they are for, are gone */

@@ -63,9 +63,9 @@ void refdyn_linear_solve_complex(struct refdyn_linear *linear, int k, double *re
 void refdyn_linear_solve_residual(struct refdyn_linear *linear, double *x);
 /*
  * The largest |eigenvalue| [1/s] of the linearised equations at the begin of a drive's step, and its damping
- * ratio, by iteration of vectors: good to some per cent, since what is asked is a limit of steps.
- * The drive's factors and directions are lost; its matrix is the exact one from now on. Errors: NOT_FINITE,
- * MATRIX_SINGULAR.
+ * ratio, by iteration of vectors: good to some per cent, since what is asked is a limit of steps. Where
+ * forces saturate, as friction, that at rest, which is the largest. The drive's factors and directions are
+ * lost; its matrix is the exact one from now on. Errors: NOT_FINITE, MATRIX_SINGULAR.
  */
 int refdyn_linear_spectrum(struct refdyn_drive *drive, double *rate, double *damping);
 

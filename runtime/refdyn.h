@@ -259,6 +259,9 @@ struct refdyn_options refdyn_options_default(enum refdyn_method method);
 /* May a motion with these options take steps with the diagonals of K and D alone, where a model can? Those of
  * ros34pw2-diagonal, and of auto from a tolerance of 1e-3 on. */
 int refdyn_uses_diagonal(const struct refdyn_options *options);
+/* The tolerance by which the iterations of radau9 and gauss12 end: tol, but no more than suits their order.
+ */
+double refdyn_settled_tolerance(double tol);
 /* 0 or BAD_OPTION; then *fact (fact may be NULL) is a static text such as "step must be positive". */
 int refdyn_options_validate(const struct refdyn_options *options, const char **fact);
 

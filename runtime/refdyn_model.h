@@ -79,6 +79,7 @@ struct refdyn_model {
     int course_count;    /* values that the author wants recorded */
     int break_count;     /* kinks of formulas of time alone whose times are known, */
     int switch_count;    /* and what changes sign at others */
+    int saturates;       /* a rate drives something to its limit, as friction */
     double qdd_cost;     /* operations of one call of constrained, or of qdd_free without rows; 0: unknown */
     double tangent_cost; /* of tangent. A division counts four, a function ten */
     double tangent_vectors_cost;           /* of tangent_vectors */

@@ -165,6 +165,27 @@ def test_printed_form_drifts(tmp_path):
     assert change > 1e-3, f"the printed form's energy changes by {change:.1e} only"
 
 
+STICKING = """local rd = require "refdyn"
+return rd.model { name = "sticking", links = { { "base", joint = "psi", mass = 1, inertia = { zz = 0.05 } },
+    { "arm", on = "base", joint = "psi", at = { 0.4, 0, 0 }, mass = 0.3, inertia = { zz = 1e-3 }, center = { 0.2, 0, 0 }, spring = { psi = 40 }, damper = { psi = 0.3 } } },
+  forces = function(s) return { base_psi = 1.8 * rd.sin(4 * s.t) + rd.friction(1, s.qd.base_psi, WIDTH) } end }
+"""
+
+
+@pytest.mark.parametrize("width", ["1e-1", "1e-2", "1e-3", "1e-4"])
+def test_friction_lets_go(tmp_path, width):
+    """What sticks at first begins to slide, and sticks again: linear steps would damp what tells of it."""
+    model = tmp_path / "sticking.lua"
+    model.write_text(STICKING.replace("WIDTH", width))
+    scene = [model, "--until", 2, "--every", 0.1]
+    exact, other = (motion(*scene, "--method", method, "--tol", "1e-11")[0]["base_psi"] for method in ("radau9", "gauss12"))
+    assert abs(exact).max() > 0.1 and abs(exact - other).max() < 1e-8
+    for tol in 1e-2, 1e-4, 1e-6:
+        run, said, summary = motion(*scene, "--tol", tol)
+        assert abs(run["base_psi"] - exact).max() < 10 * tol, summary["chosen"]
+        assert "rodas5p" not in summary["chosen"], said
+
+
 JUMP = """local rd = require "refdyn"
 return rd.model { name = "jump", links = { { "cart", joint = { "x" }, mass = 2 } },
   forces = function(s) return { cart_x = rd.where(rd.less(s.t, TIME), 3, -5) + rd.max(s.t - 0.777, 0) } end,

@@ -131,12 +131,15 @@ static enum status finish(const struct summary *summary, const struct options *o
 
 /* ---- --verify ---- */
 
-/* A tenth of the tolerance, or half the step; where not the tolerance rules the steps they are shorter, too.
- */
+/* A tenth of the tolerance, or half the step; where not the tolerance rules the steps they are shorter, too,
+ * and where it does not rule iterations, a tenth of what does. */
 static struct refdyn_options finer(const struct refdyn_drive *drive) {
     struct refdyn_options options = drive->options;
     if (options.tol > 0) {
         const int order = refdyn_method_order(drive->method);
+        const long *steps_by = drive->statistics.steps_by;
+        if (steps_by[REFDYN_RADAU9] > 0 || steps_by[REFDYN_GAUSS12] > 0)
+            options.tol = refdyn_settled_tolerance(options.tol);
         options.tol *= verify_part;
         options.step_max = drive->statistics.step_largest * pow(verify_part, 1.0 / order);
     } else
