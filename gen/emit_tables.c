@@ -314,8 +314,8 @@ static bool saturates(const struct plan *plan) {
     const bool *needed = nodes_of_functions(plan);
     for (expression e = 0; e < g->count; e++) {
         const uint8_t operation = g->nodes[e].operation;
-        const bool is_bounded = operation == OP_TANH || operation == OP_ATAN || operation == OP_LESS ||
-                                operation == OP_MIN || operation == OP_MAX;
+        const bool is_bounded =
+            operation == OP_TANH || operation == OP_ATAN || operation == OP_MIN || operation == OP_MAX;
         if (needed[e] && is_bounded && g->nodes[e].depends & ON_RATE)
             return true;
     }

@@ -2785,7 +2785,7 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(course_count) 2,
     SET(break_count) 2,
     SET(switch_count) 0,
-    SET(saturates) 1,
+    SET(saturates) 0,
     SET(qdd_cost) 2703,
     SET(tangent_cost) 0,
     SET(tangent_vectors_cost) 0,
