@@ -6,6 +6,8 @@
 #ifndef REFDYN_GEN_MESSAGE_H
 #define REFDYN_GEN_MESSAGE_H
 
+#include <stdbool.h>
+
 struct memory;
 
 /* Where something stands in a model file; line 0: the file as a whole. */
@@ -30,6 +32,10 @@ void complain(struct messages *messages, struct place place, const char *format,
     __attribute__((format(printf, 3, 4)));
 void warn(struct messages *messages, struct place place, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
+
+/* Is the author's text, which messages, files and comments take as it is, without control characters?
+ * Complains when it is not. */
+bool check_line(struct messages *messages, struct place place, const char *what, const char *text);
 
 /* By line; those of one line stay in their order. */
 void sort_messages(struct messages *messages);
