@@ -104,15 +104,19 @@ static struct named *new_list(const struct check *check, int count) {
     return memory_get(check->messages->memory, ((size_t)count + 1) * sizeof(struct named));
 }
 
+static void refuse_ground(const struct check *check, const char *kind, const struct named *list, int count) {
+    for (int i = 0; i < count; i++)
+        if (strcmp(list[i].name, "ground") == 0)
+            complain(check->messages, list[i].place,
+                     "%s ground: the name of what stands still, another is needed", kind);
+}
+
 static void check_link_names(const struct check *check) {
     const struct model *model = check->model;
     struct named *list = new_list(check, model->link_count);
-    for (int i = 0; i < model->link_count; i++) {
+    for (int i = 0; i < model->link_count; i++)
         list[i] = (struct named){model->links[i].name, model->links[i].place};
-        if (strcmp(list[i].name, "ground") == 0)
-            complain(check->messages, list[i].place,
-                     "link ground: the name of what stands still, another is needed");
-    }
+    refuse_ground(check, "link", list, model->link_count);
     check_names(check, "link", list, model->link_count);
 }
 
@@ -121,6 +125,7 @@ static void check_point_names(const struct check *check) {
     struct named *list = new_list(check, model->point_count);
     for (int i = 0; i < model->point_count; i++)
         list[i] = (struct named){model->points[i].name, model->points[i].place};
+    refuse_ground(check, "point", list, model->point_count);
     check_names(check, "point", list, model->point_count);
 }
 
@@ -145,6 +150,10 @@ static void check_parameters(const struct check *check) {
         if (!isfinite(parameter->value))
             complain(check->messages, parameter->place, "parameter %s: value %s, a finite number is needed",
                      parameter->name, not_finite_text(parameter->value));
+        if (strcmp(parameter->name, "derived") == 0)
+            complain(check->messages, parameter->place,
+                     "parameter derived: the struct of parameters has what prepare computes there, another "
+                     "name is needed");
     }
     check_names(check, "parameter", list, model->parameter_count);
 }
