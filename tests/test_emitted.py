@@ -52,6 +52,15 @@ def test_compiles_alone_without_warning(scene, tmp_path):
         assert done.returncode == 0, done.stderr[:2000]
 
 
+@pytest.mark.parametrize("kind, rfe", [("driven", 4), ("rods", 3), ("sides", 6)])
+@pytest.mark.parametrize("level", ["-O2", "-O3"])
+def test_derivatives_compile_optimised_without_warning(kind, rfe, level, tmp_path):
+    """An optimiser looks for values that are read and never set: loops of derivatives show that there are none."""
+    files = emit(tmp_path, RUNS, "--set", f"kind={kind}", "--set", f"rfe={rfe}", "--emit", "tangent,d_qdd,d_statics")
+    for source in (name for name in files if name.endswith(".c")):
+        subprocess.run(["gcc", "-std=c11", *WARNINGS, level, "-c", source, "-o", "out.o"], cwd=tmp_path, check=True)
+
+
 @pytest.mark.parametrize("scene", SCENES[::2], ids=name_of)
 def test_needs_libm_alone(scene, tmp_path):
     """No symbol from outside but functions of libm; no variable that changes; no allocation."""
