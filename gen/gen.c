@@ -113,6 +113,32 @@ static bool make_directory(struct generation *gen, const char *directory) {
     return false;
 }
 
+static bool begins_with(FILE *file, const char *lead) {
+    while (*lead && getc(file) == (unsigned char)*lead)
+        lead++;
+    return !*lead;
+}
+
+/* Parts of a longer emission before this one would be compiled with it. What else has such a name stays. */
+static bool remove_stale_parts(struct generation *gen, const char *directory) {
+    const char *model = gen->model.name;
+    for (int part = gen->plan->file_count;; part++) { /* NAME.h and all parts before it */
+        const char *path =
+            memory_format(&gen->memory, "%s/%s", directory, part_name(&gen->memory, model, part));
+        const char *lead = part_lead(&gen->memory, model, part);
+        FILE *file = fopen(path, "rb");
+        if (!file)
+            return true;
+        const bool is_stale = begins_with(file, lead);
+        fclose(file);
+        if (!is_stale || !unlink(path))
+            continue;
+        complain(&gen->messages, (struct place){path, 0}, "a part of an earlier emission, not removed: %s",
+                 strerror(errno));
+        return false;
+    }
+}
+
 enum gen_status gen_write(struct generation *gen, const char *directory) {
     if (setjmp(gen->out_of_memory))
         return GEN_NO_MEMORY;
@@ -121,7 +147,7 @@ enum gen_status gen_write(struct generation *gen, const char *directory) {
     for (int i = 0; i < gen->plan->file_count; i++)
         if (!write_file(gen, directory, &gen->plan->files[i]))
             return GEN_NOT_WRITTEN;
-    return GEN_OK;
+    return remove_stale_parts(gen, directory) ? GEN_OK : GEN_NOT_WRITTEN;
 }
 
 void gen_release(struct generation *gen) {

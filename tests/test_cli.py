@@ -230,6 +230,20 @@ def test_failed_gen_leaves_nothing(tmp_path):
     assert "file" in done.stderr
 
 
+def test_gen_leaves_no_parts_of_an_earlier_emission(tmp_path):
+    """Parts that a longer emission made are removed, and no file that is not one of the model's parts."""
+    refdyn("gen", REFERENCE, "--set", "n_rfe=32", "--loops", "never", "--emit", "all,d_qdd", "-o", tmp_path)
+    assert len(list(tmp_path.glob("manipulator_*.c"))) >= 3
+    own = {"manipulator_extra.c": "int extra;\n", "other_2.c": (tmp_path / "manipulator_2.c").read_text()}
+    (tmp_path / "manipulator_2.c").write_text("int own;\n")
+    for name, text in own.items():
+        (tmp_path / name).write_text(text)
+    refdyn("gen", REFERENCE, "--emit", "M", "-o", tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"manipulator.h", "manipulator.c", "manipulator_2.c", *own}
+    assert (tmp_path / "manipulator_2.c").read_text() == "int own;\n"
+    assert all((tmp_path / name).read_text() == text for name, text in own.items())
+
+
 def test_full_device():
     if os.path.exists("/dev/full"):
         with open("/dev/full", "w") as full:
