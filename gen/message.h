@@ -1,7 +1,8 @@
 /*
  * Complaints about a model: collected, so that one run tells them all.
  *
- * Each is one line `FILE:LINE: what: fact, what is allowed`; warnings start their text with `warning: `.
+ * Each is one line `FILE:LINE: what: fact, what is allowed`, `FILE: what ...` where it is about no line;
+ * warnings start their text with `warning: `.
  */
 #ifndef REFDYN_GEN_MESSAGE_H
 #define REFDYN_GEN_MESSAGE_H

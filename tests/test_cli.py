@@ -52,13 +52,28 @@ def test_unknown_setting():
 @pytest.mark.parametrize("setting", ["n_rfe=0", "n_rfe=two", "program=nothing", "a=nan", "a=one", "dofs=psi,omega", "form=other"])
 def test_setting_out_of_range(setting):
     done = refdyn("check", REFERENCE, "--set", setting, status=1)
-    assert PLACE.search(done.stderr), done.stderr
+    assert re.search(rf"^{re.escape(str(REFERENCE))}(:\d+)?: [^:\n]+: .+", done.stderr, re.M), done.stderr
     assert any(word in done.stderr for word in (setting.split("=")[0], "rfe")), done.stderr
 
 
 def test_missing_model(tmp_path):
     done = refdyn("check", tmp_path / "none.lua", status=1)
-    assert "none.lua" in done.stderr
+    assert done.stderr == f"{tmp_path}/none.lua: cannot be read: No such file or directory\n"
+
+
+def test_faults_of_no_line_name_none(tmp_path):
+    """What is about a file as a whole, or about the command line, is said without a line."""
+    (tmp_path / "empty.lua").write_text("")
+    (tmp_path / "file").write_text("")
+    facts = {
+        ("check", "empty.lua"): "empty.lua: the file returns nothing, return rd.model { ... } is needed",
+        ("check", PENDULUM, "--set", "nothing=1"): f"{PENDULUM}: --set nothing: the model has no option or parameter of that name",
+        ("gen", PENDULUM, "-o", "file/out"): "file/out: folder not made: Not a directory",
+        ("eval", PENDULUM, "--state", "none.json"): "none.json: state: No such file or directory, a readable file is needed",
+        ("plot", "none.csv", "-o", "none.svg"): "none.csv: run: No such file or directory, a readable file is needed",
+    }
+    found = {arguments: refdyn(*arguments, status=1, cwd=tmp_path).stderr for arguments in facts}
+    assert found == {arguments: fact + "\n" for arguments, fact in facts.items()}
 
 
 BAD_STATES = {

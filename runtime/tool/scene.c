@@ -8,7 +8,10 @@
 void print_messages(const struct generation *generation, int first) {
     for (int i = first; i < generation->messages.count; i++) {
         const struct message *message = &generation->messages.list[i];
-        fprintf(stderr, "%s:%d: %s\n", message->place.file, message->place.line, message->text);
+        fputs(message->place.file, stderr);
+        if (message->place.line > 0)
+            fprintf(stderr, ":%d", message->place.line);
+        fprintf(stderr, ": %s\n", message->text);
     }
 }
 
