@@ -31,6 +31,7 @@ WRONG_USAGE = [
     ["sim", PENDULUM, "--until", "1", "--stabilise", "much", "-o", "x.csv"],
     ["sim", PENDULUM, "--until", "1", "--step", "0", "-o", "x.csv"],
     ["gen", PENDULUM, "--emit", "qddd", "-o", "x"], ["gen", PENDULUM, "--emit", "M,nothing", "-o", "x"], ["gen", PENDULUM, "--emit", "", "-o", "x"],
+    ["gen", PENDULUM, "--emit", "qdd_free,,M", "-o", "x"], ["gen", PENDULUM, "--emit", "M,", "-o", "x"], ["bench", PENDULUM, "--emit", ",M"],
     ["report", PENDULUM, "--until", "1", "--methods", "rk4,rk3", "-o", "x"], ["report", PENDULUM, "--until", "1", "--tols", "1e-3,2", "-o", "x"],
     ["report", PENDULUM, "--until", "1", "--steps", "1e-3,", "--seconds", "0", "-o", "x"],
     ["check", PENDULUM, PENDULUM], ["check", PENDULUM, "--set", "n_rfe"], ["check", PENDULUM, "--until", "1"], ["plot", "-o", "x.svg"],
@@ -429,6 +430,7 @@ def test_report(tmp_path):
     assert tols == [1e-4, 1e-5]
     slope = re.search(r"^rk4, project: error goes with step\^(\S+) ", done[0], re.M)
     assert slope and abs(float(slope[1]) - 4) < 0.5 * SCALE, done[0]
+    assert "rodas5p: no slope of error over tolerance, fewer than three runs" in done[0]
     assert "1e-06 m" in done[0]
 
 
@@ -483,6 +485,13 @@ def test_methods_of_the_printed_form(tmp_path):
     assert not list(tmp_path.iterdir())
     refdyn("sim", REFERENCE, *PRINTED, "-o", tmp_path / "run.csv", "--summary", tmp_path / "summary.json")
     assert json.loads((tmp_path / "summary.json").read_text())["chosen"].keys() == {"rk8"}
+
+
+@pytest.mark.parametrize("command", [["sim"], ["report", "-o", "out"]], ids=" ".join)
+def test_too_many_outputs(command, tmp_path):
+    done = refdyn(command[0], PENDULUM, "--until", 1, "--every", 1e-12, *command[1:], status=2, cwd=tmp_path)
+    assert done.stderr.startswith(f"refdyn {command[0]}: --every 1e-12: 1e+12 outputs, at most 10000000 are taken\n") and done.stdout == ""
+    assert not list(tmp_path.iterdir())
 
 
 def test_methods_and_steps(tmp_path):
