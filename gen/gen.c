@@ -73,14 +73,11 @@ const struct emitted_file *gen_files(const struct generation *gen) {
     return gen->plan->files;
 }
 
-int gen_counts(const struct generation *gen, const struct operation_count **counts) {
-    const struct plan *plan = gen->plan;
-    struct operation_count *list =
-        memory_get(plan->memory, ((size_t)plan->function_count + 1) * sizeof *list);
-    for (int f = 0; f < plan->function_count; f++)
-        list[f] = plan->functions[f].operations;
-    *counts = list;
-    return plan->function_count;
+const struct operation_count *gen_count(const struct generation *gen, const char *quantity) {
+    const struct function *function = gen->plan->functions;
+    while (strcmp(function->quantity, quantity))
+        function++;
+    return &function->operations;
 }
 
 /* Writes beside the target and renames, so that no half-written file ever has the final name. */

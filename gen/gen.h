@@ -57,7 +57,8 @@ struct operation_count {
     const char *quantity;
     long adds, muls, divs, functions, bytes; /* bytes read and written of parameters, state and results */
 };
-int gen_counts(const struct generation *generation, const struct operation_count **counts);
+/* Of a quantity that is emitted. */
+const struct operation_count *gen_count(const struct generation *generation, const char *quantity);
 
 /*
  * The interpreter of the plan: the judge of the emitted C. Same arguments as the emitted function of that

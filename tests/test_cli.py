@@ -390,17 +390,26 @@ def test_bench():
     assert set(quantities["build"]) >= {"gen_s", "cc_s", "source_bytes", "object_bytes", "peak_kb"}
 
 
-@pytest.mark.parametrize("model", ["manipulator", "gantry", "planar"])
+@pytest.mark.parametrize("model", ["manipulator", "gantry", "planar", "pendulum"])
 def test_bench_has_every_quantity(model, tmp_path):
     """A line for each function that `refdyn gen` lists, with the same counts."""
     emit = ["--emit", "all,tangent,tangent_vectors,diagonals,shifted,d_qdd,d_qdd_free,d_force,d_statics,d_rows"]
     said = refdyn("gen", MODELS / f"{model}.lua", *emit, "-o", tmp_path).stdout
     listed = re.findall(r"^(\w+) +(\d+) +(\d+) +(\d+) +(\d+)$", said, re.M)
+    assert listed
     lines = [json.loads(line) for line in refdyn("bench", MODELS / f"{model}.lua", *emit).stdout.splitlines()]
-    found = {line["quantity"]: [line.get(key) for key in ("adds", "muls", "divs", "funcs")] for line in lines}
-    assert listed and len(lines) == len(found)
-    for name, *counts in listed:
-        assert found.get(name) == [int(count) for count in counts], name
+    found = {line["quantity"]: [line.get(key) for key in ("adds", "muls", "divs", "funcs")] for line in lines[:-1]}
+    assert lines[-1]["quantity"] == "build" and len(lines) == len(found) + 1
+    assert found == {name: [int(count) for count in counts] for name, *counts in listed}
+
+
+@pytest.mark.parametrize("command", [["bench"], ["report", "--until", 0.1, "--methods", "rk8", "--tols", 1e-3, "-o", "out"]],
+                         ids=["bench", "report"])
+def test_warnings_are_told_once(command, tmp_path):
+    (tmp_path / "still.lua").write_text('local rd = require "refdyn"\nreturn rd.model { name = "still", links = {\n'
+                                        '  { "a", joint = "x", mass = 1, start_rate = { x = 1 } },\n  { "b", joint = "x", mass = 1 } } }\n')
+    done = refdyn(command[0], "still.lua", *command[1:], cwd=tmp_path)
+    assert done.stderr.count("still.lua:4: warning: coordinate b_x: ") == 1, done.stderr
 
 
 def read_report(folder):
