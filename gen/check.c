@@ -55,6 +55,9 @@ static bool is_identifier(const char *name) {
 static void check_name(const struct check *check, const char *kind, const struct named *named) {
     if (!*named->name)
         return; /* missing: the reader has said so */
+    if (!check_line(check->messages, named->place, memory_format(check->messages->memory, "name of %s", kind),
+                    named->name))
+        return;
     if (!is_identifier(named->name))
         complain(check->messages, named->place,
                  "%s \"%s\": no identifier of C, a letter and then letters, digits and _ are needed", kind,
@@ -101,15 +104,19 @@ static struct named *new_list(const struct check *check, int count) {
     return memory_get(check->messages->memory, ((size_t)count + 1) * sizeof(struct named));
 }
 
+static void refuse_ground(const struct check *check, const char *kind, const struct named *list, int count) {
+    for (int i = 0; i < count; i++)
+        if (strcmp(list[i].name, "ground") == 0)
+            complain(check->messages, list[i].place,
+                     "%s ground: the name of what stands still, another is needed", kind);
+}
+
 static void check_link_names(const struct check *check) {
     const struct model *model = check->model;
     struct named *list = new_list(check, model->link_count);
-    for (int i = 0; i < model->link_count; i++) {
+    for (int i = 0; i < model->link_count; i++)
         list[i] = (struct named){model->links[i].name, model->links[i].place};
-        if (strcmp(list[i].name, "ground") == 0)
-            complain(check->messages, list[i].place,
-                     "link ground: the name of what stands still, another is needed");
-    }
+    refuse_ground(check, "link", list, model->link_count);
     check_names(check, "link", list, model->link_count);
 }
 
@@ -118,6 +125,7 @@ static void check_point_names(const struct check *check) {
     struct named *list = new_list(check, model->point_count);
     for (int i = 0; i < model->point_count; i++)
         list[i] = (struct named){model->points[i].name, model->points[i].place};
+    refuse_ground(check, "point", list, model->point_count);
     check_names(check, "point", list, model->point_count);
 }
 
@@ -142,6 +150,10 @@ static void check_parameters(const struct check *check) {
         if (!isfinite(parameter->value))
             complain(check->messages, parameter->place, "parameter %s: value %s, a finite number is needed",
                      parameter->name, not_finite_text(parameter->value));
+        if (strcmp(parameter->name, "derived") == 0)
+            complain(check->messages, parameter->place,
+                     "parameter derived: the struct of parameters has what prepare computes there, another "
+                     "name is needed");
     }
     check_names(check, "parameter", list, model->parameter_count);
 }
@@ -338,7 +350,12 @@ static void check_potential(const struct check *check, const struct potential *p
 }
 
 static void check_course(const struct check *check, const struct course *course) {
+    if (!check_line(check->messages, course->place, "name in courses", course->name))
+        return;
     const char *path = memory_format(check->messages->memory, "courses.%s", course->name);
+    if (strchr(course->name, ','))
+        complain(check->messages, course->place,
+                 "%s: a comma, which parts the columns of a motion, another name is needed", path);
     check_formula(check, course->place, path, course->value);
     if (moving_of(check, course->value).symbols[2] > 0)
         complain(check->messages, course->place,

@@ -16,7 +16,7 @@ static void emit_description(struct emission *x, struct text *text) {
              model->printed_form ? "h and Q in the printed form" : "M qdd = h + Q");
     for (int i = 0; i < model->option_count; i++)
         text_add(text, "%s%s = %s", i ? ", " : " * Options: ", model->options[i].name,
-                 model->options[i].value);
+                 comment_text(text->memory, model->options[i].value));
     text_add(text, "%s *\n", model->option_count ? ".\n" : "");
 }
 
@@ -46,7 +46,8 @@ static void emit_coordinate_list(struct emission *x, struct text *text) {
         i += count * period;
     }
     for (int i = 0; i < x->plan->model->row_count; i++)
-        text_add(text, "%s %d %s", i ? "," : " * Rows:", i + 1, x->plan->model->rows[i].name);
+        text_add(text, "%s %d %s", i ? "," : " * Rows:", i + 1,
+                 comment_text(text->memory, x->plan->model->rows[i].name));
     text_add(text, "%s *\n", x->plan->model->row_count ? ".\n" : "");
 }
 
@@ -73,7 +74,8 @@ static void emit_parameter_struct(struct emission *x, struct text *text) {
              x->name, x->name);
     for (int i = 0; i < plan->parameter_count; i++) {
         const struct parameter *parameter = &plan->model->parameters[plan->parameters[i]];
-        text_add(text, "    double %s; /* [%s]%s */\n", parameter->name, parameter->unit,
+        text_add(text, "    double %s; /* [%s]%s */\n", parameter->name,
+                 comment_text(text->memory, parameter->unit),
                  parameter->is_anchored && !parameter->is_given
                      ? " default: the value at the start of a motion"
                      : "");
@@ -95,7 +97,8 @@ static void emit_input_struct(struct emission *x, struct text *text) {
     }
     text_add(text, "struct %s_inputs {\n", x->name);
     for (int i = 0; i < model->input_count; i++)
-        text_add(text, "    double %s; /* [%s] */\n", model->inputs[i].name, model->inputs[i].unit);
+        text_add(text, "    double %s; /* [%s] */\n", model->inputs[i].name,
+                 comment_text(text->memory, model->inputs[i].unit));
     text_add(text, "};\n\n");
 }
 

@@ -222,14 +222,16 @@ static void put_products(const struct printer *p, const struct pairs *pairs, boo
     }
 }
 
+/* There is always a block, which a compiler that looks for values never set sees in this form alone. */
 static void put_dots(const struct printer *p, const struct pairs *pairs, bool turns) {
     put_near_vectors(p, pairs, turns);
     if (fills_rows(p, pairs)) {
-        text_add(p->text, "                for (int top = end; top > j; top -= %d) {\n", BLOCK);
+        text_add(p->text, "                int top = end;\n                do {\n");
         text_add(p->text, "                    const int first = top > %d ? top - %d : 0;\n", BLOCK, BLOCK);
         text_add(p->text, "                    for (int i = first; i < first + %d; i++) {\n", BLOCK);
         put_products(p, pairs, turns);
-        text_add(p->text, "                    }\n                }\n");
+        text_add(p->text, "                    }\n                    top -= %d;\n", BLOCK);
+        text_add(p->text, "                } while (top > j);\n");
         return;
     }
     text_add(p->text, "                for (int i = j; i < end; i++) {\n");

@@ -11,7 +11,8 @@
 
 static void emit_name_entry(struct text *text, const char *name, const char *unit, double value) {
     char digits[32];
-    text_add(text, "    {\"%s\", \"%s\", %s},\n", name, unit, number_text(value, digits));
+    text_add(text, "    {\"%s\", %s, %s},\n", name, literal_text(text->memory, unit),
+             number_text(value, digits));
 }
 
 static void open_names(struct emission *x, struct text *text, const char *what) {
@@ -105,7 +106,7 @@ static void emit_names(struct emission *x, struct text *text) {
     if (model->course_count) {
         text_add(text, "static const char *const %s_courses[] = {", x->name);
         for (int i = 0; i < model->course_count; i++)
-            text_add(text, "%s\"%s\"", i ? ", " : "", model->courses[i].name);
+            text_add(text, "%s%s", i ? ", " : "", literal_text(text->memory, model->courses[i].name));
         text_add(text, "};\n\n");
     }
     if (model->input_count) {
@@ -183,7 +184,8 @@ static void emit_rows_and_points(struct emission *x, struct text *text) {
     if (model->row_count) {
         text_add(text, "static const struct refdyn_row %s_rows[] = {\n", x->name);
         for (int i = 0; i < model->row_count; i++)
-            text_add(text, "    {\"%s\", %s},\n", model->rows[i].name, levels[model->rows[i].level]);
+            text_add(text, "    {%s, %s},\n", literal_text(text->memory, model->rows[i].name),
+                     levels[model->rows[i].level]);
         text_add(text, "};\n\n");
     }
     if (model->point_count) {

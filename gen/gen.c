@@ -73,14 +73,11 @@ const struct emitted_file *gen_files(const struct generation *gen) {
     return gen->plan->files;
 }
 
-int gen_counts(const struct generation *gen, const struct operation_count **counts) {
-    const struct plan *plan = gen->plan;
-    struct operation_count *list =
-        memory_get(plan->memory, ((size_t)plan->function_count + 1) * sizeof *list);
-    for (int f = 0; f < plan->function_count; f++)
-        list[f] = plan->functions[f].operations;
-    *counts = list;
-    return plan->function_count;
+const struct operation_count *gen_count(const struct generation *gen, const char *quantity) {
+    const struct function *function = gen->plan->functions;
+    while (strcmp(function->quantity, quantity))
+        function++;
+    return &function->operations;
 }
 
 /* Writes beside the target and renames, so that no half-written file ever has the final name. */
@@ -113,6 +110,32 @@ static bool make_directory(struct generation *gen, const char *directory) {
     return false;
 }
 
+static bool begins_with(FILE *file, const char *lead) {
+    while (*lead && getc(file) == (unsigned char)*lead)
+        lead++;
+    return !*lead;
+}
+
+/* Parts of a longer emission before this one would be compiled with it. What else has such a name stays. */
+static bool remove_stale_parts(struct generation *gen, const char *directory) {
+    const char *model = gen->model.name;
+    for (int part = gen->plan->file_count;; part++) { /* NAME.h and all parts before it */
+        const char *path =
+            memory_format(&gen->memory, "%s/%s", directory, part_name(&gen->memory, model, part));
+        const char *lead = part_lead(&gen->memory, model, part);
+        FILE *file = fopen(path, "rb");
+        if (!file)
+            return true;
+        const bool is_stale = begins_with(file, lead);
+        fclose(file);
+        if (!is_stale || !unlink(path))
+            continue;
+        complain(&gen->messages, (struct place){path, 0}, "a part of an earlier emission, not removed: %s",
+                 strerror(errno));
+        return false;
+    }
+}
+
 enum gen_status gen_write(struct generation *gen, const char *directory) {
     if (setjmp(gen->out_of_memory))
         return GEN_NO_MEMORY;
@@ -121,7 +144,7 @@ enum gen_status gen_write(struct generation *gen, const char *directory) {
     for (int i = 0; i < gen->plan->file_count; i++)
         if (!write_file(gen, directory, &gen->plan->files[i]))
             return GEN_NOT_WRITTEN;
-    return GEN_OK;
+    return remove_stale_parts(gen, directory) ? GEN_OK : GEN_NOT_WRITTEN;
 }
 
 void gen_release(struct generation *gen) {

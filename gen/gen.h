@@ -35,7 +35,7 @@ const char *gen_wrong_emit(struct generation *generation, const char *emit);
  * scene has, but derivatives). */
 enum gen_status gen_plan(struct generation *generation, const char *emit);
 /* Writes NAME.h, NAME.c ... into folder `directory` (made when missing); files appear complete or not at all.
- */
+ * Parts NAME_2.c ... of an earlier emission that are no more are removed. */
 enum gen_status gen_write(struct generation *generation, const char *directory);
 /* What was emitted: coordinates, operation counts, what was left out. */
 void gen_print_summary(const struct generation *generation, FILE *out);
@@ -57,7 +57,8 @@ struct operation_count {
     const char *quantity;
     long adds, muls, divs, functions, bytes; /* bytes read and written of parameters, state and results */
 };
-int gen_counts(const struct generation *generation, const struct operation_count **counts);
+/* Of a quantity that is emitted. */
+const struct operation_count *gen_count(const struct generation *generation, const char *quantity);
 
 /*
  * The interpreter of the plan: the judge of the emitted C. Same arguments as the emitted function of that

@@ -2,6 +2,7 @@
 #include "message.h"
 #include "memory.h"
 
+#include <ctype.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
@@ -37,6 +38,14 @@ void warn(struct messages *messages, struct place place, const char *format, ...
     va_start(list, format);
     keep(messages, place, 0, format, list);
     va_end(list);
+}
+
+bool check_line(struct messages *messages, struct place place, const char *what, const char *text) {
+    while (*text && !iscntrl((unsigned char)*text))
+        text++;
+    if (*text)
+        complain(messages, place, "%s: contains control character %d, a line of text is needed", what, *text);
+    return !*text;
 }
 
 void sort_messages(struct messages *messages) {

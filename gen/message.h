@@ -1,10 +1,13 @@
 /*
  * Complaints about a model: collected, so that one run tells them all.
  *
- * Each is one line `FILE:LINE: what: fact, what is allowed`; warnings start their text with `warning: `.
+ * Each is one line `FILE:LINE: what: fact, what is allowed`, `FILE: what ...` where it is about no line;
+ * warnings start their text with `warning: `.
  */
 #ifndef REFDYN_GEN_MESSAGE_H
 #define REFDYN_GEN_MESSAGE_H
+
+#include <stdbool.h>
 
 struct memory;
 
@@ -30,6 +33,10 @@ void complain(struct messages *messages, struct place place, const char *format,
     __attribute__((format(printf, 3, 4)));
 void warn(struct messages *messages, struct place place, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
+
+/* Is the author's text, which messages, files and comments take as it is, without control characters?
+ * Complains when it is not. */
+bool check_line(struct messages *messages, struct place place, const char *what, const char *text);
 
 /* By line; those of one line stay in their order. */
 void sort_messages(struct messages *messages);

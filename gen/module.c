@@ -107,17 +107,31 @@ static void give_section(struct module_call *call, struct section section) {
     call->result = (struct value){.kind = VALUE_TABLE, .fields = fields, .field_count = 4};
 }
 
+/* Squares would hide a sign. What depends on the motion is refused with the section's fields. */
+static expression size_argument(struct module_call *call, int index, bool may_be_zero) {
+    const struct declarations *declarations = call->declarations;
+    const expression e = expression_argument(call, index);
+    if (call->fault || declarations->graph->nodes[e].depends & ~ON_PARAMETER)
+        return e;
+    const double size = value_at_parameters(declarations->graph, declarations->parameters, e);
+    if (size < 0 || (size == 0 && !may_be_zero))
+        call->fault = memory_format(declarations->memory, "rd.%s: argument %d is %.6g, a %s is needed",
+                                    module_function_name(declarations->memory, call->function), index + 1,
+                                    size, may_be_zero ? "number not below 0" : "positive number");
+    return e;
+}
+
 static void run_round(struct module_call *call) {
-    give_section(call, round_section(call->declarations->graph, expression_argument(call, 0)));
+    give_section(call, round_section(call->declarations->graph, size_argument(call, 0, false)));
 }
 
 static void run_tube(struct module_call *call) {
-    expression outer = expression_argument(call, 0), inner = expression_argument(call, 1);
+    expression outer = size_argument(call, 0, false), inner = size_argument(call, 1, true);
     give_section(call, tube_section(call->declarations->graph, outer, inner));
 }
 
 static void run_rectangle(struct module_call *call) {
-    expression width = expression_argument(call, 0), height = expression_argument(call, 1);
+    expression width = size_argument(call, 0, false), height = size_argument(call, 1, false);
     give_section(call, rectangle_section(call->declarations->graph, width, height));
 }
 

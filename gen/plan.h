@@ -166,7 +166,10 @@ void mark_results(const struct function *function, bool *needed);
 /* By handle: all nodes that the functions listed so far are made of. */
 bool *nodes_of_functions(const struct plan *plan);
 
-/* emit.c: the text of all files into plan->files. */
+/* emit.c: the text of all files into plan->files, NAME.h first, then the parts NAME.c, NAME_2.c ... */
 void emit_files(struct plan *plan);
+/* The name of a part, from 1, and the line that it begins with. */
+const char *part_name(struct memory *memory, const char *model, int part);
+const char *part_lead(struct memory *memory, const char *model, int part);
 
 #endif

@@ -546,10 +546,16 @@ static const char *wrong_word(struct memory *memory, const char *word) {
 const char *gen_wrong_emit(struct generation *generation, const char *emit) {
     if (setjmp(generation->out_of_memory))
         return "out of memory";
-    char *copy = memory_text(&generation->memory, emit);
-    const char *word = strtok(copy, ","), *wrong = word ? NULL : "no quantity is named";
-    for (; word && !wrong; word = strtok(NULL, ","))
-        wrong = wrong_word(&generation->memory, word);
+    char *rest = memory_text(&generation->memory, emit);
+    const char *wrong = NULL;
+    while (rest && !wrong) {
+        const char *word = rest;
+        rest = strchr(word, ',');
+        if (rest)
+            *rest++ = 0;
+        wrong = *word ? wrong_word(&generation->memory, word)
+                      : memory_format(&generation->memory, "a name in '%s' is empty", emit);
+    }
     return wrong;
 }
 

@@ -6,6 +6,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+enum { MARK_LENGTH = 3 }; /* of the byte order mark of UTF-8, which some editors write */
+
 /* False when memory is short: the file has to be closed first. */
 static bool read_text(struct memory *memory, FILE *file, struct source_file *source) {
     char *text = NULL;
@@ -23,8 +25,9 @@ static bool read_text(struct memory *memory, FILE *file, struct source_file *sou
         }
         length += fread(text + length, 1, room - length, file);
     } while (length == room);
-    source->text = text;
-    source->length = length;
+    const bool is_marked = length >= MARK_LENGTH && memcmp(text, "\xEF\xBB\xBF", MARK_LENGTH) == 0;
+    source->text = is_marked ? text + MARK_LENGTH : text;
+    source->length = is_marked ? length - MARK_LENGTH : length;
     return true;
 }
 

@@ -2,8 +2,10 @@
 #include "text.h"
 #include "memory.h"
 
+#include <ctype.h>
 #include <math.h>
 #include <stdarg.h>
+#include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -49,4 +51,34 @@ const char *number_text(double value, char buffer[32]) {
     if (!strpbrk(buffer, ".en"))
         strcat(buffer, ".0");
     return buffer;
+}
+
+static bool is_plain(char c) {
+    return c >= ' ' && c <= '~';
+}
+
+/* Three octal digits end by themselves, other than those of \x; \? so that "??" makes no trigraph. */
+const char *literal_text(struct memory *memory, const char *text) {
+    struct text literal = {.memory = memory};
+    text_add(&literal, "\"");
+    for (; *text; text++) {
+        if (!is_plain(*text))
+            text_add(&literal, "\\%03o", (unsigned)(unsigned char)*text);
+        else
+            text_add(&literal, strchr("\"\\?", *text) ? "\\%c" : "%c", *text);
+    }
+    text_add(&literal, "\"");
+    return literal.data;
+}
+
+const char *comment_text(struct memory *memory, const char *text) {
+    char *comment = memory_get(memory, 2 * strlen(text) + 1), *to = comment;
+    for (; *text; text++) {
+        const bool is_mark = (text[0] == '*' && text[1] == '/') || (text[0] == '/' && text[1] == '*');
+        *to++ = iscntrl((unsigned char)*text) ? ' ' : *text;
+        if (is_mark)
+            *to++ = ' ';
+    }
+    *to = 0;
+    return comment;
 }

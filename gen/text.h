@@ -1,5 +1,6 @@
 /*
- * Growing text in the generator's arena, and numbers with the fewest digits that read back exactly.
+ * Growing text in the generator's arena, numbers with the fewest digits that read back exactly, and authors'
+ * texts as C takes them.
  */
 #ifndef REFDYN_GEN_TEXT_H
 #define REFDYN_GEN_TEXT_H
@@ -20,5 +21,10 @@ size_t text_column(const struct text *text);
 
 /* 15, 16 or 17 digits; always with a point or an exponent, so that C reads a double. buffer: 32 bytes. */
 const char *number_text(double value, char buffer[32]);
+
+/* An author's text as a literal of C, quotes included: the same bytes, whatever they are. */
+const char *literal_text(struct memory *memory, const char *text);
+/* The same within a comment of C: on one line, and it neither ends the comment nor begins another. */
+const char *comment_text(struct memory *memory, const char *text);
 
 #endif

@@ -124,7 +124,7 @@ struct refdyn_model {
     refdyn_function *energy;    /* (2) kinetic, potential (gravity and linear springs; gravity's zero is the
                                    ground origin) [J] */
     refdyn_function *power;     /* (1) of all forces in Q without a potential: qd . Q_nonconservative [W] */
-    refdyn_function *Q_q;       /* (n x n) dQ_i/dq_j, the tangent of statics */
+    refdyn_function *Q_q;       /* (n x n) dQ_i/dq_j at qd = 0, whatever qd is: the tangent of statics */
     refdyn_function *qdd_free;  /* (n) accelerations without constraints, O(n) */
     refdyn_function *qdd;       /* (n) accelerations with constraints and stabilisation, O(n m) */
     refdyn_function *force;     /* (n) programme force r = M qdd - h - Q at that qdd */

@@ -31,6 +31,7 @@ WRONG_USAGE = [
     ["sim", PENDULUM, "--until", "1", "--stabilise", "much", "-o", "x.csv"],
     ["sim", PENDULUM, "--until", "1", "--step", "0", "-o", "x.csv"],
     ["gen", PENDULUM, "--emit", "qddd", "-o", "x"], ["gen", PENDULUM, "--emit", "M,nothing", "-o", "x"], ["gen", PENDULUM, "--emit", "", "-o", "x"],
+    ["gen", PENDULUM, "--emit", "qdd_free,,M", "-o", "x"], ["gen", PENDULUM, "--emit", "M,", "-o", "x"], ["bench", PENDULUM, "--emit", ",M"],
     ["report", PENDULUM, "--until", "1", "--methods", "rk4,rk3", "-o", "x"], ["report", PENDULUM, "--until", "1", "--tols", "1e-3,2", "-o", "x"],
     ["report", PENDULUM, "--until", "1", "--steps", "1e-3,", "--seconds", "0", "-o", "x"],
     ["check", PENDULUM, PENDULUM], ["check", PENDULUM, "--set", "n_rfe"], ["check", PENDULUM, "--until", "1"], ["plot", "-o", "x.svg"],
@@ -52,13 +53,28 @@ def test_unknown_setting():
 @pytest.mark.parametrize("setting", ["n_rfe=0", "n_rfe=two", "program=nothing", "a=nan", "a=one", "dofs=psi,omega", "form=other"])
 def test_setting_out_of_range(setting):
     done = refdyn("check", REFERENCE, "--set", setting, status=1)
-    assert PLACE.search(done.stderr), done.stderr
+    assert re.search(rf"^{re.escape(str(REFERENCE))}(:\d+)?: [^:\n]+: .+", done.stderr, re.M), done.stderr
     assert any(word in done.stderr for word in (setting.split("=")[0], "rfe")), done.stderr
 
 
 def test_missing_model(tmp_path):
     done = refdyn("check", tmp_path / "none.lua", status=1)
-    assert "none.lua" in done.stderr
+    assert done.stderr == f"{tmp_path}/none.lua: cannot be read: No such file or directory\n"
+
+
+def test_faults_of_no_line_name_none(tmp_path):
+    """What is about a file as a whole, or about the command line, is said without a line."""
+    (tmp_path / "empty.lua").write_text("")
+    (tmp_path / "file").write_text("")
+    facts = {
+        ("check", "empty.lua"): "empty.lua: the file returns nothing, return rd.model { ... } is needed",
+        ("check", PENDULUM, "--set", "nothing=1"): f"{PENDULUM}: --set nothing: the model has no option or parameter of that name",
+        ("gen", PENDULUM, "-o", "file/out"): "file/out: folder not made: Not a directory",
+        ("eval", PENDULUM, "--state", "none.json"): "none.json: state: No such file or directory, a readable file is needed",
+        ("plot", "none.csv", "-o", "none.svg"): "none.csv: run: No such file or directory, a readable file is needed",
+    }
+    found = {arguments: refdyn(*arguments, status=1, cwd=tmp_path).stderr for arguments in facts}
+    assert found == {arguments: fact + "\n" for arguments, fact in facts.items()}
 
 
 BAD_STATES = {
@@ -230,6 +246,20 @@ def test_failed_gen_leaves_nothing(tmp_path):
     assert "file" in done.stderr
 
 
+def test_gen_leaves_no_parts_of_an_earlier_emission(tmp_path):
+    """Parts that a longer emission made are removed, and no file that is not one of the model's parts."""
+    refdyn("gen", REFERENCE, "--set", "n_rfe=32", "--loops", "never", "--emit", "all,d_qdd", "-o", tmp_path)
+    assert len(list(tmp_path.glob("manipulator_*.c"))) >= 3
+    own = {"manipulator_extra.c": "int extra;\n", "other_2.c": (tmp_path / "manipulator_2.c").read_text()}
+    (tmp_path / "manipulator_2.c").write_text("int own;\n")
+    for name, text in own.items():
+        (tmp_path / name).write_text(text)
+    refdyn("gen", REFERENCE, "--emit", "M", "-o", tmp_path)
+    assert {path.name for path in tmp_path.iterdir()} == {"manipulator.h", "manipulator.c", "manipulator_2.c", *own}
+    assert (tmp_path / "manipulator_2.c").read_text() == "int own;\n"
+    assert all((tmp_path / name).read_text() == text for name, text in own.items())
+
+
 def test_full_device():
     if os.path.exists("/dev/full"):
         with open("/dev/full", "w") as full:
@@ -360,17 +390,26 @@ def test_bench():
     assert set(quantities["build"]) >= {"gen_s", "cc_s", "source_bytes", "object_bytes", "peak_kb"}
 
 
-@pytest.mark.parametrize("model", ["manipulator", "gantry", "planar"])
+@pytest.mark.parametrize("model", ["manipulator", "gantry", "planar", "pendulum"])
 def test_bench_has_every_quantity(model, tmp_path):
     """A line for each function that `refdyn gen` lists, with the same counts."""
     emit = ["--emit", "all,tangent,tangent_vectors,diagonals,shifted,d_qdd,d_qdd_free,d_force,d_statics,d_rows"]
     said = refdyn("gen", MODELS / f"{model}.lua", *emit, "-o", tmp_path).stdout
     listed = re.findall(r"^(\w+) +(\d+) +(\d+) +(\d+) +(\d+)$", said, re.M)
+    assert listed
     lines = [json.loads(line) for line in refdyn("bench", MODELS / f"{model}.lua", *emit).stdout.splitlines()]
-    found = {line["quantity"]: [line.get(key) for key in ("adds", "muls", "divs", "funcs")] for line in lines}
-    assert listed and len(lines) == len(found)
-    for name, *counts in listed:
-        assert found.get(name) == [int(count) for count in counts], name
+    found = {line["quantity"]: [line.get(key) for key in ("adds", "muls", "divs", "funcs")] for line in lines[:-1]}
+    assert lines[-1]["quantity"] == "build" and len(lines) == len(found) + 1
+    assert found == {name: [int(count) for count in counts] for name, *counts in listed}
+
+
+@pytest.mark.parametrize("command", [["bench"], ["report", "--until", 0.1, "--methods", "rk8", "--tols", 1e-3, "-o", "out"]],
+                         ids=["bench", "report"])
+def test_warnings_are_told_once(command, tmp_path):
+    (tmp_path / "still.lua").write_text('local rd = require "refdyn"\nreturn rd.model { name = "still", links = {\n'
+                                        '  { "a", joint = "x", mass = 1, start_rate = { x = 1 } },\n  { "b", joint = "x", mass = 1 } } }\n')
+    done = refdyn(command[0], "still.lua", *command[1:], cwd=tmp_path)
+    assert done.stderr.count("still.lua:4: warning: coordinate b_x: ") == 1, done.stderr
 
 
 def read_report(folder):
@@ -400,6 +439,7 @@ def test_report(tmp_path):
     assert tols == [1e-4, 1e-5]
     slope = re.search(r"^rk4, project: error goes with step\^(\S+) ", done[0], re.M)
     assert slope and abs(float(slope[1]) - 4) < 0.5 * SCALE, done[0]
+    assert "rodas5p: no slope of error over tolerance, fewer than three runs" in done[0]
     assert "1e-06 m" in done[0]
 
 
@@ -454,6 +494,13 @@ def test_methods_of_the_printed_form(tmp_path):
     assert not list(tmp_path.iterdir())
     refdyn("sim", REFERENCE, *PRINTED, "-o", tmp_path / "run.csv", "--summary", tmp_path / "summary.json")
     assert json.loads((tmp_path / "summary.json").read_text())["chosen"].keys() == {"rk8"}
+
+
+@pytest.mark.parametrize("command", [["sim"], ["report", "-o", "out"]], ids=" ".join)
+def test_too_many_outputs(command, tmp_path):
+    done = refdyn(command[0], PENDULUM, "--until", 1, "--every", 1e-12, *command[1:], status=2, cwd=tmp_path)
+    assert done.stderr.startswith(f"refdyn {command[0]}: --every 1e-12: 1e+12 outputs, at most 10000000 are taken\n") and done.stdout == ""
+    assert not list(tmp_path.iterdir())
 
 
 def test_methods_and_steps(tmp_path):

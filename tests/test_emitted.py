@@ -52,6 +52,15 @@ def test_compiles_alone_without_warning(scene, tmp_path):
         assert done.returncode == 0, done.stderr[:2000]
 
 
+@pytest.mark.parametrize("kind, rfe", [("driven", 4), ("rods", 3), ("sides", 6)])
+@pytest.mark.parametrize("level", ["-O2", "-O3"])
+def test_derivatives_compile_optimised_without_warning(kind, rfe, level, tmp_path):
+    """An optimiser looks for values that are read and never set: loops of derivatives show that there are none."""
+    files = emit(tmp_path, RUNS, "--set", f"kind={kind}", "--set", f"rfe={rfe}", "--emit", "tangent,d_qdd,d_statics")
+    for source in (name for name in files if name.endswith(".c")):
+        subprocess.run(["gcc", "-std=c11", *WARNINGS, level, "-c", source, "-o", "out.o"], cwd=tmp_path, check=True)
+
+
 @pytest.mark.parametrize("scene", SCENES[::2], ids=name_of)
 def test_needs_libm_alone(scene, tmp_path):
     """No symbol from outside but functions of libm; no variable that changes; no allocation."""
@@ -228,3 +237,49 @@ def test_what_is_no_finite_number(options, tmp_path):
         assert "slide_x" in done.stderr
     else:
         assert json.loads(done.stdout)["qdd_free"] is None
+
+
+# Each of them would end a literal or a comment of C, or change on its way, if it were copied as it is.
+TEXTS = ['the "slide"', "x*/y /* z", "alpha\\beta \\", "what??/ ??= ?", "größe [µm]", "\\n %s", '*/"}; int broken = "']
+TEXTS_MODEL = """local rd = require "refdyn"
+local o = rd.option("o", "a */ \\n b")
+local p = rd.parameters { PARAMETERS }
+return rd.model { name = "texts", links = { { "c", joint = "x, y, z, phi, theta, psi", mass = 1, inertia = { xx = 1, yy = 1, zz = 1 } } },
+  forces = function(s) return { c_x = READ + rd.input("F", 0, UNIT) } end,
+  courses = function(s) return { COURSES } end,
+  constraints = function(s) return { ROWS } end }
+"""
+TEXTS_MAIN = """#include <stdio.h>
+#include "texts.h"
+int main(void) {
+    const struct refdyn_model *m = &texts_model;
+    for (int i = 0; i < m->parameter_count; i++) puts(m->parameters[i].unit);
+    for (int i = 0; i < m->input_count; i++) puts(m->inputs[i].unit);
+    for (int i = 0; i < m->course_count; i++) puts(m->courses[i]);
+    for (int i = 0; i < m->m; i++) puts(m->rows[i].name);
+    return 0;
+}
+"""
+
+
+def quoted(text):
+    return '"' + text.replace("\\", "\\\\").replace('"', '\\"') + '"'
+
+
+def test_texts_of_the_author(tmp_path):
+    """Units, names of rows and courses, and options: C reads them as they are written, whatever stands in them."""
+    coordinates = "x y z phi theta psi".split()
+    rows = TEXTS[:len(coordinates) - 1]
+    model = TEXTS_MODEL.replace("READ", " + ".join(f"p.p{i}" for i in range(len(TEXTS)))).replace("UNIT", quoted(TEXTS[0]))
+    model = model.replace("PARAMETERS", ", ".join(f'{{ "p{i}", 1, {quoted(text)} }}' for i, text in enumerate(TEXTS)))
+    model = model.replace("COURSES", ", ".join(f"[{quoted(text)}] = s.t" for text in TEXTS))
+    model = model.replace("ROWS", ", ".join(f"rd.position {{ s.q.c_{c}, name = {quoted(row)} }}" for c, row in zip(coordinates, rows)))
+    (tmp_path / "texts.lua").write_text(model)
+    emit(tmp_path / "out", tmp_path / "texts.lua")
+    (tmp_path / "out" / "main.c").write_text(TEXTS_MAIN)
+    for compiler in COMPILERS:
+        for source in ("texts.c", "main.c"):
+            subprocess.run([*compiler, *WARNINGS, "-c", source, "-o", source + ".o"], cwd=tmp_path / "out", check=True)
+        subprocess.run([compiler[0], "texts.c.o", "main.c.o", "-lm", "-o", "main"], cwd=tmp_path / "out", check=True)
+        done = subprocess.run([tmp_path / "out" / "main"], check=True, capture_output=True, text=True)
+        assert done.stdout.splitlines() == [*TEXTS, TEXTS[0], *sorted(TEXTS, key=str.encode), *rows]

@@ -127,6 +127,18 @@ def test_inputs(how, tmp_path):
     assert summary["energy_error"] <= 1e-12 * SCALE
 
 
+def test_byte_order_marks(tmp_path):
+    """Those of UTF-8 at the beginning of a model and of its samples say nothing."""
+    arguments = *cart(tmp_path), "--until", 1.3
+    plain, _, _ = motion(*arguments)
+    for path in tmp_path / "cart.lua", tmp_path / "samples.csv":
+        path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    marked, _, _ = motion(*arguments)
+    assert plain.keys() == marked.keys() and all((plain[name] == marked[name]).all() for name in plain)
+    (tmp_path / "cart.lua").write_bytes(b"\xef\xbb\xbf" + CART.replace("mass = 2", "mass = -2").encode())
+    assert refdyn("check", tmp_path / "cart.lua", status=1).stderr.startswith(f"{tmp_path}/cart.lua:4: ")
+
+
 def test_auto_with_many_samples(tmp_path):
     """The next sample is not the end of the motion: a stiff one is left to an implicit method all the same."""
     samples = tmp_path / "samples.csv"

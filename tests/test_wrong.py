@@ -17,7 +17,7 @@ def test_refused(path, tmp_path):
     for arguments in (["check", path], ["gen", path, "-o", tmp_path / "out"]):
         done = refdyn(*arguments, *settings, status=1)
         assert done.stdout == ""
-        assert done.stderr.splitlines() == [f"{path}:{line}" for line in expected]
+        assert done.stderr.splitlines() == [f"{path}:{line.removeprefix('0:')}" for line in expected]
     assert not (tmp_path / "out").exists()
 
 
@@ -44,7 +44,7 @@ def test_a_thousand_errors(tmp_path):
 
 def test_no_bytecode(tmp_path):
     path, done = check_file(tmp_path, "\x1bLua of another kind\n", status=1)
-    assert done.stderr.splitlines() == [f"{path}:0: attempt to load a binary chunk (mode is 't')"]
+    assert done.stderr.splitlines() == [f"{path}: attempt to load a binary chunk (mode is 't')"]
 
 
 def test_errors_in_a_file_beside_the_model(tmp_path):

@@ -46,7 +46,7 @@ static const struct quantity quantities[] = {
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof quantities[0] };
 
-/* What is measured: an emitted function, or the runtime's accelerations when `function` is NULL. */
+/* A function that is measured, and what it takes. */
 struct subject {
     refdyn_function *function;
     struct scene *scene;
@@ -55,12 +55,10 @@ struct subject {
 };
 
 static void call(const struct subject *subject, long times) {
-    struct scene *scene = subject->scene;
+    const struct scene *scene = subject->scene;
     const struct refdyn_workspace *work = &scene->work;
-    for (long i = 0; i < times && subject->function; i++)
+    for (long i = 0; i < times; i++)
         subject->function(work->p, work->x, scene->state.t, scene->q, subject->rest, subject->out);
-    for (long i = 0; i < times && !subject->function; i++)
-        refdyn_accelerate(&scene->work, scene->state.t, scene->q, scene->qd, REFDYN_BAUMGARTE, subject->out);
 }
 
 static double timed(const struct subject *subject, long times) {
@@ -97,25 +95,15 @@ static void print_quantity(FILE *out, const char *name, const struct subject *su
     put_open(&document, NULL, '{');
     put_text(&document, "quantity", name);
     put_whole(&document, "n", subject->scene->model->n);
-    if (count) {
-        put_whole(&document, "adds", count->adds);
-        put_whole(&document, "muls", count->muls);
-        put_whole(&document, "divs", count->divs);
-        put_whole(&document, "funcs", count->functions);
-        put_whole(&document, "bytes", count->bytes);
-    }
+    put_whole(&document, "adds", count->adds);
+    put_whole(&document, "muls", count->muls);
+    put_whole(&document, "divs", count->divs);
+    put_whole(&document, "funcs", count->functions);
+    put_whole(&document, "bytes", count->bytes);
     put_number(&document, "ns", tenths(ns[BATCHES / 2]));
     put_number(&document, "ns_low", tenths(ns[LOW_BATCH]));
     put_number(&document, "ns_high", tenths(ns[HIGH_BATCH]));
     put_close(&document, '}');
-}
-
-static const struct operation_count *find_count(const struct operation_count *counts, int count,
-                                                const char *name) {
-    for (int i = 0; i < count; i++)
-        if (strcmp(counts[i].quantity, name) == 0)
-            return &counts[i];
-    return NULL;
 }
 
 static refdyn_function *function_of(const struct refdyn_model *model, const struct quantity *quantity) {
@@ -163,14 +151,12 @@ static double *find_rest(struct scene *scene) {
 }
 
 static void print_quantities(struct scene *scene, FILE *out) {
-    const struct operation_count *counts;
-    int count = gen_counts(&scene->generation, &counts);
     struct subject subject = {.scene = scene, .rest = find_rest(scene), .out = result_room(scene->model)};
     for (int i = 0; i < QUANTITY_COUNT; i++) {
-        bool is_qdd = strcmp(quantities[i].name, "qdd") == 0;
         subject.function = function_of(scene->model, &quantities[i]);
-        if (subject.function || is_qdd)
-            print_quantity(out, quantities[i].name, &subject, find_count(counts, count, quantities[i].name));
+        if (subject.function)
+            print_quantity(out, quantities[i].name, &subject,
+                           gen_count(&scene->generation, quantities[i].name));
     }
     free(subject.out);
     free(subject.rest);
@@ -182,7 +168,7 @@ static enum status print_build(const struct options *options, FILE *out) {
     struct build_cost cost = {.seconds = 0};
     double start = wall_seconds();
     long source_bytes = 0;
-    enum status status = scene_read(&scene, options);
+    enum status status = scene_read_again(&scene, options);
     if (status == STATUS_DONE && gen_plan(&scene.generation, options->emit) != GEN_OK)
         status = STATUS_FAULT;
     const struct emitted_file *files = status == STATUS_DONE ? gen_files(&scene.generation) : NULL;

@@ -8,6 +8,7 @@
 
 const double finding_levels[LEVEL_COUNT] = {1e-3, 1e-6, 1e-9};
 
+enum { SLOPE_RUNS = 3 };                  /* two points lie on a line whatever they are */
 static const double clear_of_floor = 3;   /* errors so many floors large are the method's own */
 static const double plateau_slope = 0.05; /* log steps over log 1/tol: below half of 1/8, that of order 8 */
 
@@ -58,7 +59,7 @@ double series_slope(const struct study *study, const struct series *series, int 
         ++*count;
     }
     const double n = *count;
-    return n > 1 ? (n * xy - x * y) / (n * xx - x * x) : NAN;
+    return *count >= SLOPE_RUNS ? (n * xy - x * y) / (n * xx - x * x) : NAN;
 }
 
 const struct trial *series_quickest(const struct study *study, const struct series *series, double level) {
@@ -107,11 +108,11 @@ static void put_slope(FILE *out, const struct study *study, const struct series 
     int count;
     const double slope = series_slope(study, series, &count);
     const char *what = series->is_fixed ? "step" : "tolerance";
-    if (count > 1)
+    if (count >= SLOPE_RUNS)
         fprintf(out, "%s: error goes with %s^%.2f (least squares over %d runs).\n", name, what, slope, count);
     else
         fprintf(out,
-                "%s: no slope of error over %s, fewer than two runs are near the motion and clear of the "
+                "%s: no slope of error over %s, fewer than three runs are near the motion and clear of the "
                 "floor.\n",
                 name, what);
 }

@@ -20,7 +20,7 @@ char *trial_outcome(const struct trial *trial);
 /* Unit of errors. */
 const char *study_unit(const struct study *study);
 /* Least-squares slope of log error over log setting, of the settled runs above the floor; *count: how many.
- * NaN for fewer than two. */
+ * NaN for fewer than three. */
 double series_slope(const struct study *study, const struct series *series, int *count);
 /* The quickest run with at most this error; NULL: none, or the level is below the floor. */
 const struct trial *series_quickest(const struct study *study, const struct series *series, double level);

@@ -18,6 +18,8 @@ struct reading {
     int column_count;
 };
 
+static const char byte_order_mark[] = "\xEF\xBB\xBF"; /* UTF-8's, which spreadsheets write */
+
 enum { ROLE_NONE = -1, ROLE_TIME = -2 };
 
 static bool complain(const struct reading *reading, const char *format, ...)
@@ -74,6 +76,8 @@ static bool read_header(struct reading *reading, char *line) {
     bool has_time = false;
     reading->role = allocate(strlen(line) + 1, sizeof *reading->role);
     inputs->place = allocate((size_t)model->input_count, sizeof *inputs->place);
+    if (strncmp(line, byte_order_mark, strlen(byte_order_mark)) == 0)
+        line += strlen(byte_order_mark);
     for (char *rest = line; rest;) {
         const char *name = next_field(&rest);
         const int place = refdyn_find_name(model->inputs, model->input_count, name);

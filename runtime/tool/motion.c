@@ -14,7 +14,11 @@ static const double end_slack = 1e-9;
 /* alpha h = beta h of --stabilise baumgarte-auto: larger ones let the stages of a step disturb each other. */
 static const double automatic_share = 0.05;
 
-enum { DEFAULT_OUTPUTS = 200, STEPS_PER_LOOK = 64 /* between looks at SIGINT and the clock */ };
+enum {
+    DEFAULT_OUTPUTS = 200,
+    OUTPUTS_MAX = 10000000,
+    STEPS_PER_LOOK = 64 /* between looks at SIGINT and the clock */
+};
 
 volatile sig_atomic_t motion_interrupted;
 
@@ -160,6 +164,16 @@ enum status motion_place(struct scene *scene, const struct options *options) {
         return usage_error(options->command, "--hold goes with --from statics");
     refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);
     return status;
+}
+
+enum status motion_check_times(const struct scene *scene, const struct options *options) {
+    const double from = scene->state.t, span = options->until - from;
+    if (span <= 0)
+        return usage_error(options->command, "--until %g: the motion starts at t = %g", options->until, from);
+    if (options->every > 0 && span / options->every > OUTPUTS_MAX)
+        return usage_error(options->command, "--every %g: %.3g outputs, at most %d are taken", options->every,
+                           span / options->every, OUTPUTS_MAX);
+    return STATUS_DONE;
 }
 
 /* Multiples of `every` up to the end, and the end itself. */

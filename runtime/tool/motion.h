@@ -51,6 +51,8 @@ const char *motion_state_path(const struct options *options);
 /* Sets the scene's q, qd and t to the start of the motion that --from tells, and the anchored parameters from
  * it. */
 enum status motion_place(struct scene *scene, const struct options *options);
+/* Complains when the motion from the scene's t to --until has no length, or too many outputs. */
+enum status motion_check_times(const struct scene *scene, const struct options *options);
 /* Starts at the scene's state. Returns a status of the runtime; motion_release in any case. */
 int motion_start(struct motion *motion, struct scene *scene, const struct refdyn_options *drive, double until,
                  double every);

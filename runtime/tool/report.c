@@ -119,7 +119,7 @@ static enum status plan_report(struct report *report) {
         status = read_vary(report);
     if (status != STATUS_DONE)
         return status;
-    status = scene_read(&scene, report->options);
+    status = scene_read_again(&scene, report->options);
     if (status == STATUS_DONE) {
         report->model_name = text_format("%s", scene.generation.model.name);
         if (!report->options->vary)
@@ -144,9 +144,8 @@ static enum status run_study(struct report *report, struct study *study, const s
     enum status status = scene_open(&scene, options, needs, motion_state_path(options));
     if (status == STATUS_DONE)
         status = motion_place(&scene, options);
-    if (status == STATUS_DONE && options->until <= scene.state.t)
-        status = usage_error(options->command, "--until %g: the motion starts at t = %g", options->until,
-                             scene.state.t);
+    if (status == STATUS_DONE)
+        status = motion_check_times(&scene, options);
     if (status == STATUS_DONE) {
         plan.every = options->every > 0 ? options->every : (options->until - scene.state.t) / REPORT_OUTPUTS;
         study->facts = page_facts(&scene, options, &plan);

@@ -126,7 +126,7 @@ bool run_read(struct run *run, const char *path) {
     *run = (struct run){.path = path, .name = slash ? slash + 1 : path, .energy = -1};
     FILE *file = fopen(path, "r");
     if (!file) {
-        fprintf(stderr, "%s:0: run: %s, a readable file is needed\n", path, strerror(errno));
+        fprintf(stderr, "%s: run: %s, a readable file is needed\n", path, strerror(errno));
         return false;
     }
     bool is_good = read_file(run, file);

@@ -8,7 +8,10 @@
 void print_messages(const struct generation *generation, int first) {
     for (int i = first; i < generation->messages.count; i++) {
         const struct message *message = &generation->messages.list[i];
-        fprintf(stderr, "%s:%d: %s\n", message->place.file, message->place.line, message->text);
+        fputs(message->place.file, stderr);
+        if (message->place.line > 0)
+            fprintf(stderr, ":%d", message->place.line);
+        fprintf(stderr, ": %s\n", message->text);
     }
 }
 
@@ -64,12 +67,24 @@ static struct setting *all_settings(const struct options *options, int room) {
     return settings;
 }
 
-enum status scene_read(struct scene *scene, const struct options *options) {
+static enum status read_as_set(struct scene *scene, const struct options *options) {
     struct setting *settings = all_settings(options, 0);
     scene->is_read = false;
     enum status status = read_with(scene, options, settings, options->setting_count, options->fold);
     free(settings);
+    return status;
+}
+
+enum status scene_read(struct scene *scene, const struct options *options) {
+    enum status status = read_as_set(scene, options);
     if (scene->is_read)
+        print_messages(&scene->generation, 0);
+    return status;
+}
+
+enum status scene_read_again(struct scene *scene, const struct options *options) {
+    enum status status = read_as_set(scene, options);
+    if (scene->is_read && status != STATUS_DONE)
         print_messages(&scene->generation, 0);
     return status;
 }

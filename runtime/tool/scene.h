@@ -40,6 +40,8 @@ enum {
 
 /* Reads the model for `gen` and `check`; messages go to stderr. */
 enum status scene_read(struct scene *scene, const struct options *options);
+/* The same beside a call that tells its warnings: those of a model at fault alone. */
+enum status scene_read_again(struct scene *scene, const struct options *options);
 /*
  * Everything: `needs` chooses what is emitted. state_path may be NULL. Anchored parameters are set from the
  * model's initial state. scene_close in any case.

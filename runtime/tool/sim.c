@@ -278,9 +278,9 @@ static void print_gains(const struct scene *scene, const struct refdyn_options *
 static enum status run_task(const struct task *task, const struct refdyn_options *drive) {
     const struct options *options = task->options;
     struct output output;
-    if (options->until <= task->scene->state.t)
-        return usage_error(options->command, "--until %g: the motion starts at t = %g", options->until,
-                           task->scene->state.t);
+    const enum status status = motion_check_times(task->scene, options);
+    if (status != STATUS_DONE)
+        return status;
     if (!output_open(&output, options->output))
         return STATUS_FAULT;
     print_gains(task->scene, drive);

@@ -149,7 +149,7 @@ static char *read_text(const char *path) {
         fclose(file);
         return text ? text : allocate(1, 1);
     }
-    fprintf(stderr, "%s:0: state: %s, a readable file is needed\n", path, strerror(errno));
+    fprintf(stderr, "%s: state: %s, a readable file is needed\n", path, strerror(errno));
     if (file)
         fclose(file);
     free(text);

@@ -1,7 +1,4 @@
--- expect: 10: links[1].beam.section.area: value 0, a positive number is needed
--- expect: 10: links[1].beam.section.Iy: value 0, a positive number is needed
--- expect: 10: links[1].beam.section.Iz: value 0, a positive number is needed
--- expect: 10: links[1].beam.section.It: value 0, a positive number is needed
+-- expect: 7: rd.round: argument 1 is 0, a positive number is needed
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,0 +1,7 @@
+-- expect: 5: constraints[1].name: contains control character 10, a line of text is needed
+local rd = require "refdyn"
+return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },
+  constraints = function(s)
+    return { rd.position { s.q.a_x - 1, name = "first\nsecond" } }
+  end,
+}

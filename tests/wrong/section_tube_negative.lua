@@ -1,0 +1,9 @@
+-- expect: 7: rd.tube: argument 2 is -0.05, a number not below 0 is needed
+local rd = require "refdyn"
+local p = rd.parameters { { "d", 0.1, "m" } }
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "rod", joint = "psi", beam = { length = 1, section = rd.tube(p.d, -0.05), E = 2e11, nu = 0.3, rho = 7800, rfe = 2 } },
+  },
+}
