@@ -108,6 +108,6 @@ double refdyn_break_ahead(struct refdyn_drive *drive, double step, double t_out)
         find_switch(drive, least, farthest(drive, step, t_out, known), step > 0 ? SAMPLES : SAMPLES_AT_START);
     drive->switched = isfinite(found) ? found : drive->switched;
     const double ahead = fmin(known, found);
-    drive->t_limit = ahead - blur(ahead);
+    drive->t_limit = isfinite(ahead) ? ahead - blur(ahead) : INFINITY;
     return ahead;
 }
