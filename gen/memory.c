@@ -51,6 +51,25 @@ void *memory_get(struct memory *memory, size_t size) {
     return data;
 }
 
+struct memory_mark memory_mark(const struct memory *memory) {
+    return (struct memory_mark){memory->blocks, memory->blocks ? memory->blocks->used : 0};
+}
+
+/* Blocks down to `last`, which stays. */
+static void free_blocks(struct memory *memory, const struct memory_block *last) {
+    while (memory->blocks != last) {
+        struct memory_block *next = memory->blocks->next;
+        free(memory->blocks);
+        memory->blocks = next;
+    }
+}
+
+void memory_back(struct memory *memory, struct memory_mark mark) {
+    free_blocks(memory, mark.block);
+    if (mark.block)
+        mark.block->used = mark.used;
+}
+
 void *memory_grow(struct memory *memory, const void *old, size_t old_size, size_t new_size) {
     void *data = memory_get(memory, new_size);
     if (old_size)
@@ -83,9 +102,5 @@ char *memory_format(struct memory *memory, const char *format, ...) {
 }
 
 void memory_release(struct memory *memory) {
-    while (memory->blocks) {
-        struct memory_block *next = memory->blocks->next;
-        free(memory->blocks);
-        memory->blocks = next;
-    }
+    free_blocks(memory, NULL);
 }

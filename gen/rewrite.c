@@ -277,6 +277,10 @@ void visit_symbols(struct graph *g, expression e, void (*visit)(void *context, e
 
 double evaluate(struct graph *g, expression e, double (*value_of)(void *context, const struct symbol *s),
                 void *context) {
+    double result;
+    if (is_number(g, e, &result))
+        return result;
+    const struct memory_mark mark = memory_mark(g->memory);
     uint32_t limit;
     bool *needed = mark_needed(g, &e, 1, &limit);
     double *value = memory_get(g->memory, (limit + 1) * sizeof *value);
@@ -286,5 +290,7 @@ double evaluate(struct graph *g, expression e, double (*value_of)(void *context,
         const struct symbol *leaf = as_symbol(g, i);
         value[i] = leaf ? value_of(context, leaf) : node_value(g, i, value);
     }
-    return value[e];
+    result = value[e];
+    memory_back(g->memory, mark);
+    return result;
 }
