@@ -125,11 +125,6 @@ static void emit_statement(struct writer *w, expression e) {
     text_add(w->text, ";\n");
 }
 
-/* Fields of the result and local arrays. */
-static int count_fields(const struct writer *w) {
-    return w->function->field_count + w->function->local_count;
-}
-
 static bool is_local(const struct writer *w, int f) {
     return f >= w->function->field_count;
 }
@@ -292,7 +287,7 @@ static void emit_result(struct writer *w, int f, int entry) {
                  entry % field->columns);
     else
         text_add(w->text, "[%d] = ", entry);
-    emit_value(w->x, w->text, w->function->out[field->offset + entry]);
+    emit_value(w->x, w->text, single_value(field, entry));
     text_add(w->text, ";\n");
 }
 
@@ -304,10 +299,10 @@ static void emit_results(struct writer *w, int place) {
 }
 
 static void emit_fills(struct writer *w) {
-    for (int f = 0; f < count_fields(w); f++) {
+    for (int f = 0; f < count_fields(w->function); f++) {
         const struct field *field = &w->function->fields[f];
         const bool is_composed = w->function->part_count > 0; /* then no statement writes single zeros */
-        if (is_prepare(w) || (is_composed ? is_local(w, f) : !is_cleared(w->function, field)) ||
+        if (is_prepare(w) || (is_composed ? is_local(w, f) : !is_cleared(field)) ||
             is_written_by_loops(w->function, f))
             continue;
         text_add(w->text, "    for (int i = 0; i < %d; i++)\n        ", field->count);
@@ -398,7 +393,7 @@ static void number_statements(struct writer *w) {
 }
 
 static void emit_locals(struct writer *w) {
-    for (int f = w->function->field_count; f < count_fields(w); f++)
+    for (int f = w->function->field_count; f < count_fields(w->function); f++)
         text_add(w->text, "    double %s[%d];\n", w->function->fields[f].name, w->function->fields[f].count);
 }
 

@@ -78,8 +78,8 @@ static void put_tables(const struct printer *p, const struct pairs *pairs) {
 static bool is_direct(const struct function *function, const struct pairs *pairs,
                       const struct pair_product *product) {
     const struct field *field = &function->fields[product->field];
-    for (int i = 0; i < field->count; i++)
-        if (function->out[field->offset + i])
+    for (int i = 0; i < single_count(field); i++)
+        if (field->values[i])
             return false;
     return product->is_mirrored && is_in_order(pairs);
 }
@@ -111,10 +111,10 @@ static bool fills_rows(const struct printer *p, const struct pairs *pairs) {
     bool is_mass_alone = true;
     for (int k = 0; k < pairs->product_count; k++) {
         const struct pair_product *product = &pairs->products[k];
-        const expression *out = p->function->out + p->function->fields[product->field].offset;
+        const struct field *field = &p->function->fields[product->field];
         is_mass_alone = is_mass_alone && product->is_mirrored;
-        for (int i = 0; i < pairs->n * pairs->n; i++)
-            if (out[i] && (product->is_mirrored || i % (pairs->n + 1)))
+        for (int i = 0; i < single_count(field); i++)
+            if (field->values[i] && (product->is_mirrored || i % (pairs->n + 1)))
                 return false;
     }
     return !is_mass_alone;

@@ -118,9 +118,11 @@ static double result_value(const struct state *state, expression e, int r) {
 }
 
 static void write_results(const struct state *state, const struct function *function, double *out) {
-    for (int i = 0; i < value_count(function); i++)
-        if (function->out[i] != GIVEN_IN_LOOP)
-            out[i] = state->values[function->out[i]];
+    for (int f = 0; f < count_fields(function); f++) {
+        const struct field *field = &function->fields[f];
+        for (int i = 0; i < single_count(field); i++)
+            out[field->offset + i] = state->values[single_value(field, i)];
+    }
     for (int i = 0; i < function->run_result_count; i++) {
         const struct run_result *result = &function->run_results[i];
         for (int r = 0; r < run_of(state->arguments.plan, result->run)->count; r++)

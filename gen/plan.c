@@ -19,47 +19,58 @@ bool is_output_copied(const struct field *field, int entry) {
     return !field->symmetric || entry / field->symmetric >= entry % field->symmetric;
 }
 
+int count_fields(const struct function *function) {
+    return function->field_count + function->local_count;
+}
+
 int value_count(const struct function *function) {
     return function->out_count + function->local_out_count;
 }
 
-/* A few more than asked for: small arrays stand behind matrices, which are not copied for each of them. */
-static void make_room(struct memory *memory, struct function *function, int count) {
-    const size_t used = (size_t)value_count(function);
-    if (count <= function->out_capacity)
-        return;
-    function->out_capacity = count + count / 4;
-    function->out = memory_grow(memory, function->out, used * sizeof(expression),
-                                ((size_t)function->out_capacity + 1) * sizeof(expression));
-}
-
-expression *open_field(struct memory *memory, struct function *function, struct field field) {
-    const int index = function->field_count + function->local_count, count = value_count(function);
+/* The caller counts it among results or locals. */
+static int open_field(struct memory *memory, struct function *function, struct field field) {
+    const int index = count_fields(function);
     function->fields =
         memory_room(memory, function->fields, index, &function->field_capacity, sizeof *function->fields);
-    make_room(memory, function, count + field.count + 1); /* never nothing: callers copy into it */
-    field.offset = count;
+    field.offset = value_count(function);
     function->fields[index] = field;
-    return function->out + count;
+    return index;
 }
 
-expression *open_part(struct memory *memory, struct function *function, const char *name, const char *about,
-                      int count, int columns) {
-    expression *values =
-        open_field(memory, function, (struct field){name, about, 0, count, columns, 0, false});
+int open_part(struct memory *memory, struct function *function, const char *name, const char *about,
+              int count, int columns) {
+    const struct field field = {.name = name, .about = about, .count = count, .columns = columns};
+    const int index = open_field(memory, function, field);
     function->field_count++;
     function->out_count += count;
-    return values;
+    return index;
+}
+
+int open_local(struct memory *memory, struct function *function, const char *name, int count, int columns) {
+    const struct field field = {.name = name, .about = "", .count = count, .columns = columns};
+    const int index = open_field(memory, function, field);
+    function->local_count++;
+    function->local_out_count += count;
+    return index;
+}
+
+expression *field_values(struct memory *memory, struct function *function, int field) {
+    struct field *of = &function->fields[field];
+    if (!of->values)
+        of->values = memory_get(memory, ((size_t)of->count + 1) * sizeof(expression));
+    return of->values;
 }
 
 void give(struct memory *memory, const struct tree *tree, struct function *f, int field, int first, int step,
           int frame, expression value) {
     const int run = tree->frames[frame].run;
-    expression *out = f->out + f->fields[field].offset;
-    if (run < 0)
-        out[first] = value;
-    if (run < 0 || !value)
+    if (!value)
         return;
+    expression *out = field_values(memory, f, field);
+    if (run < 0) {
+        out[first] = value;
+        return;
+    }
     for (int e = 0; e < tree->runs[run].count; e++)
         out[first + e * step] = GIVEN_IN_LOOP;
     f->run_results = memory_room(memory, f->run_results, f->run_result_count, &f->run_result_capacity,
@@ -82,23 +93,10 @@ static bool is_moved(const struct plan *plan, const struct function *function, e
     return function != &plan->prepare && is_parameter_only(plan->g, e);
 }
 
-int field_index(const struct function *function, int entry) {
-    int f = 0;
-    while (entry >= function->fields[f].offset + function->fields[f].count)
-        f++;
-    return f;
-}
-
-/* Is entry i of `out` a value that stands alone, and not one of a mirrored half? */
-static bool is_single_output(const struct function *function, int i) {
-    const struct field *field = &function->fields[field_index(function, i)];
-    return function->out[i] != GIVEN_IN_LOOP && is_output_copied(field, i - field->offset);
-}
-
-bool is_cleared(const struct function *function, const struct field *field) {
-    int zeros = 0;
-    for (int i = 0; i < field->count; i++)
-        zeros += is_output_copied(field, i) && !function->out[field->offset + i];
+bool is_cleared(const struct field *field) {
+    int zeros = field->values ? 0 : field->count;
+    for (int i = 0; i < single_count(field); i++)
+        zeros += is_output_copied(field, i) && !field->values[i];
     return zeros > FEW_ZEROS;
 }
 
@@ -132,11 +130,7 @@ static bool need_operands(const struct plan *plan, const struct function *functi
 static void mark_function(const struct plan *plan, struct function *function) {
     struct graph *g = plan->g;
     bool *needed = function->is_needed = memory_get(plan->memory, g->count * sizeof *needed);
-    for (int i = 0; i < value_count(function); i++)
-        if (is_single_output(function, i))
-            needed[function->out[i]] = true;
-    for (int i = 0; i < function->run_result_count; i++)
-        needed[function->run_results[i].value] = true;
+    mark_results(function, needed);
     for (bool again = true; again;) {
         again = false;
         for (expression e = g->count; e-- > 0;)
@@ -149,9 +143,10 @@ static void mark_function(const struct plan *plan, struct function *function) {
 static void use_roots(const struct plan *plan, const struct function *function, uint32_t *uses) {
     const struct graph *g = plan->g;
     bool *seen = memory_get(plan->memory, (size_t)g->slot_count + 1);
-    for (int i = 0; i < value_count(function); i++)
-        if (is_single_output(function, i))
-            uses[function->out[i]]++;
+    for (int f = 0; f < count_fields(function); f++)
+        for (int i = 0; i < single_count(&function->fields[f]); i++)
+            if (is_output_copied(&function->fields[f], i))
+                uses[single_value(&function->fields[f], i)]++;
     for (int i = 0; i < function->run_result_count; i++)
         uses[function->run_results[i].value]++;
     for (expression e = 0; e < g->count; e++) {
@@ -327,18 +322,15 @@ static void plan_prepare(struct plan *plan) {
         if (plan->is_derived[e])
             derived[count++] = e;
     prepare->quantity = "prepare";
-    expression *out =
-        open_field(plan->memory, prepare, (struct field){.name = "derived", .about = "", .count = count});
-    memcpy(out, derived, (size_t)count * sizeof *out);
-    prepare->field_count = 1;
-    prepare->out_count = count;
+    const int field = open_part(plan->memory, prepare, "derived", "", count, 0);
+    memcpy(field_values(plan->memory, prepare, field), derived, (size_t)count * sizeof *derived);
     plan_function(plan, prepare);
 }
 
 void mark_results(const struct function *function, bool *needed) {
-    for (int i = 0; i < value_count(function); i++)
-        if (function->out[i] != GIVEN_IN_LOOP)
-            needed[function->out[i]] = true;
+    for (int f = 0; f < count_fields(function); f++)
+        for (int i = 0; i < single_count(&function->fields[f]); i++)
+            needed[single_value(&function->fields[f], i)] = true;
     for (int i = 0; i < function->run_result_count; i++)
         needed[function->run_results[i].value] = true;
 }

@@ -14,6 +14,7 @@
 /* A named part of a function's result: entries [offset, offset + count). */
 struct field {
     const char *name, *about; /* about: shape, meaning, unit */
+    expression *values; /* NULL: all are zero until loops or calls add to them; n x n of those are large */
     int offset, count;
     int columns;       /* of a matrix, 0: a vector */
     int symmetric;     /* > 0: a symmetric square of that size; only its lower half is computed */
@@ -27,7 +28,7 @@ struct run_result {
     int block; /* planned: the loop that writes them */
 };
 
-/* Marks the entries of `out` that a run_result gives. */
+/* Marks the values of a field that a run_result gives. */
 #define GIVEN_IN_LOOP UINT32_MAX
 
 /* Statements computed one after the other, once or in a loop over the elements of a run. */
@@ -72,8 +73,7 @@ struct function {
     enum given given;
     struct field *fields; /* parts of the result, then local arrays, which loops read */
     int field_count, local_count, field_capacity;
-    expression *out; /* values of all fields; loops add to them */
-    int out_count, local_out_count, out_capacity;
+    int out_count, local_out_count; /* entries of all fields */
     struct part
         *parts; /* of a composed function, which computes nothing itself; parts of one function in a row */
     int part_count, part_capacity;
@@ -124,13 +124,21 @@ struct plan {
     int file_count;
 };
 
-/* One more field behind all others: its values, to be filled in. The caller counts it among results or
- * locals. */
-expression *open_field(struct memory *memory, struct function *function, struct field field);
-
-/* One more part of a function's result, before any local array. */
-expression *open_part(struct memory *memory, struct function *function, const char *name, const char *about,
-                      int count, int columns);
+/* One more part of a function's result, before any local array: its number. */
+int open_part(struct memory *memory, struct function *function, const char *name, const char *about,
+              int count, int columns);
+/* One more local array, behind all other fields: its number. */
+int open_local(struct memory *memory, struct function *function, const char *name, int count, int columns);
+/* The values of a field, to be filled in. */
+expression *field_values(struct memory *memory, struct function *function, int field);
+/* Of an entry that stands alone, else 0. */
+static inline expression single_value(const struct field *field, int entry) {
+    return !field->values || field->values[entry] == GIVEN_IN_LOOP ? 0 : field->values[entry];
+}
+/* Entries among which some may stand alone. */
+static inline int single_count(const struct field *field) {
+    return field->values ? field->count : 0;
+}
 
 /* The value of a frame with a joint, in entry `first` + step * e of a field, e the element in a run, 0 else.
  */
@@ -155,11 +163,11 @@ long trips_of(const struct plan *plan, expression e);
 void mark_statements(struct plan *plan, const struct function *function);
 bool is_output_copied(const struct field *field, int entry); /* false in the mirrored upper half */
 /* Are there so many zeros in a field that one loop writes all of it before the others are written? */
-bool is_cleared(const struct function *function, const struct field *field);
+bool is_cleared(const struct field *field);
+/* Results and local arrays. */
+int count_fields(const struct function *function);
 /* Entries of all fields. */
 int value_count(const struct function *function);
-/* The field that holds an entry. */
-int field_index(const struct function *function, int entry);
 
 /* Marks a function's results, by handle. */
 void mark_results(const struct function *function, bool *needed);

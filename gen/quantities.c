@@ -12,10 +12,15 @@
 #include <stdio.h>
 #include <string.h>
 
+/* One more part of the result: its values, to be filled in. */
+static expression *open_values(struct derivation *d, struct function *f, const char *name, const char *about,
+                               int count, int columns) {
+    return field_values(d->memory, f, add_field(d, f, name, about, count, columns));
+}
+
 static void fill_field(struct derivation *d, struct function *f, const char *name, const char *about,
                        const expression *values, int count) {
-    expression *out = add_field(d, f, name, about, count, 0);
-    memcpy(out, values, (size_t)count * sizeof *out);
+    memcpy(open_values(d, f, name, about, count, 0), values, (size_t)count * sizeof *values);
 }
 
 /* Into entries begin + coordinate of the last field. */
@@ -104,32 +109,31 @@ static void compose_sum(struct derivation *d, struct function *f, const char *qu
 static int compose_local(struct derivation *d, struct function *f, const char *quantity, const char *field) {
     struct part *part = add_part(d, f, quantity, field);
     const struct field *source = field_of(part);
-    add_local(d->memory, f, source->name, source->count, source->columns ? source->columns : 1,
-              &part->to_field);
-    return part->to_field;
+    return part->to_field =
+               add_local(d->memory, f, source->name, source->count, source->columns ? source->columns : 1);
 }
 
 static void build_v(struct derivation *d, struct function *f) {
-    expression *out = add_field(d, f, "v", "(m) rest of the rows", d->m, 0);
+    expression *out = open_values(d, f, "v", "(m) rest of the rows", d->m, 0);
     for (int i = 0; i < d->m; i++)
         out[i] = rows(d)[i].v;
 }
 
 static void build_phi(struct derivation *d, struct function *f) {
-    expression *out = add_field(d, f, "phi", "(m) residuals of position rows, 0 for others", d->m, 0);
+    expression *out = open_values(d, f, "phi", "(m) residuals of position rows, 0 for others", d->m, 0);
     for (int i = 0; i < d->m; i++)
         out[i] = rows(d)[i].phi;
 }
 
 static void build_psi(struct derivation *d, struct function *f) {
     expression *out =
-        add_field(d, f, "psi", "(m) velocity-level residuals, 0 for acceleration rows", d->m, 0);
+        open_values(d, f, "psi", "(m) velocity-level residuals, 0 for acceleration rows", d->m, 0);
     for (int i = 0; i < d->m; i++)
         out[i] = rows(d)[i].psi;
 }
 
 static void build_k(struct derivation *d, struct function *f) {
-    expression *out = add_field(d, f, "k", "(m) stabilised right side, u qdd = k", d->m, 0);
+    expression *out = open_values(d, f, "k", "(m) stabilised right side, u qdd = k", d->m, 0);
     for (int i = 0; i < d->m; i++)
         out[i] = rows(d)[i].k;
 }
@@ -145,7 +149,7 @@ static void build_row_terms(struct derivation *d, struct function *f) {
 
 static void build_point_vectors(struct derivation *d, struct function *f, const char *name,
                                 const char *about) {
-    expression *out = add_field(d, f, name, about, 3 * d->points, 3);
+    expression *out = open_values(d, f, name, about, 3 * d->points, 3);
     for (int p = 0; p < d->points; p++) {
         const struct point_motion *point = &d->kinematics.points[p];
         const struct vector *value = !strcmp(name, "r")    ? &point->r
@@ -193,7 +197,7 @@ static void build_terms(struct derivation *d, struct function *f) {
 
 static void build_energy(struct derivation *d, struct function *f) {
     struct graph *g = d->g;
-    expression *out = add_field(d, f, "energy", "(2) kinetic, potential [J]", 2, 0);
+    expression *out = open_values(d, f, "energy", "(2) kinetic, potential [J]", 2, 0);
     out[0] = derive_kinetic_energy(&d->kinematics);
     const expression gravity = derive_gravity_energy(&d->kinematics, composites(d));
     out[1] = add(g, gravity, derive_applied_energy(&d->kinematics));
@@ -205,7 +209,7 @@ static expression power_of_joint(void *context, int i) {
 }
 
 static void build_power(struct derivation *d, struct function *f) {
-    expression *out = add_field(d, f, "power", "(1) of forces in Q without a potential [W]", 1, 0);
+    expression *out = open_values(d, f, "power", "(1) of forces in Q without a potential [W]", 1, 0);
     applied(d);
     out[0] = sum_over_joints(d->g, d->kinematics.tree, power_of_joint, d);
 }
@@ -303,8 +307,8 @@ static void build_shifted(struct derivation *d, struct function *f) {
 }
 
 static void build_course(struct derivation *d, struct function *f) {
-    expression *out = add_field(d, f, "course", "values that the model records, by NAME_model.courses",
-                                d->model->course_count, 0);
+    expression *out = open_values(d, f, "course", "values that the model records, by NAME_model.courses",
+                                  d->model->course_count, 0);
     for (int i = 0; i < d->model->course_count; i++)
         out[i] = with_points(&d->kinematics, d->model->courses[i].value);
 }
@@ -337,8 +341,8 @@ static bool is_set_by_anchor(const struct derivation *d, int parameter) {
 
 static void build_anchor(struct derivation *d, struct function *f) {
     struct plan *plan = d->plan;
-    expression *out = add_field(d, f, "anchored", "values at the start of a motion, by NAME_model.anchored",
-                                plan->anchored_count, 0);
+    expression *out = open_values(d, f, "anchored", "values at the start of a motion, by NAME_model.anchored",
+                                  plan->anchored_count, 0);
     for (int i = 0; i < plan->anchored_count; i++)
         out[i] = with_points(&d->kinematics, d->model->parameters[plan->anchored[i]].anchor);
 }

@@ -84,6 +84,8 @@ void solve_rows(struct derivation *d, const expression *S, expression *rest, con
 /* Operations of a call that computes these values and nothing else; what depends on parameters alone is free.
  */
 long weigh(const struct derivation *d, const expression *values, int count);
+/* The same of all results and local arrays of a function, without its loops. */
+long weigh_results(const struct derivation *d, const struct function *function);
 /* One more choice for the summary and the header. */
 void say(struct derivation *d, const char *choice);
 
@@ -94,9 +96,9 @@ void fill_mass_field(struct derivation *d, struct function *f, int field);
 /* Values by frame into entries first + stride * coordinate of a field. */
 void spread(struct derivation *d, struct function *f, int field, int first, int stride,
             const expression *by_frame);
-/* One more part of a function's result. */
-expression *add_field(struct derivation *d, struct function *f, const char *name, const char *about,
-                      int count, int columns);
+/* One more part of a function's result: its number. */
+int add_field(struct derivation *d, struct function *f, const char *name, const char *about, int count,
+              int columns);
 
 /* mass_pairs.c: M into a field of f, n x n, as loops over pairs; drop_unread in the end. */
 void add_mass_pairs(struct derivation *d, struct function *f, int field);

@@ -397,11 +397,12 @@ static void add_write(struct scheduler *x, struct write write) {
 static void order_writes(struct scheduler *x) {
     struct function *function = x->function;
     const int *place = find_places(x);
-    for (int f = 0; f < function->field_count + function->local_count; f++) {
+    for (int f = 0; f < count_fields(function); f++) {
         const struct field *field = &function->fields[f];
-        const bool cleared = is_cleared(function, field);
-        for (int i = 0; i < field->count; i++) {
-            const expression e = function->out[field->offset + i];
+        const bool cleared = is_cleared(field);
+        const int count = cleared ? single_count(field) : field->count;
+        for (int i = 0; i < count; i++) {
+            const expression e = field->values ? field->values[i] : 0;
             if (e != GIVEN_IN_LOOP && (e || !cleared) && is_output_copied(field, i))
                 add_write(x, (struct write){f, i, place[e]});
         }

@@ -183,8 +183,8 @@ const struct wrench *loads(struct derivation *d) {
     return d->loads;
 }
 
-expression *add_field(struct derivation *d, struct function *f, const char *name, const char *about,
-                      int count, int columns) {
+int add_field(struct derivation *d, struct function *f, const char *name, const char *about, int count,
+              int columns) {
     return open_part(d->memory, f, name, about, count, columns);
 }
 
