@@ -261,16 +261,22 @@ static long weigh_marked(const struct derivation *d, bool *needed) {
 }
 
 long weigh(const struct derivation *d, const expression *values, int count) {
-    bool *needed = memory_get(d->memory, d->g->count * sizeof *needed);
+    const struct memory_mark mark = memory_mark(d->memory);
+    bool *needed = memory_scratch(d->memory, d->g->count * sizeof *needed);
     for (int i = 0; i < count; i++)
         needed[values[i]] = true;
-    return weigh_marked(d, needed);
+    const long operations = weigh_marked(d, needed);
+    memory_back(d->memory, mark);
+    return operations;
 }
 
 long weigh_results(const struct derivation *d, const struct function *function) {
-    bool *needed = memory_get(d->memory, d->g->count * sizeof *needed);
+    const struct memory_mark mark = memory_mark(d->memory);
+    bool *needed = memory_scratch(d->memory, d->g->count * sizeof *needed);
     mark_results(function, needed);
-    return weigh_marked(d, needed);
+    const long operations = weigh_marked(d, needed);
+    memory_back(d->memory, mark);
+    return operations;
 }
 
 typedef const expression *solve_by(struct derivation *d, struct solution *solution);

@@ -1,7 +1,7 @@
 /*
  * Memory of the generator: one arena a run.
  *
- * Takes sizes, gives zeroed memory that lives until memory_release, or until memory_back to a mark before it.
+ * Takes sizes, gives zeroed memory that lives until memory_release, and scratch, a stack beside it.
  * A request that cannot be met calls `fail`, which must not return (it jumps back to gen_* or, while Lua
  * runs, raises a Lua error); no caller checks for NULL. `allowance` counts allocations down and fails at
  * zero, so that a test can fail each one.
@@ -14,7 +14,7 @@
 struct memory_block;
 
 struct memory {
-    struct memory_block *blocks;
+    struct memory_block *blocks, *scratch;
     long allowance;              /* blocks that may still be taken from malloc; negative: no limit */
     void (*fail)(void *context); /* called when memory is short; does not return */
     void *context;
@@ -23,7 +23,8 @@ struct memory {
 void *memory_get(struct memory *memory, size_t size);
 /* The same, but NULL when memory is short: for Lua, which wants to be told. */
 void *memory_try(struct memory *memory, size_t size);
-/* What was taken since a mark is given back at once: by a step that leaves nothing else behind. */
+/* Zeroed scratch: of one step, which gives back at its end what was taken since its mark. */
+void *memory_scratch(struct memory *memory, size_t size);
 struct memory_mark {
     struct memory_block *block;
     size_t used;

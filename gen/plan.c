@@ -142,7 +142,7 @@ static void mark_function(const struct plan *plan, struct function *function) {
 /* Uses by results and by loops, which set slots. */
 static void use_roots(const struct plan *plan, const struct function *function, uint32_t *uses) {
     const struct graph *g = plan->g;
-    bool *seen = memory_get(plan->memory, (size_t)g->slot_count + 1);
+    bool *seen = memory_scratch(plan->memory, (size_t)g->slot_count + 1);
     for (int f = 0; f < count_fields(function); f++)
         for (int i = 0; i < single_count(&function->fields[f]); i++)
             if (is_output_copied(&function->fields[f], i))
@@ -161,7 +161,7 @@ static void use_roots(const struct plan *plan, const struct function *function, 
 
 static uint32_t *count_uses(const struct plan *plan, const struct function *function) {
     struct graph *g = plan->g;
-    uint32_t *uses = memory_get(plan->memory, g->count * sizeof *uses);
+    uint32_t *uses = memory_scratch(plan->memory, g->count * sizeof *uses);
     use_roots(plan, function, uses);
     for (expression e = g->count; e-- > 0;) {
         if (!function->is_needed[e] || is_moved(plan, function, e))
@@ -175,7 +175,7 @@ static uint32_t *count_uses(const struct plan *plan, const struct function *func
 /* Statements from uses: bottom up, with the length of what stays inside other expressions. */
 static void choose_statements(struct plan *plan, const struct function *function, const uint32_t *uses) {
     struct graph *g = plan->g;
-    uint8_t *length = memory_get(plan->memory, g->count * sizeof *length);
+    uint8_t *length = memory_scratch(plan->memory, g->count * sizeof *length);
     memset(plan->is_statement, 0, g->count * sizeof *plan->is_statement);
     for (expression e = 0; e < g->count; e++) {
         const struct node *node = &g->nodes[e];
@@ -282,6 +282,7 @@ static void cut_pieces(struct plan *plan, struct function *function) {
 }
 
 static void plan_function(struct plan *plan, struct function *function) {
+    const struct memory_mark mark = memory_mark(plan->memory);
     struct graph *g = plan->g;
     mark_function(plan, function);
     choose_statements(plan, function, count_uses(plan, function));
@@ -291,6 +292,7 @@ static void plan_function(struct plan *plan, struct function *function) {
             plan->is_derived[e] = true;
     schedule(plan, function);
     cut_pieces(plan, function);
+    memory_back(plan->memory, mark);
 }
 
 /* A composed function costs what it calls, each once. */

@@ -155,7 +155,8 @@ void find_angles(const struct plan *plan, struct function *function);
 bool is_in_pass(const struct plan *plan, const struct function *function, expression e);
 /* A value that every loop makes anew instead of reading it: of the pass, or one of two constants. */
 bool is_repeated(const struct plan *plan, const struct function *function, expression e);
-/* schedule.c: order of execution from is_statement and is_needed. */
+/* schedule.c: order of execution from is_statement and is_needed; takes scratch that the caller gives back.
+ */
 void schedule(struct plan *plan, struct function *function);
 /* How often a call computes a node. */
 long trips_of(const struct plan *plan, expression e);

@@ -23,6 +23,7 @@ struct scheduler {
     word *needs_end, *needs_element; /* by loop: loops whose end, or whose same element, it needs */
     bool *is_used, *is_directed;     /* by loop: in the function; carries something in it */
     bool *is_done;                   /* by group */
+    bool *is_seen;                   /* by group, of one search */
     bool *is_placed;                 /* by handle: statement that has its place */
 };
 
@@ -154,6 +155,7 @@ static bool waits_for_group(const struct scheduler *x, int group, int other, boo
 
 /* Is there a way from `group` to `other` beside reading its elements, so that they cannot run as one? */
 static bool is_separated(const struct scheduler *x, int group, int other) {
+    bool *seen = x->is_seen;
     const int *group_of = x->function->group_of;
     for (int member = 1; member < x->g->loop_count; member++) {
         if (!x->is_used[member] || group_of[member] != group)
@@ -162,7 +164,7 @@ static bool is_separated(const struct scheduler *x, int group, int other) {
             const bool end = has(set_of(x, x->needs_end, (uint32_t)member), loop);
             if (!x->is_used[loop] || (!end && !has(set_of(x, x->needs_element, (uint32_t)member), loop)))
                 continue;
-            bool *seen = memory_get(x->plan->memory, (size_t)x->g->loop_count + 1);
+            memset(seen, 0, (size_t)x->g->loop_count);
             seen[group] = true;
             if (group_of[loop] == other
                     ? end
@@ -356,8 +358,8 @@ static void keep(struct scheduler *x, expression e, int loop) {
 static int *find_places(const struct scheduler *x) {
     const struct graph *g = x->g;
     const struct function *function = x->function;
-    int *place = memory_get(x->plan->memory, g->count * sizeof *place);
-    int *end_of_group = memory_get(x->plan->memory, ((size_t)g->loop_count + 1) * sizeof *end_of_group);
+    int *place = memory_scratch(x->plan->memory, g->count * sizeof *place);
+    int *end_of_group = memory_scratch(x->plan->memory, ((size_t)g->loop_count + 1) * sizeof *end_of_group);
     for (int b = 0, at = 0; b < function->block_count; at = function->blocks[b++].end) {
         const struct code_block *block = &function->blocks[b];
         end_of_group[block->group] = block->end + b + 1;
@@ -417,13 +419,14 @@ void schedule(struct plan *plan, struct function *function) {
     struct scheduler x = {.plan = plan, .function = function, .g = g, .words = g->loop_count / 64 + 1};
     const size_t words = (size_t)x.words * sizeof(word);
     find_angles(plan, function);
-    x.behind = memory_get(plan->memory, nodes * words);
-    x.needs_end = memory_get(plan->memory, loops * words);
-    x.needs_element = memory_get(plan->memory, loops * words);
-    x.is_used = memory_get(plan->memory, loops);
-    x.is_directed = memory_get(plan->memory, loops);
-    x.is_done = memory_get(plan->memory, loops);
-    x.is_placed = memory_get(plan->memory, nodes);
+    x.behind = memory_scratch(plan->memory, nodes * words);
+    x.needs_end = memory_scratch(plan->memory, loops * words);
+    x.needs_element = memory_scratch(plan->memory, loops * words);
+    x.is_used = memory_scratch(plan->memory, loops);
+    x.is_directed = memory_scratch(plan->memory, loops);
+    x.is_done = memory_scratch(plan->memory, loops);
+    x.is_seen = memory_scratch(plan->memory, loops);
+    x.is_placed = memory_scratch(plan->memory, nodes);
     function->group_of = memory_get(plan->memory, loops * sizeof *function->group_of);
     function->is_stored = memory_get(plan->memory, nodes);
     function->blocks = memory_get(plan->memory, (2 * loops + (size_t)plan->rolled->run_count + 3) *
