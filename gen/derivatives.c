@@ -290,8 +290,8 @@ static void fill_block(struct builder *b, const struct terms *terms, int first, 
     const int width = field == NOTHING ? 0 : b->f->fields[field].columns;
     for (int column = 0; column < width; column++)
         for (int i = 0; i < b->d->m; i++)
-            field_values(b->d->memory, b->f, field)[i * width + column] =
-                mul(g, number(g, factor), terms->slopes[block][column * terms->count + first + i]);
+            set_single(b->d->memory, b->f, field, i * width + column,
+                       mul(g, number(g, factor), terms->slopes[block][column * terms->count + first + i]));
 }
 
 /* factor * derivatives of rows by q or qd, m x n. */
@@ -572,9 +572,10 @@ static struct row_arrays add_row_arrays(struct builder *b) {
         spread(d, b->f, a.responses, i, m, d->solution->responses[i]);
     a.inverse = add_matrix(d, b->f, "inverse", m, m);
     for (int row = 0; row < m; row++) {
-        expression *unit = field_values(d->memory, b->f, a.inverse) + row * m;
+        expression *unit = new_values(d, m);
         unit[row] = one(d->g);
         solve_rows(d, d->solution->S, unit, memory_format(d->memory, "inverse_%d", row + 1));
+        set_singles(d->memory, b->f, a.inverse, row * m, unit, m);
     }
     return a;
 }
@@ -761,17 +762,17 @@ static void keep_run_results(struct function *f, const bool *is_emitted) {
     f->run_result_count = kept;
 }
 
-/* Entries of a field that are kept, moved together. */
-static int keep_entries(struct field *field, const bool *is_emitted) {
+static void keep_singles(struct field *field, const bool *is_emitted, int width) {
     int kept = 0;
-    for (int e = 0; e < field->count; e++) {
-        if (!is_emitted[e % field->columns])
+    for (int i = 0; i < field->single_count; i++) {
+        struct single single = field->singles[i];
+        const int row = single.entry / field->columns, column = single.entry % field->columns;
+        if (!is_emitted[column])
             continue;
-        if (field->values)
-            field->values[kept] = field->values[e];
-        kept++;
+        single.entry = row * width + columns_before(is_emitted, column);
+        field->singles[kept++] = single;
     }
-    return kept;
+    field->single_count = kept;
 }
 
 static void keep_columns(struct function *f, const bool *is_emitted) {
@@ -780,10 +781,12 @@ static void keep_columns(struct function *f, const bool *is_emitted) {
         struct field *field = &f->fields[i];
         field->offset = offset;
         if (field->by_parameter) {
-            const int kept = keep_entries(field, is_emitted);
-            *(i < f->field_count ? &f->out_count : &f->local_out_count) += kept - field->count;
-            field->columns = kept / (field->count / field->columns);
-            field->count = kept;
+            const int rows = field->count / field->columns,
+                      width = columns_before(is_emitted, field->columns);
+            keep_singles(field, is_emitted, width);
+            *(i < f->field_count ? &f->out_count : &f->local_out_count) += rows * width - field->count;
+            field->columns = width;
+            field->count = rows * width;
         }
         offset += field->count;
     }

@@ -276,7 +276,8 @@ static void emit_loop(struct writer *w, int index, int begin) {
     emit_carried_slots(w, block);
 }
 
-static void emit_result(struct writer *w, int f, int entry) {
+static void emit_result(struct writer *w, const struct write *write) {
+    const int f = write->field, entry = write->entry;
     const struct field *field = &w->function->fields[f];
     w->wrote_result |= !is_local(w, f);
     w->x->uses_carried |= is_local(w, f);
@@ -287,7 +288,7 @@ static void emit_result(struct writer *w, int f, int entry) {
                  entry % field->columns);
     else
         text_add(w->text, "[%d] = ", entry);
-    emit_value(w->x, w->text, single_value(field, entry));
+    emit_value(w->x, w->text, write->value);
     text_add(w->text, ";\n");
 }
 
@@ -295,14 +296,14 @@ static void emit_result(struct writer *w, int f, int entry) {
 static void emit_results(struct writer *w, int place) {
     const struct function *function = w->function;
     for (; w->written < function->write_count && function->writes[w->written].place <= place; w->written++)
-        emit_result(w, function->writes[w->written].field, function->writes[w->written].entry);
+        emit_result(w, &function->writes[w->written]);
 }
 
 static void emit_fills(struct writer *w) {
     for (int f = 0; f < count_fields(w->function); f++) {
         const struct field *field = &w->function->fields[f];
         const bool is_composed = w->function->part_count > 0; /* then no statement writes single zeros */
-        if (is_prepare(w) || (is_composed ? is_local(w, f) : !is_cleared(field)) ||
+        if (is_prepare(w) || (is_composed ? is_local(w, f) : !is_cleared(w->x->plan, w->function, f)) ||
             is_written_by_loops(w->function, f))
             continue;
         text_add(w->text, "    for (int i = 0; i < %d; i++)\n        ", field->count);

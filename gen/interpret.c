@@ -117,11 +117,19 @@ static double result_value(const struct state *state, expression e, int r) {
     return home ? state->by_element[e][r] : state->values[e];
 }
 
+/* And its mirror image. */
+static void write_entry(const struct field *field, int entry, double value, double *out) {
+    const int n = field->symmetric;
+    out[field->offset + entry] = value;
+    if (n)
+        out[field->offset + entry % n * n + entry / n] = value;
+}
+
 static void write_results(const struct state *state, const struct function *function, double *out) {
     for (int f = 0; f < count_fields(function); f++) {
         const struct field *field = &function->fields[f];
-        for (int i = 0; i < single_count(field); i++)
-            out[field->offset + i] = state->values[single_value(field, i)];
+        for (int i = 0; i < field->single_count; i++)
+            write_entry(field, field->singles[i].entry, state->values[field->singles[i].value], out);
     }
     for (int i = 0; i < function->run_result_count; i++) {
         const struct run_result *result = &function->run_results[i];

@@ -66,8 +66,10 @@ static void fill_matrix(struct derivation *d, struct function *f, int field,
         return;
     }
     const expression *entries = matrix->write_out(without_runs(d));
-    memcpy(field_values(d->memory, f, field), entries, (size_t)(d->n * d->n) * sizeof(expression));
     f->fields[field].symmetric = is_symmetric(entries, d->n) ? d->n : 0;
+    for (int i = 0; i < d->n * d->n; i++)
+        if (is_output_copied(&f->fields[field], i))
+            set_single(d->memory, f, field, i, entries[i]);
 }
 
 int add_mass_field(struct derivation *d, struct function *f) {

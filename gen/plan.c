@@ -54,25 +54,28 @@ int open_local(struct memory *memory, struct function *function, const char *nam
     return index;
 }
 
-expression *field_values(struct memory *memory, struct function *function, int field) {
+void set_single(struct memory *memory, struct function *function, int field, int entry, expression value) {
     struct field *of = &function->fields[field];
-    if (!of->values)
-        of->values = memory_get(memory, ((size_t)of->count + 1) * sizeof(expression));
-    return of->values;
+    if (!value)
+        return;
+    of->singles =
+        memory_room(memory, of->singles, of->single_count, &of->single_capacity, sizeof *of->singles);
+    of->singles[of->single_count++] = (struct single){entry, value};
+}
+
+void set_singles(struct memory *memory, struct function *function, int field, int first,
+                 const expression *values, int count) {
+    for (int i = 0; i < count; i++)
+        set_single(memory, function, field, first + i, values[i]);
 }
 
 void give(struct memory *memory, const struct tree *tree, struct function *f, int field, int first, int step,
           int frame, expression value) {
     const int run = tree->frames[frame].run;
-    if (!value)
+    if (run < 0)
+        set_single(memory, f, field, first, value);
+    if (run < 0 || !value)
         return;
-    expression *out = field_values(memory, f, field);
-    if (run < 0) {
-        out[first] = value;
-        return;
-    }
-    for (int e = 0; e < tree->runs[run].count; e++)
-        out[first + e * step] = GIVEN_IN_LOOP;
     f->run_results = memory_room(memory, f->run_results, f->run_result_count, &f->run_result_capacity,
                                  sizeof *f->run_results);
     f->run_results[f->run_result_count++] = (struct run_result){value, field, first, step, run, 0};
@@ -93,10 +96,16 @@ static bool is_moved(const struct plan *plan, const struct function *function, e
     return function != &plan->prepare && is_parameter_only(plan->g, e);
 }
 
-bool is_cleared(const struct field *field) {
-    int zeros = field->values ? 0 : field->count;
-    for (int i = 0; i < single_count(field); i++)
-        zeros += is_output_copied(field, i) && !field->values[i];
+/* Entries that are not mirrored ones. */
+static int copied_count(const struct field *field) {
+    return field->symmetric ? field->symmetric * (field->symmetric + 1) / 2 : field->count;
+}
+
+bool is_cleared(const struct plan *plan, const struct function *function, int field) {
+    int zeros = copied_count(&function->fields[field]) - function->fields[field].single_count;
+    for (int i = 0; i < function->run_result_count; i++)
+        if (function->run_results[i].field == field)
+            zeros -= plan->rolled->runs[function->run_results[i].run].count;
     return zeros > FEW_ZEROS;
 }
 
@@ -144,9 +153,8 @@ static void use_roots(const struct plan *plan, const struct function *function, 
     const struct graph *g = plan->g;
     bool *seen = memory_scratch(plan->memory, (size_t)g->slot_count + 1);
     for (int f = 0; f < count_fields(function); f++)
-        for (int i = 0; i < single_count(&function->fields[f]); i++)
-            if (is_output_copied(&function->fields[f], i))
-                uses[single_value(&function->fields[f], i)]++;
+        for (int i = 0; i < function->fields[f].single_count; i++)
+            uses[function->fields[f].singles[i].value]++;
     for (int i = 0; i < function->run_result_count; i++)
         uses[function->run_results[i].value]++;
     for (expression e = 0; e < g->count; e++) {
@@ -325,14 +333,14 @@ static void plan_prepare(struct plan *plan) {
             derived[count++] = e;
     prepare->quantity = "prepare";
     const int field = open_part(plan->memory, prepare, "derived", "", count, 0);
-    memcpy(field_values(plan->memory, prepare, field), derived, (size_t)count * sizeof *derived);
+    set_singles(plan->memory, prepare, field, 0, derived, count);
     plan_function(plan, prepare);
 }
 
 void mark_results(const struct function *function, bool *needed) {
     for (int f = 0; f < count_fields(function); f++)
-        for (int i = 0; i < single_count(&function->fields[f]); i++)
-            needed[single_value(&function->fields[f], i)] = true;
+        for (int i = 0; i < function->fields[f].single_count; i++)
+            needed[function->fields[f].singles[i].value] = true;
     for (int i = 0; i < function->run_result_count; i++)
         needed[function->run_results[i].value] = true;
 }

@@ -11,11 +11,18 @@
 #include "gen.h"
 #include "loops.h"
 
+/* An entry that straight code gives, other than zero. */
+struct single {
+    int entry;
+    expression value;
+};
+
 /* A named part of a function's result: entries [offset, offset + count). */
 struct field {
     const char *name, *about; /* about: shape, meaning, unit */
-    expression *values; /* NULL: all are zero until loops or calls add to them; n x n of those are large */
     int offset, count;
+    struct single *singles; /* in no order; other entries are zero until loops or calls add to them */
+    int single_count, single_capacity;
     int columns;       /* of a matrix, 0: a vector */
     int symmetric;     /* > 0: a symmetric square of that size; only its lower half is computed */
     bool by_parameter; /* one column for each of the model's parameters: those not emitted are taken out */
@@ -27,9 +34,6 @@ struct run_result {
     int field, entry, stride, run;
     int block; /* planned: the loop that writes them */
 };
-
-/* Marks the values of a field that a run_result gives. */
-#define GIVEN_IN_LOOP UINT32_MAX
 
 /* Statements computed one after the other, once or in a loop over the elements of a run. */
 struct code_block {
@@ -43,6 +47,7 @@ struct code_block {
  * soon as it is known, which keeps few values waiting. */
 struct write {
     int field, entry, place;
+    expression value;
 };
 
 /* A value that a group of loops makes anew: see is_repeated. */
@@ -129,16 +134,10 @@ int open_part(struct memory *memory, struct function *function, const char *name
               int count, int columns);
 /* One more local array, behind all other fields: its number. */
 int open_local(struct memory *memory, struct function *function, const char *name, int count, int columns);
-/* The values of a field, to be filled in. */
-expression *field_values(struct memory *memory, struct function *function, int field);
-/* Of an entry that stands alone, else 0. */
-static inline expression single_value(const struct field *field, int entry) {
-    return !field->values || field->values[entry] == GIVEN_IN_LOOP ? 0 : field->values[entry];
-}
-/* Entries among which some may stand alone. */
-static inline int single_count(const struct field *field) {
-    return field->values ? field->count : 0;
-}
+/* Gives one entry of a field, or `count` of them from `first` on. */
+void set_single(struct memory *memory, struct function *function, int field, int entry, expression value);
+void set_singles(struct memory *memory, struct function *function, int field, int first,
+                 const expression *values, int count);
 
 /* The value of a frame with a joint, in entry `first` + step * e of a field, e the element in a run, 0 else.
  */
@@ -164,7 +163,7 @@ long trips_of(const struct plan *plan, expression e);
 void mark_statements(struct plan *plan, const struct function *function);
 bool is_output_copied(const struct field *field, int entry); /* false in the mirrored upper half */
 /* Are there so many zeros in a field that one loop writes all of it before the others are written? */
-bool is_cleared(const struct field *field);
+bool is_cleared(const struct plan *plan, const struct function *function, int field);
 /* Results and local arrays. */
 int count_fields(const struct function *function);
 /* Entries of all fields. */

@@ -395,19 +395,35 @@ static void add_write(struct scheduler *x, struct write write) {
     function->writes[function->write_count++] = write;
 }
 
-/* Zeros of a field that is cleared need no statement. */
+/* Of a field that is not cleared. */
+static void write_zeros(struct scheduler *x, int field, int place) {
+    const struct memory_mark mark = memory_mark(x->plan->memory);
+    const struct function *function = x->function;
+    const struct field *of = &function->fields[field];
+    bool *is_given = memory_scratch(x->plan->memory, (size_t)of->count + 1);
+    for (int i = 0; i < of->single_count; i++)
+        is_given[of->singles[i].entry] = true;
+    for (int i = 0; i < function->run_result_count; i++) {
+        const struct run_result *result = &function->run_results[i];
+        for (int e = 0; result->field == field && e < x->plan->rolled->runs[result->run].count; e++)
+            is_given[result->entry + e * result->stride] = true;
+    }
+    for (int i = 0; i < of->count; i++)
+        if (!is_given[i] && is_output_copied(of, i))
+            add_write(x, (struct write){field, i, place, 0});
+    memory_back(x->plan->memory, mark);
+}
+
 static void order_writes(struct scheduler *x) {
     struct function *function = x->function;
     const int *place = find_places(x);
     for (int f = 0; f < count_fields(function); f++) {
         const struct field *field = &function->fields[f];
-        const bool cleared = is_cleared(field);
-        const int count = cleared ? single_count(field) : field->count;
-        for (int i = 0; i < count; i++) {
-            const expression e = field->values ? field->values[i] : 0;
-            if (e != GIVEN_IN_LOOP && (e || !cleared) && is_output_copied(field, i))
-                add_write(x, (struct write){f, i, place[e]});
-        }
+        for (int i = 0; i < field->single_count; i++)
+            add_write(x, (struct write){f, field->singles[i].entry, place[field->singles[i].value],
+                                        field->singles[i].value});
+        if (!is_cleared(x->plan, function, f))
+            write_zeros(x, f, place[0]);
     }
     if (function->write_count)
         qsort(function->writes, (size_t)function->write_count, sizeof *function->writes, compare_writes);
