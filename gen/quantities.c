@@ -646,7 +646,7 @@ static const struct function *provide(struct derivation *d, const char *name) {
 }
 
 void list_functions(struct plan *plan, const char *emit) {
-    struct derivation *d = choose_axes(plan);
+    struct derivation *d = choose_tree(plan);
     const char *last_reason = NULL;
     d->emit = emit;
     d->has_vectors = emit && is_in_list(emit, implicit) && is_corrected(d) && vectors_pay(d);

@@ -21,7 +21,7 @@ struct solution {
     struct acceleration *frames; /* of qdd_free, by the recursion */
 };
 
-enum { MOST_WRITTEN_OUT = 40 }; /* coordinates: beyond, written-out matrices are not even weighed */
+enum { MOST_WRITTEN_OUT = 40 }; /* coordinates: beyond, written-out matrices and runs are not even weighed */
 
 /* How a matrix is computed. */
 enum matrix_form { FORM_OPEN, FORM_LOOPS, FORM_WRITTEN };
@@ -51,8 +51,9 @@ struct derivation {
 
 /* terms.c */
 struct derivation *start_derivation(struct plan *plan, const struct tree *tree);
-/* From the rolled tree, its axes turned or kept (parallel.h): what is cheaper. */
-struct derivation *choose_axes(struct plan *plan);
+/* From the rolled tree or, where it is short, one without runs, its axes turned or kept (parallel.h): what is
+ * cheaper. */
+struct derivation *choose_tree(struct plan *plan);
 /* The same with every frame alone; d itself when it has no runs. */
 struct derivation *without_runs(struct derivation *d);
 expression *new_values(const struct derivation *d, int count);
