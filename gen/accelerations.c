@@ -246,12 +246,10 @@ const expression *shifted_solution(struct derivation *d) {
  */
 enum { DIVISION_WEIGHT = 4 };
 
-long weigh(const struct derivation *d, const expression *values, int count) {
+/* Of what the marked nodes are made of. */
+static long weigh_marked(const struct derivation *d, bool *needed) {
     const struct graph *g = d->g;
-    bool *needed = memory_get(d->memory, g->count * sizeof *needed);
     long operations = 0;
-    for (int i = 0; i < count; i++)
-        needed[values[i]] = true;
     mark_operands(g, needed, g->count);
     for (expression e = 0; e < g->count; e++) {
         const enum cost cost = operation_cost(g->nodes[e].operation);
@@ -259,6 +257,25 @@ long weigh(const struct derivation *d, const expression *values, int count) {
             operations += trips_of(d->plan, e) *
                           (cost == COST_DIV ? DIVISION_WEIGHT : cost == COST_ADD || cost == COST_MUL);
     }
+    return operations;
+}
+
+long weigh(const struct derivation *d, const expression *values, int count) {
+    const struct memory_mark mark = memory_mark(d->memory);
+    bool *needed = memory_scratch(d->memory, d->g->count * sizeof *needed);
+    for (int i = 0; i < count; i++)
+        needed[values[i]] = true;
+    const long operations = weigh_marked(d, needed);
+    memory_back(d->memory, mark);
+    return operations;
+}
+
+long weigh_results(const struct derivation *d, const struct function *function) {
+    const struct memory_mark mark = memory_mark(d->memory);
+    bool *needed = memory_scratch(d->memory, d->g->count * sizeof *needed);
+    mark_results(function, needed);
+    const long operations = weigh_marked(d, needed);
+    memory_back(d->memory, mark);
     return operations;
 }
 

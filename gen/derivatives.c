@@ -149,10 +149,6 @@ static void add_inertia_pairs(struct builder *b, const struct turned_pulls *turn
 
 /* ---- The tangent ---- */
 
-static expression *field_values(const struct function *f, int field) {
-    return f->out + f->fields[field].offset;
-}
-
 /* All loops and straight-line entries of one set of derivatives by q and qd. */
 static void add_derivatives(struct builder *b, const struct targets *targets) {
     const struct turned_pulls turned = derive_turned_pulls(b, targets->sign);
@@ -247,16 +243,8 @@ static void mark_block(struct function *f, int field, enum block block) {
     f->fields[field].by_parameter = block == BY_P;
 }
 
-static int add_result(struct derivation *d, struct function *f, const char *name, const char *about,
-                      int count, int columns) {
-    add_field(d, f, name, about, count, columns);
-    return f->field_count - 1;
-}
-
 static int add_matrix(struct derivation *d, struct function *f, const char *name, int rows, int columns) {
-    int field;
-    add_local(d->memory, f, name, rows * columns, columns, &field);
-    return field;
+    return add_local(d->memory, f, name, rows * columns, columns);
 }
 
 /* Results "q", "qd" ... of `rows` rows each. */
@@ -270,7 +258,7 @@ static void add_block_results(struct derivation *d, struct function *f, const ch
         const char *name = memory_format(d->memory, "%s%s", before, blocks[k].name);
         const char *about = memory_format(d->memory, "(%s %s) %s %s", rows == d->n ? "n" : "m", sizes[k],
                                           what, blocks[k].about);
-        fields[k] = add_result(d, f, name, about, rows * widths[k], widths[k]);
+        fields[k] = add_field(d, f, name, about, rows * widths[k], widths[k]);
         mark_block(f, fields[k], k);
     }
 }
@@ -302,8 +290,8 @@ static void fill_block(struct builder *b, const struct terms *terms, int first, 
     const int width = field == NOTHING ? 0 : b->f->fields[field].columns;
     for (int column = 0; column < width; column++)
         for (int i = 0; i < b->d->m; i++)
-            field_values(b->f, field)[i * width + column] =
-                mul(g, number(g, factor), terms->slopes[block][column * terms->count + first + i]);
+            set_single(b->d->memory, b->f, field, i * width + column,
+                       mul(g, number(g, factor), terms->slopes[block][column * terms->count + first + i]));
 }
 
 /* factor * derivatives of rows by q or qd, m x n. */
@@ -438,14 +426,14 @@ static void add_held_results(struct builder *b) {
     const expression *balances = row_balances(&d->kinematics);
     differentiate_terms(d, &terms, (const int[BLOCK_COUNT]){[BY_T] = 1});
     const int f_t =
-        add_result(d, b->f, "f_t", "(n) d(M qdd - h - Q - u^T lambda)/dt at held qdd, lambda", n, 1);
+        add_field(d, b->f, "f_t", "(n) d(M qdd - h - Q - u^T lambda)/dt at held qdd, lambda", n, 1);
     spread_block(b, &terms, parts.motion, BY_T, f_t);
     if (!m)
         return;
-    const int g_t = add_result(d, b->f, "g_t", "(m) d(u qdd - k)/dt at held qdd", m, 1);
-    const int G_q = add_result(d, b->f, "G_q", "(m x n) the same by q", m * n, n);
-    const int G_qd = add_result(d, b->f, "G_qd", "(m x n) the same by qd", m * n, n);
-    const int u = add_result(d, b->f, "u", "(m x n) row coefficients", m * n, n);
+    const int g_t = add_field(d, b->f, "g_t", "(m) d(u qdd - k)/dt at held qdd", m, 1);
+    const int G_q = add_field(d, b->f, "G_q", "(m x n) the same by q", m * n, n);
+    const int G_qd = add_field(d, b->f, "G_qd", "(m x n) the same by qd", m * n, n);
+    const int u = add_field(d, b->f, "u", "(m x n) row coefficients", m * n, n);
     fill_block(b, &terms, parts.rows, BY_T, 1, g_t);
     spread_row_slopes(b, balances, 0, 1, G_q);
     spread_row_slopes(b, balances, 1, 1, G_qd);
@@ -457,9 +445,9 @@ void build_tangent(struct derivation *d, struct function *f) {
     struct builder b = start_held(d, f);
     add_held_results(&b);
     const int K =
-        add_result(d, f, "K", "(n x n) d(M qdd - h - Q - u^T lambda)/dq at held qdd, lambda", n * n, n);
-    const int D = add_result(d, f, "D", "(n x n) the same by qd", n * n, n);
-    const int M = add_result(d, f, "M", "(n x n) mass matrix", n * n, n);
+        add_field(d, f, "K", "(n x n) d(M qdd - h - Q - u^T lambda)/dq at held qdd, lambda", n * n, n);
+    const int D = add_field(d, f, "D", "(n x n) the same by qd", n * n, n);
+    const int M = add_field(d, f, "M", "(n x n) mass matrix", n * n, n);
     add_derivatives(&b, &(struct targets){K, D, M, true, -1});
     drop_unread(d->memory, f);
 }
@@ -511,8 +499,8 @@ void build_tangent_vectors(struct derivation *d, struct function *f) {
     const int n = d->n;
     struct builder b = start_held(d, f);
     add_held_results(&b);
-    const int stiffness = add_result(d, f, "stiffness", "(n) diagonal of K beside the vectors", n, 0);
-    const int damping = add_result(d, f, "damping", "(n) diagonal of D beside the vectors", n, 0);
+    const int stiffness = add_field(d, f, "stiffness", "(n) diagonal of K beside the vectors", n, 0);
+    const int damping = add_field(d, f, "damping", "(n) diagonal of D beside the vectors", n, 0);
     give_own_slopes(&b, -1, stiffness, damping);
     b.shifts = derive_ground_shifts(&d->kinematics);
     b.arrays = open_results(d->plan, &d->kinematics, f);
@@ -523,8 +511,8 @@ void build_tangent_vectors(struct derivation *d, struct function *f) {
 void build_diagonals(struct derivation *d, struct function *f) {
     struct builder b = open_builder(d, f, false);
     b.held = hold(&d->kinematics, new_values(d, d->frames), NULL);
-    const int stiffness = add_result(d, f, "stiffness", "(n) -dQ_i/dq_i", d->n, 0);
-    const int damping = add_result(d, f, "damping", "(n) -dQ_i/dqd_i", d->n, 0);
+    const int stiffness = add_field(d, f, "stiffness", "(n) -dQ_i/dq_i", d->n, 0);
+    const int damping = add_field(d, f, "damping", "(n) -dQ_i/dqd_i", d->n, 0);
     give_own_slopes(&b, -1, stiffness, damping);
 }
 
@@ -584,9 +572,10 @@ static struct row_arrays add_row_arrays(struct builder *b) {
         spread(d, b->f, a.responses, i, m, d->solution->responses[i]);
     a.inverse = add_matrix(d, b->f, "inverse", m, m);
     for (int row = 0; row < m; row++) {
-        expression *unit = field_values(b->f, a.inverse) + row * m;
+        expression *unit = new_values(d, m);
         unit[row] = one(d->g);
         solve_rows(d, d->solution->S, unit, memory_format(d->memory, "inverse_%d", row + 1));
+        set_singles(d->memory, b->f, a.inverse, row * m, unit, m);
     }
     return a;
 }
@@ -773,19 +762,33 @@ static void keep_run_results(struct function *f, const bool *is_emitted) {
     f->run_result_count = kept;
 }
 
-static void keep_columns(struct function *f, const bool *is_emitted) {
+static void keep_singles(struct field *field, const bool *is_emitted, int width) {
     int kept = 0;
-    struct field *field = f->fields;
-    for (int i = 0; i < f->field_count + f->local_count; i++, field++) {
-        const int begin = kept, columns = field->columns;
-        for (int e = 0; e < field->count; e++)
-            if (!field->by_parameter || is_emitted[e % columns])
-                f->out[kept++] = f->out[field->offset + e];
-        *(i < f->field_count ? &f->out_count : &f->local_out_count) += kept - begin - field->count;
-        if (field->by_parameter)
-            field->columns = (kept - begin) / (field->count / columns);
-        field->offset = begin;
-        field->count = kept - begin;
+    for (int i = 0; i < field->single_count; i++) {
+        struct single single = field->singles[i];
+        const int row = single.entry / field->columns, column = single.entry % field->columns;
+        if (!is_emitted[column])
+            continue;
+        single.entry = row * width + columns_before(is_emitted, column);
+        field->singles[kept++] = single;
+    }
+    field->single_count = kept;
+}
+
+static void keep_columns(struct function *f, const bool *is_emitted) {
+    int offset = 0;
+    for (int i = 0; i < count_fields(f); i++) {
+        struct field *field = &f->fields[i];
+        field->offset = offset;
+        if (field->by_parameter) {
+            const int rows = field->count / field->columns,
+                      width = columns_before(is_emitted, field->columns);
+            keep_singles(field, is_emitted, width);
+            *(i < f->field_count ? &f->out_count : &f->local_out_count) += rows * width - field->count;
+            field->columns = width;
+            field->count = rows * width;
+        }
+        offset += field->count;
     }
 }
 

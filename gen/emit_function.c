@@ -125,11 +125,6 @@ static void emit_statement(struct writer *w, expression e) {
     text_add(w->text, ";\n");
 }
 
-/* Fields of the result and local arrays. */
-static int count_fields(const struct writer *w) {
-    return w->function->field_count + w->function->local_count;
-}
-
 static bool is_local(const struct writer *w, int f) {
     return f >= w->function->field_count;
 }
@@ -281,7 +276,8 @@ static void emit_loop(struct writer *w, int index, int begin) {
     emit_carried_slots(w, block);
 }
 
-static void emit_result(struct writer *w, int f, int entry) {
+static void emit_result(struct writer *w, const struct write *write) {
+    const int f = write->field, entry = write->entry;
     const struct field *field = &w->function->fields[f];
     w->wrote_result |= !is_local(w, f);
     w->x->uses_carried |= is_local(w, f);
@@ -292,7 +288,7 @@ static void emit_result(struct writer *w, int f, int entry) {
                  entry % field->columns);
     else
         text_add(w->text, "[%d] = ", entry);
-    emit_value(w->x, w->text, w->function->out[field->offset + entry]);
+    emit_value(w->x, w->text, write->value);
     text_add(w->text, ";\n");
 }
 
@@ -300,14 +296,14 @@ static void emit_result(struct writer *w, int f, int entry) {
 static void emit_results(struct writer *w, int place) {
     const struct function *function = w->function;
     for (; w->written < function->write_count && function->writes[w->written].place <= place; w->written++)
-        emit_result(w, function->writes[w->written].field, function->writes[w->written].entry);
+        emit_result(w, &function->writes[w->written]);
 }
 
 static void emit_fills(struct writer *w) {
-    for (int f = 0; f < count_fields(w); f++) {
+    for (int f = 0; f < count_fields(w->function); f++) {
         const struct field *field = &w->function->fields[f];
         const bool is_composed = w->function->part_count > 0; /* then no statement writes single zeros */
-        if (is_prepare(w) || (is_composed ? is_local(w, f) : !is_cleared(w->function, field)) ||
+        if (is_prepare(w) || (is_composed ? is_local(w, f) : !is_cleared(w->x->plan, w->function, f)) ||
             is_written_by_loops(w->function, f))
             continue;
         text_add(w->text, "    for (int i = 0; i < %d; i++)\n        ", field->count);
@@ -398,7 +394,7 @@ static void number_statements(struct writer *w) {
 }
 
 static void emit_locals(struct writer *w) {
-    for (int f = w->function->field_count; f < count_fields(w); f++)
+    for (int f = w->function->field_count; f < count_fields(w->function); f++)
         text_add(w->text, "    double %s[%d];\n", w->function->fields[f].name, w->function->fields[f].count);
 }
 

@@ -83,7 +83,7 @@ static void emit_parameter_struct(struct emission *x, struct text *text) {
     if (plan->prepare.out_count) {
         text_add(text, "    struct {\n");
         for (int i = 0; i < plan->prepare.out_count; i++)
-            text_add(text, "        double %s;\n", x->value_names[plan->prepare.out[i]]);
+            text_add(text, "        double %s;\n", x->value_names[plan->prepare.fields->singles[i].value]);
         text_add(text, "    } derived; /* what depends on parameters alone, set by %s_prepare */\n", x->name);
     }
     text_add(text, "};\n\n");

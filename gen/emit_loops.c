@@ -73,15 +73,25 @@ static void put_tables(const struct printer *p, const struct pairs *pairs) {
         put_flags(p, "moves_on", pairs->moves_on, pairs->n);
 }
 
+/* Does a field have entries of its own, other than 0, `step`, 2 `step` ...? step 0: any. */
+static bool has_entries(const struct function *function, int field, int step) {
+    const struct field *of = &function->fields[field];
+    for (int i = 0; i < of->single_count; i++)
+        if (!step || of->singles[i].entry % step)
+            return true;
+    for (int i = 0; i < function->run_result_count; i++) {
+        const struct run_result *result = &function->run_results[i];
+        if (result->field == field && (!step || result->entry % step || result->stride % step))
+            return true;
+    }
+    return false;
+}
+
 /* Nothing but this product writes its field, and its entries stand in rows: dots go to their places at once.
  */
 static bool is_direct(const struct function *function, const struct pairs *pairs,
                       const struct pair_product *product) {
-    const struct field *field = &function->fields[product->field];
-    for (int i = 0; i < field->count; i++)
-        if (function->out[field->offset + i])
-            return false;
-    return product->is_mirrored && is_in_order(pairs);
+    return product->is_mirrored && is_in_order(pairs) && !has_entries(function, product->field, 0);
 }
 
 bool is_written_by_loops(const struct function *function, int field) {
@@ -111,11 +121,9 @@ static bool fills_rows(const struct printer *p, const struct pairs *pairs) {
     bool is_mass_alone = true;
     for (int k = 0; k < pairs->product_count; k++) {
         const struct pair_product *product = &pairs->products[k];
-        const expression *out = p->function->out + p->function->fields[product->field].offset;
         is_mass_alone = is_mass_alone && product->is_mirrored;
-        for (int i = 0; i < pairs->n * pairs->n; i++)
-            if (out[i] && (product->is_mirrored || i % (pairs->n + 1)))
-                return false;
+        if (has_entries(p->function, product->field, product->is_mirrored ? 0 : pairs->n + 1))
+            return false;
     }
     return !is_mass_alone;
 }

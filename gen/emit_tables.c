@@ -147,7 +147,7 @@ static int *anchored_indices(struct emission *x) {
 /* Place in p of a value of parameters alone, -1: no emitted function reads it. */
 static int place_in_parameters(const struct plan *plan, expression e) {
     for (int i = 0; i < plan->prepare.out_count; i++)
-        if (plan->prepare.out[i] == e)
+        if (plan->prepare.fields->singles[i].value == e)
             return plan->parameter_count + i;
     return -1;
 }

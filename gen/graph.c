@@ -108,24 +108,13 @@ static expression intern(struct graph *g, struct node node) {
     return g->count++;
 }
 
-static uint32_t store_number(struct graph *g, double value) {
-    if (g->number_count == g->number_capacity) {
-        uint32_t capacity = g->number_capacity ? 2 * g->number_capacity : 64;
-        g->numbers = memory_grow(g->memory, g->numbers, g->number_count * sizeof *g->numbers,
-                                 capacity * sizeof *g->numbers);
-        g->number_capacity = capacity;
-    }
-    g->numbers[g->number_count] = value;
-    return g->number_count++;
-}
-
 void graph_start(struct graph *g, struct memory *memory) {
     memset(g, 0, sizeof *g);
     g->memory = memory;
     grow_table(g);
     grow_nodes(g);
     /* The number 0 is handle 0; it stands in no slot of the table, where 0 means empty. */
-    g->nodes[g->count++] = (struct node){.operation = OP_NUMBER, .operand = {store_number(g, 0)}};
+    g->nodes[g->count++] = (struct node){.operation = OP_NUMBER};
     number(g, 1);
 }
 
@@ -137,7 +126,6 @@ struct graph graph_copy(const struct graph *g) {
         memory_grow(g->memory, g->table, g->table_size * sizeof *g->table, g->table_size * sizeof *g->table);
     /* Lists without room move before they grow. */
     copy.capacity = g->count;
-    copy.number_capacity = g->number_count;
     copy.symbol_capacity = g->symbol_count;
     copy.remark_capacity = g->remark_count;
     copy.spline_capacity = g->spline_count;
@@ -149,12 +137,9 @@ struct graph graph_copy(const struct graph *g) {
 expression number(struct graph *g, double value) {
     if (value == 0)
         return 0; /* -0.0 too: the sign of a zero is not kept */
-    uint32_t i = 1;
-    while (i < g->number_count && memcmp(&g->numbers[i], &value, sizeof value))
-        i++;
-    if (i == g->number_count)
-        i = store_number(g, value);
-    return intern(g, (struct node){.operation = OP_NUMBER, .operand = {i}});
+    struct node node = {.operation = OP_NUMBER};
+    memcpy(node.operand, &value, sizeof value);
+    return intern(g, node);
 }
 
 static uint8_t symbol_depends(const struct symbol *s) {
@@ -207,7 +192,7 @@ bool is_number(const struct graph *g, expression e, double *value) {
     if (g->nodes[e].operation != OP_NUMBER)
         return false;
     if (value)
-        *value = g->numbers[g->nodes[e].operand[0]];
+        memcpy(value, g->nodes[e].operand, sizeof *value);
     return true;
 }
 

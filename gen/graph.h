@@ -68,7 +68,7 @@ struct node {
     uint8_t operation;
     uint8_t depends;
     uint16_t loop;         /* that computes it, once an element; 0: computed once */
-    expression operand[3]; /* OP_NUMBER and OP_SYMBOL: operand[0] is an index into numbers or symbols */
+    expression operand[3]; /* OP_NUMBER: the bits of its value; OP_SYMBOL: an index into symbols, 0, 0 */
 };
 
 /*
@@ -104,8 +104,6 @@ struct graph {
     uint32_t remark_count, remark_capacity;
     struct node *nodes;
     uint32_t count, capacity;
-    double *numbers;
-    uint32_t number_count, number_capacity;
     struct symbol *symbols;
     uint32_t symbol_count, symbol_capacity;
     struct spline *splines;

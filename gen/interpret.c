@@ -117,10 +117,20 @@ static double result_value(const struct state *state, expression e, int r) {
     return home ? state->by_element[e][r] : state->values[e];
 }
 
+/* And its mirror image. */
+static void write_entry(const struct field *field, int entry, double value, double *out) {
+    const int n = field->symmetric;
+    out[field->offset + entry] = value;
+    if (n)
+        out[field->offset + entry % n * n + entry / n] = value;
+}
+
 static void write_results(const struct state *state, const struct function *function, double *out) {
-    for (int i = 0; i < value_count(function); i++)
-        if (function->out[i] != GIVEN_IN_LOOP)
-            out[i] = state->values[function->out[i]];
+    for (int f = 0; f < count_fields(function); f++) {
+        const struct field *field = &function->fields[f];
+        for (int i = 0; i < field->single_count; i++)
+            write_entry(field, field->singles[i].entry, state->values[field->singles[i].value], out);
+    }
     for (int i = 0; i < function->run_result_count; i++) {
         const struct run_result *result = &function->run_results[i];
         for (int r = 0; r < run_of(state->arguments.plan, result->run)->count; r++)

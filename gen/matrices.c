@@ -16,16 +16,9 @@ enum {
 /* Operations of loops and of the vectors that they read. */
 static long weigh_loops(const struct derivation *d, const struct function *f) {
     struct operation_count count = {.quantity = f->quantity};
-    expression *values = new_values(d, value_count(f) + f->run_result_count);
-    int kept = 0;
-    for (int i = 0; i < value_count(f); i++)
-        if (f->out[i] != GIVEN_IN_LOOP)
-            values[kept++] = f->out[i];
-    for (int i = 0; i < f->run_result_count; i++)
-        values[kept++] = f->run_results[i].value;
     for (int i = 0; i < f->loop_count; i++)
         count_loop(f, &f->loops[i], &count);
-    return weigh(d, values, kept) + (count.adds + count.muls) / LOOP_ADVANTAGE;
+    return weigh_results(d, f) + (count.adds + count.muls) / LOOP_ADVANTAGE;
 }
 
 /* A matrix, n x n, in both forms. */
@@ -73,13 +66,14 @@ static void fill_matrix(struct derivation *d, struct function *f, int field,
         return;
     }
     const expression *entries = matrix->write_out(without_runs(d));
-    memcpy(f->out + f->fields[field].offset, entries, (size_t)(d->n * d->n) * sizeof(expression));
     f->fields[field].symmetric = is_symmetric(entries, d->n) ? d->n : 0;
+    for (int i = 0; i < d->n * d->n; i++)
+        if (is_output_copied(&f->fields[field], i))
+            set_single(d->memory, f, field, i, entries[i]);
 }
 
 int add_mass_field(struct derivation *d, struct function *f) {
-    add_field(d, f, "M", "(n x n) mass matrix [kg, kg m, kg m^2]", d->n * d->n, d->n);
-    return f->field_count - 1;
+    return add_field(d, f, "M", "(n x n) mass matrix [kg, kg m, kg m^2]", d->n * d->n, d->n);
 }
 
 void fill_mass_field(struct derivation *d, struct function *f, int field) {

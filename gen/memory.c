@@ -23,32 +23,63 @@ static struct memory_block *new_block(struct memory *memory, size_t size) {
         memory->allowance--;
     if (!block)
         return NULL;
-    block->next = memory->blocks;
     block->used = 0;
     block->size = size;
-    memory->blocks = block;
     return block;
 }
 
-void *memory_try(struct memory *memory, size_t size) {
-    struct memory_block *block = memory->blocks;
+/* From the last block of a list, or from a new one. */
+static void *take(struct memory *memory, struct memory_block **list, size_t size) {
     size = (size + ALIGNMENT - 1) / ALIGNMENT * ALIGNMENT;
-    if (!block || block->size - block->used < size)
-        block = new_block(memory, size > BLOCK_SIZE ? size : BLOCK_SIZE);
-    if (!block)
-        return NULL;
-    char *data = (char *)block + header_size + block->used;
-    block->used += size;
+    if (!*list || (*list)->size - (*list)->used < size) {
+        struct memory_block *block = new_block(memory, size > BLOCK_SIZE ? size : BLOCK_SIZE);
+        if (!block)
+            return NULL;
+        block->next = *list;
+        *list = block;
+    }
+    char *data = (char *)*list + header_size + (*list)->used;
+    (*list)->used += size;
     return memset(data, 0, size);
 }
 
-void *memory_get(struct memory *memory, size_t size) {
-    void *data = memory_try(memory, size);
+static void *take_or_fail(struct memory *memory, struct memory_block **list, size_t size) {
+    void *data = take(memory, list, size);
     if (!data) {
         memory->fail(memory->context);
         abort(); /* fail does not return */
     }
     return data;
+}
+
+void *memory_try(struct memory *memory, size_t size) {
+    return take(memory, &memory->blocks, size);
+}
+
+void *memory_get(struct memory *memory, size_t size) {
+    return take_or_fail(memory, &memory->blocks, size);
+}
+
+void *memory_scratch(struct memory *memory, size_t size) {
+    return take_or_fail(memory, &memory->scratch, size);
+}
+
+struct memory_mark memory_mark(const struct memory *memory) {
+    return (struct memory_mark){memory->scratch, memory->scratch ? memory->scratch->used : 0};
+}
+
+static void free_last(struct memory_block **list) {
+    struct memory_block *next = (*list)->next;
+    free(*list);
+    *list = next;
+}
+
+/* The first block stays: most steps are small, and take nothing from malloc. */
+void memory_back(struct memory *memory, struct memory_mark mark) {
+    while (memory->scratch != mark.block && memory->scratch->next)
+        free_last(&memory->scratch);
+    if (memory->scratch)
+        memory->scratch->used = mark.block ? mark.used : 0;
 }
 
 void *memory_grow(struct memory *memory, const void *old, size_t old_size, size_t new_size) {
@@ -83,9 +114,8 @@ char *memory_format(struct memory *memory, const char *format, ...) {
 }
 
 void memory_release(struct memory *memory) {
-    while (memory->blocks) {
-        struct memory_block *next = memory->blocks->next;
-        free(memory->blocks);
-        memory->blocks = next;
-    }
+    while (memory->blocks)
+        free_last(&memory->blocks);
+    while (memory->scratch)
+        free_last(&memory->scratch);
 }

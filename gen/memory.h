@@ -1,9 +1,10 @@
 /*
  * Memory of the generator: one arena a run.
  *
- * Takes sizes, gives zeroed memory that lives until memory_release. A request that cannot be met calls
- * `fail`, which must not return (it jumps back to gen_* or, while Lua runs, raises a Lua error); no caller
- * checks for NULL. `allowance` counts allocations down and fails at zero, so that a test can fail each one.
+ * Takes sizes, gives zeroed memory that lives until memory_release, and scratch, a stack beside it.
+ * A request that cannot be met calls `fail`, which must not return (it jumps back to gen_* or, while Lua
+ * runs, raises a Lua error); no caller checks for NULL. `allowance` counts allocations down and fails at
+ * zero, so that a test can fail each one.
  */
 #ifndef REFDYN_GEN_MEMORY_H
 #define REFDYN_GEN_MEMORY_H
@@ -13,7 +14,7 @@
 struct memory_block;
 
 struct memory {
-    struct memory_block *blocks;
+    struct memory_block *blocks, *scratch;
     long allowance;              /* blocks that may still be taken from malloc; negative: no limit */
     void (*fail)(void *context); /* called when memory is short; does not return */
     void *context;
@@ -22,6 +23,14 @@ struct memory {
 void *memory_get(struct memory *memory, size_t size);
 /* The same, but NULL when memory is short: for Lua, which wants to be told. */
 void *memory_try(struct memory *memory, size_t size);
+/* Zeroed scratch: of one step, which gives back at its end what was taken since its mark. */
+void *memory_scratch(struct memory *memory, size_t size);
+struct memory_mark {
+    struct memory_block *block;
+    size_t used;
+};
+struct memory_mark memory_mark(const struct memory *memory);
+void memory_back(struct memory *memory, struct memory_mark mark);
 /* A larger copy of `old`; the old one stays until release. */
 void *memory_grow(struct memory *memory, const void *old, size_t old_size, size_t new_size);
 /* Room for one more entry behind the `count` of a list with entries of `size` bytes: the list, or a larger

@@ -61,34 +61,26 @@ struct pair_arrays open_results(struct plan *plan, const struct kinematics *k, s
 }
 
 static bool has_local(const struct function *function, const char *name) {
-    for (int f = function->field_count; f < function->field_count + function->local_count; f++)
+    for (int f = function->field_count; f < count_fields(function); f++)
         if (!strcmp(function->fields[f].name, name))
             return true;
     return false;
 }
 
-expression *add_local(struct memory *memory, struct function *function, const char *name, int count,
-                      int columns, int *field) {
+int add_local(struct memory *memory, struct function *function, const char *name, int count, int columns) {
     const char *unique = name;
     for (int copy = 2; has_local(function, unique); copy++)
         unique = memory_format(memory, "%s_%d", name, copy);
-    *field = function->field_count + function->local_count;
-    expression *values = open_field(
-        memory, function, (struct field){.name = unique, .about = "", .count = count, .columns = columns});
-    function->local_count++;
-    function->local_out_count += count;
-    return values;
+    return open_local(memory, function, unique, count, columns);
 }
 
 static int add_axis(struct pair_arrays *p, const char *name, const struct vector *by_frame, int axis) {
     const struct tree *tree = p->k->tree;
     const char *axis_name = memory_format(p->memory, "%s_%c", name, "xyz"[axis]);
     const int n = p->plan->tree->count;
-    int field = p->function->field_count;
-    if (p->is_result)
-        open_part(p->memory, p->function, axis_name, "(n) by coordinate, ground axes", n, 0);
-    else
-        add_local(p->memory, p->function, axis_name, n, 0, &field);
+    const int field =
+        p->is_result ? open_part(p->memory, p->function, axis_name, "(n) by coordinate, ground axes", n, 0)
+                     : add_local(p->memory, p->function, axis_name, n, 0);
     for (int i = 0; i < tree->count; i++)
         if (tree->frames[i].kind == FRAME_JOINT)
             give(p->memory, tree, p->function, field, p->position[tree->frames[i].coordinate],
@@ -267,7 +259,7 @@ static void renumber_run_results(struct function *function, const int *number) {
 }
 
 void drop_unread(struct memory *memory, struct function *function) {
-    const int fields = function->field_count + function->local_count;
+    const int fields = count_fields(function);
     bool *used = memory_get(memory, ((size_t)fields + 1) * sizeof *used);
     int *number = memory_get(memory, ((size_t)fields + 1) * sizeof *number), kept = function->field_count;
     for (int i = 0; i < function->loop_count; i++)
@@ -281,8 +273,6 @@ void drop_unread(struct memory *memory, struct function *function) {
         struct field *into = &function->fields[number[f]];
         *into = field;
         into->offset = function->out_count + function->local_out_count;
-        memmove(function->out + into->offset, function->out + field.offset,
-                (size_t)field.count * sizeof *function->out);
         function->local_out_count += field.count;
     }
     function->local_count = kept - function->field_count;

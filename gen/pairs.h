@@ -25,9 +25,8 @@ struct pair_arrays open_pairs(struct plan *plan, const struct kinematics *k, str
                               const struct vector *shifts);
 /* The same for arrays that are parts of the result. */
 struct pair_arrays open_results(struct plan *plan, const struct kinematics *k, struct function *function);
-/* A local array; its values, to be filled in before the next field, and its number in *field. */
-expression *add_local(struct memory *memory, struct function *function, const char *name, int count,
-                      int columns, int *field);
+/* One more local array, under a name of its own: its number. */
+int add_local(struct memory *memory, struct function *function, const char *name, int count, int columns);
 /* Three arrays NAME_x, NAME_y, NAME_z of a vector by frame; axes that are zero everywhere have none. */
 struct vector_arrays add_arrays(struct pair_arrays *p, const char *name, const struct vector *by_frame);
 /* The same for a moment that `move` adds to: its other arrays are there already. */

@@ -19,49 +19,63 @@ bool is_output_copied(const struct field *field, int entry) {
     return !field->symmetric || entry / field->symmetric >= entry % field->symmetric;
 }
 
+int count_fields(const struct function *function) {
+    return function->field_count + function->local_count;
+}
+
 int value_count(const struct function *function) {
     return function->out_count + function->local_out_count;
 }
 
-/* A few more than asked for: small arrays stand behind matrices, which are not copied for each of them. */
-static void make_room(struct memory *memory, struct function *function, int count) {
-    const size_t used = (size_t)value_count(function);
-    if (count <= function->out_capacity)
-        return;
-    function->out_capacity = count + count / 4;
-    function->out = memory_grow(memory, function->out, used * sizeof(expression),
-                                ((size_t)function->out_capacity + 1) * sizeof(expression));
-}
-
-expression *open_field(struct memory *memory, struct function *function, struct field field) {
-    const int index = function->field_count + function->local_count, count = value_count(function);
+/* The caller counts it among results or locals. */
+static int open_field(struct memory *memory, struct function *function, struct field field) {
+    const int index = count_fields(function);
     function->fields =
         memory_room(memory, function->fields, index, &function->field_capacity, sizeof *function->fields);
-    make_room(memory, function, count + field.count + 1); /* never nothing: callers copy into it */
-    field.offset = count;
+    field.offset = value_count(function);
     function->fields[index] = field;
-    return function->out + count;
+    return index;
 }
 
-expression *open_part(struct memory *memory, struct function *function, const char *name, const char *about,
-                      int count, int columns) {
-    expression *values =
-        open_field(memory, function, (struct field){name, about, 0, count, columns, 0, false});
+int open_part(struct memory *memory, struct function *function, const char *name, const char *about,
+              int count, int columns) {
+    const struct field field = {.name = name, .about = about, .count = count, .columns = columns};
+    const int index = open_field(memory, function, field);
     function->field_count++;
     function->out_count += count;
-    return values;
+    return index;
+}
+
+int open_local(struct memory *memory, struct function *function, const char *name, int count, int columns) {
+    const struct field field = {.name = name, .about = "", .count = count, .columns = columns};
+    const int index = open_field(memory, function, field);
+    function->local_count++;
+    function->local_out_count += count;
+    return index;
+}
+
+void set_single(struct memory *memory, struct function *function, int field, int entry, expression value) {
+    struct field *of = &function->fields[field];
+    if (!value)
+        return;
+    of->singles =
+        memory_room(memory, of->singles, of->single_count, &of->single_capacity, sizeof *of->singles);
+    of->singles[of->single_count++] = (struct single){entry, value};
+}
+
+void set_singles(struct memory *memory, struct function *function, int field, int first,
+                 const expression *values, int count) {
+    for (int i = 0; i < count; i++)
+        set_single(memory, function, field, first + i, values[i]);
 }
 
 void give(struct memory *memory, const struct tree *tree, struct function *f, int field, int first, int step,
           int frame, expression value) {
     const int run = tree->frames[frame].run;
-    expression *out = f->out + f->fields[field].offset;
     if (run < 0)
-        out[first] = value;
+        set_single(memory, f, field, first, value);
     if (run < 0 || !value)
         return;
-    for (int e = 0; e < tree->runs[run].count; e++)
-        out[first + e * step] = GIVEN_IN_LOOP;
     f->run_results = memory_room(memory, f->run_results, f->run_result_count, &f->run_result_capacity,
                                  sizeof *f->run_results);
     f->run_results[f->run_result_count++] = (struct run_result){value, field, first, step, run, 0};
@@ -82,23 +96,16 @@ static bool is_moved(const struct plan *plan, const struct function *function, e
     return function != &plan->prepare && is_parameter_only(plan->g, e);
 }
 
-int field_index(const struct function *function, int entry) {
-    int f = 0;
-    while (entry >= function->fields[f].offset + function->fields[f].count)
-        f++;
-    return f;
+/* Entries that are not mirrored ones. */
+static int copied_count(const struct field *field) {
+    return field->symmetric ? field->symmetric * (field->symmetric + 1) / 2 : field->count;
 }
 
-/* Is entry i of `out` a value that stands alone, and not one of a mirrored half? */
-static bool is_single_output(const struct function *function, int i) {
-    const struct field *field = &function->fields[field_index(function, i)];
-    return function->out[i] != GIVEN_IN_LOOP && is_output_copied(field, i - field->offset);
-}
-
-bool is_cleared(const struct function *function, const struct field *field) {
-    int zeros = 0;
-    for (int i = 0; i < field->count; i++)
-        zeros += is_output_copied(field, i) && !function->out[field->offset + i];
+bool is_cleared(const struct plan *plan, const struct function *function, int field) {
+    int zeros = copied_count(&function->fields[field]) - function->fields[field].single_count;
+    for (int i = 0; i < function->run_result_count; i++)
+        if (function->run_results[i].field == field)
+            zeros -= plan->rolled->runs[function->run_results[i].run].count;
     return zeros > FEW_ZEROS;
 }
 
@@ -132,11 +139,7 @@ static bool need_operands(const struct plan *plan, const struct function *functi
 static void mark_function(const struct plan *plan, struct function *function) {
     struct graph *g = plan->g;
     bool *needed = function->is_needed = memory_get(plan->memory, g->count * sizeof *needed);
-    for (int i = 0; i < value_count(function); i++)
-        if (is_single_output(function, i))
-            needed[function->out[i]] = true;
-    for (int i = 0; i < function->run_result_count; i++)
-        needed[function->run_results[i].value] = true;
+    mark_results(function, needed);
     for (bool again = true; again;) {
         again = false;
         for (expression e = g->count; e-- > 0;)
@@ -148,10 +151,10 @@ static void mark_function(const struct plan *plan, struct function *function) {
 /* Uses by results and by loops, which set slots. */
 static void use_roots(const struct plan *plan, const struct function *function, uint32_t *uses) {
     const struct graph *g = plan->g;
-    bool *seen = memory_get(plan->memory, (size_t)g->slot_count + 1);
-    for (int i = 0; i < value_count(function); i++)
-        if (is_single_output(function, i))
-            uses[function->out[i]]++;
+    bool *seen = memory_scratch(plan->memory, (size_t)g->slot_count + 1);
+    for (int f = 0; f < count_fields(function); f++)
+        for (int i = 0; i < function->fields[f].single_count; i++)
+            uses[function->fields[f].singles[i].value]++;
     for (int i = 0; i < function->run_result_count; i++)
         uses[function->run_results[i].value]++;
     for (expression e = 0; e < g->count; e++) {
@@ -166,7 +169,7 @@ static void use_roots(const struct plan *plan, const struct function *function, 
 
 static uint32_t *count_uses(const struct plan *plan, const struct function *function) {
     struct graph *g = plan->g;
-    uint32_t *uses = memory_get(plan->memory, g->count * sizeof *uses);
+    uint32_t *uses = memory_scratch(plan->memory, g->count * sizeof *uses);
     use_roots(plan, function, uses);
     for (expression e = g->count; e-- > 0;) {
         if (!function->is_needed[e] || is_moved(plan, function, e))
@@ -180,7 +183,7 @@ static uint32_t *count_uses(const struct plan *plan, const struct function *func
 /* Statements from uses: bottom up, with the length of what stays inside other expressions. */
 static void choose_statements(struct plan *plan, const struct function *function, const uint32_t *uses) {
     struct graph *g = plan->g;
-    uint8_t *length = memory_get(plan->memory, g->count * sizeof *length);
+    uint8_t *length = memory_scratch(plan->memory, g->count * sizeof *length);
     memset(plan->is_statement, 0, g->count * sizeof *plan->is_statement);
     for (expression e = 0; e < g->count; e++) {
         const struct node *node = &g->nodes[e];
@@ -287,6 +290,7 @@ static void cut_pieces(struct plan *plan, struct function *function) {
 }
 
 static void plan_function(struct plan *plan, struct function *function) {
+    const struct memory_mark mark = memory_mark(plan->memory);
     struct graph *g = plan->g;
     mark_function(plan, function);
     choose_statements(plan, function, count_uses(plan, function));
@@ -296,6 +300,7 @@ static void plan_function(struct plan *plan, struct function *function) {
             plan->is_derived[e] = true;
     schedule(plan, function);
     cut_pieces(plan, function);
+    memory_back(plan->memory, mark);
 }
 
 /* A composed function costs what it calls, each once. */
@@ -327,18 +332,15 @@ static void plan_prepare(struct plan *plan) {
         if (plan->is_derived[e])
             derived[count++] = e;
     prepare->quantity = "prepare";
-    expression *out =
-        open_field(plan->memory, prepare, (struct field){.name = "derived", .about = "", .count = count});
-    memcpy(out, derived, (size_t)count * sizeof *out);
-    prepare->field_count = 1;
-    prepare->out_count = count;
+    const int field = open_part(plan->memory, prepare, "derived", "", count, 0);
+    set_singles(plan->memory, prepare, field, 0, derived, count);
     plan_function(plan, prepare);
 }
 
 void mark_results(const struct function *function, bool *needed) {
-    for (int i = 0; i < value_count(function); i++)
-        if (function->out[i] != GIVEN_IN_LOOP)
-            needed[function->out[i]] = true;
+    for (int f = 0; f < count_fields(function); f++)
+        for (int i = 0; i < function->fields[f].single_count; i++)
+            needed[function->fields[f].singles[i].value] = true;
     for (int i = 0; i < function->run_result_count; i++)
         needed[function->run_results[i].value] = true;
 }

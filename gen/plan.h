@@ -11,10 +11,18 @@
 #include "gen.h"
 #include "loops.h"
 
+/* An entry that straight code gives, other than zero. */
+struct single {
+    int entry;
+    expression value;
+};
+
 /* A named part of a function's result: entries [offset, offset + count). */
 struct field {
     const char *name, *about; /* about: shape, meaning, unit */
     int offset, count;
+    struct single *singles; /* in no order; other entries are zero until loops or calls add to them */
+    int single_count, single_capacity;
     int columns;       /* of a matrix, 0: a vector */
     int symmetric;     /* > 0: a symmetric square of that size; only its lower half is computed */
     bool by_parameter; /* one column for each of the model's parameters: those not emitted are taken out */
@@ -26,9 +34,6 @@ struct run_result {
     int field, entry, stride, run;
     int block; /* planned: the loop that writes them */
 };
-
-/* Marks the entries of `out` that a run_result gives. */
-#define GIVEN_IN_LOOP UINT32_MAX
 
 /* Statements computed one after the other, once or in a loop over the elements of a run. */
 struct code_block {
@@ -42,6 +47,7 @@ struct code_block {
  * soon as it is known, which keeps few values waiting. */
 struct write {
     int field, entry, place;
+    expression value;
 };
 
 /* A value that a group of loops makes anew: see is_repeated. */
@@ -72,8 +78,7 @@ struct function {
     enum given given;
     struct field *fields; /* parts of the result, then local arrays, which loops read */
     int field_count, local_count, field_capacity;
-    expression *out; /* values of all fields; loops add to them */
-    int out_count, local_out_count, out_capacity;
+    int out_count, local_out_count; /* entries of all fields */
     struct part
         *parts; /* of a composed function, which computes nothing itself; parts of one function in a row */
     int part_count, part_capacity;
@@ -124,13 +129,15 @@ struct plan {
     int file_count;
 };
 
-/* One more field behind all others: its values, to be filled in. The caller counts it among results or
- * locals. */
-expression *open_field(struct memory *memory, struct function *function, struct field field);
-
-/* One more part of a function's result, before any local array. */
-expression *open_part(struct memory *memory, struct function *function, const char *name, const char *about,
-                      int count, int columns);
+/* One more part of a function's result, before any local array: its number. */
+int open_part(struct memory *memory, struct function *function, const char *name, const char *about,
+              int count, int columns);
+/* One more local array, behind all other fields: its number. */
+int open_local(struct memory *memory, struct function *function, const char *name, int count, int columns);
+/* Gives one entry of a field, or `count` of them from `first` on. */
+void set_single(struct memory *memory, struct function *function, int field, int entry, expression value);
+void set_singles(struct memory *memory, struct function *function, int field, int first,
+                 const expression *values, int count);
 
 /* The value of a frame with a joint, in entry `first` + step * e of a field, e the element in a run, 0 else.
  */
@@ -147,7 +154,8 @@ void find_angles(const struct plan *plan, struct function *function);
 bool is_in_pass(const struct plan *plan, const struct function *function, expression e);
 /* A value that every loop makes anew instead of reading it: of the pass, or one of two constants. */
 bool is_repeated(const struct plan *plan, const struct function *function, expression e);
-/* schedule.c: order of execution from is_statement and is_needed. */
+/* schedule.c: order of execution from is_statement and is_needed; takes scratch that the caller gives back.
+ */
 void schedule(struct plan *plan, struct function *function);
 /* How often a call computes a node. */
 long trips_of(const struct plan *plan, expression e);
@@ -155,11 +163,11 @@ long trips_of(const struct plan *plan, expression e);
 void mark_statements(struct plan *plan, const struct function *function);
 bool is_output_copied(const struct field *field, int entry); /* false in the mirrored upper half */
 /* Are there so many zeros in a field that one loop writes all of it before the others are written? */
-bool is_cleared(const struct function *function, const struct field *field);
+bool is_cleared(const struct plan *plan, const struct function *function, int field);
+/* Results and local arrays. */
+int count_fields(const struct function *function);
 /* Entries of all fields. */
 int value_count(const struct function *function);
-/* The field that holds an entry. */
-int field_index(const struct function *function, int entry);
 
 /* Marks a function's results, by handle. */
 void mark_results(const struct function *function, bool *needed);

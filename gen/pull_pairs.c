@@ -201,8 +201,7 @@ static const expression *values_of(const struct slope *slope, int order) {
 
 static int add_slope_array(struct builder *b, const struct slopes *slopes, const char *name, int order) {
     const int n = b->d->n;
-    int field;
-    add_local(b->d->memory, b->f, name, slopes->count * n, n, &field);
+    const int field = add_local(b->d->memory, b->f, name, slopes->count * n, n);
     for (int s = 0; s < slopes->count; s++)
         spread(b->d, b->f, field, s * n, 1, values_of(&slopes->list[s], order));
     return field;
@@ -290,10 +289,10 @@ int add_couplings(struct builder *b, double sign) {
     struct slopes slopes = slopes_of_points(b, &(struct targets){0, 0, NOTHING, true, sign});
     add_coupled_coordinates(b, &slopes);
     for (int order = -1; order < 2 && slopes.count; order++) {
-        const int field = b->f->field_count;
-        open_part(b->d->memory, b->f, names[order + 1],
-                  memory_format(b->d->memory, "(%d x n) %s", slopes.count, about[order + 1]),
-                  slopes.count * b->d->n, b->d->n);
+        const int field =
+            open_part(b->d->memory, b->f, names[order + 1],
+                      memory_format(b->d->memory, "(%d x n) %s", slopes.count, about[order + 1]),
+                      slopes.count * b->d->n, b->d->n);
         for (int s = 0; s < slopes.count; s++)
             spread(b->d, b->f, field, s * b->d->n, 1,
                    order < 0 ? values_of(&slopes.list[s], order)

@@ -12,10 +12,14 @@
 #include <stdio.h>
 #include <string.h>
 
+/* An entry of the last field. */
+static void set_last(struct derivation *d, struct function *f, int entry, expression value) {
+    set_single(d->memory, f, f->field_count - 1, entry, value);
+}
+
 static void fill_field(struct derivation *d, struct function *f, const char *name, const char *about,
                        const expression *values, int count) {
-    expression *out = add_field(d, f, name, about, count, 0);
-    memcpy(out, values, (size_t)count * sizeof *out);
+    set_singles(d->memory, f, add_field(d, f, name, about, count, 0), 0, values, count);
 }
 
 /* Into entries begin + coordinate of the last field. */
@@ -104,34 +108,32 @@ static void compose_sum(struct derivation *d, struct function *f, const char *qu
 static int compose_local(struct derivation *d, struct function *f, const char *quantity, const char *field) {
     struct part *part = add_part(d, f, quantity, field);
     const struct field *source = field_of(part);
-    add_local(d->memory, f, source->name, source->count, source->columns ? source->columns : 1,
-              &part->to_field);
-    return part->to_field;
+    return part->to_field =
+               add_local(d->memory, f, source->name, source->count, source->columns ? source->columns : 1);
 }
 
 static void build_v(struct derivation *d, struct function *f) {
-    expression *out = add_field(d, f, "v", "(m) rest of the rows", d->m, 0);
+    add_field(d, f, "v", "(m) rest of the rows", d->m, 0);
     for (int i = 0; i < d->m; i++)
-        out[i] = rows(d)[i].v;
+        set_last(d, f, i, rows(d)[i].v);
 }
 
 static void build_phi(struct derivation *d, struct function *f) {
-    expression *out = add_field(d, f, "phi", "(m) residuals of position rows, 0 for others", d->m, 0);
+    add_field(d, f, "phi", "(m) residuals of position rows, 0 for others", d->m, 0);
     for (int i = 0; i < d->m; i++)
-        out[i] = rows(d)[i].phi;
+        set_last(d, f, i, rows(d)[i].phi);
 }
 
 static void build_psi(struct derivation *d, struct function *f) {
-    expression *out =
-        add_field(d, f, "psi", "(m) velocity-level residuals, 0 for acceleration rows", d->m, 0);
+    add_field(d, f, "psi", "(m) velocity-level residuals, 0 for acceleration rows", d->m, 0);
     for (int i = 0; i < d->m; i++)
-        out[i] = rows(d)[i].psi;
+        set_last(d, f, i, rows(d)[i].psi);
 }
 
 static void build_k(struct derivation *d, struct function *f) {
-    expression *out = add_field(d, f, "k", "(m) stabilised right side, u qdd = k", d->m, 0);
+    add_field(d, f, "k", "(m) stabilised right side, u qdd = k", d->m, 0);
     for (int i = 0; i < d->m; i++)
-        out[i] = rows(d)[i].k;
+        set_last(d, f, i, rows(d)[i].k);
 }
 
 /* All about the rows: most of it they share. */
@@ -145,13 +147,13 @@ static void build_row_terms(struct derivation *d, struct function *f) {
 
 static void build_point_vectors(struct derivation *d, struct function *f, const char *name,
                                 const char *about) {
-    expression *out = add_field(d, f, name, about, 3 * d->points, 3);
+    add_field(d, f, name, about, 3 * d->points, 3);
     for (int p = 0; p < d->points; p++) {
         const struct point_motion *point = &d->kinematics.points[p];
         const struct vector *value = !strcmp(name, "r")    ? &point->r
                                      : !strcmp(name, "rd") ? &point->rd
                                                            : &point->d;
-        memcpy(out + 3 * p, value->at, sizeof value->at);
+        set_singles(d->memory, f, f->field_count - 1, 3 * p, value->at, 3);
     }
 }
 
@@ -193,10 +195,10 @@ static void build_terms(struct derivation *d, struct function *f) {
 
 static void build_energy(struct derivation *d, struct function *f) {
     struct graph *g = d->g;
-    expression *out = add_field(d, f, "energy", "(2) kinetic, potential [J]", 2, 0);
-    out[0] = derive_kinetic_energy(&d->kinematics);
+    add_field(d, f, "energy", "(2) kinetic, potential [J]", 2, 0);
+    set_last(d, f, 0, derive_kinetic_energy(&d->kinematics));
     const expression gravity = derive_gravity_energy(&d->kinematics, composites(d));
-    out[1] = add(g, gravity, derive_applied_energy(&d->kinematics));
+    set_last(d, f, 1, add(g, gravity, derive_applied_energy(&d->kinematics)));
 }
 
 static expression power_of_joint(void *context, int i) {
@@ -205,9 +207,9 @@ static expression power_of_joint(void *context, int i) {
 }
 
 static void build_power(struct derivation *d, struct function *f) {
-    expression *out = add_field(d, f, "power", "(1) of forces in Q without a potential [W]", 1, 0);
+    add_field(d, f, "power", "(1) of forces in Q without a potential [W]", 1, 0);
     applied(d);
-    out[0] = sum_over_joints(d->g, d->kinematics.tree, power_of_joint, d);
+    set_last(d, f, 0, sum_over_joints(d->g, d->kinematics.tree, power_of_joint, d));
 }
 
 static void build_Q_q(struct derivation *d, struct function *f) {
@@ -303,10 +305,10 @@ static void build_shifted(struct derivation *d, struct function *f) {
 }
 
 static void build_course(struct derivation *d, struct function *f) {
-    expression *out = add_field(d, f, "course", "values that the model records, by NAME_model.courses",
-                                d->model->course_count, 0);
+    add_field(d, f, "course", "values that the model records, by NAME_model.courses", d->model->course_count,
+              0);
     for (int i = 0; i < d->model->course_count; i++)
-        out[i] = with_points(&d->kinematics, d->model->courses[i].value);
+        set_last(d, f, i, with_points(&d->kinematics, d->model->courses[i].value));
 }
 
 static void build_breaks(struct derivation *d, struct function *f) {
@@ -337,10 +339,10 @@ static bool is_set_by_anchor(const struct derivation *d, int parameter) {
 
 static void build_anchor(struct derivation *d, struct function *f) {
     struct plan *plan = d->plan;
-    expression *out = add_field(d, f, "anchored", "values at the start of a motion, by NAME_model.anchored",
-                                plan->anchored_count, 0);
+    add_field(d, f, "anchored", "values at the start of a motion, by NAME_model.anchored",
+              plan->anchored_count, 0);
     for (int i = 0; i < plan->anchored_count; i++)
-        out[i] = with_points(&d->kinematics, d->model->parameters[plan->anchored[i]].anchor);
+        set_last(d, f, i, with_points(&d->kinematics, d->model->parameters[plan->anchored[i]].anchor));
 }
 
 static bool always(const struct derivation *d) {
@@ -650,7 +652,7 @@ static const struct function *provide(struct derivation *d, const char *name) {
 }
 
 void list_functions(struct plan *plan, const char *emit) {
-    struct derivation *d = choose_axes(plan);
+    struct derivation *d = choose_tree(plan);
     const char *last_reason = NULL;
     d->emit = emit;
     d->has_vectors = emit && is_in_list(emit, implicit) && is_corrected(d) && vectors_pay(d);

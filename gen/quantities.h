@@ -21,7 +21,7 @@ struct solution {
     struct acceleration *frames; /* of qdd_free, by the recursion */
 };
 
-enum { MOST_WRITTEN_OUT = 40 }; /* coordinates: beyond, written-out matrices are not even weighed */
+enum { MOST_WRITTEN_OUT = 40 }; /* coordinates: beyond, written-out matrices and runs are not even weighed */
 
 /* How a matrix is computed. */
 enum matrix_form { FORM_OPEN, FORM_LOOPS, FORM_WRITTEN };
@@ -51,8 +51,9 @@ struct derivation {
 
 /* terms.c */
 struct derivation *start_derivation(struct plan *plan, const struct tree *tree);
-/* From the rolled tree, its axes turned or kept (parallel.h): what is cheaper. */
-struct derivation *choose_axes(struct plan *plan);
+/* From the rolled tree or, where it is short, one without runs, its axes turned or kept (parallel.h): what is
+ * cheaper. */
+struct derivation *choose_tree(struct plan *plan);
 /* The same with every frame alone; d itself when it has no runs. */
 struct derivation *without_runs(struct derivation *d);
 expression *new_values(const struct derivation *d, int count);
@@ -84,6 +85,8 @@ void solve_rows(struct derivation *d, const expression *S, expression *rest, con
 /* Operations of a call that computes these values and nothing else; what depends on parameters alone is free.
  */
 long weigh(const struct derivation *d, const expression *values, int count);
+/* The same of all results and local arrays of a function, without its loops. */
+long weigh_results(const struct derivation *d, const struct function *function);
 /* One more choice for the summary and the header. */
 void say(struct derivation *d, const char *choice);
 
@@ -94,9 +97,9 @@ void fill_mass_field(struct derivation *d, struct function *f, int field);
 /* Values by frame into entries first + stride * coordinate of a field. */
 void spread(struct derivation *d, struct function *f, int field, int first, int stride,
             const expression *by_frame);
-/* One more part of a function's result. */
-expression *add_field(struct derivation *d, struct function *f, const char *name, const char *about,
-                      int count, int columns);
+/* One more part of a function's result: its number. */
+int add_field(struct derivation *d, struct function *f, const char *name, const char *about, int count,
+              int columns);
 
 /* mass_pairs.c: M into a field of f, n x n, as loops over pairs; drop_unread in the end. */
 void add_mass_pairs(struct derivation *d, struct function *f, int field);

@@ -55,13 +55,13 @@ void mark_operands(const struct graph *g, bool *needed, uint32_t limit) {
     mark_all(g, needed, limit, true);
 }
 
-/* marks[e] for all that the `count` roots need; the array has `limit` entries, limit the largest root + 1. */
+/* marks[e] for all that the `count` roots need, in scratch: `limit` entries, limit the largest root + 1. */
 static bool *mark_needed(struct graph *g, const expression *roots, int count, uint32_t *limit) {
     *limit = 0;
     for (int i = 0; i < count; i++)
         if (roots[i] >= *limit)
             *limit = roots[i] + 1;
-    bool *marks = memory_get(g->memory, (*limit + 1) * sizeof *marks);
+    bool *marks = memory_scratch(g->memory, (*limit + 1) * sizeof *marks);
     for (int i = 0; i < count; i++)
         marks[roots[i]] = true;
     mark_operands(g, marks, *limit);
@@ -78,24 +78,29 @@ static expression image_of(struct graph *g, expression e, const expression *imag
 
 void substitute(struct graph *g, leaf_rule *leaf, void *context, const expression *from, expression *to,
                 int count) {
+    const struct memory_mark mark = memory_mark(g->memory);
     uint32_t limit;
     bool *needed = mark_needed(g, from, count, &limit);
-    expression *image = memory_get(g->memory, (limit + 1) * sizeof *image);
+    expression *image = memory_scratch(g->memory, (limit + 1) * sizeof *image);
     for (expression e = 0; e < limit; e++)
         if (needed[e])
             image[e] = as_symbol(g, e) ? leaf(context, g, e) : image_of(g, e, image);
     for (int i = 0; i < count; i++)
         to[i] = image[from[i]];
+    memory_back(g->memory, mark);
 }
 
 expression replace(struct graph *g, expression in, expression node, expression by) {
+    const struct memory_mark mark = memory_mark(g->memory);
     uint32_t limit;
     bool *needed = mark_needed(g, &in, 1, &limit);
-    expression *image = memory_get(g->memory, (limit + 1) * sizeof *image);
+    expression *image = memory_scratch(g->memory, (limit + 1) * sizeof *image);
     for (expression e = 0; e < limit; e++)
         if (needed[e])
             image[e] = e == node ? by : as_symbol(g, e) ? e : image_of(g, e, image);
-    return image[in];
+    const expression result = image[in];
+    memory_back(g->memory, mark);
+    return result;
 }
 
 /* ---- Derivatives in several directions ---- */
@@ -226,11 +231,12 @@ static void differentiate_needed(struct sweep *x) {
 
 void differentiate_all(struct graph *g, const expression *from, expression *to, int count, leaf_rule *leaf,
                        void *const *contexts, int directions) {
+    const struct memory_mark mark = memory_mark(g->memory);
     struct sweep x = {g, leaf, contexts, directions, g->count, NULL, NULL, NULL};
     const size_t width = (size_t)directions;
-    x.needed = memory_get(g->memory, (x.limit + 1) * sizeof *x.needed);
-    x.rates = memory_get(g->memory, (x.limit + 1) * width * sizeof *x.rates);
-    x.slots = memory_get(g->memory, ((size_t)g->slot_count * width + 1) * sizeof *x.slots);
+    x.needed = memory_scratch(g->memory, (x.limit + 1) * sizeof *x.needed);
+    x.rates = memory_scratch(g->memory, (x.limit + 1) * width * sizeof *x.rates);
+    x.slots = memory_scratch(g->memory, ((size_t)g->slot_count * width + 1) * sizeof *x.slots);
     for (int s = 0; s < g->slot_count * directions; s++)
         x.slots[s] = -1;
     for (int i = 0; i < count; i++)
@@ -240,6 +246,7 @@ void differentiate_all(struct graph *g, const expression *from, expression *to, 
     for (int d = 0; d < directions; d++)
         for (int i = 0; i < count; i++)
             to[d * count + i] = rates_of(&x, from[i])[d];
+    memory_back(g->memory, mark);
 }
 
 expression differentiate(struct graph *g, expression e, leaf_rule *leaf, void *context) {
@@ -248,9 +255,10 @@ expression differentiate(struct graph *g, expression e, leaf_rule *leaf, void *c
 }
 
 void gradient(struct graph *g, expression root_of, const expression *by, expression *result, int count) {
+    const struct memory_mark mark = memory_mark(g->memory);
     uint32_t limit;
     bool *needed = mark_needed(g, &root_of, 1, &limit);
-    expression *weight = memory_get(g->memory, (limit + 1) * sizeof *weight);
+    expression *weight = memory_scratch(g->memory, (limit + 1) * sizeof *weight);
     weight[root_of] = 1;
     for (expression e = limit; e-- > 0;) {
         if (!needed[e] || !weight[e])
@@ -264,27 +272,36 @@ void gradient(struct graph *g, expression root_of, const expression *by, express
     }
     for (int i = 0; i < count; i++)
         result[i] = by[i] && by[i] < limit ? weight[by[i]] : 0; /* handle 0 is no symbol */
+    memory_back(g->memory, mark);
 }
 
 void visit_symbols(struct graph *g, expression e, void (*visit)(void *context, expression symbol),
                    void *context) {
+    const struct memory_mark mark = memory_mark(g->memory);
     uint32_t limit;
     bool *needed = mark_needed(g, &e, 1, &limit);
     for (expression i = 0; i < limit; i++)
         if (needed[i] && as_symbol(g, i))
             visit(context, i);
+    memory_back(g->memory, mark);
 }
 
 double evaluate(struct graph *g, expression e, double (*value_of)(void *context, const struct symbol *s),
                 void *context) {
+    double result;
+    if (is_number(g, e, &result))
+        return result;
+    const struct memory_mark mark = memory_mark(g->memory);
     uint32_t limit;
     bool *needed = mark_needed(g, &e, 1, &limit);
-    double *value = memory_get(g->memory, (limit + 1) * sizeof *value);
+    double *value = memory_scratch(g->memory, (limit + 1) * sizeof *value);
     for (expression i = 0; i < limit; i++) {
         if (!needed[i])
             continue;
         const struct symbol *leaf = as_symbol(g, i);
         value[i] = leaf ? value_of(context, leaf) : node_value(g, i, value);
     }
-    return value[e];
+    result = value[e];
+    memory_back(g->memory, mark);
+    return result;
 }

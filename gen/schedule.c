@@ -23,6 +23,7 @@ struct scheduler {
     word *needs_end, *needs_element; /* by loop: loops whose end, or whose same element, it needs */
     bool *is_used, *is_directed;     /* by loop: in the function; carries something in it */
     bool *is_done;                   /* by group */
+    bool *is_seen;                   /* by group, of one search */
     bool *is_placed;                 /* by handle: statement that has its place */
 };
 
@@ -154,6 +155,7 @@ static bool waits_for_group(const struct scheduler *x, int group, int other, boo
 
 /* Is there a way from `group` to `other` beside reading its elements, so that they cannot run as one? */
 static bool is_separated(const struct scheduler *x, int group, int other) {
+    bool *seen = x->is_seen;
     const int *group_of = x->function->group_of;
     for (int member = 1; member < x->g->loop_count; member++) {
         if (!x->is_used[member] || group_of[member] != group)
@@ -162,7 +164,7 @@ static bool is_separated(const struct scheduler *x, int group, int other) {
             const bool end = has(set_of(x, x->needs_end, (uint32_t)member), loop);
             if (!x->is_used[loop] || (!end && !has(set_of(x, x->needs_element, (uint32_t)member), loop)))
                 continue;
-            bool *seen = memory_get(x->plan->memory, (size_t)x->g->loop_count + 1);
+            memset(seen, 0, (size_t)x->g->loop_count);
             seen[group] = true;
             if (group_of[loop] == other
                     ? end
@@ -356,8 +358,8 @@ static void keep(struct scheduler *x, expression e, int loop) {
 static int *find_places(const struct scheduler *x) {
     const struct graph *g = x->g;
     const struct function *function = x->function;
-    int *place = memory_get(x->plan->memory, g->count * sizeof *place);
-    int *end_of_group = memory_get(x->plan->memory, ((size_t)g->loop_count + 1) * sizeof *end_of_group);
+    int *place = memory_scratch(x->plan->memory, g->count * sizeof *place);
+    int *end_of_group = memory_scratch(x->plan->memory, ((size_t)g->loop_count + 1) * sizeof *end_of_group);
     for (int b = 0, at = 0; b < function->block_count; at = function->blocks[b++].end) {
         const struct code_block *block = &function->blocks[b];
         end_of_group[block->group] = block->end + b + 1;
@@ -393,18 +395,35 @@ static void add_write(struct scheduler *x, struct write write) {
     function->writes[function->write_count++] = write;
 }
 
-/* Zeros of a field that is cleared need no statement. */
+/* Of a field that is not cleared. */
+static void write_zeros(struct scheduler *x, int field, int place) {
+    const struct memory_mark mark = memory_mark(x->plan->memory);
+    const struct function *function = x->function;
+    const struct field *of = &function->fields[field];
+    bool *is_given = memory_scratch(x->plan->memory, (size_t)of->count + 1);
+    for (int i = 0; i < of->single_count; i++)
+        is_given[of->singles[i].entry] = true;
+    for (int i = 0; i < function->run_result_count; i++) {
+        const struct run_result *result = &function->run_results[i];
+        for (int e = 0; result->field == field && e < x->plan->rolled->runs[result->run].count; e++)
+            is_given[result->entry + e * result->stride] = true;
+    }
+    for (int i = 0; i < of->count; i++)
+        if (!is_given[i] && is_output_copied(of, i))
+            add_write(x, (struct write){field, i, place, 0});
+    memory_back(x->plan->memory, mark);
+}
+
 static void order_writes(struct scheduler *x) {
     struct function *function = x->function;
     const int *place = find_places(x);
-    for (int f = 0; f < function->field_count + function->local_count; f++) {
+    for (int f = 0; f < count_fields(function); f++) {
         const struct field *field = &function->fields[f];
-        const bool cleared = is_cleared(function, field);
-        for (int i = 0; i < field->count; i++) {
-            const expression e = function->out[field->offset + i];
-            if (e != GIVEN_IN_LOOP && (e || !cleared) && is_output_copied(field, i))
-                add_write(x, (struct write){f, i, place[e]});
-        }
+        for (int i = 0; i < field->single_count; i++)
+            add_write(x, (struct write){f, field->singles[i].entry, place[field->singles[i].value],
+                                        field->singles[i].value});
+        if (!is_cleared(x->plan, function, f))
+            write_zeros(x, f, place[0]);
     }
     if (function->write_count)
         qsort(function->writes, (size_t)function->write_count, sizeof *function->writes, compare_writes);
@@ -416,13 +435,14 @@ void schedule(struct plan *plan, struct function *function) {
     struct scheduler x = {.plan = plan, .function = function, .g = g, .words = g->loop_count / 64 + 1};
     const size_t words = (size_t)x.words * sizeof(word);
     find_angles(plan, function);
-    x.behind = memory_get(plan->memory, nodes * words);
-    x.needs_end = memory_get(plan->memory, loops * words);
-    x.needs_element = memory_get(plan->memory, loops * words);
-    x.is_used = memory_get(plan->memory, loops);
-    x.is_directed = memory_get(plan->memory, loops);
-    x.is_done = memory_get(plan->memory, loops);
-    x.is_placed = memory_get(plan->memory, nodes);
+    x.behind = memory_scratch(plan->memory, nodes * words);
+    x.needs_end = memory_scratch(plan->memory, loops * words);
+    x.needs_element = memory_scratch(plan->memory, loops * words);
+    x.is_used = memory_scratch(plan->memory, loops);
+    x.is_directed = memory_scratch(plan->memory, loops);
+    x.is_done = memory_scratch(plan->memory, loops);
+    x.is_seen = memory_scratch(plan->memory, loops);
+    x.is_placed = memory_scratch(plan->memory, nodes);
     function->group_of = memory_get(plan->memory, loops * sizeof *function->group_of);
     function->is_stored = memory_get(plan->memory, nodes);
     function->blocks = memory_get(plan->memory, (2 * loops + (size_t)plan->rolled->run_count + 3) *

@@ -48,26 +48,68 @@ static long weigh_axes(const struct plan *plan, const struct tree *tree) {
     return weigh_equations(start_derivation(&trial, tree));
 }
 
-/* Kept where that saves a twentieth. */
-struct derivation *choose_axes(struct plan *plan) {
-    static const char *const names[] = {"turned", "kept behind the first", "kept"};
-    const struct tree *tree = plan->rolled;
-    long least = 0, turned = 0;
-    if (keep_axes(plan->memory, tree, AXES_KEPT) == tree)
-        return start_derivation(plan, tree);
-    for (enum kept_axes axes = AXES_TURNED; axes <= AXES_KEPT; axes++) {
-        const struct tree *trial = keep_axes(plan->memory, plan->rolled, axes);
-        const long operations = weigh_axes(plan, trial);
-        if (axes == AXES_TURNED)
-            least = turned = operations;
-        if (operations >= least || 20 * operations > 19 * turned)
+/* A tree that everything may be derived from, and what that takes. */
+struct candidate {
+    const struct tree *tree;
+    long operations;
+    long turned; /* with axes that turn */
+    long looped; /* of runs that are written out: in loops; 0: none are */
+};
+
+/* Axes are kept where that saves a twentieth. */
+static struct candidate choose_axes(const struct plan *plan, const struct tree *rolled) {
+    struct candidate best = {.tree = rolled, .operations = weigh_axes(plan, rolled)};
+    best.turned = best.operations;
+    for (enum kept_axes axes = AXES_KEPT_BEHIND; axes <= AXES_KEPT; axes++) {
+        const struct tree *tree = keep_axes(plan->memory, rolled, axes);
+        const long operations = tree == rolled ? best.turned : weigh_axes(plan, tree);
+        if (operations >= best.operations || 20 * operations > 19 * best.turned)
             continue;
-        tree = trial;
-        least = operations;
+        best.tree = tree;
+        best.operations = operations;
     }
-    struct derivation *d = start_derivation(plan, tree);
-    say(d, memory_format(plan->memory, "axes of parallel turns %s, %ld (turned %ld)", names[tree->axes],
-                         least, turned));
+    return best;
+}
+
+static bool has_parallel_turns(const struct plan *plan, const struct tree *tree) {
+    return keep_axes(plan->memory, tree, AXES_KEPT) != tree;
+}
+
+/* Runs are written out where that saves a quarter: it is more text in all functions, and with less saved here
+ * others, the derivatives among them, take more operations than with loops. */
+enum { WORTH_WRITING = 3 };
+
+static struct candidate choose_runs(struct plan *plan) {
+    const struct candidate rolled = choose_axes(plan, plan->rolled);
+    struct tree *flat = memory_get(plan->memory, sizeof *flat);
+    roll(plan->memory, plan->model, plan->tree, LOOPS_NEVER, flat);
+    struct candidate written = choose_axes(plan, flat);
+    if (WORTH_WRITING * rolled.operations <= (WORTH_WRITING + 1) * written.operations)
+        return rolled;
+    plan->rolled = flat;
+    written.looped = rolled.operations;
+    return written;
+}
+
+static bool may_write_runs(const struct plan *plan) {
+    return plan->model->loops == LOOPS_AUTO && plan->rolled->run_count &&
+           plan->tree->count <= MOST_WRITTEN_OUT;
+}
+
+struct derivation *choose_tree(struct plan *plan) {
+    static const char *const names[] = {"turned", "kept behind the first", "kept"};
+    struct candidate best = {.tree = plan->rolled};
+    if (may_write_runs(plan))
+        best = choose_runs(plan);
+    else if (has_parallel_turns(plan, plan->rolled))
+        best = choose_axes(plan, plan->rolled);
+    struct derivation *d = start_derivation(plan, best.tree);
+    if (best.looped)
+        say(d,
+            memory_format(plan->memory, "runs written out, %ld (loops %ld)", best.operations, best.looped));
+    if (has_parallel_turns(plan, plan->rolled))
+        say(d, memory_format(plan->memory, "axes of parallel turns %s, %ld (turned %ld)",
+                             names[best.tree->axes], best.operations, best.turned));
     return d;
 }
 
@@ -183,8 +225,8 @@ const struct wrench *loads(struct derivation *d) {
     return d->loads;
 }
 
-expression *add_field(struct derivation *d, struct function *f, const char *name, const char *about,
-                      int count, int columns) {
+int add_field(struct derivation *d, struct function *f, const char *name, const char *about, int count,
+              int columns) {
     return open_part(d->memory, f, name, about, count, columns);
 }
 

@@ -114,14 +114,64 @@ def test_text_does_not_grow(tmp_path, emit):
     assert [name for name in few if few[name] != many[name]] == []
 
 
-def test_long_chain_is_small(tmp_path):
-    """512 elements, 1,537 coordinates: what `gen` takes, and what it writes."""
-    process = subprocess.Popen([REFDYN, "gen", REFERENCE, "--set", "n_rfe=512", "-o", tmp_path], stdout=subprocess.DEVNULL)
+def peak(*arguments):
+    """KiB that the program takes at most, its start by Python among them."""
+    process = subprocess.Popen([REFDYN, *map(str, arguments)], stdout=subprocess.DEVNULL)
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     assert process.returncode == 0
-    assert usage.ru_maxrss < 150_000  # KiB
+    return usage.ru_maxrss
+
+
+def test_long_chain_is_small(tmp_path):
+    """512 elements, 1,537 coordinates: what `gen` takes, and what it writes."""
+    assert peak("gen", REFERENCE, "--set", "n_rfe=512", "-o", tmp_path) < 150_000
     assert sum(path.stat().st_size for path in tmp_path.iterdir()) < 300_000
+
+
+# Beams of different length one behind the other: 512 elements each.
+SERIES = """local rd = require "refdyn"
+local links = {}
+for i = 1, rd.option("beams", 4) do
+  links[i] = { "b" .. i, on = i > 1 and "b" .. (i - 1) .. ".tip" or nil, joint = "psi",
+               beam = { length = 1 + 0.1 * i, section = rd.round(0.02), E = 7e10, nu = 0.3, rho = 2700, eta = 1e-4, rfe = 512 } }
+end
+return rd.model { name = "series", gravity = { 0, -9.81, 0 }, links = links, points = { E = { on = "b1", along = 0.5 } } }
+"""
+
+
+@pytest.mark.parametrize("command", [["check"], ["gen"], ["gen", "--emit", "M,tangent,d_statics"]], ids=" ".join)
+def test_memory_is_linear(command, tmp_path):
+    """6,136 coordinates: n x n of anything would be 150 MB and more."""
+    (tmp_path / "series.lua").write_text(SERIES)
+    folder = ["-o", tmp_path / "out"] if command[0] == "gen" else []
+    one, four = (peak(*command, tmp_path / "series.lua", "--set", f"beams={beams}", *folder) for beams in (1, 4))
+    assert four < 150_000
+    assert four < one + 60_000
+
+
+# Equal rigid links that turn about parallel axes.
+LINKS = """local rd = require "refdyn"
+local links = {}
+for i = 1, rd.option("n", 6) do
+  links[i] = { "l" .. i, on = i > 1 and "l" .. (i - 1) or nil, at = i > 1 and { 0.2, 0, 0 } or nil, joint = "psi", mass = 0.3,
+               center = { 0.1, 0, 0.01 }, inertia = { xx = 1e-3, yy = 2e-3, zz = 2e-3 }, spring = { psi = 3 } }
+end
+return rd.model { name = "links", gravity = { 0.1, -1, -9.81 }, links = links }
+"""
+
+
+@pytest.mark.parametrize("n", [5, 6, 8, 12])
+def test_runs_are_written_out_where_that_saves_a_quarter(n, tmp_path):
+    (tmp_path / "links.lua").write_text(LINKS)
+    printed = {loops: refdyn("gen", tmp_path / "links.lua", "--set", f"n={n}", "--emit", "M,h,qdd_free", "--loops", loops, "-o", tmp_path).stdout
+               for loops in ("auto", "always", "never")}
+    weighed = {loops: int(re.search(r"axes of parallel turns [^,]*, (\d+)", printed[loops]).group(1)) for loops in printed}
+    is_written = 3 * weighed["always"] > 4 * weighed["never"]
+    assert weighed["auto"] == weighed["never" if is_written else "always"]
+    assert (f"runs written out, {weighed['never']} (loops {weighed['always']})" in printed["auto"]) == is_written
+    assert ("loop over" in printed["auto"]) != is_written
+    assert is_written == (n < 7)
 
 
 # Thirty-two flexible links in a tree: functions so long that they are cut into pieces.
