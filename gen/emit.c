@@ -89,7 +89,7 @@ const char *part_lead(struct memory *memory, const char *model, int part) {
 
 static void open_source(struct emission *x, struct text *text, int part) {
     x->has_sincos = false;
-    x->searches_pointers = true;
+    x->effort = EFFORT_LOOPS;
     *text = (struct text){.memory = x->plan->memory};
     text_add(text, "%s", part_lead(x->plan->memory, x->name, part));
     text_add(text, "#include \"%s.h\"\n\n%s", x->name, has_copies(x->plan) ? "#include <string.h>\n\n" : "");
@@ -113,16 +113,25 @@ static void open_source(struct emission *x, struct text *text, int part) {
 }
 
 /*
- * Where pointers may lead is worth a search for the sake of loops over arrays alone: elsewhere it takes gcc a
- * thirtieth of its time and changes nothing.
+ * What gcc is asked for, from here on. Where pointers may lead is worth a search for the sake of loops over
+ * arrays alone: elsewhere it takes a thirtieth of its time and changes nothing. What no step calls is not
+ * worth its time.
  */
-static void search_pointers(struct emission *x, struct text *text, bool is_wanted) {
-    if (x->searches_pointers == is_wanted)
+static void ask_for(struct emission *x, struct text *text, enum effort effort) {
+    static const char *const options[] = {[EFFORT_VALUES] = "no-tree-pta", [EFFORT_LITTLE] = "Og"};
+    if (x->effort == effort)
         return;
-    x->searches_pointers = is_wanted;
-    text_add(text, "#if defined(__GNUC__) && !defined(__clang__)\n%s#endif\n\n",
-             is_wanted ? "#pragma GCC pop_options\n"
-                       : "#pragma GCC push_options\n#pragma GCC optimize(\"no-tree-pta\")\n");
+    text_add(text, "#if defined(__GNUC__) && !defined(__clang__)\n");
+    if (x->effort != EFFORT_LOOPS)
+        text_add(text, "#pragma GCC pop_options\n");
+    if (effort != EFFORT_LOOPS)
+        text_add(text, "#pragma GCC push_options\n#pragma GCC optimize(\"%s\")\n", options[effort]);
+    text_add(text, "#endif\n\n");
+    x->effort = effort;
+}
+
+static enum effort effort_for(const struct function *function) {
+    return function->is_seldom_called ? EFFORT_LITTLE : function->loop_count ? EFFORT_LOOPS : EFFORT_VALUES;
 }
 
 static struct emission start_emission(struct plan *plan) {
@@ -144,19 +153,21 @@ static int emit_sources(struct emission *x, struct text *sources) {
     open_source(x, &sources[0], 1);
     emit_spline_functions(x, &sources[0]);
     if (plan->prepare.out_count) {
-        search_pointers(x, &sources[0], false);
+        ask_for(x, &sources[0], EFFORT_LITTLE);
         emit_function(x, &sources[0], &plan->prepare);
     }
     for (int f = 0; f < plan->function_count; f++) {
         statements += plan->functions[f].statement_count;
         if (f > 0 && statements > LONGEST_FILE) {
             statements = plan->functions[f].statement_count;
+            ask_for(x, &sources[parts - 1], EFFORT_VALUES); /* tables may follow */
             open_source(x, &sources[parts], parts + 1);
             parts++;
         }
-        search_pointers(x, &sources[parts - 1], plan->functions[f].loop_count > 0);
+        ask_for(x, &sources[parts - 1], effort_for(&plan->functions[f]));
         emit_function(x, &sources[parts - 1], &plan->functions[f]);
     }
+    ask_for(x, &sources[parts - 1], EFFORT_VALUES);
     return parts;
 }
 

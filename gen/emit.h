@@ -15,6 +15,9 @@ struct given_array {
     int place; /* of its first entry, from qd */
 };
 
+/* Of gcc: for loops over arrays, for values alone, for what no step calls. */
+enum effort { EFFORT_LOOPS, EFFORT_VALUES, EFFORT_LITTLE };
+
 struct emission {
     struct plan *plan;
     struct graph *g;
@@ -33,7 +36,7 @@ struct emission {
     int group;                       /* of loops, being printed; 0: none */
     bool is_cut;                     /* the function being printed is cut into pieces */
     bool has_sincos;                 /* the file being printed has the pass over angles */
-    bool searches_pointers;          /* gcc does, at this place of the file */
+    enum effort effort;              /* that gcc is asked for at this place of the file */
     bool uses_p, uses_x, uses_t, uses_q, uses_qd, uses_given[GIVEN_ARRAYS], uses_carried;
 };
 

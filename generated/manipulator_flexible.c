@@ -29,7 +29,7 @@ double fmax(double, double);
 
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC push_options
-#pragma GCC optimize("no-tree-pta")
+#pragma GCC optimize("Og")
 #endif
 
 void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
@@ -102,6 +102,12 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
     p->derived.constant_17 = p->derived.constant_3 * p->derived.constant_3;
 }
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#pragma GCC push_options
+#pragma GCC optimize("no-tree-pta")
+#endif
 
 /* Sines and cosines of 4 angles up to 100000 rad: x = k pi/2 + r, and two polynomials of r, minimax on
    |r| <= pi/4; error at most 0.82 units in the last place. Beyond, and for what is no number, libm's. */
@@ -1288,6 +1294,12 @@ void manipulator_flexible_d(const struct manipulator_flexible_parameters *p, con
     memcpy(d, terms.d, sizeof terms.d);
 }
 
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#pragma GCC push_options
+#pragma GCC optimize("Og")
+#endif
+
 void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double energy[2]) {
     (void)x;
@@ -1419,6 +1431,12 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     energy[1] = p->g * (column_psi_moment_beyond_z + q[0] * base_z_mass_beyond) + carried_59;
 }
 
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#pragma GCC push_options
+#pragma GCC optimize("no-tree-pta")
+#endif
+
 void manipulator_flexible_power(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double power[1]) {
     (void)x;
@@ -1438,6 +1456,8 @@ void manipulator_flexible_power(const struct manipulator_flexible_parameters *p,
 
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC pop_options
+#pragma GCC push_options
+#pragma GCC optimize("Og")
 #endif
 
 void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -1632,6 +1652,7 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
 }
 
 #if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
 #pragma GCC push_options
 #pragma GCC optimize("no-tree-pta")
 #endif
@@ -2439,6 +2460,12 @@ void manipulator_flexible_course(const struct manipulator_flexible_parameters *p
     course[1] = p->v0 * (t1 * t1);
 }
 
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#pragma GCC push_options
+#pragma GCC optimize("Og")
+#endif
+
 void manipulator_flexible_breaks(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double breaks[2]) {
     (void)p;
@@ -2510,6 +2537,12 @@ void manipulator_flexible_start(const struct manipulator_flexible_parameters *p,
         start[i] = 0.0;
     start[2] = 0.7853981633974483;
 }
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#pragma GCC push_options
+#pragma GCC optimize("no-tree-pta")
+#endif
 
 void manipulator_flexible_defaults(struct manipulator_flexible_parameters *p) {
     p->m_base = 18.54331045;
@@ -2775,7 +2808,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "8213594b073e5dee",
+    SET(hash) "b2a44835082ccdb8",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

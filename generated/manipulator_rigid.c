@@ -28,7 +28,7 @@ double fmax(double, double);
 
 #if defined(__GNUC__) && !defined(__clang__)
 #pragma GCC push_options
-#pragma GCC optimize("no-tree-pta")
+#pragma GCC optimize("Og")
 #endif
 
 void manipulator_rigid_prepare(struct manipulator_rigid_parameters *p) {
@@ -68,6 +68,12 @@ void manipulator_rigid_prepare(struct manipulator_rigid_parameters *p) {
     /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     p->derived.effector_z_D_inverse = 1.0 / p->m_E;
 }
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#pragma GCC push_options
+#pragma GCC optimize("no-tree-pta")
+#endif
 
 void manipulator_rigid_M(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double M[4 * 4]) {
@@ -350,6 +356,12 @@ void manipulator_rigid_d(const struct manipulator_rigid_parameters *p, const str
     memcpy(d, terms.d, sizeof terms.d);
 }
 
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#pragma GCC push_options
+#pragma GCC optimize("Og")
+#endif
+
 void manipulator_rigid_energy(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double energy[2]) {
     (void)x;
@@ -384,6 +396,12 @@ void manipulator_rigid_energy(const struct manipulator_rigid_parameters *p, cons
     energy[0] = 0.5 * t2;
 }
 
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#pragma GCC push_options
+#pragma GCC optimize("no-tree-pta")
+#endif
+
 void manipulator_rigid_power(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double power[1]) {
     (void)x;
@@ -393,6 +411,12 @@ void manipulator_rigid_power(const struct manipulator_rigid_parameters *p, const
         0.5 * qd[1]) - qd[0] * (p->d_sup * qd[0]);
     power[0] = t1;
 }
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#pragma GCC push_options
+#pragma GCC optimize("Og")
+#endif
 
 void manipulator_rigid_Q_q(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double Q_q[4 * 4]) {
@@ -427,6 +451,12 @@ void manipulator_rigid_Q_q(const struct manipulator_rigid_parameters *p, const s
         for (int j = 0; j < i; j++)
             Q_q[j * 4 + i] = Q_q[i * 4 + j];
 }
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#pragma GCC push_options
+#pragma GCC optimize("no-tree-pta")
+#endif
 
 void manipulator_rigid_qdd_free(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double qdd_free[4]) {
@@ -681,6 +711,12 @@ void manipulator_rigid_course(const struct manipulator_rigid_parameters *p, cons
     course[1] = p->v0 * (t1 * t1);
 }
 
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#pragma GCC push_options
+#pragma GCC optimize("Og")
+#endif
+
 void manipulator_rigid_breaks(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double breaks[2]) {
     (void)p;
@@ -719,6 +755,12 @@ void manipulator_rigid_start(const struct manipulator_rigid_parameters *p, const
         start[i] = 0.0;
     start[2] = 0.7853981633974483;
 }
+
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC pop_options
+#pragma GCC push_options
+#pragma GCC optimize("no-tree-pta")
+#endif
 
 void manipulator_rigid_defaults(struct manipulator_rigid_parameters *p) {
     p->m_base = 18.54331045;
@@ -976,7 +1018,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "b6cb0579639808d0",
+    SET(hash) "52b3c22dafcf6fd7",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,
