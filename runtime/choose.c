@@ -49,6 +49,8 @@ static const double adds_up = 30, loose = 1e-4, adds_up_power = 0.75;
 /* Radians of the fastest mode in a step, below which it is followed, and the factor by which errors of a
  * method that does not damp it add up. */
 static const double followed = 10, adds_up_followed = 5;
+/* The same factor of an explicit method that stirs up what would be damped. */
+static const double stirred_up = 5;
 /* Radians of the fastest mode in a step of a Rosenbrock method, above which it is not excited. */
 static const double left_behind = 300;
 /* Where fast modes are damped, a Rosenbrock method loses order: it has to go this much further than
@@ -242,10 +244,19 @@ static int follows_vibrations(const struct refdyn_drive *drive) {
     return choice->damping < damped && drive->step_last * choice->rate < followed;
 }
 
+/* An explicit method at its limit, of modes that are damped: its steps are as many for any tolerance, and
+ * what it stirs up of the fastest mode has the tolerance's size. */
+static int damps_at_limit(const struct refdyn_drive *drive) {
+    const struct refdyn_choice *choice = &drive->choice;
+    return choice->damping >= damped && drive->step_last * choice->rate > near_limit * explicit_limit;
+}
+
 double refdyn_choose_tolerance(const struct refdyn_drive *drive) {
     const double tol = drive->options.tol;
     if (drive->options.method == REFDYN_AUTO && drive->method == REFDYN_GAUSS12 && follows_vibrations(drive))
         return tol / adds_up_followed;
+    if (drive->options.method == REFDYN_AUTO && is_explicit(drive->method) && damps_at_limit(drive))
+        return tol / stirred_up;
     if (drive->options.method != REFDYN_AUTO || drive->method != REFDYN_RODAS5P || drive->choice.is_short ||
         !(tol < loose))
         return tol;
