@@ -77,20 +77,12 @@ void refdyn_record_residuals(struct refdyn_drive *drive) {
 
 /* ---- The programme ---- */
 
-static double largest_turn(const struct refdyn_drive *drive, const double *q) {
-    double largest = 0;
-    for (int j = 0; j < drive->work->n; j++) {
-        const double unit = refdyn_coordinate_unit(drive->work->model, j, drive->options.length);
-        largest = fmax(largest, fabs(q[j] - drive->aligned[j]) / unit);
-    }
-    return largest;
-}
-
 /* Explicit methods: in the metric of a mass matrix that is not far away. */
 static int align_with_mass(struct refdyn_drive *drive, double t, const double *state) {
     struct refdyn_workspace *work = drive->work;
     const int n = work->n, is_diagonal = drive->linear.is_diagonal;
-    if (drive->is_aligned == work->partition.choices && largest_turn(drive, state) < turned_most)
+    if (drive->is_aligned == work->partition.choices &&
+        refdyn_largest_change(drive, state, drive->aligned) < turned_most)
         return REFDYN_OK;
     refdyn_linear_use(drive, 0);
     const int status = refdyn_linear_factor_mass(drive, t, state);
@@ -178,12 +170,8 @@ static int begin(struct refdyn_drive *drive) {
 int refdyn_rates_are_moved(const struct refdyn_drive *drive, const double *before, const double *after,
                            double h) {
     const int n = drive->work->n;
-    double largest = 0, moved = 0;
-    for (int j = n; j < 2 * n; j++) {
-        const double unit = refdyn_coordinate_unit(drive->work->model, j - n, drive->options.length);
-        largest = fmax(largest, fabs(before[j]) / unit);
-        moved = fmax(moved, fabs(after[j] - before[j]) / unit);
-    }
+    const double largest = refdyn_largest_change(drive, before + n, NULL);
+    const double moved = refdyn_largest_change(drive, after + n, before + n);
     const double longest = fmax(h, drive->statistics.step_largest);
     return moved > moved_rates * largest && moved * longest > moved_most * drive->options.tol;
 }
@@ -198,13 +186,11 @@ static int meet_programme_nearby(struct refdyn_drive *drive, double t_new) {
     const double most = is_judged ? moved_most * drive->options.tol : INFINITY;
     const int row = refdyn_residuals(work).phi_row;
     int status = refdyn_meet_programme(drive, t_new, drive->state_new);
-    for (int j = 0; j < work->n && !status; j++) {
-        const double unit = refdyn_coordinate_unit(work->model, j, drive->options.length);
-        if (!(fabs(drive->state_new[j] - drive->side[j]) <= most * unit)) {
+    for (int j = 0; j < work->n && !status; j++)
+        if (!(fabs(drive->state_new[j] - drive->side[j]) <= most * drive->units[j])) {
             drive->work->fault = (struct refdyn_fault){.row = row, .coordinate = j};
             return REFDYN_NO_CONVERGENCE;
         }
-    }
     if (!status && is_judged &&
         refdyn_rates_are_moved(drive, drive->side, drive->state_new, t_new - drive->t_begin)) {
         drive->work->fault = (struct refdyn_fault){.row = row, .coordinate = -1};
@@ -273,11 +259,10 @@ double refdyn_largest_error(const struct refdyn_drive *drive, double h) {
     const int n = drive->work->n;
     double largest = 0;
     for (int j = 0; j < n; j++) {
-        const double unit = refdyn_coordinate_unit(drive->work->model, j, drive->options.length);
         const double position = fabs(drive->error[j]), velocity = h * fabs(drive->error[n + j]);
         if (isnan(position + velocity))
             return NAN;
-        largest = fmax(largest, fmax(position, velocity) / unit);
+        largest = fmax(largest, fmax(position, velocity) / drive->units[j]);
     }
     return largest;
 }
@@ -394,7 +379,7 @@ static double find_first_step(const struct refdyn_drive *drive, double t_stop, d
     const double change = first_share * pow(drive->options.tol, 1 / order_of_step(drive));
     double h = t_stop - drive->t_begin;
     for (int j = 0; j < n; j++) {
-        const double unit = refdyn_coordinate_unit(drive->work->model, j, drive->options.length);
+        const double unit = drive->units[j];
         const double speed = fabs(drive->slope[j]) / unit, acceleration = fabs(drive->slope[n + j]) / unit;
         if (h * speed > change)
             h = change / speed;

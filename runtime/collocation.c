@@ -36,9 +36,10 @@ static const double least_part = 1e-12;
 /* A vibration of more than so many radians a step is not resolved: its error is that of its size. */
 static const double resolved = 10;
 
-/* Accelerations of the last step, of this one, what they miss, a correction; power at the stages. */
+/* Accelerations of the last step, of this one; what they miss, later their correction, and the same in parts
+ * of the matrix's eigenvectors; power at the stages. */
 struct stages {
-    double *last, *now, *missing, *change, *power;
+    double *last, *now, *missing, *parts, *power;
 };
 
 static struct stages stages_of(const struct refdyn_drive *drive,
@@ -116,17 +117,6 @@ static int find_missing(struct refdyn_drive *drive, const struct refdyn_collocat
     return REFDYN_OK;
 }
 
-static double largest_share(const struct refdyn_drive *drive, const double *x) {
-    double largest = 0;
-    for (int j = 0; j < drive->work->n; j++) {
-        const double size = fabs(x[j]) / refdyn_coordinate_unit(drive->work->model, j, drive->options.length);
-        if (isnan(size))
-            return NAN;
-        largest = fmax(largest, size);
-    }
-    return largest;
-}
-
 /* A real eigenvalue, which comes first, has the matrix of a Rosenbrock step. */
 static int is_real(const struct refdyn_collocation_table *table, int k) {
     return table->lambda[2 * k + 1] == 0;
@@ -140,41 +130,42 @@ static int factor_for(struct refdyn_drive *drive, const struct refdyn_collocatio
                              : refdyn_linear_factor_complex(&drive->linear, drive->work, k, re, im);
 }
 
-/* The change of accelerations by a residual re + i im, in its place. */
+/* The change of accelerations by a residual, in its place; of a pair real parts, then imaginary ones. */
 static void solve_for(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, int k,
-                      double *re, double *im) {
+                      double *x) {
     drive->statistics.solutions += is_real(table, k) ? 1 : 4;
     if (is_real(table, k))
-        refdyn_linear_solve_residual(&drive->linear, re);
+        refdyn_linear_solve_residual(&drive->linear, x);
     else
-        refdyn_linear_solve_complex(&drive->linear, k, re, im);
+        refdyn_linear_solve_complex(&drive->linear, k, x, x + drive->work->n);
+}
+
+/* y_i = scale sum_j matrix_ij x_j of vectors, one for each stage. */
+static void combine(const struct refdyn_drive *drive, const struct refdyn_collocation_table *table,
+                    double scale, const double *matrix, const double *x, double *y) {
+    const int n = drive->work->n, s = table->stages;
+    memset(y, 0, (size_t)(s * n) * sizeof *y);
+    for (int i = 0; i < s; i++)
+        refdyn_add_all(y + i * n, scale, matrix + i * s, s, x, n, n);
 }
 
 /* One Newton correction of the accelerations; returns its largest entry, in units of 1 rad and `length`. */
 static double correct(struct refdyn_drive *drive, const struct refdyn_collocation_table *table) {
     const struct stages stages = stages_of(drive, table);
     const int n = drive->work->n, s = table->stages;
-    double *re = drive->stage, *im = drive->side, largest = 0;
-    memset(stages.change, 0, (size_t)(s * n) * sizeof *re);
+    double *part = stages.parts, largest = 0;
+    combine(drive, table, -1, table->left, stages.missing, stages.parts);
     for (int k = 0; k < table->eigenvalues; k++) {
-        memset(re, 0, (size_t)n * sizeof *re);
-        memset(im, 0, (size_t)n * sizeof *im);
-        for (int i = 0; i < s; i++) {
-            dense_add(re, -table->left[2 * (k * s + i)], stages.missing + i * n, n);
-            if (!is_real(table, k))
-                dense_add(im, -table->left[2 * (k * s + i) + 1], stages.missing + i * n, n);
-        }
-        solve_for(drive, table, k, re, im);
-        for (int i = 0; i < s; i++)
-            dense_add(stages.change + i * n, table->right[2 * (k * s + i)], re, n);
-        for (int i = 0; i < s && !is_real(table, k); i++)
-            dense_add(stages.change + i * n, -table->right[2 * (k * s + i) + 1], im, n);
+        solve_for(drive, table, k, part);
+        part += is_real(table, k) ? n : 2 * n;
     }
-    dense_add(stages.now, 1, stages.change, s * n);
+    combine(drive, table, 1, table->right, stages.parts, stages.missing);
+    dense_add(stages.now, 1, stages.missing, s * n);
     for (int i = 0; i < s; i++) {
-        const double share = largest_share(drive, stages.change + i * n);
-        largest = share <= largest ? largest : share;
-        if (isnan(largest))
+        const double size = refdyn_largest_change(drive, stages.missing + i * n, NULL);
+        if (!(size <= largest))
+            largest = size;
+        if (isnan(size))
             break;
     }
     return largest;
@@ -219,8 +210,8 @@ static void finish(struct refdyn_drive *drive, const struct refdyn_collocation_t
         q[2 * n] += h * table->b[j] * stages.power[j];
 }
 
-/* What the polynomial with these weights misses at the begin of the step, without what stiffness makes of it.
- */
+/* What the polynomial with these weights misses at the begin of the step, without what stiffness makes of it:
+ * d (n, and n of room). */
 static void defect(struct refdyn_drive *drive, const struct refdyn_collocation_table *table,
                    const double *weights, double *d) {
     const struct stages stages = stages_of(drive, table);
@@ -228,15 +219,16 @@ static void defect(struct refdyn_drive *drive, const struct refdyn_collocation_t
     memcpy(d, drive->slope + n, (size_t)n * sizeof *d);
     for (int j = 0; j < table->stages; j++)
         dense_add(d, weights[j], stages.now + j * n, n);
-    memset(drive->side, 0, (size_t)n * sizeof *d);
-    solve_for(drive, table, 0, d, drive->side);
+    memset(d + n, 0, (size_t)n * sizeof *d);
+    solve_for(drive, table, 0, d);
 }
 
 static void estimate(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, double h) {
     const int n = drive->work->n, power = table->order - table->stages - 1;
     defect(drive, table, table->e_low, drive->stage);
     defect(drive, table, table->e, drive->error);
-    const double low = largest_share(drive, drive->stage), high = largest_share(drive, drive->error);
+    const double low = refdyn_largest_change(drive, drive->stage, NULL);
+    const double high = refdyn_largest_change(drive, drive->error, NULL);
     const double rate = low > 0 ? table->ratio * high / low / h : 0;
     drive->rate = fmax(rate, 0.9 * drive->rate);
     /* the first step may meet what it does not see: it is taken for a vibration that is not resolved */

@@ -7,8 +7,9 @@
  *     Q_i = q + h c_i qd + h^2 sum_j aa_ij a_j,   V_i = qd + h sum_j a_ij a_j
  * they are those of the states (Q_i, V_i); then q_new = q + h qd + h^2 sum_j bb_j a_j, qd_new = qd + h sum_j
  * b_j a_j (Hairer, Norsett and Wanner, Solving ODEs I, II.7). L_j(theta) = sum_k lagrange_jk theta^k are the
- * polynomials that are 1 at c_j and 0 at the others. The matrix a_ij is R Lambda L with eigenvalues real or
- * in conjugate pairs, of which one is listed: a_ij = sum_k Re(right_ik lambda_k left_kj).
+ * polynomials that are 1 at c_j and 0 at the others. The matrix a_ij is R B L, R L = 1, with a block of B
+ * for each eigenvalue: lambda_k of a real one, the rows (re, -im) and (im, re) of a conjugate pair, of which
+ * one is listed. L has the left eigenvectors as rows, of pairs their real parts above their imaginary ones.
  *
  * Error: d = slope at the begin + sum_j e_j a_j, what the polynomial misses there, falls with h^s, and d_low,
  * of one abscissa less, with h^(s - 1). A vibration of x radians a step has d = K x^s and d_low = K_low x^(s
@@ -31,8 +32,8 @@ struct refdyn_collocation_table {
     const double *e;        /* (s) -L_j(0) */
     const double *e_low;    /* (s) the same without the last abscissa */
     const double *lambda;   /* (eigenvalues x 2) real and imaginary part; a real one comes first */
-    const double *left;     /* (eigenvalues x s x 2) */
-    const double *right;    /* (eigenvalues x s x 2) */
+    const double *left;     /* (s x s) L */
+    const double *right;    /* (s x s) R */
 };
 
 extern const struct refdyn_collocation_table refdyn_gauss12; /* 6 stages, order 12, symmetric */

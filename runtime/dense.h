@@ -49,6 +49,7 @@ void refdyn_factor_half_backward(const double *A, int n, int stride, double *x);
 /*
  * P A = L U with partial pivoting, rows scaled by their largest entry when pivots are compared (Golub and Van
  * Loan, 3.4); pivot (n) tells the row that took each place. Returns -1, or the first column without a pivot.
+ * The factors stand column by column, L_ij or U_ij in A[j n + i], with the inverses of U's diagonal.
  */
 int refdyn_lu_factor(double *A, int n, int *pivot, double *scale);
 /* The same of complex matrices, real parts in A and imaginary ones behind them, in A + n n; vectors alike, in

@@ -28,6 +28,18 @@ double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double le
     return unit && strcmp(unit, "m") == 0 ? length : 1;
 }
 
+double refdyn_largest_change(const struct refdyn_drive *drive, const double *x, const double *y) {
+    double largest = 0;
+    for (int j = 0; j < drive->work->n; j++) {
+        const double size = fabs(y ? x[j] - y[j] : x[j]) / drive->units[j];
+        if (!(size <= largest))
+            largest = size;
+        if (isnan(size))
+            break;
+    }
+    return largest;
+}
+
 static int larger(int a, int b) {
     return a > b ? a : b;
 }
@@ -70,6 +82,7 @@ static size_t lay_out(struct refdyn_drive *drive, const struct refdyn_model *mod
     drive->side = room_doubles(&room, slope);
     drive->error = room_doubles(&room, 2 * n);
     drive->aligned = room_doubles(&room, n);
+    drive->units = room_doubles(&room, n);
     drive->unpassed = room_doubles(&room, is_passing ? size + slope : 0);
     drive->breaks = room_doubles(&room, model->break_count);
     drive->switches = room_doubles(&room, 2 * model->switch_count);
@@ -99,6 +112,8 @@ int refdyn_drive_init(struct refdyn_drive *drive, struct refdyn_workspace *work,
         return REFDYN_BAD_MEMORY;
     memset(memory, 0, needed);
     lay_out(drive, work->model, options, memory);
+    for (int j = 0; j < work->n; j++)
+        drive->units[j] = refdyn_coordinate_unit(work->model, j, options->length);
     refdyn_linear_use(drive, refdyn_method_facts(drive->method).is_diagonal);
     drive->q = drive->seen;
     drive->qd = drive->seen + work->n;

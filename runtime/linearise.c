@@ -125,7 +125,8 @@ static void times(struct refdyn_linear *linear, const double *m, const double *d
         refdyn_chain_times(&linear->chain, m, d, k, y);
     } else {
         memset(y, 0, (size_t)n * sizeof *y);
-        add_product(linear, linear->M, m, y);
+        if (m) /* M is symmetric: its rows are its columns, which are added without sums along rows */
+            refdyn_add_all(y, 1, m, n, linear->M, n, n);
         add_product(linear, linear->D, d, y);
         add_product(linear, linear->K, k, y);
     }

@@ -257,22 +257,12 @@ void refdyn_pass_leave(struct refdyn_drive *drive) {
     drive->tried_t = INFINITY;
 }
 
-/* Largest |x_j - y_j|, in units of 1 rad and `length`. */
-static double largest(const struct refdyn_drive *drive, const double *x, const double *y) {
-    double most = 0;
-    for (int j = 0; j < drive->work->n; j++)
-        most = fmax(most,
-                    fabs(x[j] - y[j]) / refdyn_coordinate_unit(drive->work->model, j, drive->options.length));
-    return most;
-}
-
 /* The largest rate where the rows lose rank, on the motion continued. */
 static double speed_there(const struct refdyn_drive *drive) {
     const double *qd = drive->slope, *qdd = drive->slope + drive->work->n;
     double most = 0;
     for (int j = 0; j < drive->work->n; j++)
-        most = fmax(most, fabs(qd[j] + (drive->singular_t - drive->t_begin) * qdd[j]) /
-                              refdyn_coordinate_unit(drive->work->model, j, drive->options.length));
+        most = fmax(most, fabs(qd[j] + (drive->singular_t - drive->t_begin) * qdd[j]) / drive->units[j]);
     return most;
 }
 
@@ -280,8 +270,8 @@ int refdyn_pass_follow(struct refdyn_drive *drive, const double *before, const d
     const int n = drive->work->n;
     const double speed = speed_there(drive);
     const double way = speed * (drive->singular_t - drive->t_begin);
-    if (largest(drive, state, before) <= moved_part * way &&
-        largest(drive, state + n, before + n) <= moved_part * speed)
+    if (refdyn_largest_change(drive, state, before) <= moved_part * way &&
+        refdyn_largest_change(drive, state + n, before + n) <= moved_part * speed)
         return REFDYN_OK;
     drive->refused.why = REFDYN_OTHER_BRANCH;
     return REFDYN_NO_CONVERGENCE;

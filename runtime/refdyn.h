@@ -431,6 +431,7 @@ struct refdyn_drive {
     double *stages;                /* slopes of all stages; Rosenbrock: their (2 n) increments; collocation:
                                       their accelerations, see collocation.c */
     double *error;                 /* (2 n) estimate for q, qd */
+    double *units;                 /* (n) what 1 rad weighs against: options.length for translations, 1 */
     double *aligned;               /* (n) q for which `directions` were found, in the metric of M */
     int is_aligned;                /* 0: they are to be found; in the metric of M partition.choices then */
     double tried_t, tried_h;       /* collocation: begin and length of the last attempt, */

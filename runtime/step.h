@@ -26,6 +26,9 @@ struct refdyn_method_facts {
 
 struct refdyn_method_facts refdyn_method_facts(enum refdyn_method method);
 
+/* Largest |x_j - y_j| (n each; y NULL: 0) in drive->units; NaN where one is. */
+double refdyn_largest_change(const struct refdyn_drive *drive, const double *x, const double *y);
+
 /* Doubles of drive->stages. */
 int refdyn_rosenbrock_room(const struct refdyn_rosenbrock_table *table, int n);
 /* One step of h; Rosenbrock: with the tangent at its begin in drive->linear, and without work_done. Errors:

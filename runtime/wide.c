@@ -2,8 +2,10 @@
  * Dense kernels that are compiled twice, for wide vectors and for any processor: L U factorisation of real
  * and complex matrices with partial pivoting, products, sums of many vectors. See dense.h.
  *
- * Columns are eliminated in panels: what four of them subtract from the rest is subtracted in one pass, which
- * reads and writes each entry once (Golub and Van Loan, Matrix Computations, 3.2.11).
+ * Factors stand column by column, so that elimination and solution run down columns: sums along short rows
+ * wait for their own additions. Columns are eliminated in panels: what four of them subtract from the rest is
+ * subtracted in one pass, which reads and writes each entry once (Golub and Van Loan, Matrix Computations,
+ * 3.2.11).
  */
 #include <float.h>
 #include <math.h>
@@ -13,22 +15,32 @@
 
 enum { PANEL = 4 };
 
-INLINE void swap_rows(double *restrict a, double *restrict b, int count) {
-    for (int j = 0; j < count; j++) {
-        const double kept = a[j];
-        a[j] = b[j];
-        b[j] = kept;
+INLINE void transpose(double *A, int n) {
+    for (int i = 0; i < n; i++)
+        for (int j = 0; j < i; j++) {
+            const double kept = A[i * n + j];
+            A[i * n + j] = A[j * n + i];
+            A[j * n + i] = kept;
+        }
+}
+
+/* Of a matrix that stands column by column. */
+INLINE void swap_rows(double *A, int n, int a, int b) {
+    for (int j = 0; j < n; j++) {
+        const double kept = A[j * n + a];
+        A[j * n + a] = A[j * n + b];
+        A[j * n + b] = kept;
     }
 }
 
 /* ---- Real ---- */
 
-/* The row from k on with the largest entry of column k, for its size; -1: all are zero or NaN. */
-INLINE int find_pivot(const double *A, int n, int k, const double *scale) {
+/* The row from k on with the largest entry of a column, for its size; -1: all are zero or NaN. */
+INLINE int find_pivot(const double *column, int n, int k, const double *scale) {
     double largest = 0;
     int at = -1;
     for (int i = k; i < n; i++) {
-        const double size = fabs(A[i * n + k]) * scale[i];
+        const double size = fabs(column[i]) * scale[i];
         if (size > largest) {
             largest = size;
             at = i;
@@ -37,40 +49,40 @@ INLINE int find_pivot(const double *A, int n, int k, const double *scale) {
     return at;
 }
 
-/* Columns [first, last) of all rows from `first` on: factors, and row swaps over the whole width. */
+/* The columns [first, last): factors, inverse pivots on their diagonal; row swaps of all columns. */
 INLINE int factor_panel(double *A, int n, int first, int last, int *pivot, double *scale) {
     for (int k = first; k < last; k++) {
-        const int at = find_pivot(A, n, k, scale);
+        double *column = A + k * n;
+        const int at = find_pivot(column, n, k, scale), below = n - k - 1;
         if (at < 0)
             return k;
         pivot[k] = at;
         if (at != k) {
-            swap_rows(A + at * n, A + k * n, n);
+            swap_rows(A, n, at, k);
             scale[at] = scale[k];
         }
-        const double inverse = 1 / A[k * n + k];
-        for (int i = k + 1; i < n; i++) {
-            double *row = A + i * n;
-            row[k] *= inverse;
-            for (int j = k + 1; j < last; j++)
-                row[j] -= row[k] * A[k * n + j];
-        }
+        column[k] = 1 / column[k];
+        for (int i = k + 1; i < n; i++)
+            column[i] *= column[k];
+        for (int j = k + 1; j < last; j++)
+            dense_add(A + j * n + k + 1, -A[j * n + k], column + k + 1, below);
     }
     return -1;
 }
 
-/* row -= l_0 u_0 + ... of `count` rows of U above, from column `from` on. */
-INLINE void subtract(double *restrict row, const double *restrict l, const double *restrict u, int stride,
-                     int count, int from, int n) {
-    if (count == PANEL) {
-        const double *u1 = u + stride, *u2 = u1 + stride, *u3 = u2 + stride;
-        for (int j = from; j < n; j++)
-            row[j] = row[j] - l[0] * u[j] - l[1] * u1[j] - l[2] * u2[j] - l[3] * u3[j];
-        return;
-    }
-    for (int k = 0; k < count; k++)
-        for (int j = from; j < n; j++)
-            row[j] -= l[k] * u[k * stride + j];
+/* A column right of the panel that begins at `first`: its part of U, and what the panel subtracts below. */
+INLINE void subtract_panel(double *restrict column, const double *restrict l0, int n, int first) {
+    const double *l1 = l0 + n, *l2 = l1 + n, *l3 = l2 + n;
+    double *u = column + first;
+    const double a = u[0];
+    const double b = u[1] - l0[first + 1] * a;
+    const double c = u[2] - l0[first + 2] * a - l1[first + 2] * b;
+    const double d = u[3] - l0[first + 3] * a - l1[first + 3] * b - l2[first + 3] * c;
+    u[1] = b;
+    u[2] = c;
+    u[3] = d;
+    for (int i = first + PANEL; i < n; i++)
+        column[i] = column[i] - l0[i] * a - l1[i] * b - l2[i] * c - l3[i] * d;
 }
 
 INLINE int lu_factor(double *A, int n, int *pivot, double *scale) {
@@ -80,15 +92,14 @@ INLINE int lu_factor(double *A, int n, int *pivot, double *scale) {
             largest = fabs(A[i * n + j]) > largest ? fabs(A[i * n + j]) : largest;
         scale[i] = 1 / largest;
     }
+    transpose(A, n);
     for (int first = 0; first < n; first += PANEL) {
         const int last = first + PANEL < n ? first + PANEL : n;
         const int failed = factor_panel(A, n, first, last, pivot, scale);
         if (failed >= 0)
             return failed;
-        for (int i = first + 1; i < last; i++)
-            subtract(A + i * n, A + i * n + first, A + first * n, n, i - first, last, n);
-        for (int i = last; i < n; i++)
-            subtract(A + i * n, A + i * n + first, A + first * n, n, last - first, last, n);
+        for (int j = last; j < n; j++)
+            subtract_panel(A + j * n, A + first * n, n, first);
     }
     return -1;
 }
@@ -99,7 +110,7 @@ INLINE int find_complex_pivot(const double *re, const double *im, int n, int k) 
     double largest = 0;
     int at = -1;
     for (int i = k; i < n; i++) {
-        const double size = fabs(re[i * n + k]) + fabs(im[i * n + k]);
+        const double size = fabs(re[i]) + fabs(im[i]);
         if (size > largest) {
             largest = size;
             at = i;
@@ -108,65 +119,69 @@ INLINE int find_complex_pivot(const double *re, const double *im, int n, int k) 
     return at;
 }
 
+/* (x, y) -= (a + i b) (u, v), entries from `from` to `to` */
+INLINE void subtract_complex(double *restrict x, double *restrict y, double a, double b,
+                             const double *restrict u, const double *restrict v, int from, int to) {
+    for (int i = from; i < to; i++) {
+        x[i] -= u[i] * a - v[i] * b;
+        y[i] -= u[i] * b + v[i] * a;
+    }
+}
+
 INLINE int factor_complex_panel(double *re, double *im, int n, int first, int last, int *pivot) {
     for (int k = first; k < last; k++) {
-        const int at = find_complex_pivot(re, im, n, k);
+        double *restrict x = re + k * n, *restrict y = im + k * n;
+        const int at = find_complex_pivot(x, y, n, k);
         if (at < 0)
             return k;
         pivot[k] = at;
         if (at != k) {
-            swap_rows(re + at * n, re + k * n, n);
-            swap_rows(im + at * n, im + k * n, n);
+            swap_rows(re, n, at, k);
+            swap_rows(im, n, at, k);
         }
-        const double a = re[k * n + k], b = im[k * n + k], square = a * a + b * b;
+        const double square = x[k] * x[k] + y[k] * y[k], a = x[k] / square, b = -y[k] / square;
         if (!(square > 0 && square <= DBL_MAX))
             return k;
+        x[k] = a;
+        y[k] = b;
         for (int i = k + 1; i < n; i++) {
-            double *x = re + i * n, *y = im + i * n;
-            const double lr = (x[k] * a + y[k] * b) / square, li = (y[k] * a - x[k] * b) / square;
-            x[k] = lr;
-            y[k] = li;
-            for (int j = k + 1; j < last; j++) {
-                x[j] -= lr * re[k * n + j] - li * im[k * n + j];
-                y[j] -= lr * im[k * n + j] + li * re[k * n + j];
-            }
+            const double u = x[i], v = y[i];
+            x[i] = u * a - v * b;
+            y[i] = u * b + v * a;
         }
+        for (int j = k + 1; j < last; j++)
+            subtract_complex(re + j * n, im + j * n, re[j * n + k], im[j * n + k], x, y, k + 1, n);
     }
     return -1;
 }
 
-/* Row i of A -= L U over the rows [first, last) of U, from column `from` on; two of them in one pass. */
-INLINE void subtract_complex(double *restrict A, int n, int i, int first, int last, int from) {
-    double *restrict x = A + i * n, *restrict y = x + n * n;
-    int k = first;
-    for (; k + 1 < last; k += 2) {
-        const double *u = A + k * n, *v = u + n * n, *w = u + n, *z = v + n;
+/* A column right of the panel that begins at `first`, as of real matrices; two columns in one pass. */
+INLINE void subtract_complex_panel(double *restrict x, double *restrict y, const double *restrict re,
+                                   const double *restrict im, int n, int first) {
+    const int last = first + PANEL;
+    for (int k = first; k < last - 1; k++)
+        subtract_complex(x, y, x[k], y[k], re + k * n, im + k * n, k + 1, last);
+    for (int k = first; k < last; k += 2) {
+        const double *u = re + k * n, *v = im + k * n, *w = u + n, *z = v + n;
         const double a = x[k], b = y[k], c = x[k + 1], d = y[k + 1];
-        for (int j = from; j < n; j++) {
-            x[j] = x[j] - (a * u[j] - b * v[j]) - (c * w[j] - d * z[j]);
-            y[j] = y[j] - (a * v[j] + b * u[j]) - (c * z[j] + d * w[j]);
-        }
-    }
-    for (; k < last; k++) {
-        const double *u = A + k * n, *v = u + n * n;
-        const double a = x[k], b = y[k];
-        for (int j = from; j < n; j++) {
-            x[j] -= a * u[j] - b * v[j];
-            y[j] -= a * v[j] + b * u[j];
+        for (int i = last; i < n; i++) {
+            x[i] = x[i] - (u[i] * a - v[i] * b) - (w[i] * c - z[i] * d);
+            y[i] = y[i] - (u[i] * b + v[i] * a) - (w[i] * d + z[i] * c);
         }
     }
 }
 
 INLINE int complex_lu_factor(double *A, int n, int *pivot) {
+    double *re = A, *im = A + n * n;
+    transpose(re, n);
+    transpose(im, n);
     for (int first = 0; first < n; first += PANEL) {
         const int last = first + PANEL < n ? first + PANEL : n;
-        const int failed = factor_complex_panel(A, A + n * n, n, first, last, pivot);
+        const int failed = factor_complex_panel(re, im, n, first, last, pivot);
         if (failed >= 0)
             return failed;
-        for (int i = first + 1; i < last; i++)
-            subtract_complex(A, n, i, first, i, last);
-        for (int i = last; i < n; i++)
-            subtract_complex(A, n, i, first, last, last);
+        for (int j = last; j < n; j++)
+            subtract_complex_panel(re + j * n, im + j * n, re, im, n, first);
     }
     return -1;
 }
@@ -180,6 +195,35 @@ INLINE void exchange(double *x, int n, const int *pivot) {
         x[k] = kept;
     }
 }
+
+INLINE int lu_solve(const double *A, int n, const int *pivot, double *x) {
+    exchange(x, n, pivot);
+    for (int k = 0; k < n; k++)
+        dense_add(x + k + 1, -x[k], A + k * n + k + 1, n - k - 1);
+    for (int k = n - 1; k >= 0; k--) {
+        x[k] *= A[k * n + k];
+        dense_add(x, -x[k], A + k * n, k);
+    }
+    return 0;
+}
+
+INLINE int complex_lu_solve(const double *A, int n, const int *pivot, double *x) {
+    const double *re = A, *im = A + n * n;
+    double *y = x + n;
+    exchange(x, n, pivot);
+    exchange(y, n, pivot);
+    for (int k = 0; k < n; k++)
+        subtract_complex(x, y, x[k], y[k], re + k * n, im + k * n, k + 1, n);
+    for (int k = n - 1; k >= 0; k--) {
+        const double a = re[k * n + k], b = im[k * n + k], u = x[k], v = y[k];
+        x[k] = u * a - v * b;
+        y[k] = u * b + v * a;
+        subtract_complex(x, y, x[k], y[k], re + k * n, im + k * n, 0, k);
+    }
+    return 0;
+}
+
+/* ---- Products and sums ---- */
 
 /* sum_j a_j x_j, in four sums, which fit a vector */
 INLINE double dot(const double *restrict a, const double *restrict x, int count) {
@@ -197,51 +241,6 @@ INLINE double dot(const double *restrict a, const double *restrict x, int count)
 INLINE int times(const double *A, int rows, int columns, const double *x, double *y) {
     for (int i = 0; i < rows; i++)
         y[i] = dot(A + i * columns, x, columns);
-    return 0;
-}
-
-INLINE int lu_solve(const double *A, int n, const int *pivot, double *x) {
-    exchange(x, n, pivot);
-    for (int k = 1; k < n; k++)
-        x[k] -= dot(A + k * n, x, k);
-    for (int k = n - 1; k >= 0; k--)
-        x[k] = (x[k] - dot(A + k * n + k + 1, x + k + 1, n - k - 1)) / A[k * n + k];
-    return 0;
-}
-
-/* (r, i) -= sum_j (a_j + i b_j) (x_j + i y_j) */
-INLINE void subtract_dot(const double *restrict a, const double *restrict b, const double *restrict x,
-                         const double *restrict y, int count, double *r, double *i) {
-    double u[4] = {0, 0, 0, 0}, v[4] = {0, 0, 0, 0}, rest_r = 0, rest_i = 0;
-    int j = 0;
-    for (; j + 3 < count; j += 4)
-        for (int k = 0; k < 4; k++) {
-            u[k] += a[j + k] * x[j + k] - b[j + k] * y[j + k];
-            v[k] += a[j + k] * y[j + k] + b[j + k] * x[j + k];
-        }
-    for (; j < count; j++) {
-        rest_r += a[j] * x[j] - b[j] * y[j];
-        rest_i += a[j] * y[j] + b[j] * x[j];
-    }
-    *r -= u[0] + u[1] + (u[2] + u[3]) + rest_r;
-    *i -= v[0] + v[1] + (v[2] + v[3]) + rest_i;
-}
-
-INLINE int complex_lu_solve(const double *A, int n, const int *pivot, double *x) {
-    const double *re = A, *im = A + n * n;
-    double *y = x + n;
-    exchange(x, n, pivot);
-    exchange(y, n, pivot);
-    for (int k = 1; k < n; k++)
-        subtract_dot(re + k * n, im + k * n, x, y, k, &x[k], &y[k]);
-    for (int k = n - 1; k >= 0; k--) {
-        const int at = k * n + k;
-        double r = x[k], i = y[k];
-        subtract_dot(re + at + 1, im + at + 1, x + k + 1, y + k + 1, n - k - 1, &r, &i);
-        const double square = re[at] * re[at] + im[at] * im[at];
-        x[k] = (r * re[at] + i * im[at]) / square;
-        y[k] = (i * re[at] - r * im[at]) / square;
-    }
     return 0;
 }
 

@@ -425,11 +425,16 @@ class DerivedCollocation:
         # all left vectors with their conjugates; the columns of the inverse are the right ones
         pairs = [row for value, row in zip(self.eigenvalues, self.left)
                  for row in ([row] if mpmath.im(value) == 0 else [row, [mpmath.conj(entry) for entry in row]])]
-        inverse, at, self.right = mpmath.matrix(pairs) ** -1, 0, []
-        for value in self.eigenvalues:
+        inverse, at = mpmath.matrix(pairs) ** -1, 0
+        self.real_left, right = [], []  # L by rows, R by columns
+        for value, row in zip(self.eigenvalues, self.left):
             count = 1 if mpmath.im(value) == 0 else 2
-            self.right.append([self.cleaned(count * inverse[i, at]) for i in range(s)])
+            column = [self.cleaned(count * inverse[i, at]) for i in range(s)]
+            self.real_left += [mpmath.re(entry) for entry in row], [mpmath.im(entry) for entry in row][:s * (count - 1)]
+            right += [mpmath.re(entry) for entry in column], [-mpmath.im(entry) for entry in column][:s * (count - 1)]
             at += count
+        self.real_left, right = ([row for row in rows if row] for rows in (self.real_left, right))
+        self.real_right = [list(row) for row in zip(*right)]
 
     @staticmethod
     def cleaned(value):
@@ -475,7 +480,7 @@ def test_collocation_entries(collocation):
     K, K_low, C = derived.constants()
     entries = {"c": derived.c, "a": list(derived.a), "aa": list(derived.aa), "b": list(derived.b), "bb": list(derived.bb),
                "lagrange": sum(derived.lagrange, []), "e": derived.e, "e_low": derived.e_low, "lambda": pairs_of(derived.eigenvalues),
-               "left": pairs_of(sum(derived.left, [])), "right": pairs_of(sum(derived.right, []))}
+               "left": sum(derived.real_left, []), "right": sum(derived.real_right, [])}
     worst = {name: last_places(getattr(table, name)[:len(exact)], exact) for name, exact in entries.items()}
     worst["ratio"], worst["share"] = last_places([table.ratio], [K_low / K]), last_places([table.share], [C / K])
     print(table.name.decode(), {name: round(float(value), 2) for name, value in worst.items()})
@@ -483,19 +488,21 @@ def test_collocation_entries(collocation):
 
 
 def test_collocation_parts_make_the_whole(collocation):
-    """sum_k Re(right_ik lambda_k left_kj) = a_ij, and the identity without lambda, in the numbers of the table."""
+    """R B L = a_ij and R L = 1, in the numbers of the table."""
     table, derived = collocation
-    s = table.stages
-
-    def entry(values, at):
-        return mpmath.mpc(values[2 * at], values[2 * at + 1])
+    s, at, B = table.stages, 0, {}
+    for k in range(table.eigenvalues):
+        re, im = (mpmath.mpf(part) for part in getattr(table, "lambda")[2 * k:2 * k + 2])
+        B |= {(at, at): re} if im == 0 else {(at, at): re, (at, at + 1): -im, (at + 1, at): im, (at + 1, at + 1): re}
+        at += 1 if im == 0 else 2
+    assert at == s
     for is_a in True, False:
         worst = 0
         for i, j in itertools.product(range(s), repeat=2):
-            terms = [entry(table.right, k * s + i) * entry(table.left, k * s + j) * (entry(getattr(table, "lambda"), k) if is_a else 1)
-                     for k in range(table.eigenvalues)]
+            terms = [mpmath.mpf(table.right[i * s + k]) * value * mpmath.mpf(table.left[m * s + j])
+                     for (k, m), value in (B.items() if is_a else [((k, k), 1) for k in range(s)])]
             size = mpmath.fsum(map(abs, terms))
-            worst = max(worst, abs(mpmath.re(mpmath.fsum(terms)) - (mpmath.mpf(table.a[i * s + j]) if is_a else i == j)) / size)
+            worst = max(worst, abs(mpmath.fsum(terms) - (mpmath.mpf(table.a[i * s + j]) if is_a else i == j)) / size)
         print(f"{table.name.decode()}: {'a' if is_a else 'identity'} to {float(worst):.1e} of its terms")
         assert worst <= 4 * mpmath.mpf(2) ** -53 * SCALE
 

@@ -197,7 +197,7 @@ int refdyn_gsl_init(struct refdyn_gsl *gsl, struct refdyn_drive *drive, enum ref
     gsl->system = (gsl_odeiv2_system){
         .function = slope, .jacobian = jacobian, .dimension = (size_t)size, .params = gsl};
     for (int j = 0; j < n; j++)
-        drive->side[j] = drive->side[n + j] = refdyn_coordinate_unit(drive->work->model, j, options->length);
+        drive->side[j] = drive->side[n + j] = drive->units[j];
     drive->side[2 * n] = weight_none;
     gsl->driver = gsl_odeiv2_driver_alloc_scaled_new(&gsl->system, type, first_step(gsl), options->tol, 0, 1,
                                                      0, drive->side);

@@ -67,8 +67,15 @@ static struct number entry(const double *A, int n, int i, int j, int is_complex)
     return (struct number){A[i * n + j], is_complex ? A[n * n + i * n + j] : 0};
 }
 
+/* Factors stand column by column, with the inverses of U's diagonal. */
 static struct number of_L(int n, int i, int k, int is_complex) {
-    return i == k ? (struct number){1, 0} : entry(factors, n, i, k, is_complex);
+    return i == k ? (struct number){1, 0} : entry(factors, n, k, i, is_complex);
+}
+
+static struct number of_U(int n, int k, int j, int is_complex) {
+    const struct number found = entry(factors, n, j, k, is_complex);
+    const long double square = found.re * found.re + found.im * found.im;
+    return k == j ? (struct number){found.re / square, -found.im / square} : found;
 }
 
 /* The rows of `given` in the order of the pivots. */
@@ -92,7 +99,7 @@ static double factor_error(int n, int is_complex) {
             struct number sum = entry(given, n, order[i], j, is_complex);
             long double size = 0;
             for (int k = 0; k <= (i < j ? i : j); k++) {
-                const struct number l = of_L(n, i, k, is_complex), u = entry(factors, n, k, j, is_complex);
+                const struct number l = of_L(n, i, k, is_complex), u = of_U(n, k, j, is_complex);
                 const struct number product = times_number(l, u);
                 sum = (struct number){sum.re - product.re, sum.im - product.im};
                 size += size_of(l) * size_of(u);
@@ -110,7 +117,7 @@ static double solution_error(int n, int is_complex, const double *x, const doubl
     for (int k = 0; k < n; k++) {
         inner[k] = 0;
         for (int j = k; j < n; j++)
-            inner[k] += size_of(entry(factors, n, k, j, is_complex)) *
+            inner[k] += size_of(of_U(n, k, j, is_complex)) *
                         size_of((struct number){x[j], is_complex ? x[n + j] : 0});
     }
     for (int i = 0; i < n; i++) {
