@@ -86,10 +86,11 @@ static int factors_size(const struct refdyn_chain *c) {
     return c->n * (c->left + 2 * c->right + 1);
 }
 
-void refdyn_chain_lay_out(struct refdyn_chain *c, const struct refdyn_model *model, int complexes,
+void refdyn_chain_lay_out(struct refdyn_chain *c, const struct refdyn_model *model, int has_wide,
                           struct room *room) {
-    const int n = model->n, border = border_of(model), matrices = 1 + 2 * complexes;
-    const int is_planar = normal_of(model) >= 0;
+    const int n = model->n, border = border_of(model), is_planar = normal_of(model) >= 0;
+    const int width = refdyn_chain_width(has_wide), both = 1 + (has_wide ? width : 0);
+    const int corners = 1 + (has_wide ? width : 0), pivots = 1 + (has_wide ? REFDYN_LANES : 0);
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(is_planar);
     *c = (struct refdyn_chain){.model = model, .n = n, .is_planar = is_planar};
     c->left = at.left;
@@ -98,13 +99,13 @@ void refdyn_chain_lay_out(struct refdyn_chain *c, const struct refdyn_model *mod
     c->records = room_doubles(room, n * c->record);
     c->stiffness = room_doubles(room, n);
     c->damping = room_doubles(room, n);
-    c->factors = room_doubles(room, matrices * factors_size(c));
-    c->responses = room_doubles(room, matrices * border * n);
-    c->corner = room_doubles(room, matrices * border * border);
-    c->border_rows = room_doubles(room, matrices * border * n);
-    c->inner = room_doubles(room, most_slots(model) * 2 * REFDYN_LEFT_MOST * REFDYN_RIGHT_MOST);
-    c->sweep = room_doubles(room, n * 2 * REFDYN_RIGHT_MOST);
-    c->side = room_doubles(room, 4 * n + 4 * border);
+    c->factors = room_doubles(room, both * factors_size(c));
+    c->responses = room_doubles(room, both * border * n);
+    c->border_rows = room_doubles(room, both * border * n);
+    c->corner = room_doubles(room, corners * border * border);
+    c->inner = room_doubles(room, most_slots(model) * width * at.left * at.right);
+    c->sweep = room_doubles(room, n * width * at.right);
+    c->side = room_doubles(room, 4 * n + (2 * n + 2 * border) * width);
     c->scale = room_doubles(room, border);
     c->order = room_ints(room, n);
     c->parent = room_ints(room, n);
@@ -112,7 +113,7 @@ void refdyn_chain_lay_out(struct refdyn_chain *c, const struct refdyn_model *mod
     c->next = room_ints(room, n);
     c->slot = room_ints(room, n);
     c->moves = room_ints(room, n);
-    c->pivot = room_ints(room, (1 + complexes) * border);
+    c->pivot = room_ints(room, pivots * border);
     if (room->base) {
         order_joints(c);
         find_slots(c);
@@ -218,7 +219,7 @@ void refdyn_chain_times(struct refdyn_chain *c, const double *m, const double *d
             sorted[i] = by_coordinate[of][c->order[i]];
         x[of] = by_coordinate[of] ? sorted : NULL;
     }
-    refdyn_chain_multiply(c, x, result);
+    refdyn_chain_multiply(c, 0, x, result);
     for (int i = 0; i < n; i++)
         y[c->order[i]] = result[i];
     for (int s = 0; s < c->model->coupling_count; s++) {
@@ -230,127 +231,205 @@ void refdyn_chain_times(struct refdyn_chain *c, const double *m, const double *d
 
 /* ---- Factors ---- */
 
-/* The arrays of one matrix; parts 1: real numbers. */
+/* The arrays of a matrix of real numbers, or (wide) of LANES complex ones side by side. */
 struct factored {
-    int parts, border;
-    double *factors, *responses, *corner, *rows;
+    int wide, width, border;
+    double *factors, *responses, *rows, *corner;
     int *pivot;
 };
 
-static struct factored factored_of(const struct refdyn_chain *c, int which) {
-    const int most = border_of(c->model), before = which ? 2 * which - 1 : 0;
-    return (struct factored){.parts = which ? 2 : 1,
+static struct factored factored_of(const struct refdyn_chain *c, int wide) {
+    const int most = border_of(c->model);
+    return (struct factored){.wide = wide,
+                             .width = refdyn_chain_width(wide),
                              .border = c->border,
-                             .factors = c->factors + before * factors_size(c),
-                             .responses = c->responses + before * most * c->n,
-                             .corner = c->corner + before * most * most,
-                             .rows = c->border_rows + before * most * c->n,
-                             .pivot = c->pivot + which * most};
+                             .factors = c->factors + (wide ? factors_size(c) : 0),
+                             .responses = c->responses + (wide ? most * c->n : 0),
+                             .rows = c->border_rows + (wide ? most * c->n : 0),
+                             .corner = c->corner + (wide ? most * most : 0),
+                             .pivot = c->pivot + (wide ? most : 0)};
 }
 
-/* base + g first + g^2 second of a row, by position, real parts and then imaginary ones; base NULL: zero */
-static void combine_row(const struct refdyn_chain *c, double re, double im, const double *base,
-                        const double *first, const double *second, int parts, double *row) {
-    const double square_re = re * re - im * im, square_im = 2 * re * im;
+/* Real values of all coordinates as numbers by position. */
+static void sort(const struct refdyn_chain *c, int wide, const double *values, double *numbers) {
+    const int width = refdyn_chain_width(wide);
+    memset(numbers, 0, (size_t)(c->n * width) * sizeof *numbers);
+    for (int k = 0; k < c->n; k++)
+        for (int l = 0; l < (wide ? REFDYN_LANES : 1); l++)
+            numbers[k * width + l] = values[c->order[k]];
+}
+
+/* base + g first + g^2 second of a row; base NULL: zero */
+static void combine_row(const struct refdyn_chain *c, int wide, const double *g, const double *base,
+                        const double *first, const double *second, double *row) {
+    const int width = refdyn_chain_width(wide);
+    double square[2 * REFDYN_LANES] = {0};
+    refdyn_chain_add(wide, 1, g, g, square);
     for (int k = 0; k < c->n; k++) {
         const int i = c->order[k];
-        row[k] = (base ? base[i] : 0) + re * first[i] + square_re * second[i];
-        if (parts == 2)
-            row[c->n + k] = im * first[i] + square_im * second[i];
+        for (int p = 0; p < width; p++)
+            row[k * width + p] = g[p] * first[i] + square[p] * second[i];
+        for (int l = 0; l < (wide ? REFDYN_LANES : 1) && base; l++)
+            row[k * width + l] += base[i];
     }
 }
 
 /* A^-1 of a real column. */
 static void respond(const struct refdyn_chain *c, const struct factored *f, const double *column,
                     double *response) {
-    for (int k = 0; k < c->n; k++)
-        response[k] = column[c->order[k]];
-    memset(response + c->n, 0, (size_t)((f->parts - 1) * c->n) * sizeof *response);
-    refdyn_chain_solve_tree(c, f->parts, f->factors, response);
+    sort(c, f->wide, column, response);
+    refdyn_chain_solve_tree(c, f->wide, f->factors, response);
 }
 
-/* row . x of the border, complex where there are two parts */
-static void meet(const struct refdyn_chain *c, int parts, const double *row, const double *x, double *re,
-                 double *im) {
-    const int n = c->n;
-    *re = dense_dot(row, x, n);
-    *im = 0;
-    if (parts == 2) {
-        *re -= dense_dot(row + n, x + n, n);
-        *im = dense_dot(row, x + n, n) + dense_dot(row + n, x, n);
-    }
+/* The matrix of the border in lane l, complex where numbers are wide. */
+static double *corner_of(const struct factored *f, int l) {
+    return f->corner + l * 2 * f->border * f->border;
 }
 
 /* The rows times the responses, and 1 for couplings: what is left when all joints are eliminated. */
 static int factor_corner(struct refdyn_chain *c, const struct factored *f) {
-    const int b = f->border, width = f->parts * c->n;
-    double *re = f->corner, *im = re + b * b;
+    const int b = f->border, size = c->n * f->width, lanes = f->wide ? REFDYN_LANES : 1;
     for (int i = 0; i < b; i++)
         for (int j = 0; j < b; j++) {
-            double entry_im;
-            meet(c, f->parts, f->rows + i * width, f->responses + j * width, &re[i * b + j], &entry_im);
-            if (f->parts == 2)
-                im[i * b + j] = entry_im;
-            re[i * b + j] += i == j && i < c->model->coupling_count;
+            double entry[2 * REFDYN_LANES];
+            refdyn_chain_dot(f->wide, c->n, f->rows + i * size, f->responses + j * size, entry);
+            for (int l = 0; l < lanes; l++) {
+                double *re = corner_of(f, l) + i * b + j;
+                *re = entry[l] + (i == j && i < c->model->coupling_count);
+                if (f->wide)
+                    re[b * b] = entry[REFDYN_LANES + l];
+            }
         }
-    const int failed = f->parts == 2 ? refdyn_complex_lu_factor(f->corner, b, f->pivot)
-                                     : refdyn_lu_factor(f->corner, b, f->pivot, c->scale);
+    int failed = -1;
+    for (int l = 0; l < lanes && failed < 0; l++)
+        failed = f->wide ? refdyn_complex_lu_factor(corner_of(f, l), b, f->pivot + l * b)
+                         : refdyn_lu_factor(f->corner, b, f->pivot, c->scale);
     return failed < 0 ? REFDYN_OK : REFDYN_MATRIX_SINGULAR;
 }
 
-int refdyn_chain_factor(struct refdyn_chain *c, int which, double re, double im,
-                        const struct refdyn_border *border) {
+static int factor(struct refdyn_chain *c, int wide, const double *g, const struct refdyn_border *border) {
     const int n = c->n, couplings = c->model->coupling_count;
     c->border = couplings + border->count;
-    const struct factored f = factored_of(c, which);
-    const int width = f.parts * n;
-    if (refdyn_chain_eliminate(c, f.parts, re, im, f.factors) >= 0)
+    const struct factored f = factored_of(c, wide);
+    const int size = f.width * n;
+    if (refdyn_chain_eliminate(c, wide, g, f.factors) >= 0)
         return REFDYN_MATRIX_SINGULAR;
     for (int s = 0; s < couplings; s++) {
-        combine_row(c, re, im, NULL, c->by_qd + s * n, c->by_q + s * n, f.parts, f.rows + s * width);
-        respond(c, &f, c->pulled + s * n, f.responses + s * width);
+        combine_row(c, wide, g, NULL, c->by_qd + s * n, c->by_q + s * n, f.rows + s * size);
+        respond(c, &f, c->pulled + s * n, f.responses + s * size);
     }
     for (int k = 0; k < border->count; k++) {
-        const int a = border->places[k] * n, at = (couplings + k) * width;
-        combine_row(c, re, im, border->u + a, border->by_qd + a, border->by_q + a, f.parts, f.rows + at);
+        const int a = border->places[k] * n, at = (couplings + k) * size;
+        combine_row(c, wide, g, border->u + a, border->by_qd + a, border->by_q + a, f.rows + at);
         respond(c, &f, border->u + a, f.responses + at);
     }
     return factor_corner(c, &f);
 }
 
-/*
- * x = x_0 - responses z with x_0 = A^-1 of the right side: couplings need pull = row . x, which acts as z,
- * rows row . x = r with z = -lambda: (row . responses [+ 1]) z = row . x_0 [- r].
- */
-void refdyn_chain_solve(struct refdyn_chain *c, int which, double *x) {
-    const struct factored f = factored_of(c, which);
-    const int n = c->n, b = f.border, couplings = c->model->coupling_count, size = n + b - couplings;
-    const int width = f.parts * n;
-    double *y = c->side, *z = c->side + 2 * n;
-    for (int part = 0; part < f.parts; part++)
-        for (int k = 0; k < n; k++)
-            y[part * n + k] = x[part * size + c->order[k]];
-    refdyn_chain_solve_tree(c, f.parts, f.factors, y);
-    for (int i = 0; i < b; i++) {
-        double im;
-        meet(c, f.parts, f.rows + i * width, y, &z[i], &im);
-        z[i] -= i < couplings ? 0 : x[n + i - couplings];
-        if (f.parts == 2)
-            z[b + i] = im - (i < couplings ? 0 : x[size + n + i - couplings]);
+int refdyn_chain_factor(struct refdyn_chain *c, double g, const struct refdyn_border *border) {
+    return factor(c, 0, &g, border);
+}
+
+int refdyn_chain_factor_all(struct refdyn_chain *c, int count, const double *lambda, double h,
+                            const struct refdyn_border *border) {
+    double g[2 * REFDYN_LANES];
+    for (int l = 0; l < REFDYN_LANES; l++) {
+        const int k = l < count ? l : 0; /* lanes that are left repeat the first */
+        g[l] = h * lambda[2 * k];
+        g[REFDYN_LANES + l] = h * lambda[2 * k + 1];
     }
-    if (f.parts == 2)
-        refdyn_complex_lu_solve(f.corner, b, f.pivot, z);
-    else
-        refdyn_lu_solve(f.corner, b, f.pivot, z);
-    for (int i = 0; i < b; i++) {
-        const double *response = f.responses + i * width;
-        dense_add(y, -z[i], response, width);
-        if (f.parts == 2) {
-            dense_add(y, z[b + i], response + n, n);
-            dense_add(y + n, -z[b + i], response, n);
+    return factor(c, 1, g, border);
+}
+
+/* z = (corner)^-1 z, numbers of the border */
+static void solve_corner(const struct factored *f, double *z) {
+    const int b = f->border;
+    double *x = z + b * f->width; /* of one lane */
+    if (!f->wide) {
+        refdyn_lu_solve(f->corner, b, f->pivot, z);
+        return;
+    }
+    for (int l = 0; l < REFDYN_LANES; l++) {
+        for (int i = 0; i < b; i++) {
+            x[i] = z[i * f->width + l];
+            x[b + i] = z[i * f->width + REFDYN_LANES + l];
+        }
+        refdyn_complex_lu_solve(corner_of(f, l), b, f->pivot + l * b, x);
+        for (int i = 0; i < b; i++) {
+            z[i * f->width + l] = x[i];
+            z[i * f->width + REFDYN_LANES + l] = x[b + i];
         }
     }
-    for (int part = 0; part < f.parts; part++)
-        for (int k = 0; k < n; k++)
-            x[part * size + c->order[k]] = y[part * n + k];
+}
+
+/*
+ * x = x_0 - responses z with x_0 = A^-1 of the right side: couplings need pull = row . x, which acts as z,
+ * rows row . x = r with z = -lambda: (row . responses [+ 1]) z = row . x_0 [- r]. In place; z: minus the
+ * right sides of the border, and room behind it.
+ */
+static void solve(const struct refdyn_chain *c, const struct factored *f, double *x, double *z) {
+    const int n = c->n, size = n * f->width;
+    double number[2 * REFDYN_LANES];
+    refdyn_chain_solve_tree(c, f->wide, f->factors, x);
+    for (int i = 0; i < f->border; i++) {
+        refdyn_chain_dot(f->wide, n, f->rows + i * size, x, number);
+        dense_add(z + i * f->width, 1, number, f->width);
+    }
+    solve_corner(f, z);
+    for (int i = 0; i < f->border; i++) {
+        for (int p = 0; p < f->width; p++)
+            number[p] = -z[i * f->width + p];
+        refdyn_chain_add(f->wide, n, number, f->responses + i * size, x);
+    }
+}
+
+void refdyn_chain_solve(struct refdyn_chain *c, double *x) {
+    const struct factored f = factored_of(c, 0);
+    const int couplings = c->model->coupling_count;
+    double *y = c->side, *z = c->side + c->n;
+    for (int k = 0; k < c->n; k++)
+        y[k] = x[c->order[k]];
+    for (int i = 0; i < f.border; i++)
+        z[i] = i < couplings ? 0 : -x[c->n + i - couplings];
+    solve(c, &f, y, z);
+    for (int k = 0; k < c->n; k++)
+        x[c->order[k]] = y[k];
+}
+
+/* Values of eigenvalue k, one or two for each coordinate, to or from the numbers y. */
+static double *exchange(const struct refdyn_chain *c, int is_back, int l, int is_real, double *x, double *y) {
+    const int width = refdyn_chain_width(1);
+    for (int part = 0; part < (is_real ? 1 : 2); part++, x += c->n)
+        for (int k = 0; k < c->n; k++) {
+            double *place = y + k * width + part * REFDYN_LANES + l;
+            if (is_back)
+                x[c->order[k]] = *place;
+            else
+                *place = x[c->order[k]];
+        }
+    return x;
+}
+
+void refdyn_chain_solve_all(struct refdyn_chain *c, int count, const double *lambda,
+                            const struct refdyn_border *border, double *x) {
+    const struct factored f = factored_of(c, 1);
+    const int n = c->n, couplings = c->model->coupling_count;
+    double *row = c->side, *right = row + 4 * n, *y = right + n * f.width, *z = y + n * f.width, *at = x;
+    const double *const mass[3] = {right, NULL, NULL};
+    memset(right, 0, (size_t)(n * f.width) * sizeof *right);
+    for (int l = 0; l < count; l++)
+        at = exchange(c, 0, l, lambda[2 * l + 1] == 0, at, right);
+    refdyn_chain_multiply(c, 1, mass, y);
+    memset(z, 0, (size_t)(couplings * f.width) * sizeof *z);
+    for (int k = 0; k < border->count; k++) {
+        double *met = z + (couplings + k) * f.width;
+        sort(c, 0, border->u + border->places[k] * n, row);
+        refdyn_chain_dot_real(1, n, row, right, met);
+        for (int p = 0; p < f.width; p++)
+            met[p] = -met[p];
+    }
+    solve(c, &f, y, z);
+    at = x;
+    for (int l = 0; l < count; l++)
+        at = exchange(c, 1, l, lambda[2 * l + 1] == 0, at, y);
 }

@@ -14,7 +14,8 @@
  * L^T D L of M), x_i leaves -S_l . W_i Y_i . Z_k / A_ii at every entry (l, k) of joints before it: one matrix
  * X = sum W_i Y_i^T / A_ii, moved along, holds what all joints beyond j leave, and at j
  *     W_j -= X Z_j,   Y_j -= X^T S_j,   A_jj = Z_j . Y_j + g damping_j + g^2 stiffness_j.
- * Couplings and rows are a border, eliminated last. In a plane X is 3 x 5, in space 6 x 12.
+ * Couplings and rows are a border, eliminated last. In a plane X is 3 x 5, in space 6 x 12. The matrices of a collocation
+ * method, one real or complex g for each eigenvalue, are worked on side by side.
  */
 /* clang-format on */
 #ifndef REFDYN_CHAIN_H
@@ -23,8 +24,8 @@
 #include "refdyn.h"
 #include "room.h"
 
-/* Lays out arrays with room for factors of one real and this many complex matrices. */
-void refdyn_chain_lay_out(struct refdyn_chain *chain, const struct refdyn_model *model, int complexes,
+/* Lays out arrays with room for factors of a real matrix, and (has_wide) of those of a collocation method. */
+void refdyn_chain_lay_out(struct refdyn_chain *chain, const struct refdyn_model *model, int has_wide,
                           struct room *room);
 /* Doubles of the result of tangent_vectors behind its rows. */
 int refdyn_chain_result_size(const struct refdyn_model *model);
@@ -44,11 +45,19 @@ struct refdyn_border {
     int count;
 };
 
-/* Factors matrix number `which` (0: the real one, k + 1: complex k) for g. Errors: MATRIX_SINGULAR. */
-int refdyn_chain_factor(struct refdyn_chain *chain, int which, double re, double im,
-                        const struct refdyn_border *border);
-/* Solves in place: x (n + count) with real parts, then (which > 0) imaginary ones; what replaces the border's
- * entries is room. */
-void refdyn_chain_solve(struct refdyn_chain *chain, int which, double *x);
+/* Factors the matrix for a real g, and solves in place: x (n + count), whose border entries stay. Errors:
+ * MATRIX_SINGULAR. */
+int refdyn_chain_factor(struct refdyn_chain *chain, double g, const struct refdyn_border *border);
+void refdyn_chain_solve(struct refdyn_chain *chain, double *x);
+/*
+ * The same for g = h lambda_k of `count` eigenvalues (count x 2: real and imaginary parts), side by side.
+ * Solves for the change of accelerations by residuals: right sides M x and u x; x holds n values for a real
+ * eigenvalue, n real and n imaginary ones for another, in place. A count may be smaller than that of the
+ * factors. Errors: MATRIX_SINGULAR.
+ */
+int refdyn_chain_factor_all(struct refdyn_chain *chain, int count, const double *lambda, double h,
+                            const struct refdyn_border *border);
+void refdyn_chain_solve_all(struct refdyn_chain *chain, int count, const double *lambda,
+                            const struct refdyn_border *border, double *x);
 
 #endif

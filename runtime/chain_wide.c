@@ -2,10 +2,11 @@
  * The sweeps over a tree of joints of chain.h: products, elimination, solution. Compiled twice: wide.h.
  *
  * All is by position. A joint's record holds S, then its shift and the rate of it, W of mass, damping and
- * stiffness, Z of the same, and Y. Numbers are real (parts 1) or complex (parts 2: imaginary parts stand
- * behind the real ones of a vector). Components of a wrench are moments, then forces; of what it meets:
- * moment, spin, force, turned. In a plane these are one moment about its normal and two forces, b and c, that
- * follow the normal in x y z x.
+ * stiffness, Z of the same, and Y. What is eliminated and solved are numbers: real ones, or (wide) LANES
+ * complex ones side by side, one of each eigenvalue of a collocation method, all real parts first: elements
+ * of a vector are far fewer than what a processor works on at once. Components of a wrench are moments, then
+ * forces; of what it meets: moment, spin, force, turned. In a plane these are one moment about its normal and
+ * two forces, b and c, that follow the normal in x y z x.
  */
 #include "chain_wide.h"
 
@@ -15,35 +16,79 @@
 
 #include "wide.h"
 
-struct scalar {
-    double re, im;
-};
+enum { LANES = REFDYN_LANES, WIDTH_MOST = 2 * LANES };
 
-INLINE struct scalar times(int parts, struct scalar a, struct scalar b) {
-    if (parts == 1)
-        return (struct scalar){a.re * b.re, 0};
-    return (struct scalar){a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
+/* LANES doubles that are worked on at once, wherever they stand; processors without such vectors take parts
+ * of them in turn. */
+typedef double numbers
+    __attribute__((vector_size(LANES * sizeof(double)), aligned(sizeof(double)), may_alias));
+
+INLINE numbers *lanes_of(double *number) {
+    return (numbers *)number;
 }
 
-INLINE struct scalar inverse(int parts, struct scalar a) {
-    if (parts == 1)
-        return (struct scalar){1 / a.re, 0};
-    const double square = a.re * a.re + a.im * a.im;
-    return (struct scalar){a.re / square, -a.im / square};
+INLINE const numbers *lanes_in(const double *number) {
+    return (const numbers *)number;
 }
+
+/* ---- Numbers ---- */
 
 /* y += a x */
-INLINE void add_scaled(int parts, int n, struct scalar a, const double *restrict x, double *restrict y) {
-    if (parts == 1) {
-        for (int i = 0; i < n; i++)
-            y[i] += a.re * x[i];
+INLINE void add_product(int wide, const double *a, const double *x, double *y) {
+    if (!wide) {
+        y[0] += a[0] * x[0];
         return;
     }
-    for (int i = 0; i < n; i++) {
-        const double re = x[i], im = x[n + i];
-        y[i] += a.re * re - a.im * im;
-        y[n + i] += a.re * im + a.im * re;
+    const numbers a_re = lanes_in(a)[0], a_im = lanes_in(a)[1], x_re = lanes_in(x)[0], x_im = lanes_in(x)[1];
+    lanes_of(y)[0] += a_re * x_re - a_im * x_im;
+    lanes_of(y)[1] += a_re * x_im + a_im * x_re;
+}
+
+/* y = 1 / a; 0: that is none, or infinite beside `whole` */
+INLINE int invert(int wide, const double *a, const double *whole, double *y) {
+    for (int l = 0; l < (wide ? LANES : 1); l++) {
+        const double re = a[l], im = wide ? a[LANES + l] : 0, size = fabs(re) + fabs(im);
+        if (!(size > 4 * DBL_EPSILON * whole[l] && size <= DBL_MAX))
+            return 0;
+        if (!wide) {
+            y[0] = 1 / re;
+            return 1;
+        }
+        const double square = re * re + im * im;
+        y[l] = re / square;
+        y[LANES + l] = -im / square;
     }
+    return 1;
+}
+
+/* ---- Vectors of numbers ---- */
+
+/* y += a x */
+INLINE void add_scaled(int wide, int n, const double *a, const double *restrict x, double *restrict y) {
+    const int width = refdyn_chain_width(wide);
+    for (int i = 0; i < n; i++)
+        add_product(wide, a, x + i * width, y + i * width);
+}
+
+/* y += s x with real s */
+INLINE void add_real(int wide, int n, double s, const double *x, double *y) {
+    if (!wide) {
+        for (int i = 0; i < n; i++)
+            y[i] += s * x[i];
+        return;
+    }
+    for (int i = 0; i < 2 * n; i++)
+        lanes_of(y)[i] += s * lanes_in(x)[i];
+}
+
+/* y += s x with real vectors s and a number x */
+INLINE void add_along(int wide, int n, const double *s, const double *x, double *y) {
+    if (!wide) {
+        add_real(0, n, x[0], s, y);
+        return;
+    }
+    for (int i = 0; i < n; i++)
+        add_real(1, 1, s[i], x, y + i * WIDTH_MOST);
 }
 
 /* sum_i x_i y_i in four sums, which fit a vector and do not wait for each other */
@@ -58,149 +103,172 @@ INLINE double sum_of(int n, const double *x, const double *y) {
     return s[0] + s[1] + (s[2] + s[3]) + rest;
 }
 
-INLINE struct scalar dot(int parts, int n, const double *x, const double *y) {
-    if (parts == 1)
-        return (struct scalar){sum_of(n, x, y), 0};
-    return (struct scalar){sum_of(n, x, y) - sum_of(n, x + n, y + n),
-                           sum_of(n, x, y + n) + sum_of(n, x + n, y)};
-}
-
-/* s real */
-INLINE struct scalar dot_real(int parts, int n, const double *s, const double *y) {
-    return (struct scalar){sum_of(n, s, y), parts == 2 ? sum_of(n, s, y + n) : 0};
-}
-
-/* m += s x f, components `step` apart, each of them `count` numbers */
-INLINE void add_cross(int planar, const double *s, const double *f, double *m, int step, int count) {
-    for (int i = 0; i < count; i++) {
-        if (planar) {
-            m[i] += s[0] * f[step + i] - s[1] * f[i];
-            continue;
-        }
-        m[i] += s[1] * f[2 * step + i] - s[2] * f[step + i];
-        m[step + i] += s[2] * f[i] - s[0] * f[2 * step + i];
-        m[2 * step + i] += s[0] * f[step + i] - s[1] * f[i];
+/* sum = sum_i x_i y_i */
+INLINE void dot(int wide, int n, const double *x, const double *y, double *restrict sum) {
+    if (!wide) {
+        sum[0] = sum_of(n, x, y);
+        return;
     }
+    numbers re = {0}, im = {0};
+    for (int i = 0; i < 2 * n; i += 2) {
+        const numbers *a = lanes_in(x) + i, *b = lanes_in(y) + i;
+        re += a[0] * b[0] - a[1] * b[1];
+        im += a[0] * b[1] + a[1] * b[0];
+    }
+    lanes_of(sum)[0] = re;
+    lanes_of(sum)[1] = im;
+}
+
+/* The same with real s. */
+INLINE void dot_real(int wide, int n, const double *s, const double *y, double *restrict sum) {
+    if (!wide) {
+        sum[0] = sum_of(n, s, y);
+        return;
+    }
+    numbers re = {0}, im = {0};
+    for (int i = 0; i < n; i++) {
+        re += s[i] * lanes_in(y)[2 * i];
+        im += s[i] * lanes_in(y)[2 * i + 1];
+    }
+    lanes_of(sum)[0] = re;
+    lanes_of(sum)[1] = im;
+}
+
+/* y += s x - t z with real s and t */
+INLINE void add_difference(int wide, int n, double s, const double *x, double t, const double *z, double *y) {
+    if (!wide) {
+        for (int i = 0; i < n; i++)
+            y[i] += s * x[i] - t * z[i];
+        return;
+    }
+    for (int i = 0; i < 2 * n; i++)
+        lanes_of(y)[i] += s * lanes_in(x)[i] - t * lanes_in(z)[i];
+}
+
+/* m += s x f of wrenches, whose components are `count` numbers each */
+INLINE void add_cross(int wide, int planar, const double *s, const double *f, double *m, int count) {
+    const int step = count * refdyn_chain_width(wide);
+    const double *fy = f + step, *fz = fy + step;
+    if (planar) {
+        add_difference(wide, count, s[0], fy, s[1], f, m);
+        return;
+    }
+    add_difference(wide, count, s[1], fz, s[2], fy, m);
+    add_difference(wide, count, s[2], f, s[0], fz, m + step);
+    add_difference(wide, count, s[0], fy, s[1], f, m + 2 * step);
 }
 
 /* f += m x s: what the move above is on the other side of a product */
-INLINE void add_crossed(int planar, const double *s, const double *m, double *f) {
+INLINE void add_crossed(int wide, int planar, const double *s, const double *m, double *f) {
+    const int step = refdyn_chain_width(wide);
+    const double *my = m + step, *mz = my + step;
     if (planar) {
-        f[0] -= m[0] * s[1];
-        f[1] += m[0] * s[0];
+        add_real(wide, 1, -s[1], m, f);
+        add_real(wide, 1, s[0], m, f + step);
         return;
     }
-    f[0] += m[1] * s[2] - m[2] * s[1];
-    f[1] += m[2] * s[0] - m[0] * s[2];
-    f[2] += m[0] * s[1] - m[1] * s[0];
+    add_difference(wide, 1, s[2], my, s[1], mz, f);
+    add_difference(wide, 1, s[0], mz, s[2], m, f + step);
+    add_difference(wide, 1, s[1], m, s[0], my, f + 2 * step);
 }
 
 /* A wrench to the origin of the joint before. */
-INLINE void move_wrench(int parts, int planar, const double *shift, double *w) {
-    const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
-    for (int part = 0; part < parts; part++)
-        add_cross(planar, shift, w + part * at.left + at.moments, w + part * at.left, 1, 1);
+INLINE void move_wrench(int wide, int planar, const double *shift, double *w) {
+    const int width = refdyn_chain_width(wide);
+    add_cross(wide, planar, shift, w + refdyn_chain_layout_of(planar).moments * width, w, 1);
 }
 
 /* What wrenches meet, from the joint before: in terms of the same wrench about this joint. */
-INLINE void move_out(int parts, int planar, const double *shift, const double *rate, double *z) {
+INLINE void move_out(int wide, int planar, const double *shift, const double *rate, double *z) {
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
-    for (int part = 0; part < parts; part++, z += at.right) {
-        add_crossed(planar, shift, z, z + at.force);
-        add_crossed(planar, rate, z + at.spin, z + at.force);
-    }
+    const int width = refdyn_chain_width(wide);
+    add_crossed(wide, planar, shift, z, z + at.force * width);
+    add_crossed(wide, planar, rate, z + at.spin * width, z + at.force * width);
 }
 
 /* X to the origin of the joint before: of both its sides. */
-INLINE void move_inner(int parts, int planar, const double *shift, const double *rate, double *X) {
+INLINE void move_inner(int wide, int planar, const double *shift, const double *rate, double *X) {
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
-    for (int part = 0; part < parts; part++, X += at.left * at.right) {
-        add_cross(planar, shift, X + at.moments * at.right, X, at.right, at.right);
-        for (int l = 0; l < at.left; l++) {
-            double *row = X + l * at.right;
-            add_cross(planar, shift, row + at.force, row, 1, 1);
-            add_cross(planar, rate, row + at.force, row + at.spin, 1, 1);
-        }
+    const int width = refdyn_chain_width(wide), across = at.right * width;
+    add_cross(wide, planar, shift, X + at.moments * across, X, at.right);
+    for (int l = 0; l < at.left; l++) {
+        double *row = X + l * across, *force = row + at.force * width;
+        add_cross(wide, planar, shift, force, row, 1);
+        add_cross(wide, planar, rate, force, row + at.spin * width, 1);
     }
 }
 
-/* base + g first + g^2 second of three vectors that follow each other */
-INLINE void combine(int parts, int n, struct scalar g, const double *three, double *y) {
-    const struct scalar square = times(parts, g, g);
-    for (int i = 0; i < n; i++) {
-        y[i] = three[i] + g.re * three[n + i] + square.re * three[2 * n + i];
-        if (parts == 2)
-            y[n + i] = g.im * three[n + i] + square.im * three[2 * n + i];
-    }
+/* base + g first + g^2 second of three real vectors that follow each other */
+INLINE void combine(int wide, int n, const double *g, const double *square, const double *three, double *y) {
+    const int width = refdyn_chain_width(wide);
+    for (int i = 0; i < n; i++)
+        for (int p = 0; p < width; p++)
+            y[i * width + p] =
+                (p < (wide ? LANES : 1) ? three[i] : 0) + g[p] * three[n + i] + square[p] * three[2 * n + i];
 }
 
 /* ---- Elimination ---- */
 
 /* X of what lies beyond: the first joint there has left it in the slot, others are added. */
-INLINE double *gather_inner(const struct refdyn_chain *c, int parts, int size, int k) {
-    double *X = c->inner + c->slot[k] * 2 * REFDYN_LEFT_MOST * REFDYN_RIGHT_MOST;
+INLINE double *gather_inner(const struct refdyn_chain *c, int wide, int size, int k) {
+    const int width = refdyn_chain_width(wide);
+    double *X = c->inner + c->slot[k] * size * width;
     if (k + 1 == c->n || c->parent[k + 1] != k)
-        memset(X, 0, (size_t)(parts * size) * sizeof *X);
-    for (int i = c->other[k]; i >= 0; i = c->next[i]) {
-        const double *other = c->inner + c->slot[i] * 2 * REFDYN_LEFT_MOST * REFDYN_RIGHT_MOST;
-        for (int e = 0; e < parts * size; e++)
-            X[e] += other[e];
-    }
+        memset(X, 0, (size_t)(size * width) * sizeof *X);
+    for (int i = c->other[k]; i >= 0; i = c->next[i])
+        add_real(wide, size, 1, c->inner + c->slot[i] * size * width, X);
     return X;
 }
 
-INLINE int eliminate(const struct refdyn_chain *c, int parts, int planar, struct scalar g, double *factors) {
+/* A_kk = Z . Y + g damping + g^2 stiffness, and what is summed in it. */
+INLINE void find_pivot(const struct refdyn_chain *c, int wide, int planar, const double *g,
+                       const double *square, int k, const double *Z, const double *Y, double *D,
+                       double *whole) {
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
-    const int L = at.left, R = at.right, size = L * R;
-    const struct scalar square = times(parts, g, g);
+    const int width = refdyn_chain_width(wide);
+    const double *mass = c->records + k * c->record + at.Y;
+    dot(wide, at.right, Z, Y, D);
+    for (int p = 0; p < width; p++)
+        D[p] += g[p] * c->damping[k] + square[p] * c->stiffness[k];
+    for (int l = 0; l < (wide ? LANES : 1); l++) {
+        whole[l] = fabs(square[l] * c->stiffness[k]);
+        for (int r = 0; r < at.right; r++)
+            whole[l] += fabs(Z[r * width + l] * mass[r]);
+    }
+}
+
+INLINE int eliminate(const struct refdyn_chain *c, int wide, int planar, const double *g, double *factors) {
+    const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
+    const int L = at.left, R = at.right, width = refdyn_chain_width(wide), across = R * width;
+    double square[WIDTH_MOST] = {0}, sum[WIDTH_MOST], whole[LANES];
+    add_product(wide, g, g, square);
     for (int k = c->n - 1; k >= 0; k--) {
         const double *record = c->records + k * c->record, *S = record;
-        double *W = factors + k * parts * (L + 2 * R + 1), *Y = W + parts * L, *Z = Y + parts * R,
-               *pivot = Z + parts * R;
-        double *X = gather_inner(c, parts, size, k);
-        combine(parts, L, g, record + at.W, W);
-        combine(parts, R, g, record + at.Z, Z);
-        memset(Y, 0, (size_t)(parts * R) * sizeof *Y);
-        memcpy(Y, record + at.Y, (size_t)R * sizeof *Y);
-        for (int l = 0; l < L; l++) {
-            const double *re = X + l * R, *im = X + size + l * R;
-            W[l] -= sum_of(R, re, Z) - (parts == 2 ? sum_of(R, im, Z + R) : 0);
-            if (parts == 2)
-                W[L + l] -= sum_of(R, re, Z + R) + sum_of(R, im, Z);
-            for (int r = 0; r < R; r++) {
-                Y[r] -= S[l] * re[r];
-                if (parts == 2)
-                    Y[R + r] -= S[l] * im[r];
-            }
-        }
-        const struct scalar product = dot(parts, R, Z, Y);
-        const struct scalar D = {product.re + g.re * c->damping[k] + square.re * c->stiffness[k],
-                                 product.im + g.im * c->damping[k] + square.im * c->stiffness[k]};
-        double whole = fabs(square.re * c->stiffness[k]);
+        double *W = factors + k * width * (L + 2 * R + 1), *Y = W + L * width, *Z = Y + across,
+               *pivot = Z + across;
+        double *X = gather_inner(c, wide, L * R, k);
+        combine(wide, L, g, square, record + at.W, W);
+        combine(wide, R, g, square, record + at.Z, Z);
         for (int r = 0; r < R; r++)
-            whole += fabs(Z[r] * record[at.Y + r]);
-        if (!(fabs(D.re) + fabs(D.im) > 4 * DBL_EPSILON * whole && fabs(D.re) + fabs(D.im) <= DBL_MAX))
+            for (int p = 0; p < width; p++)
+                Y[r * width + p] = !wide || p < LANES ? record[at.Y + r] : 0;
+        for (int l = 0; l < L; l++) {
+            dot(wide, R, X + l * across, Z, sum);
+            add_real(wide, 1, -1, sum, W + l * width);
+            add_real(wide, R, -S[l], X + l * across, Y);
+        }
+        find_pivot(c, wide, planar, g, square, k, Z, Y, sum, whole);
+        if (!invert(wide, sum, whole, pivot))
             return k;
-        const struct scalar one_over = inverse(parts, D);
-        pivot[0] = one_over.re;
-        if (parts == 2)
-            pivot[1] = one_over.im;
         if (c->parent[k] < 0)
             continue;
         for (int l = 0; l < L; l++) {
-            const struct scalar a = times(parts, (struct scalar){W[l], parts == 2 ? W[L + l] : 0}, one_over);
-            double *re = X + l * R, *im = X + size + l * R;
-            for (int r = 0; r < R; r++) {
-                if (parts == 1) {
-                    re[r] += a.re * Y[r];
-                    continue;
-                }
-                re[r] += a.re * Y[r] - a.im * Y[R + r];
-                im[r] += a.re * Y[R + r] + a.im * Y[r];
-            }
+            double a[WIDTH_MOST] = {0};
+            add_product(wide, W + l * width, pivot, a);
+            add_scaled(wide, R, a, Y, X + l * across);
         }
         if (c->moves[k])
-            move_inner(parts, planar, record + at.shift, record + at.shift_rate, X);
+            move_inner(wide, planar, record + at.shift, record + at.shift_rate, X);
     }
     return -1;
 }
@@ -208,132 +276,172 @@ INLINE int eliminate(const struct refdyn_chain *c, int parts, int planar, struct
 /* ---- What is carried from joint to joint stays in local variables; in c->sweep where the tree branches ----
  */
 
+INLINE void copy(int count, const double *from, double *to) {
+    for (int i = 0; i < count; i++)
+        to[i] = from[i];
+}
+
+INLINE double *swept(const struct refdyn_chain *c, int width, int k) {
+    return c->sweep + k * width * c->right;
+}
+
 /* Inward, at joint k: w is that of the first joint beyond it; those of the others are added. */
-INLINE void gather_wrench(const struct refdyn_chain *c, int count, int k, double *w) {
+INLINE void gather_wrench(const struct refdyn_chain *c, int wide, int planar, int k, double *w) {
+    const int width = refdyn_chain_width(wide), left = refdyn_chain_layout_of(planar).left;
     if (k + 1 == c->n || c->parent[k + 1] != k)
-        for (int i = 0; i < count; i++)
+        for (int i = 0; i < width * left; i++)
             w[i] = 0;
     for (int other = c->other[k]; other >= 0; other = c->next[other])
-        for (int i = 0; i < count; i++)
-            w[i] += c->sweep[other * 2 * REFDYN_RIGHT_MOST + i];
+        add_real(wide, left, 1, swept(c, width, other), w);
 }
 
 /* Moved to the joint before; kept where that is not the next one in turn. */
-INLINE void pass_wrench(const struct refdyn_chain *c, int parts, int planar, int k, double *w) {
+INLINE void pass_wrench(const struct refdyn_chain *c, int wide, int planar, int k, double *w) {
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
+    const int width = refdyn_chain_width(wide);
     if (c->moves[k])
-        move_wrench(parts, planar, c->records + k * c->record + at.shift, w);
+        move_wrench(wide, planar, c->records + k * c->record + at.shift, w);
     if (c->parent[k] != k - 1)
-        for (int i = 0; i < parts * at.left; i++)
-            c->sweep[k * 2 * REFDYN_RIGHT_MOST + i] = w[i];
+        copy(width * at.left, w, swept(c, width, k));
 }
 
 /* Outward, at joint k: z is that of the joint before. */
-INLINE void take_up(const struct refdyn_chain *c, int parts, int planar, int k, double *z) {
+INLINE void take_up(const struct refdyn_chain *c, int wide, int planar, int k, double *z) {
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
     const double *record = c->records + k * c->record;
-    if (c->parent[k] < 0 || c->parent[k] != k - 1)
-        for (int i = 0; i < parts * at.right; i++)
-            z[i] = c->parent[k] < 0 ? 0 : c->sweep[c->parent[k] * 2 * REFDYN_RIGHT_MOST + i];
+    const int width = refdyn_chain_width(wide);
+    if (c->parent[k] < 0)
+        for (int i = 0; i < width * at.right; i++)
+            z[i] = 0;
+    else if (c->parent[k] != k - 1)
+        copy(width * at.right, swept(c, width, c->parent[k]), z);
     if (c->moves[k])
-        move_out(parts, planar, record + at.shift, record + at.shift_rate, z);
+        move_out(wide, planar, record + at.shift, record + at.shift_rate, z);
 }
 
-INLINE void leave(const struct refdyn_chain *c, int count, int k, const double *z) {
+INLINE void leave(const struct refdyn_chain *c, int width, int count, int k, const double *z) {
     if (c->other[k] >= 0)
-        for (int i = 0; i < count; i++)
-            c->sweep[k * 2 * REFDYN_RIGHT_MOST + i] = z[i];
+        copy(count, z, swept(c, width, k));
 }
 
 /* ---- Solution ---- */
 
-INLINE struct scalar entry_of(int parts, const double *x, int n, int k) {
-    return (struct scalar){x[k], parts == 2 ? x[n + k] : 0};
-}
-
-INLINE void set_entry(int parts, double *x, int n, int k, struct scalar value) {
-    x[k] = value.re;
-    if (parts == 2)
-        x[n + k] = value.im;
-}
-
-INLINE int solve(const struct refdyn_chain *c, int parts, int planar, const double *factors, double *x) {
+INLINE int solve(const struct refdyn_chain *c, int wide, int planar, const double *factors, double *x) {
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
-    const int n = c->n, L = at.left, R = at.right, size = parts * (L + 2 * R + 1);
-    double w[2 * REFDYN_LEFT_MOST] = {0}, z[2 * REFDYN_RIGHT_MOST] = {0};
+    const int n = c->n, L = at.left, R = at.right, width = refdyn_chain_width(wide);
+    const int size = width * (L + 2 * R + 1);
+    double w[WIDTH_MOST * REFDYN_LEFT_MOST] = {0}, z[WIDTH_MOST * REFDYN_RIGHT_MOST] = {0}, sum[WIDTH_MOST];
     for (int k = n - 1; k >= 0; k--) {
-        const double *record = c->records + k * c->record, *W = factors + k * size, *pivot = W + size - parts;
-        gather_wrench(c, parts * L, k, w);
-        const struct scalar felt = dot_real(parts, L, record, w), right = entry_of(parts, x, n, k);
-        const struct scalar y = times(parts, (struct scalar){right.re - felt.re, right.im - felt.im},
-                                      entry_of(parts, pivot, 1, 0));
-        set_entry(parts, x, n, k, y);
-        add_scaled(parts, L, y, W, w);
-        pass_wrench(c, parts, planar, k, w);
+        const double *record = c->records + k * c->record, *W = factors + k * size, *pivot = W + size - width;
+        double y[WIDTH_MOST] = {0};
+        gather_wrench(c, wide, planar, k, w);
+        dot_real(wide, L, record, w, sum);
+        for (int p = 0; p < width; p++)
+            sum[p] = x[k * width + p] - sum[p];
+        add_product(wide, sum, pivot, y);
+        copy(width, y, x + k * width);
+        add_scaled(wide, L, y, W, w);
+        pass_wrench(c, wide, planar, k, w);
     }
     for (int k = 0; k < n; k++) {
-        const double *Y = factors + k * size + parts * L, *Z = Y + parts * R, *pivot = Z + parts * R;
-        take_up(c, parts, planar, k, z);
-        const struct scalar left = times(parts, dot(parts, R, Y, z), entry_of(parts, pivot, 1, 0));
-        struct scalar y = entry_of(parts, x, n, k);
-        y = (struct scalar){y.re - left.re, y.im - left.im};
-        set_entry(parts, x, n, k, y);
-        add_scaled(parts, R, y, Z, z);
-        leave(c, parts * R, k, z);
+        const double *Y = factors + k * size + L * width, *Z = Y + R * width, *pivot = Z + R * width;
+        double y[WIDTH_MOST] = {0};
+        take_up(c, wide, planar, k, z);
+        dot(wide, R, Y, z, sum);
+        add_product(wide, sum, pivot, y);
+        for (int p = 0; p < width; p++)
+            x[k * width + p] = y[p] = x[k * width + p] - y[p];
+        add_scaled(wide, R, y, Z, z);
+        leave(c, width, width * R, k, z);
     }
     return 0;
 }
 
-/* ---- Products ---- */
+/* ---- Products: of each part of a number alone ---- */
 
-INLINE int multiply(const struct refdyn_chain *c, int planar, const double *const x[3], double *y) {
+INLINE int multiply(const struct refdyn_chain *c, int wide, int planar, const double *const x[3], double *y) {
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
-    const int n = c->n, L = at.left, R = at.right;
-    double w[REFDYN_LEFT_MOST] = {0}, z[REFDYN_RIGHT_MOST] = {0};
+    const int n = c->n, L = at.left, R = at.right, width = refdyn_chain_width(wide);
+    double w[WIDTH_MOST * REFDYN_LEFT_MOST] = {0}, z[WIDTH_MOST * REFDYN_RIGHT_MOST] = {0};
     for (int k = n - 1; k >= 0; k--) {
         const double *record = c->records + k * c->record;
-        gather_wrench(c, L, k, w);
-        y[k] = sum_of(L, record, w);
+        gather_wrench(c, wide, planar, k, w);
+        dot_real(wide, L, record, w, y + k * width);
         for (int of = 0; of < 3; of++)
             if (x[of])
-                add_scaled(1, L, (struct scalar){x[of][k], 0}, record + at.W + of * L, w);
-        pass_wrench(c, 1, planar, k, w);
+                add_along(wide, L, record + at.W + of * L, x[of] + k * width, w);
+        pass_wrench(c, wide, planar, k, w);
     }
     for (int k = 0; k < n; k++) {
         const double *record = c->records + k * c->record;
-        take_up(c, 1, planar, k, z);
+        double sum[WIDTH_MOST];
+        take_up(c, wide, planar, k, z);
         for (int of = 0; of < 3; of++)
             if (x[of])
-                add_scaled(1, R, (struct scalar){x[of][k], 0}, record + at.Z + of * R, z);
-        leave(c, R, k, z);
-        y[k] += sum_of(R, record + at.Y, z);
-        y[k] += (x[1] ? c->damping[k] * x[1][k] : 0) + (x[2] ? c->stiffness[k] * x[2][k] : 0);
+                add_along(wide, R, record + at.Z + of * R, x[of] + k * width, z);
+        leave(c, width, width * R, k, z);
+        dot_real(wide, R, record + at.Y, z, sum);
+        add_real(wide, 1, 1, sum, y + k * width);
+        if (x[1])
+            add_real(wide, 1, c->damping[k], x[1] + k * width, y + k * width);
+        if (x[2])
+            add_real(wide, 1, c->stiffness[k], x[2] + k * width, y + k * width);
     }
     return 0;
 }
 
 /* ---- With constants in place of what is the same for all joints ---- */
 
-INLINE int chain_eliminate(const struct refdyn_chain *c, int parts, double re, double im, double *factors) {
-    const struct scalar g = {re, im};
+INLINE int chain_eliminate(const struct refdyn_chain *c, int wide, const double *g, double *factors) {
     if (c->is_planar)
-        return parts == 1 ? eliminate(c, 1, 1, g, factors) : eliminate(c, 2, 1, g, factors);
-    return parts == 1 ? eliminate(c, 1, 0, g, factors) : eliminate(c, 2, 0, g, factors);
+        return wide ? eliminate(c, 1, 1, g, factors) : eliminate(c, 0, 1, g, factors);
+    return wide ? eliminate(c, 1, 0, g, factors) : eliminate(c, 0, 0, g, factors);
 }
 
-INLINE int chain_solve_tree(const struct refdyn_chain *c, int parts, const double *factors, double *x) {
+INLINE int chain_solve_tree(const struct refdyn_chain *c, int wide, const double *factors, double *x) {
     if (c->is_planar)
-        return parts == 1 ? solve(c, 1, 1, factors, x) : solve(c, 2, 1, factors, x);
-    return parts == 1 ? solve(c, 1, 0, factors, x) : solve(c, 2, 0, factors, x);
+        return wide ? solve(c, 1, 1, factors, x) : solve(c, 0, 1, factors, x);
+    return wide ? solve(c, 1, 0, factors, x) : solve(c, 0, 0, factors, x);
 }
 
-INLINE int chain_multiply(const struct refdyn_chain *c, const double *const x[3], double *y) {
-    return c->is_planar ? multiply(c, 1, x, y) : multiply(c, 0, x, y);
+INLINE int chain_multiply(const struct refdyn_chain *c, int wide, const double *const x[3], double *y) {
+    if (c->is_planar)
+        return wide ? multiply(c, 1, 1, x, y) : multiply(c, 0, 1, x, y);
+    return wide ? multiply(c, 1, 0, x, y) : multiply(c, 0, 0, x, y);
 }
 
-COMPILE(int, chain_eliminate,
-        (const struct refdyn_chain *c, int parts, double re, double im, double *factors),
-        (c, parts, re, im, factors))
-COMPILE(int, chain_solve_tree, (const struct refdyn_chain *c, int parts, const double *factors, double *x),
-        (c, parts, factors, x))
-COMPILE(int, chain_multiply, (const struct refdyn_chain *c, const double *const x[3], double *y), (c, x, y))
+INLINE int chain_dot(int wide, int n, const double *x, const double *y, double *sum) {
+    if (wide)
+        dot(1, n, x, y, sum);
+    else
+        dot(0, n, x, y, sum);
+    return 0;
+}
+
+INLINE int chain_dot_real(int wide, int n, const double *s, const double *y, double *sum) {
+    if (wide)
+        dot_real(1, n, s, y, sum);
+    else
+        dot_real(0, n, s, y, sum);
+    return 0;
+}
+
+INLINE int chain_add(int wide, int n, const double *a, const double *x, double *y) {
+    if (wide)
+        add_scaled(1, n, a, x, y);
+    else
+        add_scaled(0, n, a, x, y);
+    return 0;
+}
+
+COMPILE(int, chain_eliminate, (const struct refdyn_chain *c, int wide, const double *g, double *factors),
+        (c, wide, g, factors))
+COMPILE(int, chain_solve_tree, (const struct refdyn_chain *c, int wide, const double *factors, double *x),
+        (c, wide, factors, x))
+COMPILE(int, chain_multiply, (const struct refdyn_chain *c, int wide, const double *const x[3], double *y),
+        (c, wide, x, y))
+COMPILE(int, chain_dot, (int wide, int n, const double *x, const double *y, double *sum),
+        (wide, n, x, y, sum))
+COMPILE(int, chain_dot_real, (int wide, int n, const double *s, const double *y, double *sum),
+        (wide, n, s, y, sum))
+COMPILE(int, chain_add, (int wide, int n, const double *a, const double *x, double *y), (wide, n, a, x, y))

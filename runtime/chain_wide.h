@@ -33,12 +33,24 @@ INLINE struct refdyn_chain_layout refdyn_chain_layout_of(int planar) {
                                         .turned = 2 * moments + forces};
 }
 
-/* parts 1: real numbers, 2: complex ones, imaginary parts behind real ones. Factors of A for g = re + i im,
- * without its border. Returns -1, or the position of the first joint without a pivot. */
-int refdyn_chain_eliminate(const struct refdyn_chain *c, int parts, double re, double im, double *factors);
-/* x (n) := A^-1 x without the border. Returns 0, as does the next one. */
-int refdyn_chain_solve_tree(const struct refdyn_chain *c, int parts, const double *factors, double *x);
-/* y (n) := M x_0 + D x_1 + K x_2 without couplings; NULL: zero. */
-int refdyn_chain_multiply(const struct refdyn_chain *c, const double *const x[3], double *y);
+/* Numbers are real, or (wide) REFDYN_LANES complex ones side by side, real parts first: doubles of one. */
+enum { REFDYN_LANES = 4 };
+
+INLINE int refdyn_chain_width(int wide) {
+    return wide ? 2 * REFDYN_LANES : 1;
+}
+
+/* Factors of A for the number g, without its border. Returns -1, or the position of the first joint without a
+ * pivot. */
+int refdyn_chain_eliminate(const struct refdyn_chain *c, int wide, const double *g, double *factors);
+/* x (n numbers) := A^-1 x without the border. Returns 0, as do all that follow. */
+int refdyn_chain_solve_tree(const struct refdyn_chain *c, int wide, const double *factors, double *x);
+/* y (n numbers) := M x_0 + D x_1 + K x_2 without couplings; NULL: zero. */
+int refdyn_chain_multiply(const struct refdyn_chain *c, int wide, const double *const x[3], double *y);
+/* sum := sum_i x_i y_i over n numbers; s (n) real */
+int refdyn_chain_dot(int wide, int n, const double *x, const double *y, double *sum);
+int refdyn_chain_dot_real(int wide, int n, const double *s, const double *y, double *sum);
+/* y += a x over n numbers */
+int refdyn_chain_add(int wide, int n, const double *a, const double *x, double *y);
 
 #endif

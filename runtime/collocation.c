@@ -122,22 +122,16 @@ static int is_real(const struct refdyn_collocation_table *table, int k) {
     return table->lambda[2 * k + 1] == 0;
 }
 
-static int factor_for(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, int k,
-                      double h) {
-    const double re = h * table->lambda[2 * k], im = h * table->lambda[2 * k + 1];
-    drive->statistics.factorisations += is_real(table, k) ? 1 : 4;
-    return is_real(table, k) ? refdyn_linear_factor(&drive->linear, drive->work, re)
-                             : refdyn_linear_factor_complex(&drive->linear, drive->work, k, re, im);
+/* Complex operations are four real ones. */
+static int weight_of(const struct refdyn_collocation_table *table, int count) {
+    return 4 * count - (is_real(table, 0) ? 3 : 0);
 }
 
-/* The change of accelerations by a residual, in its place; of a pair real parts, then imaginary ones. */
-static void solve_for(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, int k,
+/* Changes of accelerations by residuals, of the first `count` eigenvalues, in their place. */
+static void solve_for(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, int count,
                       double *x) {
-    drive->statistics.solutions += is_real(table, k) ? 1 : 4;
-    if (is_real(table, k))
-        refdyn_linear_solve_residual(&drive->linear, x);
-    else
-        refdyn_linear_solve_complex(&drive->linear, k, x, x + drive->work->n);
+    drive->statistics.solutions += weight_of(table, count);
+    refdyn_linear_solve_all(&drive->linear, count, table->lambda, x);
 }
 
 /* y_i = scale sum_j matrix_ij x_j of vectors, one for each stage. */
@@ -153,12 +147,9 @@ static void combine(const struct refdyn_drive *drive, const struct refdyn_colloc
 static double correct(struct refdyn_drive *drive, const struct refdyn_collocation_table *table) {
     const struct stages stages = stages_of(drive, table);
     const int n = drive->work->n, s = table->stages;
-    double *part = stages.parts, largest = 0;
+    double largest = 0;
     combine(drive, table, -1, table->left, stages.missing, stages.parts);
-    for (int k = 0; k < table->eigenvalues; k++) {
-        solve_for(drive, table, k, part);
-        part += is_real(table, k) ? n : 2 * n;
-    }
+    solve_for(drive, table, table->eigenvalues, stages.parts);
     combine(drive, table, 1, table->right, stages.parts, stages.missing);
     dense_add(stages.now, 1, stages.missing, s * n);
     for (int i = 0; i < s; i++) {
@@ -220,7 +211,7 @@ static void defect(struct refdyn_drive *drive, const struct refdyn_collocation_t
     for (int j = 0; j < table->stages; j++)
         dense_add(d, weights[j], stages.now + j * n, n);
     memset(d + n, 0, (size_t)n * sizeof *d);
-    solve_for(drive, table, 0, d);
+    solve_for(drive, table, 1, d);
 }
 
 static void estimate(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, double h) {
@@ -276,8 +267,10 @@ static int find_tangent(struct refdyn_drive *drive, const struct refdyn_collocat
 
 static int factor(struct refdyn_drive *drive, const struct refdyn_collocation_table *table, double h) {
     int status = find_tangent(drive, table, h);
-    for (int k = 0; k < table->eigenvalues && !status; k++)
-        status = factor_for(drive, table, k, h);
+    if (!status) {
+        drive->statistics.factorisations += weight_of(table, table->eigenvalues);
+        status = refdyn_linear_factor_all(&drive->linear, drive->work, table->eigenvalues, table->lambda, h);
+    }
     drive->factored_h = status ? 0 : h;
     drive->factored_choice = drive->work->partition.choices;
     if (is_real(table, 0))

@@ -31,7 +31,7 @@ static void lay_out_chain(struct refdyn_linear *linear, const struct refdyn_mode
     const int size = refdyn_chain_result_size(model), before = linear->n + linear->m * (1 + 3 * linear->n);
     linear->diagonals = room_doubles(room, size);
     linear->tangent_size = before + size;
-    refdyn_chain_lay_out(&linear->chain, model, complexes, room);
+    refdyn_chain_lay_out(&linear->chain, model, complexes > 0, room);
 }
 
 static void lay_out_matrices(struct refdyn_linear *linear, int has_tangent, int complexes,
@@ -174,7 +174,7 @@ int refdyn_linear_factor(struct refdyn_linear *linear, const struct refdyn_works
     }
     if (linear->is_chain) {
         const struct refdyn_border border = border_of(linear);
-        return refdyn_chain_factor(&linear->chain, 0, g, 0, &border);
+        return refdyn_chain_factor(&linear->chain, g, &border);
     }
     for (int i = 0; i < n; i++)
         fill_row(linear->M + i * n, linear->D + i * n, linear->K + i * n, g, n,
@@ -189,7 +189,7 @@ int refdyn_linear_factor(struct refdyn_linear *linear, const struct refdyn_works
 
 static void solve(struct refdyn_linear *linear, double *x) {
     if (linear->is_chain)
-        refdyn_chain_solve(&linear->chain, 0, x);
+        refdyn_chain_solve(&linear->chain, x);
     else
         refdyn_lu_solve(linear->matrix, linear->size, linear->pivot, x);
 }
@@ -299,13 +299,8 @@ static void fill_complex_row(const double *restrict base, const double *restrict
     }
 }
 
-int refdyn_linear_factor_complex(struct refdyn_linear *linear, const struct refdyn_workspace *work, int k,
-                                 double re, double im) {
-    take_rows(linear, work);
-    if (linear->is_chain) {
-        const struct refdyn_border border = border_of(linear);
-        return refdyn_chain_factor(&linear->chain, k + 1, re, im, &border);
-    }
+/* Complex matrix k for g = re + i im. */
+static int factor_complex(struct refdyn_linear *linear, int k, double re, double im) {
     const int n = linear->n, size = linear->size;
     double *real = linear->complex + k * 2 * size * size, *imaginary = real + size * size;
     memset(real, 0, (size_t)(2 * size * size) * sizeof *real);
@@ -323,23 +318,52 @@ int refdyn_linear_factor_complex(struct refdyn_linear *linear, const struct refd
     return failed < 0 ? REFDYN_OK : REFDYN_MATRIX_SINGULAR;
 }
 
-void refdyn_linear_solve_complex(struct refdyn_linear *linear, int k, double *re, double *im) {
-    const int n = linear->n, size = linear->size;
-    times(linear, re, NULL, NULL, linear->x);
-    times(linear, im, NULL, NULL, linear->x + size);
-    if (linear->is_chain)
-        refdyn_chain_solve(&linear->chain, k + 1, linear->x);
-    else
-        refdyn_complex_lu_solve(linear->complex + k * 2 * size * size, size, linear->complex_pivot + k * size,
-                                linear->x);
-    memcpy(re, linear->x, (size_t)n * sizeof *re);
-    memcpy(im, linear->x + size, (size_t)n * sizeof *im);
+int refdyn_linear_factor_all(struct refdyn_linear *linear, const struct refdyn_workspace *work, int count,
+                             const double *lambda, double h) {
+    int status = REFDYN_OK;
+    take_rows(linear, work);
+    if (lambda[1] == 0)
+        status = refdyn_linear_factor(linear, work, h * lambda[0]);
+    if (linear->is_chain && !status) {
+        const struct refdyn_border border = border_of(linear);
+        return refdyn_chain_factor_all(&linear->chain, count, lambda, h, &border);
+    }
+    for (int k = lambda[1] == 0; k < count && !status; k++)
+        status = factor_complex(linear, k, h * lambda[2 * k], h * lambda[2 * k + 1]);
+    return status;
 }
 
-void refdyn_linear_solve_residual(struct refdyn_linear *linear, double *x) {
+static void solve_real(struct refdyn_linear *linear, double *x) {
     times(linear, x, NULL, NULL, linear->x);
     solve(linear, linear->x);
     memcpy(x, linear->x, (size_t)linear->n * sizeof *x);
+}
+
+static void solve_complex(struct refdyn_linear *linear, int k, double *x) {
+    const int n = linear->n, size = linear->size;
+    times(linear, x, NULL, NULL, linear->x);
+    times(linear, x + n, NULL, NULL, linear->x + size);
+    refdyn_complex_lu_solve(linear->complex + k * 2 * size * size, size, linear->complex_pivot + k * size,
+                            linear->x);
+    memcpy(x, linear->x, (size_t)n * sizeof *x);
+    memcpy(x + n, linear->x + size, (size_t)n * sizeof *x);
+}
+
+void refdyn_linear_solve_all(struct refdyn_linear *linear, int count, const double *lambda, double *x) {
+    const int n = linear->n, is_one = count == 1 && lambda[1] == 0;
+    if (linear->is_chain && !is_one) {
+        const struct refdyn_border border = border_of(linear);
+        refdyn_chain_solve_all(&linear->chain, count, lambda, &border, x);
+        return;
+    }
+    for (int k = 0; k < count; k++) {
+        const int is_real = lambda[2 * k + 1] == 0;
+        if (is_real)
+            solve_real(linear, x);
+        else
+            solve_complex(linear, k, x);
+        x += is_real ? n : 2 * n;
+    }
 }
 
 /* da of dq and dqd, with the factors of M and its rows: M da - u^T mu = -K dq - D dqd, u da = -G_q dq - G_qd

@@ -52,15 +52,15 @@ void refdyn_linear_change_by(struct refdyn_linear *linear, enum refdyn_by by, in
 /* Evaluates the tangent at the begin of a drive's step, unless that was done. Errors: NOT_FINITE. */
 int refdyn_linear_at_begin(struct refdyn_drive *drive);
 /*
- * Factors matrix number k (of `complexes`) for the complex g = re + i im. Solves with it for the change of
- * accelerations by a residual x: right side M x and u x; x (n) as re and im, in place. Errors:
+ * Factors the matrices for g = h lambda_k of `count` eigenvalues (count x 2: real and imaginary parts), of
+ * which the first alone may be real, which then is that of refdyn_linear_factor. Solves for the change of
+ * accelerations by residuals: right sides M x and u x; x holds n values for a real eigenvalue, n real and n
+ * imaginary ones for another, in place; of the first ones alone where `count` is smaller. Errors:
  * MATRIX_SINGULAR.
  */
-int refdyn_linear_factor_complex(struct refdyn_linear *linear, const struct refdyn_workspace *work, int k,
-                                 double re, double im);
-void refdyn_linear_solve_complex(struct refdyn_linear *linear, int k, double *re, double *im);
-/* The same with the real matrix. */
-void refdyn_linear_solve_residual(struct refdyn_linear *linear, double *x);
+int refdyn_linear_factor_all(struct refdyn_linear *linear, const struct refdyn_workspace *work, int count,
+                             const double *lambda, double h);
+void refdyn_linear_solve_all(struct refdyn_linear *linear, int count, const double *lambda, double *x);
 /*
  * The largest |eigenvalue| [1/s] of the linearised equations at the begin of a drive's step, and its damping
  * ratio, by iteration of vectors: good to some per cent, since what is asked is a limit of steps. Where

@@ -306,20 +306,20 @@ struct refdyn_chain {
     double *records;                     /* (n x record) */
     double *stiffness, *damping;         /* (n) beside the vectors */
     const double *pulled, *by_q, *by_qd; /* (couplings x n) in the result */
-    double *factors;                     /* (1 + 2 complexes) x n x (left + 2 right + 1) */
-    double *responses;   /* (1 + 2 complexes) x (couplings + m) x n: A^-1 of the border's columns */
-    double *corner;      /* (1 + 2 complexes) x (couplings + m)^2: its L U */
-    double *border_rows; /* the rows of the border for the last g */
-    double *inner;       /* (slots x 2 x left x right) X of chain.h */
-    double *sweep;       /* (n x 2 x right) what is carried */
-    double *side;        /* room of a right side: (4 n + 4 (couplings + m)) */
+    double *factors;     /* n x (left + 2 right + 1) real numbers, then as many wide ones: chain_wide.h */
+    double *responses;   /* (couplings + m) x n, likewise: A^-1 of the border's columns */
+    double *border_rows; /* likewise: the rows of the border for the last g */
+    double *corner;      /* (couplings + m)^2, then as many complex ones for each lane: its L U */
+    double *inner;       /* (slots x left x right) numbers, X of chain.h */
+    double *sweep;       /* (n x right) numbers, what is carried */
+    double *side;        /* room of right sides: 4 n, and 2 n + 2 (couplings + m) numbers */
     double *scale;       /* (couplings + m) room */
     int *order;          /* (n) coordinate by position */
     int *parent;         /* (n) position of the joint before, -1: none */
     int *other, *next;   /* (n) the second joint beyond each, and one more beside it, -1: none */
     int *moves;          /* (n) 0: its origin is that of the joint before */
     int *slot;           /* (n) of X: that of the first joint beyond, else its own */
-    int *pivot;          /* (1 + complexes) x (couplings + m) */
+    int *pivot;          /* (couplings + m), then as many for each lane */
 };
 
 /* The matrix with the diagonals of K and D alone: runtime/diagonal.h. */
