@@ -63,13 +63,6 @@ INLINE int invert(int wide, const double *a, const double *whole, double *y) {
 
 /* ---- Vectors of numbers ---- */
 
-/* y += a x */
-INLINE void add_scaled(int wide, int n, const double *a, const double *restrict x, double *restrict y) {
-    const int width = refdyn_chain_width(wide);
-    for (int i = 0; i < n; i++)
-        add_product(wide, a, x + i * width, y + i * width);
-}
-
 /* y += s x with real s */
 INLINE void add_real(int wide, int n, double s, const double *x, double *y) {
     if (!wide) {
@@ -79,6 +72,20 @@ INLINE void add_real(int wide, int n, double s, const double *x, double *y) {
     }
     for (int i = 0; i < 2 * n; i++)
         lanes_of(y)[i] += s * lanes_in(x)[i];
+}
+
+/* y += a x */
+INLINE void add_scaled(int wide, int n, const double *a, const double *restrict x, double *restrict y) {
+    if (!wide) {
+        add_real(0, n, a[0], x, y);
+        return;
+    }
+    const numbers a_re = lanes_in(a)[0], a_im = lanes_in(a)[1];
+    for (int i = 0; i < 2 * n; i += 2) {
+        const numbers re = lanes_in(x)[i], im = lanes_in(x)[i + 1];
+        lanes_of(y)[i] += a_re * re - a_im * im;
+        lanes_of(y)[i + 1] += a_re * im + a_im * re;
+    }
 }
 
 /* y += s x with real vectors s and a number x */

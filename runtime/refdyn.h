@@ -280,8 +280,9 @@ struct refdyn_statistics {
     long rejected;
     long evaluations;    /* of the accelerations */
     long tangents;       /* of their derivatives */
-    long factorisations; /* of the matrices of implicit steps; a complex one counts four */
-    long solutions;      /* with their factors; a complex one counts four */
+    long factorisations; /* of the matrices of implicit steps; a complex one counts four, those that chains
+                            do side by side four together */
+    long solutions;      /* with their factors, counted alike */
     long eliminations;   /* of matrices with the diagonals of K and D alone, each with its solution */
     long steps_by[REFDYN_METHOD_COUNT]; /* accepted, by method */
     double phi_max; /* largest |phi| and |psi| over all accepted steps and outputs, the start included */
