@@ -254,16 +254,27 @@ static void put_stores(const struct printer *p, const struct pairs *pairs) {
     for (int k = 0; k < pairs->product_count; k++) {
         const struct pair_product *product = &pairs->products[k];
         const char *field = p->function->fields[product->field].name, *place = name(p, product->field);
-        if (is_direct(p->function, pairs, product)) {
-            text_add(p->text, "            for (int i = j + 1; i < end; i++)\n");
-            text_add(p->text, "                %s[i * %d + j] = %s[j * %d + i];\n", place, n, place, n);
+        if (is_direct(p->function, pairs, product))
             continue;
-        }
         text_add(p->text, "            for (int i = j; i < end; i++)\n");
         text_add(p->text, "                %s[%s * %d + %s] += %s_rows[i];\n", place, i, n, j, field);
         text_add(p->text, "            for (int i = j + 1; i < end; i++)\n");
         text_add(p->text, "                %s[%s * %d + %s] += %s_%s[i];\n", place, j, n, i, field,
                  product->is_mirrored ? "rows" : "columns");
+    }
+}
+
+/* The other triangle of what went to its places at once, row by row: column by column it would take longer
+ * than all products. */
+static void put_mirrors(const struct printer *p, const struct pairs *pairs) {
+    const int n = pairs->n;
+    for (int k = 0; k < pairs->product_count; k++) {
+        const char *place = name(p, pairs->products[k].field);
+        if (!is_direct(p->function, pairs, &pairs->products[k]))
+            continue;
+        text_add(p->text, "        for (int i = 1; i < %d; i++)\n            for (int j = 0; j < i; j++)\n",
+                 n);
+        text_add(p->text, "                %s[i * %d + j] = %s[j * %d + i];\n", place, n, place, n);
     }
 }
 
@@ -323,6 +334,8 @@ static void put_pairs(const struct printer *p, const struct pairs *pairs) {
         put_stores(p, pairs);
     put_moves(p, pairs);
     text_add(p->text, "        }\n");
+    if (!fills_rows(p, pairs))
+        put_mirrors(p, pairs);
 }
 
 /* Rows that are added at a time: a sum of one row would wait for its entries in memory. */
