@@ -31,18 +31,7 @@ INLINE const numbers *lanes_in(const double *number) {
     return (const numbers *)number;
 }
 
-/* ---- Numbers ---- */
-
-/* y += a x */
-INLINE void add_product(int wide, const double *a, const double *x, double *y) {
-    if (!wide) {
-        y[0] += a[0] * x[0];
-        return;
-    }
-    const numbers a_re = lanes_in(a)[0], a_im = lanes_in(a)[1], x_re = lanes_in(x)[0], x_im = lanes_in(x)[1];
-    lanes_of(y)[0] += a_re * x_re - a_im * x_im;
-    lanes_of(y)[1] += a_re * x_im + a_im * x_re;
-}
+/* ---- Numbers, and vectors of them ---- */
 
 /* y = 1 / a; 0: that is none, or infinite beside `whole` */
 INLINE int invert(int wide, const double *a, const double *whole, double *y) {
@@ -61,8 +50,6 @@ INLINE int invert(int wide, const double *a, const double *whole, double *y) {
     return 1;
 }
 
-/* ---- Vectors of numbers ---- */
-
 /* y += s x with real s */
 INLINE void add_real(int wide, int n, double s, const double *x, double *y) {
     if (!wide) {
@@ -75,10 +62,10 @@ INLINE void add_real(int wide, int n, double s, const double *x, double *y) {
 }
 
 /* y += a x */
-INLINE void add_scaled(int wide, int n, const double *a, const double *restrict x, double *restrict y) {
+INLINE int chain_add(int wide, int n, const double *a, const double *restrict x, double *restrict y) {
     if (!wide) {
         add_real(0, n, a[0], x, y);
-        return;
+        return 0;
     }
     const numbers a_re = lanes_in(a)[0], a_im = lanes_in(a)[1];
     for (int i = 0; i < 2 * n; i += 2) {
@@ -86,6 +73,7 @@ INLINE void add_scaled(int wide, int n, const double *a, const double *restrict 
         lanes_of(y)[i] += a_re * re - a_im * im;
         lanes_of(y)[i + 1] += a_re * im + a_im * re;
     }
+    return 0;
 }
 
 /* y += s x with real vectors s and a number x */
@@ -111,10 +99,10 @@ INLINE double sum_of(int n, const double *x, const double *y) {
 }
 
 /* sum = sum_i x_i y_i */
-INLINE void dot(int wide, int n, const double *x, const double *y, double *restrict sum) {
+INLINE int chain_dot(int wide, int n, const double *x, const double *y, double *restrict sum) {
     if (!wide) {
         sum[0] = sum_of(n, x, y);
-        return;
+        return 0;
     }
     numbers re = {0}, im = {0};
     for (int i = 0; i < 2 * n; i += 2) {
@@ -124,13 +112,14 @@ INLINE void dot(int wide, int n, const double *x, const double *y, double *restr
     }
     lanes_of(sum)[0] = re;
     lanes_of(sum)[1] = im;
+    return 0;
 }
 
 /* The same with real s. */
-INLINE void dot_real(int wide, int n, const double *s, const double *y, double *restrict sum) {
+INLINE int chain_dot_real(int wide, int n, const double *s, const double *y, double *restrict sum) {
     if (!wide) {
         sum[0] = sum_of(n, s, y);
-        return;
+        return 0;
     }
     numbers re = {0}, im = {0};
     for (int i = 0; i < n; i++) {
@@ -139,6 +128,7 @@ INLINE void dot_real(int wide, int n, const double *s, const double *y, double *
     }
     lanes_of(sum)[0] = re;
     lanes_of(sum)[1] = im;
+    return 0;
 }
 
 /* y += s x - t z with real s and t */
@@ -234,7 +224,7 @@ INLINE void find_pivot(const struct refdyn_chain *c, int wide, int planar, const
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
     const int width = refdyn_chain_width(wide);
     const double *mass = c->records + k * c->record + at.Y;
-    dot(wide, at.right, Z, Y, D);
+    chain_dot(wide, at.right, Z, Y, D);
     for (int p = 0; p < width; p++)
         D[p] += g[p] * c->damping[k] + square[p] * c->stiffness[k];
     for (int l = 0; l < (wide ? LANES : 1); l++) {
@@ -248,7 +238,7 @@ INLINE int eliminate(const struct refdyn_chain *c, int wide, int planar, const d
     const struct refdyn_chain_layout at = refdyn_chain_layout_of(planar);
     const int L = at.left, R = at.right, width = refdyn_chain_width(wide), across = R * width;
     double square[WIDTH_MOST] = {0}, sum[WIDTH_MOST], whole[LANES];
-    add_product(wide, g, g, square);
+    chain_add(wide, 1, g, g, square);
     for (int k = c->n - 1; k >= 0; k--) {
         const double *record = c->records + k * c->record, *S = record;
         double *W = factors + k * width * (L + 2 * R + 1), *Y = W + L * width, *Z = Y + across,
@@ -260,7 +250,7 @@ INLINE int eliminate(const struct refdyn_chain *c, int wide, int planar, const d
             for (int p = 0; p < width; p++)
                 Y[r * width + p] = !wide || p < LANES ? record[at.Y + r] : 0;
         for (int l = 0; l < L; l++) {
-            dot(wide, R, X + l * across, Z, sum);
+            chain_dot(wide, R, X + l * across, Z, sum);
             add_real(wide, 1, -1, sum, W + l * width);
             add_real(wide, R, -S[l], X + l * across, Y);
         }
@@ -271,8 +261,8 @@ INLINE int eliminate(const struct refdyn_chain *c, int wide, int planar, const d
             continue;
         for (int l = 0; l < L; l++) {
             double a[WIDTH_MOST] = {0};
-            add_product(wide, W + l * width, pivot, a);
-            add_scaled(wide, R, a, Y, X + l * across);
+            chain_add(wide, 1, W + l * width, pivot, a);
+            chain_add(wide, R, a, Y, X + l * across);
         }
         if (c->moves[k])
             move_inner(wide, planar, record + at.shift, record + at.shift_rate, X);
@@ -342,23 +332,23 @@ INLINE int solve(const struct refdyn_chain *c, int wide, int planar, const doubl
         const double *record = c->records + k * c->record, *W = factors + k * size, *pivot = W + size - width;
         double y[WIDTH_MOST] = {0};
         gather_wrench(c, wide, planar, k, w);
-        dot_real(wide, L, record, w, sum);
+        chain_dot_real(wide, L, record, w, sum);
         for (int p = 0; p < width; p++)
             sum[p] = x[k * width + p] - sum[p];
-        add_product(wide, sum, pivot, y);
+        chain_add(wide, 1, sum, pivot, y);
         copy(width, y, x + k * width);
-        add_scaled(wide, L, y, W, w);
+        chain_add(wide, L, y, W, w);
         pass_wrench(c, wide, planar, k, w);
     }
     for (int k = 0; k < n; k++) {
         const double *Y = factors + k * size + L * width, *Z = Y + R * width, *pivot = Z + R * width;
         double y[WIDTH_MOST] = {0};
         take_up(c, wide, planar, k, z);
-        dot(wide, R, Y, z, sum);
-        add_product(wide, sum, pivot, y);
+        chain_dot(wide, R, Y, z, sum);
+        chain_add(wide, 1, sum, pivot, y);
         for (int p = 0; p < width; p++)
             x[k * width + p] = y[p] = x[k * width + p] - y[p];
-        add_scaled(wide, R, y, Z, z);
+        chain_add(wide, R, y, Z, z);
         leave(c, width, width * R, k, z);
     }
     return 0;
@@ -373,7 +363,7 @@ INLINE int multiply(const struct refdyn_chain *c, int wide, int planar, const do
     for (int k = n - 1; k >= 0; k--) {
         const double *record = c->records + k * c->record;
         gather_wrench(c, wide, planar, k, w);
-        dot_real(wide, L, record, w, y + k * width);
+        chain_dot_real(wide, L, record, w, y + k * width);
         for (int of = 0; of < 3; of++)
             if (x[of])
                 add_along(wide, L, record + at.W + of * L, x[of] + k * width, w);
@@ -387,7 +377,7 @@ INLINE int multiply(const struct refdyn_chain *c, int wide, int planar, const do
             if (x[of])
                 add_along(wide, R, record + at.Z + of * R, x[of] + k * width, z);
         leave(c, width, width * R, k, z);
-        dot_real(wide, R, record + at.Y, z, sum);
+        chain_dot_real(wide, R, record + at.Y, z, sum);
         add_real(wide, 1, 1, sum, y + k * width);
         if (x[1])
             add_real(wide, 1, c->damping[k], x[1] + k * width, y + k * width);
@@ -415,30 +405,6 @@ INLINE int chain_multiply(const struct refdyn_chain *c, int wide, const double *
     if (c->is_planar)
         return wide ? multiply(c, 1, 1, x, y) : multiply(c, 0, 1, x, y);
     return wide ? multiply(c, 1, 0, x, y) : multiply(c, 0, 0, x, y);
-}
-
-INLINE int chain_dot(int wide, int n, const double *x, const double *y, double *sum) {
-    if (wide)
-        dot(1, n, x, y, sum);
-    else
-        dot(0, n, x, y, sum);
-    return 0;
-}
-
-INLINE int chain_dot_real(int wide, int n, const double *s, const double *y, double *sum) {
-    if (wide)
-        dot_real(1, n, s, y, sum);
-    else
-        dot_real(0, n, s, y, sum);
-    return 0;
-}
-
-INLINE int chain_add(int wide, int n, const double *a, const double *x, double *y) {
-    if (wide)
-        add_scaled(1, n, a, x, y);
-    else
-        add_scaled(0, n, a, x, y);
-    return 0;
 }
 
 COMPILE(int, chain_eliminate, (const struct refdyn_chain *c, int wide, const double *g, double *factors),

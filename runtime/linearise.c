@@ -321,9 +321,10 @@ static int factor_complex(struct refdyn_linear *linear, int k, double re, double
 int refdyn_linear_factor_all(struct refdyn_linear *linear, const struct refdyn_workspace *work, int count,
                              const double *lambda, double h) {
     int status = REFDYN_OK;
-    take_rows(linear, work);
     if (lambda[1] == 0)
         status = refdyn_linear_factor(linear, work, h * lambda[0]);
+    else
+        take_rows(linear, work);
     if (linear->is_chain && !status) {
         const struct refdyn_border border = border_of(linear);
         return refdyn_chain_factor_all(&linear->chain, count, lambda, h, &border);

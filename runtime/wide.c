@@ -128,9 +128,18 @@ INLINE void subtract_complex(double *restrict x, double *restrict y, double a, d
     }
 }
 
+/* (x, y) *= a + i b, entries from `from` to `to` */
+INLINE void scale_complex(double *restrict x, double *restrict y, double a, double b, int from, int to) {
+    for (int i = from; i < to; i++) {
+        const double u = x[i], v = y[i];
+        x[i] = u * a - v * b;
+        y[i] = u * b + v * a;
+    }
+}
+
 INLINE int factor_complex_panel(double *re, double *im, int n, int first, int last, int *pivot) {
     for (int k = first; k < last; k++) {
-        double *restrict x = re + k * n, *restrict y = im + k * n;
+        double *x = re + k * n, *y = im + k * n;
         const int at = find_complex_pivot(x, y, n, k);
         if (at < 0)
             return k;
@@ -144,11 +153,7 @@ INLINE int factor_complex_panel(double *re, double *im, int n, int first, int la
             return k;
         x[k] = a;
         y[k] = b;
-        for (int i = k + 1; i < n; i++) {
-            const double u = x[i], v = y[i];
-            x[i] = u * a - v * b;
-            y[i] = u * b + v * a;
-        }
+        scale_complex(x, y, a, b, k + 1, n);
         for (int j = k + 1; j < last; j++)
             subtract_complex(re + j * n, im + j * n, re[j * n + k], im[j * n + k], x, y, k + 1, n);
     }
@@ -215,9 +220,7 @@ INLINE int complex_lu_solve(const double *A, int n, const int *pivot, double *x)
     for (int k = 0; k < n; k++)
         subtract_complex(x, y, x[k], y[k], re + k * n, im + k * n, k + 1, n);
     for (int k = n - 1; k >= 0; k--) {
-        const double a = re[k * n + k], b = im[k * n + k], u = x[k], v = y[k];
-        x[k] = u * a - v * b;
-        y[k] = u * b + v * a;
+        scale_complex(x, y, re[k * n + k], im[k * n + k], k, k + 1);
         subtract_complex(x, y, x[k], y[k], re + k * n, im + k * n, 0, k);
     }
     return 0;
