@@ -26,18 +26,21 @@ static const struct factors *factors(struct derivation *d) {
 /* M^-1 f */
 static expression *solve(struct derivation *d, struct solution *solution, const expression *f) {
     return solution->is_dense ? solve_factored(factors(d), f)
-                              : solve_eliminated(&d->kinematics, elimination(d, solution), f, NULL, NULL);
+                              : solve_eliminated(&d->kinematics, elimination(d, solution),
+                                                 (struct right_side){.f = f}, NULL);
 }
 
 static const expression *free_by(struct derivation *d, struct solution *solution) {
     if (solution->free)
         return solution->free;
     if (solution->is_dense || d->model->printed_form)
-        solution->free = solve(d, solution, all_forces(d));
-    else /* the recursion sums up h on its way */
-        solution->free = solve_eliminated(&d->kinematics, elimination(d, solution), applied_total(d),
-                                          loads(d), &solution->frames);
-    return solution->free;
+        return solution->free = solve(d, solution, all_forces(d));
+    /* The recursion sums up h on its way. */
+    const struct elimination *of = elimination(d, solution);
+    solution->references = derive_references(&d->kinematics, of);
+    const struct right_side side = {applied_total(d), derive_loads(&d->kinematics, solution->references),
+                                    solution->references};
+    return solution->free = solve_eliminated(&d->kinematics, of, side, &solution->frames);
 }
 
 struct dot_product {
@@ -163,13 +166,14 @@ static expression right_side(const struct solution *solution, const struct row_t
 /* Responses M^-1 u^T, S and k - u qdd_free, rows as loads. */
 static void respond_to_loads(struct derivation *d, struct solution *solution) {
     const int m = d->m;
-    const struct row_terms *row = rows_beside_loads(d);
+    const struct row_terms *row = rows_beside_loads(d, solution->references);
     struct wrench **loads = memory_get(d->memory, ((size_t)m + 1) * sizeof *loads);
     for (int i = 0; i < m; i++) {
         struct acceleration *frames;
         loads[i] = loads_of_row(d, &row[i]);
         solution->responses[i] =
-            solve_eliminated(&d->kinematics, solution->elimination, row[i].pull, loads[i], &frames);
+            solve_eliminated(&d->kinematics, solution->elimination,
+                             (struct right_side){.f = row[i].pull, .loads = loads[i]}, &frames);
         for (int j = 0; j <= i; j++)
             solution->S[i * m + j] = solution->S[j * m + i] =
                 row_times(d, &row[j], loads[j], solution->responses[i], frames);
@@ -182,7 +186,7 @@ static void respond_to_loads(struct derivation *d, struct solution *solution) {
 /* The same by the coefficients u. */
 static void respond_to_coefficients(struct derivation *d, struct solution *solution) {
     const int m = d->m;
-    const struct row_terms *row = rows_beside_loads(d);
+    const struct row_terms *row = rows_beside_bias(d);
     for (int i = 0; i < m; i++)
         solution->responses[i] = solve(d, solution, row[i].u);
     for (int i = 0; i < m; i++) {
@@ -236,7 +240,8 @@ const expression *shifted_solution(struct derivation *d) {
     for (int i = 0; i < d->m; i++)
         k[i] = symbol(d->g, SYMBOL_MULTIPLIER, i, 0);
     struct solution solution = {.k = k, .elimination = eliminate(&d->kinematics, sides.s)};
-    solution.free = solve_eliminated(&d->kinematics, solution.elimination, sides.f, NULL, &solution.frames);
+    solution.free = solve_eliminated(&d->kinematics, solution.elimination, (struct right_side){.f = sides.f},
+                                     &solution.frames);
     return d->m ? constrained_by(d, &solution) : solution.free;
 }
 

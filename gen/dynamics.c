@@ -153,21 +153,24 @@ static struct wrench falling_wrench(const struct kinematics *k, int i) {
 
 struct own_loads {
     const struct kinematics *k;
+    const struct reference *references;
     struct wrench *loads;
 };
 
 static void derive_load(void *context, int i) {
     const struct own_loads *x = context;
     const struct kinematics *k = x->k;
-    remark(k->g, memory_format(k->memory, "%s: inertia and gravity of the body at qdd = 0",
+    const struct reference *reference = &x->references[i];
+    remark(k->g, memory_format(k->memory, "%s: load, inertia and gravity of the body at these accelerations",
                                k->tree->frames[i].name));
-    x->loads[i] = falling_wrench(k, i);
+    x->loads[i] = inertia_wrench(k, i, reference->angular, &reference->gradient, reference->linear);
     name_vector(k, i, "load_moment", x->loads[i].moment);
     name_vector(k, i, "load_force", x->loads[i].force);
 }
 
-struct wrench *derive_loads(const struct kinematics *k) {
-    struct own_loads x = {k, memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *x.loads)};
+struct wrench *derive_loads(const struct kinematics *k, const struct reference *references) {
+    struct own_loads x = {k, references,
+                          memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *x.loads)};
     visit_joints(k->g, k->tree, derive_load, &x);
     return x.loads;
 }

@@ -54,27 +54,44 @@ expression *derive_printed_sum(const struct kinematics *k);
 expression derive_kinetic_energy(const struct kinematics *k);
 expression derive_gravity_energy(const struct kinematics *k, const struct inertia *composites);
 
-/* The wrench of inertia and gravity that each body takes at qdd = 0, in its frame: what c + g sums up. */
-struct wrench *derive_loads(const struct kinematics *k);
+/* Accelerations of a frame, own axes, at which its body's load is taken: reference.c. */
+struct reference {
+    struct vector angular;  /* dw/dt [rad/s^2] */
+    struct vector linear;   /* of the origin, minus gravity [m/s^2] */
+    struct matrix gradient; /* of `linear` in space [1/s^2] */
+};
+/* The wrench of inertia and gravity that each body takes at these accelerations, in its frame. */
+struct wrench *derive_loads(const struct kinematics *k, const struct reference *references);
 /* Of the body of frame i: moment J wd + w x J w + mc x a and force m a + wd x mc + w x (w x mc) for the
  * acceleration a of its origin. */
 struct wrench inertia_wrench(const struct kinematics *k, int i, struct vector wd,
                              const struct matrix *gradient, struct vector a);
 
-/*
- * M x = f: articulated inertias eliminated from the tips; then any right side costs O(n). With `loads` (or
- * NULL) the right side is f minus the generalized forces of these wrenches, which are summed on the way.
- */
+/* M x = f: articulated inertias eliminated from the tips; then any right side costs O(n). */
 struct elimination;
 /* Of M + diag(diagonal), by frame; NULL: of M. */
 struct elimination *eliminate(const struct kinematics *k, const expression *diagonal);
-/* Accelerations of a frame, own axes. */
+/* f minus the generalized forces of `loads` (by frame, or NULL), which are summed on the way. `references`:
+ * the accelerations that these loads are taken at, NULL: they depend on none. */
+struct right_side {
+    const expression *f;
+    const struct wrench *loads;
+    const struct reference *references;
+};
+/* Accelerations of a frame, own axes, beyond those of its reference; `whole`: dw/dt with the reference's. */
 struct acceleration {
-    struct vector angular, linear;
+    struct vector angular, linear, whole;
 };
 /* Accelerations by frame into `frames` unless it is NULL. */
 expression *solve_eliminated(const struct kinematics *k, const struct elimination *elimination,
-                             const expression *f, const struct wrench *loads, struct acceleration **frames);
+                             struct right_side side, struct acceleration **frames);
+/* Is frame i the last of the turns that are eliminated together? */
+bool ends_ball(const struct elimination *elimination, int i);
+/* By frame; for bodies behind ball joints dw/dt is not that at qdd = 0. */
+struct reference *derive_references(const struct kinematics *k, const struct elimination *elimination);
+/* wd + w x e qd for the axis e of joint i, own axes: what a turn makes of dw/dt at qdd = 0; twice the same is
+ * what a slide makes of dv/dt. */
+struct vector gyrate(const struct kinematics *k, int i, struct vector wd);
 /* Can a load act on frame i? Not on one between the turns that are eliminated together. */
 bool takes_load(const struct elimination *elimination, int i);
 

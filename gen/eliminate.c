@@ -398,14 +398,21 @@ static struct vector ball_moment(const struct kinematics *k, const struct stage 
     return moment;
 }
 
-/* The coordinates' accelerations from the angular accelerations on both sides. */
-static void ball_coordinates(const struct kinematics *k, const struct stage *stage, struct vector inside,
-                             struct vector outside, expression *x) {
+/* dw/dt of the frame that turn i leads to, at rest in it; beside references its rate turns it, too. */
+static struct vector carry_turn(const struct kinematics *k, int i, bool moves, struct vector wd) {
+    const struct vector turned = to_child(k, i, wd);
+    return moves ? gyrate(k, i, turned) : turned;
+}
+
+/* The coordinates' accelerations from dw/dt on both sides, or from what it differs by on both. */
+static void ball_coordinates(const struct kinematics *k, const struct stage *stage, bool moves,
+                             struct vector inside, struct vector outside, expression *x) {
     struct graph *g = k->g;
     const struct frame *frames = k->tree->frames;
     const int first = stage->first, middle = first + 1, last = stage->last;
-    const struct vector carried = to_child(k, middle, to_child(k, first, inside));
-    const struct vector relative = vector_sub(g, to_parent(k, last, outside), carried);
+    const struct vector none = {{0, 0, 0}}, rate = carry_turn(k, last, moves, none);
+    const struct vector carried = carry_turn(k, middle, moves, carry_turn(k, first, moves, inside));
+    const struct vector relative = vector_sub(g, to_parent(k, last, vector_sub(g, outside, rate)), carried);
     x[first] = mul(g, relative.at[frames[first].joint.axis], stage->ball.cos_inverse);
     x[middle] = relative.at[frames[middle].joint.axis];
     x[last] = sub(g, relative.at[frames[last].joint.axis], mul(g, stage->ball.tilt, x[first]));
@@ -487,8 +494,7 @@ static expression wrench_dot(struct graph *g, struct wrench a, struct vector ang
 struct solution {
     const struct kinematics *k;
     const struct elimination *elimination;
-    const expression *f;
-    const struct wrench *loads;         /* or NULL */
+    struct right_side side;
     struct wrench *p;                   /* at each frame: what comes from all beyond */
     expression *u;                      /* force left for a joint */
     struct vector *angular_at_rest;     /* J^-1 (m - p_n) of a ball joint, by its last frame */
@@ -503,14 +509,14 @@ static struct wrench reduce_joint(const struct kinematics *k, const struct stage
     const int i = stage->first;
     const struct joint *joint = &k->tree->frames[i].joint;
     const expression felt = joint->is_turn ? p.moment.at[joint->axis] : p.force.at[joint->axis];
-    const expression u = solution->u[i] = sub(g, solution->f[i], felt);
+    const expression u = solution->u[i] = sub(g, solution->side.f[i], felt);
     struct wrench through = {vector_scale(g, u, stage->pivot.U_over_D.moment),
                              vector_scale(g, u, stage->pivot.U_over_D.force)};
     through = wrench_add(g, p, through);
     /* Along the joint's own axis e.p + u_i (1 - s / D) = f_i - u_i s / D is passed on: f_i, exactly, without
      * s. */
     (joint->is_turn ? &through.moment : &through.force)->at[joint->axis] =
-        sub(g, solution->f[i], mul(g, u, stage->pivot.kept));
+        sub(g, solution->side.f[i], mul(g, u, stage->pivot.kept));
     return through;
 }
 
@@ -521,7 +527,7 @@ static struct wrench reduce_ball(const struct kinematics *k, const struct stage 
     struct graph *g = k->g;
     const struct ball *ball = &stage->ball;
     const int last = stage->last;
-    const struct vector moment = ball_moment(k, stage, solution->f);
+    const struct vector moment = ball_moment(k, stage, solution->side.f);
     const struct vector left = vector_sub(g, to_child(k, last, moment), p.moment);
     const struct vector turned = solve_ball(g, ball, left);
     const struct vector force = vector_add(g, p.force, transpose_times(g, ball->H.at, turned));
@@ -535,8 +541,8 @@ static struct wrench reduce_ball(const struct kinematics *k, const struct stage 
 static struct wrench reduce(const struct kinematics *k, int i, struct solution *solution) {
     const struct stage *stage = &solution->elimination->stages[i];
     struct wrench p = solution->p[i];
-    if (solution->loads)
-        p = wrench_add(k->g, solution->loads[i], p);
+    if (solution->side.loads)
+        p = wrench_add(k->g, solution->side.loads[i], p);
     if (!solution->elimination->ends_stage[i])
         return wrench_to_parent(k, i, p);
     remark(k->g, memory_format(k->memory, "%s: force left for the joint, inward", k->tree->frames[i].name));
@@ -564,8 +570,11 @@ static struct acceleration accelerate_joint(const struct kinematics *k, const st
     const struct pivot *pivot = &stage->pivot;
     const expression held = wrench_dot(g, pivot->U_over_D, carried.angular, carried.linear);
     const expression x = solution->x[i] = sub(g, mul(g, pivot->D_inverse, solution->u[i]), held);
+    const struct reference *references = solution->side.references;
     expression *along = &(joint->is_turn ? &carried.angular : &carried.linear)->at[joint->axis];
     *along = add(g, *along, x);
+    if (references)
+        carried.whole = vector_add(g, carried.angular, references[i].angular);
     return carried;
 }
 
@@ -576,20 +585,21 @@ static struct vector carried_origin(const struct kinematics *k, int i, struct ac
 
 /* What frame i would do if its joint stood still. */
 static struct acceleration carry_outward(const struct kinematics *k, int i, struct acceleration parent) {
-    return (struct acceleration){to_child(k, i, parent.angular),
-                                 to_child(k, i, carried_origin(k, i, parent))};
+    return (struct acceleration){to_child(k, i, parent.angular), to_child(k, i, carried_origin(k, i, parent)),
+                                 to_child(k, i, parent.whole)};
 }
 
-/* wd = J^-1 (m - p_n) - J^-1 H a; `inside`: what carries the joint */
+/* wd = J^-1 (m - p_n) - J^-1 H a, of dw/dt = 0 as the reference has it; `inside`: what carries the joint */
 static struct acceleration accelerate_ball(const struct kinematics *k, const struct stage *stage,
                                            struct acceleration inside, struct solution *solution) {
     struct graph *g = k->g;
     const struct vector at_rest = solution->angular_at_rest[stage->last];
     const struct vector linear = into_ball(k, stage, carried_origin(k, stage->first, inside));
     const struct vector slowed = matrix_times(g, stage->ball.J_inverse_H.at, linear);
-    const struct acceleration own = {vector_sub(g, at_rest, slowed), linear};
-    ball_coordinates(k, stage, inside.angular, own.angular, solution->x);
-    return own;
+    const struct vector wd = vector_sub(g, at_rest, slowed);
+    const bool moves = solution->side.references;
+    ball_coordinates(k, stage, moves, moves ? inside.whole : inside.angular, wd, solution->x);
+    return (struct acceleration){wd, linear, wd};
 }
 
 /* A whole stage at its last frame. */
@@ -599,7 +609,7 @@ static void accelerate_outward(void *context, int i) {
     const struct stage *stage = &solution->elimination->stages[i];
     const bool ends = solution->elimination->ends_stage[i];
     const int first = ends ? stage->first : i, parent = k->tree->frames[first].parent;
-    const struct acceleration still = {{{0, 0, 0}}, {{0, 0, 0}}};
+    const struct acceleration still = {{{0, 0, 0}}, {{0, 0, 0}}, {{0, 0, 0}}};
     const struct acceleration inside = parent < 0 ? still : solution->accelerations[parent];
     struct acceleration own = carry_outward(k, first, inside);
     if (ends)
@@ -611,14 +621,18 @@ static void accelerate_outward(void *context, int i) {
     solution->accelerations[i] = own;
 }
 
+bool ends_ball(const struct elimination *elimination, int i) {
+    return elimination->ends_stage[i] && elimination->stages[i].last > elimination->stages[i].first;
+}
+
 bool takes_load(const struct elimination *elimination, int i) {
     return elimination->ends_stage[i] || elimination->k->tree->frames[i].kind != FRAME_JOINT;
 }
 
 expression *solve_eliminated(const struct kinematics *k, const struct elimination *elimination,
-                             const expression *f, const struct wrench *loads, struct acceleration **frames) {
+                             struct right_side side, struct acceleration **frames) {
     const size_t n = (size_t)k->tree->count + 1;
-    struct solution x = {.k = k, .elimination = elimination, .f = f, .loads = loads};
+    struct solution x = {.k = k, .elimination = elimination, .side = side};
     x.p = memory_get(k->memory, n * sizeof *x.p);
     x.u = memory_get(k->memory, n * sizeof *x.u);
     x.angular_at_rest = memory_get(k->memory, n * sizeof *x.angular_at_rest);

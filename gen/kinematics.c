@@ -317,17 +317,28 @@ static void derive_point(struct kinematics *k, int index) {
         carrier.position = carrier.linear = carrier.bias_linear = (struct vector){{0, 0, 0}};
     const struct vector velocity = vector_add(g, carrier.linear, vector_cross(g, m->angular, rho));
     const struct vector bias = carried_acceleration(g, m, carrier.bias_linear, rho);
-    const struct vector falling = carried_acceleration(g, m, m->bias_falling, rho);
     remark(g, memory_format(k->memory, "%s %s: r = T rho, rd = C qd, rdd = C qdd + d",
                             is_direction ? "direction" : "point", k->model->points[index].name));
     point->r = vector_add(g, carrier.position, matrix_times(g, m->rotation.at, rho));
     point->rd = matrix_times(g, m->rotation.at, velocity);
     point->d = matrix_times(g, m->rotation.at, bias);
-    point->d_fallen = point->d;
-    if (!is_direction && !vector_is_zero(point->d))
-        point->d_fallen = vector_add(g, matrix_times(g, m->rotation.at, falling), ground.gravity);
     name_point(k, index);
     derive_columns(k, index);
+}
+
+struct vector fallen_acceleration(const struct kinematics *k, int point, struct vector falling,
+                                  const struct matrix *gradient) {
+    struct graph *g = k->g;
+    const struct fixed_frame *fixed = &k->tree->points[point];
+    const struct vector rho = from_body(k, fixed->frame, vector_of(fixed->placement.position));
+    const struct vector across = matrix_times(g, gradient->at, rho);
+    if (vector_is_zero(k->points[point].d)) /* of the ground, or of what only slides */
+        return k->points[point].d;
+    const expression *rotation = k->frames[fixed->frame].rotation.at;
+    if (k->model->points[point].is_direction)
+        return matrix_times(g, rotation, across);
+    const struct vector moved = matrix_times(g, rotation, vector_add(g, falling, across));
+    return vector_add(g, moved, vector_of(k->model->gravity));
 }
 
 /* The motion of frame i, one step from its parent's. */

@@ -31,7 +31,6 @@ struct frame_motion {
 /* Of a point, or of a direction: then r is the vector itself. */
 struct point_motion {
     struct vector r, rd, d; /* position, velocity, bias acceleration: rdd = C qdd + d */
-    struct vector d_fallen; /* d by bias_falling and gravity: where that recursion runs anyway */
     struct vector *columns; /* C: a column a frame, zero off the point's path */
 };
 
@@ -66,6 +65,13 @@ struct vector to_parent(const struct kinematics *k, int i, struct vector a);
 struct tensor tensor_to_parent(const struct kinematics *k, int i, struct tensor t);
 /* The same in a few more operations of which fewer wait for each other: for long recursions. */
 struct tensor tensor_to_parent_quickly(const struct kinematics *k, int i, struct tensor t);
+
+/*
+ * d of a point, ground axes, from the acceleration of its frame's origin minus gravity and the gradient of
+ * that: where a recursion for these runs anyway. Of a direction, from the gradient alone.
+ */
+struct vector fallen_acceleration(const struct kinematics *k, int point, struct vector falling,
+                                  const struct matrix *gradient);
 
 /* By frame: the joint's origin from that of the joint before, ground axes. */
 struct vector *derive_ground_shifts(const struct kinematics *k);

@@ -147,6 +147,8 @@ void give(struct memory *memory, const struct tree *tree, struct function *funct
 
 /* quantities.c: outputs of every function asked for (`emit` as in gen_plan). */
 void list_functions(struct plan *plan, const char *emit);
+/* sums.c: in all functions. */
+void order_sums(struct plan *plan);
 /* plan.c: statements, derived values, pieces, counts. */
 void plan_functions(struct plan *plan);
 enum { FEWEST_ANGLES = 4 }; /* of one pass: as wide as vectors of doubles mostly are */

@@ -18,7 +18,8 @@ struct solution {
     expression **responses;                /* M^-1 u^T by row */
     expression *S, *lambda;                /* u M^-1 u^T, multipliers */
     expression *qdd;
-    struct acceleration *frames; /* of qdd_free, by the recursion */
+    struct acceleration *frames;  /* of qdd_free, by the recursion */
+    struct reference *references; /* beyond which these are */
 };
 
 enum { MOST_WRITTEN_OUT = 40 }; /* coordinates: beyond, written-out matrices and runs are not even weighed */
@@ -42,8 +43,7 @@ struct derivation {
     struct inertia *composites;
     expression *M, *statics_tangent, *bias, *falling;
     struct applied applied;
-    struct row_terms *rows, *rows_beside_loads;
-    struct wrench *loads;
+    struct row_terms *rows, *rows_beside_bias;
     struct factors *factors;
     struct solution by_method[2];              /* recursive, dense */
     struct solution *free_solution, *solution; /* chosen for qdd_free and for qdd */
@@ -59,9 +59,10 @@ struct derivation *without_runs(struct derivation *d);
 expression *new_values(const struct derivation *d, int count);
 const struct inertia *composites(struct derivation *d);
 const struct row_terms *rows(struct derivation *d);
-/* The same with v and k from the recursion that gives loads, where it runs. */
-const struct row_terms *rows_beside_loads(struct derivation *d);
-const struct wrench *loads(struct derivation *d);
+/* The same with v and k from the recursion that gives c + g, where it runs. */
+const struct row_terms *rows_beside_bias(struct derivation *d);
+/* With v and k at the accelerations that loads are taken at instead of those at qdd = 0; NULL: as `rows`. */
+const struct row_terms *rows_beside_loads(struct derivation *d, const struct reference *references);
 /* n x n, of a tree without runs. */
 const expression *mass_matrix(struct derivation *d);
 const struct applied *applied(struct derivation *d);

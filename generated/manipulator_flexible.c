@@ -90,10 +90,6 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     p->derived.constant_12 = p->s_sup * 0.5;
     p->derived.constant_13 = 0.5 * p->derived.arm_stiffness_psi;
     p->derived.constant_14 = 0.5 * p->derived.arm_stiffness_phi;
-    /* base_z: inertia and gravity of the body at qdd = 0 */
-    p->derived.base_z_load_force_z = p->m_base * p->g;
-    /* column_psi: inertia and gravity of the body at qdd = 0 */
-    p->derived.column_psi_load_force_z = p->m_col * p->g;
     /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     p->derived.effector_z_D_inverse = 1.0 / p->m_E;
     /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
@@ -101,6 +97,14 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     p->derived.constant_16 = 1.0 / p->derived.arm_psi_inertia_xx;
     /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
     p->derived.constant_17 = p->derived.constant_3 * p->derived.constant_3;
+    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    p->derived.constant_18 = p->m_base + p->m_col;
+    /* base_z: load, inertia and gravity of the body at these accelerations */
+    const double base_z_load_force_z = p->m_base * p->g;
+    /* column_psi: load, inertia and gravity of the body at these accelerations */
+    const double column_psi_load_force_z = p->m_col * p->g;
+    /* arm_psi: force left for the joint, inward */
+    p->derived.constant_19 = base_z_load_force_z + column_psi_load_force_z;
 }
 
 #if defined(__GNUC__) && !defined(__clang__)
@@ -195,7 +199,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_sin = sine[0];
     const double arm_psi_cos = cosine[0];
     /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
+    const double effector_z_shift_x = q[12] + p->derived.constant_1;
     /* effector_z: composite pseudo-inertia of all beyond, inward */
     const double t1 = p->m_E * effector_z_shift_x;
     /* arm_psi_1: motion from arm_psi outward */
@@ -231,8 +235,8 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t7 = p->derived.arm_element_length * t5;
     const double t8 = arm_phi_2_cos * t6 - arm_phi_2_sin * t7;
     M[12 * 13 + 7] = t8;
-    const double t9 = arm_phi_2_sin * t6 + arm_phi_2_cos * t7;
-    const double t10 = arm_phi_2_sin * t2 + arm_phi_2_cos * t5;
+    const double t9 = arm_phi_2_cos * t7 + arm_phi_2_sin * t6;
+    const double t10 = arm_phi_2_cos * t5 + arm_phi_2_sin * t2;
     const double t11 = arm_phi_2_sin * t5 - arm_phi_2_cos * t2;
     const double t12 = arm_theta_2_cos * t9;
     M[12 * 13 + 6] = t12;
@@ -247,7 +251,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t20 = t12 + p->derived.arm_element_length * t18;
     const double t21 = arm_phi_1_cos * t19 - arm_phi_1_sin * t20;
     M[12 * 13 + 4] = t21;
-    const double t22 = arm_phi_1_sin * t19 + arm_phi_1_cos * t20;
+    const double t22 = arm_phi_1_cos * t20 + arm_phi_1_sin * t19;
     const double t23 = arm_phi_1_cos * t18 - arm_phi_1_sin * t14;
     const double t24 = arm_phi_1_sin * t18 + arm_phi_1_cos * t14;
     const double t25 = arm_theta_1_cos * t22 - arm_theta_1_sin * t16;
@@ -255,14 +259,15 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t26 = arm_theta_1_sin * t22 + arm_theta_1_cos * t16;
     const double t27 = arm_theta_1_sin * t24 + arm_theta_1_cos * t17;
     const double t28 = arm_psi_1_sin * t27 + arm_psi_1_cos * t23;
-    M[12 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t27 - arm_psi_1_sin * t23) + arm_psi_cos * t28;
+    M[12 * 13 + 0] = arm_psi_cos * t28 + arm_psi_sin * (arm_psi_1_cos * t27 - arm_psi_1_sin * t23);
     M[12 * 13 + 2] = t25 + p->derived.constant_1 * t28;
-    const double t29 = arm_psi_sin * (arm_psi_1_cos * t26 - arm_psi_1_sin * t21) + arm_psi_cos * (arm_psi_1_sin *
-        t26 + arm_psi_1_cos * t21 - p->derived.constant_1 * (arm_theta_1_cos * t24 - arm_theta_1_sin * t17));
+    const double t29 = arm_psi_cos * (arm_psi_1_sin * t26 + arm_psi_1_cos * t21 - p->derived.constant_1 *
+        (arm_theta_1_cos * t24 - arm_theta_1_sin * t17)) + arm_psi_sin * (arm_psi_1_cos * t26 - arm_psi_1_sin *
+        t21);
     M[12 * 13 + 1] = t29;
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = p->derived.arm_psi_moment_x + t1;
-    const double arm_phi_3_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t1;
+    const double arm_phi_3_moment_beyond_x = t1 + p->derived.arm_psi_moment_x;
+    const double arm_phi_3_inertia_beyond_yy = effector_z_shift_x * t1 + p->derived.arm_psi_inertia_yy;
     M[10 * 13 + 10] = arm_phi_3_inertia_beyond_yy;
     /* arm_phi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t30 = p->derived.arm_psi_inertia_xx * arm_theta_3_sin;
@@ -271,7 +276,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t32 = arm_psi_3_cos * t31;
     M[11 * 13 + 8] = t32;
     const double t33 = arm_psi_3_sin * t31;
-    const double t34 = arm_phi_2_sin * t30 + arm_phi_2_cos * t33;
+    const double t34 = arm_phi_2_cos * t33 + arm_phi_2_sin * t30;
     M[11 * 13 + 7] = t34;
     const double t35 = arm_phi_2_sin * t33 - arm_phi_2_cos * t30;
     const double t36 = arm_theta_2_cos * t35 - arm_theta_2_sin * t32;
@@ -287,8 +292,8 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     M[11 * 13 + 2] = t42;
     M[11 * 13 + 3] = t42;
     const double t43 = arm_theta_1_sin * t41 + arm_theta_1_cos * t38;
-    M[11 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * t43 - arm_psi_1_sin * t40) + arm_psi_cos * (arm_psi_1_sin *
-        t43 + arm_psi_1_cos * t40);
+    M[11 * 13 + 1] = arm_psi_cos * (arm_psi_1_sin * t43 + arm_psi_1_cos * t40) + arm_psi_sin * (arm_psi_1_cos *
+        t43 - arm_psi_1_sin * t40);
     /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
     const double t44 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
     const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
@@ -305,22 +310,22 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t49 = arm_psi_3_sin * t44;
     const double t50 = p->derived.arm_element_length * t49;
     const double t51 = arm_psi_3_cos * arm_phi_3_inertia_beyond_yy + p->derived.arm_element_length * arm_psi_3_moment_beyond_x;
-    const double t52 = arm_phi_2_sin * t50 + arm_phi_2_cos * t51;
+    const double t52 = arm_phi_2_cos * t51 + arm_phi_2_sin * t50;
     M[10 * 13 + 7] = t52;
     const double t53 = arm_phi_2_sin * t51 - arm_phi_2_cos * t50;
     const double t54 = arm_phi_2_sin * arm_psi_3_moment_beyond_x - arm_phi_2_cos * t49;
     const double t55 = arm_phi_2_sin * t49 + arm_phi_2_cos * arm_psi_3_moment_beyond_x;
-    const double t56 = arm_theta_2_sin * t47 + arm_theta_2_cos * t53;
+    const double t56 = arm_theta_2_cos * t53 + arm_theta_2_sin * t47;
     M[10 * 13 + 6] = t56;
     const double t57 = arm_theta_2_sin * t53 - arm_theta_2_cos * t47;
     const double t58 = arm_theta_2_sin * t48 - arm_theta_2_cos * t55;
     const double t59 = arm_theta_2_sin * t55 + arm_theta_2_cos * t48;
     const double t60 = arm_psi_2_cos * t57 - arm_psi_2_sin * t52;
     M[10 * 13 + 5] = t60;
-    const double t61 = arm_psi_2_sin * t54 + arm_psi_2_cos * t59;
+    const double t61 = arm_psi_2_cos * t59 + arm_psi_2_sin * t54;
     const double t62 = arm_psi_2_cos * t54 - arm_psi_2_sin * t59;
     const double t63 = arm_psi_2_sin * t57 + arm_psi_2_cos * t52 - p->derived.arm_element_length * t58;
-    const double t64 = t56 + p->derived.arm_element_length * t62;
+    const double t64 = p->derived.arm_element_length * t62 + t56;
     const double t65 = arm_phi_1_cos * t63 - arm_phi_1_sin * t64;
     M[10 * 13 + 4] = t65;
     const double t66 = arm_phi_1_sin * t63 + arm_phi_1_cos * t64;
@@ -331,10 +336,11 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t70 = arm_theta_1_sin * t66 + arm_theta_1_cos * t60;
     const double t71 = arm_theta_1_sin * t68 - arm_theta_1_cos * t61;
     const double t72 = arm_psi_1_sin * t71 + arm_psi_1_cos * t67;
-    M[10 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t71 - arm_psi_1_sin * t67) + arm_psi_cos * t72;
-    M[10 * 13 + 2] = t69 + p->derived.constant_1 * t72;
-    const double t73 = arm_psi_sin * (arm_psi_1_cos * t70 - arm_psi_1_sin * t65) + arm_psi_cos * (arm_psi_1_sin *
-        t70 + arm_psi_1_cos * t65 - p->derived.constant_1 * (arm_theta_1_sin * t61 + arm_theta_1_cos * t68));
+    M[10 * 13 + 0] = arm_psi_cos * t72 + arm_psi_sin * (arm_psi_1_cos * t71 - arm_psi_1_sin * t67);
+    M[10 * 13 + 2] = p->derived.constant_1 * t72 + t69;
+    const double t73 = arm_psi_cos * (arm_psi_1_sin * t70 + arm_psi_1_cos * t65 - p->derived.constant_1 *
+        (arm_theta_1_cos * t68 + arm_theta_1_sin * t61)) + arm_psi_sin * (arm_psi_1_cos * t70 - arm_psi_1_sin *
+        t65);
     M[10 * 13 + 1] = t73;
     /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
     const double t74 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
@@ -344,28 +350,28 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t77 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xz;
     M[9 * 13 + 8] = t77;
     const double arm_phi_2_inertia_beyond_yz = arm_psi_3_sin * arm_psi_3_inertia_beyond_xz;
-    const double t78 = t74 + p->derived.constant_4;
+    const double t78 = p->derived.constant_4 + t74;
     const double t79 = p->derived.arm_element_length * (t74 + t78);
     const double arm_phi_2_inertia_beyond_xy = arm_psi_3_cos * t75 - p->derived.arm_element_length * arm_phi_2_moment_beyond_y;
-    const double arm_phi_2_inertia_beyond_xz = t77 + p->derived.arm_element_length * t44;
+    const double arm_phi_2_inertia_beyond_xz = p->derived.arm_element_length * t44 + t77;
     /* arm_psi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t80 = arm_psi_3_inertia_beyond_zz + p->derived.arm_element_length * t74;
+    const double t80 = p->derived.arm_element_length * t74 + arm_psi_3_inertia_beyond_zz;
     const double t81 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yz - arm_phi_2_sin * t80;
     M[9 * 13 + 7] = t81;
-    const double t82 = arm_phi_2_sin * arm_phi_2_inertia_beyond_yz + arm_phi_2_cos * t80;
+    const double t82 = arm_phi_2_cos * t80 + arm_phi_2_sin * arm_phi_2_inertia_beyond_yz;
     const double t83 = arm_phi_2_cos * t74;
     const double t84 = arm_phi_2_sin * t74;
     const double t85 = arm_theta_2_cos * t82 - arm_theta_2_sin * t77;
     M[9 * 13 + 6] = t85;
     const double t86 = arm_theta_2_sin * t82 + arm_theta_2_cos * t77;
-    const double t87 = arm_theta_2_sin * arm_phi_2_moment_beyond_y + arm_theta_2_cos * t84;
+    const double t87 = arm_theta_2_cos * t84 + arm_theta_2_sin * arm_phi_2_moment_beyond_y;
     const double t88 = arm_theta_2_sin * t84 - arm_theta_2_cos * arm_phi_2_moment_beyond_y;
     const double t89 = arm_psi_2_cos * t86 - arm_psi_2_sin * t81;
     M[9 * 13 + 5] = t89;
     const double t90 = arm_psi_2_cos * t88 - arm_psi_2_sin * t83;
     const double t91 = arm_psi_2_sin * t88 + arm_psi_2_cos * t83;
     const double t92 = arm_psi_2_sin * t86 + arm_psi_2_cos * t81 - p->derived.arm_element_length * t87;
-    const double t93 = t85 + p->derived.arm_element_length * t91;
+    const double t93 = p->derived.arm_element_length * t91 + t85;
     const double t94 = arm_phi_1_cos * t92 - arm_phi_1_sin * t93;
     M[9 * 13 + 4] = t94;
     const double t95 = arm_phi_1_sin * t92 + arm_phi_1_cos * t93;
@@ -376,26 +382,27 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t99 = arm_theta_1_sin * t95 + arm_theta_1_cos * t89;
     const double t100 = arm_theta_1_sin * t97 + arm_theta_1_cos * t90;
     const double t101 = arm_psi_1_sin * t100 + arm_psi_1_cos * t96;
-    M[9 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t100 - arm_psi_1_sin * t96) + arm_psi_cos * t101;
-    M[9 * 13 + 2] = t98 + p->derived.constant_1 * t101;
-    const double t102 = arm_psi_sin * (arm_psi_1_cos * t99 - arm_psi_1_sin * t94) + arm_psi_cos * (arm_psi_1_sin *
-        t99 + arm_psi_1_cos * t94 - p->derived.constant_1 * (arm_theta_1_cos * t97 - arm_theta_1_sin * t90));
+    M[9 * 13 + 0] = arm_psi_cos * t101 + arm_psi_sin * (arm_psi_1_cos * t100 - arm_psi_1_sin * t96);
+    M[9 * 13 + 2] = p->derived.constant_1 * t101 + t98;
+    const double t102 = arm_psi_cos * (arm_psi_1_sin * t99 + arm_psi_1_cos * t94 - p->derived.constant_1 *
+        (arm_theta_1_cos * t97 - arm_theta_1_sin * t90)) + arm_psi_sin * (arm_psi_1_cos * t99 - arm_psi_1_sin *
+        t94);
     M[9 * 13 + 1] = t102;
     /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
     const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + t78;
-    const double arm_phi_2_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_3_inertia_beyond_xx -
-        t76);
+    const double arm_phi_2_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + arm_psi_3_inertia_beyond_xx -
+        t76;
     M[8 * 13 + 8] = arm_phi_2_inertia_beyond_xx;
-    const double arm_phi_2_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_phi_3_inertia_beyond_yy +
-        t76 + t79);
-    const double arm_phi_2_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_3_inertia_beyond_zz +
-        t79);
-    const double arm_theta_2_moment_beyond_y = arm_phi_2_sin * t44 + arm_phi_2_cos * arm_phi_2_moment_beyond_y;
+    const double arm_phi_2_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + arm_phi_3_inertia_beyond_yy +
+        t79 + t76;
+    const double arm_phi_2_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + t79 + arm_psi_3_inertia_beyond_zz;
+    const double arm_theta_2_moment_beyond_y = arm_phi_2_cos * arm_phi_2_moment_beyond_y + arm_phi_2_sin *
+        t44;
     const double t103 = arm_phi_2_sin * arm_phi_2_moment_beyond_y;
     const double t104 = arm_phi_2_cos * t44;
     const double arm_theta_2_moment_beyond_z = t103 - t104;
-    const double t105 = arm_phi_2_cos * (arm_phi_2_inertia_beyond_yz + arm_phi_2_inertia_beyond_yz) + arm_phi_2_sin *
-        (arm_phi_2_inertia_beyond_yy - arm_phi_2_inertia_beyond_zz);
+    const double t105 = arm_phi_2_sin * (arm_phi_2_inertia_beyond_yy - arm_phi_2_inertia_beyond_zz) + arm_phi_2_cos *
+        (arm_phi_2_inertia_beyond_yz + arm_phi_2_inertia_beyond_yz);
     const double t106 = arm_phi_2_sin * t105;
     const double arm_theta_2_inertia_beyond_yy = arm_phi_2_inertia_beyond_yy - t106;
     M[7 * 13 + 7] = arm_theta_2_inertia_beyond_yy;
@@ -404,8 +411,8 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double arm_theta_2_inertia_beyond_xy = arm_phi_2_cos * arm_phi_2_inertia_beyond_xy - arm_phi_2_sin *
         arm_phi_2_inertia_beyond_xz;
     M[8 * 13 + 7] = arm_theta_2_inertia_beyond_xy;
-    const double arm_theta_2_inertia_beyond_xz = arm_phi_2_cos * arm_phi_2_inertia_beyond_xz + arm_phi_2_sin *
-        arm_phi_2_inertia_beyond_xy;
+    const double arm_theta_2_inertia_beyond_xz = arm_phi_2_sin * arm_phi_2_inertia_beyond_xy + arm_phi_2_cos *
+        arm_phi_2_inertia_beyond_xz;
     /* arm_phi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t107 = t104 - t103;
     const double t108 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz - arm_theta_2_sin * arm_phi_2_inertia_beyond_xx;
@@ -419,7 +426,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t114 = arm_psi_2_sin * t111 + arm_psi_2_cos * t107;
     const double t115 = arm_psi_2_sin * t109 + arm_psi_2_cos * arm_theta_2_inertia_beyond_xy - p->derived.arm_element_length *
         t110;
-    const double t116 = t108 + p->derived.arm_element_length * t114;
+    const double t116 = p->derived.arm_element_length * t114 + t108;
     const double t117 = arm_phi_1_cos * t115 - arm_phi_1_sin * t116;
     M[8 * 13 + 4] = t117;
     const double t118 = arm_phi_1_sin * t115 + arm_phi_1_cos * t116;
@@ -430,20 +437,20 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t122 = arm_theta_1_sin * t118 + arm_theta_1_cos * t112;
     const double t123 = arm_theta_1_sin * t120 + arm_theta_1_cos * t113;
     const double t124 = arm_psi_1_sin * t123 + arm_psi_1_cos * t119;
-    M[8 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t123 - arm_psi_1_sin * t119) + arm_psi_cos * t124;
-    M[8 * 13 + 2] = t121 + p->derived.constant_1 * t124;
-    const double t125 = arm_psi_sin * (arm_psi_1_cos * t122 - arm_psi_1_sin * t117) + arm_psi_cos * (arm_psi_1_sin *
-        t122 + arm_psi_1_cos * t117 - p->derived.constant_1 * (arm_theta_1_cos * t120 - arm_theta_1_sin *
-        t113));
+    M[8 * 13 + 0] = arm_psi_cos * t124 + arm_psi_sin * (arm_psi_1_cos * t123 - arm_psi_1_sin * t119);
+    M[8 * 13 + 2] = p->derived.constant_1 * t124 + t121;
+    const double t125 = arm_psi_cos * (arm_psi_1_sin * t122 + arm_psi_1_cos * t117 - p->derived.constant_1 *
+        (arm_theta_1_cos * t120 - arm_theta_1_sin * t113)) + arm_psi_sin * (arm_psi_1_cos * t122 - arm_psi_1_sin *
+        t117);
     M[8 * 13 + 1] = t125;
     /* arm_theta_2: composite pseudo-inertia of all beyond, inward */
     const double t126 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
     const double t127 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
     const double arm_psi_2_moment_beyond_z = t127 - t126;
-    const double arm_psi_2_moment_beyond_x = arm_theta_2_sin * arm_theta_2_moment_beyond_z + arm_theta_2_cos *
-        arm_phi_2_moment_beyond_x;
-    const double t128 = arm_theta_2_cos * (arm_theta_2_inertia_beyond_xz + arm_theta_2_inertia_beyond_xz) +
-        arm_theta_2_sin * (arm_theta_2_inertia_beyond_zz - arm_phi_2_inertia_beyond_xx);
+    const double arm_psi_2_moment_beyond_x = arm_theta_2_cos * arm_phi_2_moment_beyond_x + arm_theta_2_sin *
+        arm_theta_2_moment_beyond_z;
+    const double t128 = arm_theta_2_sin * (arm_theta_2_inertia_beyond_zz - arm_phi_2_inertia_beyond_xx) +
+        arm_theta_2_cos * (arm_theta_2_inertia_beyond_xz + arm_theta_2_inertia_beyond_xz);
     const double t129 = arm_theta_2_sin * t128;
     const double arm_psi_2_inertia_beyond_zz = arm_theta_2_inertia_beyond_zz - t129;
     M[6 * 13 + 6] = arm_psi_2_inertia_beyond_zz;
@@ -452,8 +459,8 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_2_inertia_beyond_yz = arm_theta_2_cos * arm_theta_2_inertia_beyond_yz - arm_theta_2_sin *
         arm_theta_2_inertia_beyond_xy;
     M[7 * 13 + 6] = arm_psi_2_inertia_beyond_yz;
-    const double arm_psi_2_inertia_beyond_xy = arm_theta_2_cos * arm_theta_2_inertia_beyond_xy + arm_theta_2_sin *
-        arm_theta_2_inertia_beyond_yz;
+    const double arm_psi_2_inertia_beyond_xy = arm_theta_2_sin * arm_theta_2_inertia_beyond_yz + arm_theta_2_cos *
+        arm_theta_2_inertia_beyond_xy;
     /* arm_theta_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t130 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xy - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
     M[7 * 13 + 5] = t130;
@@ -461,40 +468,40 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t132 = arm_psi_2_sin * arm_psi_2_moment_beyond_z;
     const double t133 = arm_psi_2_sin * arm_psi_2_inertia_beyond_xy + arm_psi_2_cos * arm_theta_2_inertia_beyond_yy +
         p->derived.arm_element_length * arm_psi_2_moment_beyond_x;
-    const double t134 = arm_psi_2_inertia_beyond_yz + p->derived.arm_element_length * t132;
+    const double t134 = p->derived.arm_element_length * t132 + arm_psi_2_inertia_beyond_yz;
     const double t135 = arm_phi_1_cos * t133 - arm_phi_1_sin * t134;
     M[7 * 13 + 4] = t135;
     const double t136 = arm_phi_1_sin * t133 + arm_phi_1_cos * t134;
-    const double t137 = arm_phi_1_sin * arm_psi_2_moment_beyond_x + arm_phi_1_cos * t132;
+    const double t137 = arm_phi_1_cos * t132 + arm_phi_1_sin * arm_psi_2_moment_beyond_x;
     const double t138 = arm_phi_1_sin * t132 - arm_phi_1_cos * arm_psi_2_moment_beyond_x;
     const double t139 = arm_theta_1_cos * t136 - arm_theta_1_sin * t130;
     M[7 * 13 + 3] = t139;
     const double t140 = arm_theta_1_sin * t136 + arm_theta_1_cos * t130;
     const double t141 = arm_theta_1_sin * t138 + arm_theta_1_cos * t131;
     const double t142 = arm_psi_1_sin * t141 + arm_psi_1_cos * t137;
-    M[7 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t141 - arm_psi_1_sin * t137) + arm_psi_cos * t142;
-    M[7 * 13 + 2] = t139 + p->derived.constant_1 * t142;
-    const double t143 = arm_psi_sin * (arm_psi_1_cos * t140 - arm_psi_1_sin * t135) + arm_psi_cos * (arm_psi_1_sin *
-        t140 + arm_psi_1_cos * t135 - p->derived.constant_1 * (arm_theta_1_cos * t138 - arm_theta_1_sin *
-        t131));
+    M[7 * 13 + 0] = arm_psi_cos * t142 + arm_psi_sin * (arm_psi_1_cos * t141 - arm_psi_1_sin * t137);
+    M[7 * 13 + 2] = p->derived.constant_1 * t142 + t139;
+    const double t143 = arm_psi_cos * (arm_psi_1_sin * t140 + arm_psi_1_cos * t135 - p->derived.constant_1 *
+        (arm_theta_1_cos * t138 - arm_theta_1_sin * t131)) + arm_psi_sin * (arm_psi_1_cos * t140 - arm_psi_1_sin *
+        t135);
     M[7 * 13 + 1] = t143;
     /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
     const double t144 = arm_psi_2_cos * arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y;
     const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
-    const double t145 = arm_psi_2_cos * (arm_psi_2_inertia_beyond_xy + arm_psi_2_inertia_beyond_xy) + arm_psi_2_sin *
-        (arm_psi_2_inertia_beyond_xx - arm_theta_2_inertia_beyond_yy);
+    const double t145 = arm_psi_2_sin * (arm_psi_2_inertia_beyond_xx - arm_theta_2_inertia_beyond_yy) + arm_psi_2_cos *
+        (arm_psi_2_inertia_beyond_xy + arm_psi_2_inertia_beyond_xy);
     const double t146 = arm_psi_2_sin * t145;
     const double t147 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xz - arm_psi_2_sin * arm_psi_2_inertia_beyond_yz;
     M[6 * 13 + 5] = t147;
-    const double arm_phi_1_inertia_beyond_yz = arm_psi_2_cos * arm_psi_2_inertia_beyond_yz + arm_psi_2_sin *
-        arm_psi_2_inertia_beyond_xz;
-    const double t148 = t144 + p->derived.constant_5;
+    const double arm_phi_1_inertia_beyond_yz = arm_psi_2_sin * arm_psi_2_inertia_beyond_xz + arm_psi_2_cos *
+        arm_psi_2_inertia_beyond_yz;
+    const double t148 = p->derived.constant_5 + t144;
     const double t149 = p->derived.arm_element_length * (t144 + t148);
     const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t145 - arm_psi_2_inertia_beyond_xy - p->derived.arm_element_length *
         arm_phi_1_moment_beyond_y;
     const double arm_phi_1_inertia_beyond_xz = t147 - p->derived.arm_element_length * arm_psi_2_moment_beyond_z;
     /* arm_psi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t150 = arm_psi_2_inertia_beyond_zz + p->derived.arm_element_length * t144;
+    const double t150 = p->derived.arm_element_length * t144 + arm_psi_2_inertia_beyond_zz;
     const double t151 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yz - arm_phi_1_sin * t150;
     M[6 * 13 + 4] = t151;
     const double t152 = arm_phi_1_sin * arm_phi_1_inertia_beyond_yz + arm_phi_1_cos * t150;
@@ -505,28 +512,27 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t156 = arm_theta_1_sin * t152 + arm_theta_1_cos * t147;
     const double t157 = arm_theta_1_sin * t154 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
     const double t158 = arm_psi_1_sin * t157 + arm_psi_1_cos * t153;
-    M[6 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t157 - arm_psi_1_sin * t153) + arm_psi_cos * t158;
-    M[6 * 13 + 2] = t155 + p->derived.constant_1 * t158;
-    const double t159 = arm_psi_sin * (arm_psi_1_cos * t156 - arm_psi_1_sin * t151) + arm_psi_cos * (arm_psi_1_sin *
-        t156 + arm_psi_1_cos * t151 - p->derived.constant_1 * (arm_theta_1_sin * arm_phi_1_moment_beyond_y +
-        arm_theta_1_cos * t154));
+    M[6 * 13 + 0] = arm_psi_cos * t158 + arm_psi_sin * (arm_psi_1_cos * t157 - arm_psi_1_sin * t153);
+    M[6 * 13 + 2] = p->derived.constant_1 * t158 + t155;
+    const double t159 = arm_psi_cos * (arm_psi_1_sin * t156 + arm_psi_1_cos * t151 - p->derived.constant_1 *
+        (arm_theta_1_cos * t154 + arm_theta_1_sin * arm_phi_1_moment_beyond_y)) + arm_psi_sin * (arm_psi_1_cos *
+        t156 - arm_psi_1_sin * t151);
     M[6 * 13 + 1] = t159;
     /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
     const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + t148;
-    const double arm_phi_1_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + (arm_psi_2_inertia_beyond_xx -
-        t146);
+    const double arm_phi_1_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + arm_psi_2_inertia_beyond_xx -
+        t146;
     M[5 * 13 + 5] = arm_phi_1_inertia_beyond_xx;
-    const double arm_phi_1_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + (arm_theta_2_inertia_beyond_yy +
-        t146 + t149);
-    const double arm_phi_1_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + (arm_psi_2_inertia_beyond_zz +
-        t149);
+    const double arm_phi_1_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + arm_theta_2_inertia_beyond_yy +
+        t149 + t146;
+    const double arm_phi_1_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + t149 + arm_psi_2_inertia_beyond_zz;
     const double t160 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
     const double t161 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
     const double arm_theta_1_moment_beyond_y = t161 - t160;
     const double t162 = arm_phi_1_sin * arm_phi_1_moment_beyond_y;
-    const double arm_theta_1_moment_beyond_z = t162 + arm_phi_1_cos * arm_psi_2_moment_beyond_z;
-    const double t163 = arm_phi_1_cos * (arm_phi_1_inertia_beyond_yz + arm_phi_1_inertia_beyond_yz) + arm_phi_1_sin *
-        (arm_phi_1_inertia_beyond_yy - arm_phi_1_inertia_beyond_zz);
+    const double arm_theta_1_moment_beyond_z = arm_phi_1_cos * arm_psi_2_moment_beyond_z + t162;
+    const double t163 = arm_phi_1_sin * (arm_phi_1_inertia_beyond_yy - arm_phi_1_inertia_beyond_zz) + arm_phi_1_cos *
+        (arm_phi_1_inertia_beyond_yz + arm_phi_1_inertia_beyond_yz);
     const double t164 = arm_phi_1_sin * t163;
     const double arm_theta_1_inertia_beyond_yy = arm_phi_1_inertia_beyond_yy - t164;
     M[4 * 13 + 4] = arm_theta_1_inertia_beyond_yy;
@@ -535,30 +541,30 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double arm_theta_1_inertia_beyond_xy = arm_phi_1_cos * arm_phi_1_inertia_beyond_xy - arm_phi_1_sin *
         arm_phi_1_inertia_beyond_xz;
     M[5 * 13 + 4] = arm_theta_1_inertia_beyond_xy;
-    const double arm_theta_1_inertia_beyond_xz = arm_phi_1_cos * arm_phi_1_inertia_beyond_xz + arm_phi_1_sin *
-        arm_phi_1_inertia_beyond_xy;
+    const double arm_theta_1_inertia_beyond_xz = arm_phi_1_sin * arm_phi_1_inertia_beyond_xy + arm_phi_1_cos *
+        arm_phi_1_inertia_beyond_xz;
     /* arm_phi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t165 = t126 - t127;
     const double t166 = arm_phi_1_cos * t165 - t162;
-    const double t167 = t161 + arm_phi_1_sin * t165;
+    const double t167 = arm_phi_1_sin * t165 + t161;
     const double t168 = arm_theta_1_cos * arm_theta_1_inertia_beyond_xz - arm_theta_1_sin * arm_phi_1_inertia_beyond_xx;
     M[5 * 13 + 3] = t168;
     const double t169 = arm_theta_1_sin * arm_theta_1_inertia_beyond_xz + arm_theta_1_cos * arm_phi_1_inertia_beyond_xx;
     const double t170 = arm_theta_1_sin * t167;
     const double t171 = arm_psi_1_sin * t170 + arm_psi_1_cos * t166;
-    M[5 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t170 - arm_psi_1_sin * t166) + arm_psi_cos * t171;
-    M[5 * 13 + 2] = t168 + p->derived.constant_1 * t171;
-    const double t172 = arm_psi_sin * (arm_psi_1_cos * t169 - arm_psi_1_sin * arm_theta_1_inertia_beyond_xy) +
-        arm_psi_cos * (arm_psi_1_sin * t169 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy - p->derived.constant_1 *
-        (arm_theta_1_cos * t167));
+    M[5 * 13 + 0] = arm_psi_cos * t171 + arm_psi_sin * (arm_psi_1_cos * t170 - arm_psi_1_sin * t166);
+    M[5 * 13 + 2] = p->derived.constant_1 * t171 + t168;
+    const double t172 = arm_psi_cos * (arm_psi_1_sin * t169 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy -
+        p->derived.constant_1 * (arm_theta_1_cos * t167)) + arm_psi_sin * (arm_psi_1_cos * t169 - arm_psi_1_sin *
+        arm_theta_1_inertia_beyond_xy);
     M[5 * 13 + 1] = t172;
     /* arm_theta_1: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_1_moment_beyond_z = arm_theta_1_cos * arm_theta_1_moment_beyond_z - arm_theta_1_sin *
         arm_phi_1_moment_beyond_x;
-    const double arm_psi_1_moment_beyond_x = arm_theta_1_sin * arm_theta_1_moment_beyond_z + arm_theta_1_cos *
-        arm_phi_1_moment_beyond_x;
-    const double t173 = arm_theta_1_cos * (arm_theta_1_inertia_beyond_xz + arm_theta_1_inertia_beyond_xz) +
-        arm_theta_1_sin * (arm_theta_1_inertia_beyond_zz - arm_phi_1_inertia_beyond_xx);
+    const double arm_psi_1_moment_beyond_x = arm_theta_1_cos * arm_phi_1_moment_beyond_x + arm_theta_1_sin *
+        arm_theta_1_moment_beyond_z;
+    const double t173 = arm_theta_1_sin * (arm_theta_1_inertia_beyond_zz - arm_phi_1_inertia_beyond_xx) +
+        arm_theta_1_cos * (arm_theta_1_inertia_beyond_xz + arm_theta_1_inertia_beyond_xz);
     const double t174 = arm_theta_1_sin * t173;
     const double arm_psi_1_inertia_beyond_zz = arm_theta_1_inertia_beyond_zz - t174;
     M[3 * 13 + 3] = arm_psi_1_inertia_beyond_zz;
@@ -567,54 +573,53 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_1_inertia_beyond_yz = arm_theta_1_cos * arm_theta_1_inertia_beyond_yz - arm_theta_1_sin *
         arm_theta_1_inertia_beyond_xy;
     M[4 * 13 + 3] = arm_psi_1_inertia_beyond_yz;
-    const double arm_psi_1_inertia_beyond_xy = arm_theta_1_cos * arm_theta_1_inertia_beyond_xy + arm_theta_1_sin *
-        arm_theta_1_inertia_beyond_yz;
-    M[4 * 13 + 1] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_inertia_beyond_xy - arm_psi_1_sin * arm_theta_1_inertia_beyond_yy) +
-        arm_psi_cos * (arm_psi_1_sin * arm_psi_1_inertia_beyond_xy + arm_psi_1_cos * arm_theta_1_inertia_beyond_yy +
-        p->derived.constant_1 * arm_psi_1_moment_beyond_x);
+    const double arm_psi_1_inertia_beyond_xy = arm_theta_1_sin * arm_theta_1_inertia_beyond_yz + arm_theta_1_cos *
+        arm_theta_1_inertia_beyond_xy;
+    M[4 * 13 + 1] = arm_psi_cos * (arm_psi_1_sin * arm_psi_1_inertia_beyond_xy + arm_psi_1_cos * arm_theta_1_inertia_beyond_yy +
+        p->derived.constant_1 * arm_psi_1_moment_beyond_x) + arm_psi_sin * (arm_psi_1_cos * arm_psi_1_inertia_beyond_xy -
+        arm_psi_1_sin * arm_theta_1_inertia_beyond_yy);
     /* arm_theta_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t175 = arm_psi_1_sin * arm_psi_1_moment_beyond_z;
-    M[4 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z) + arm_psi_cos * t175;
-    M[4 * 13 + 2] = arm_psi_1_inertia_beyond_yz + p->derived.constant_1 * t175;
+    M[4 * 13 + 0] = arm_psi_cos * t175 + arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z);
+    M[4 * 13 + 2] = p->derived.constant_1 * t175 + arm_psi_1_inertia_beyond_yz;
     /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
     const double t176 = arm_psi_1_cos * arm_psi_1_moment_beyond_x;
     const double t177 = t176 - arm_psi_1_sin * arm_theta_1_moment_beyond_y;
     const double t178 = arm_psi_1_sin * arm_psi_1_moment_beyond_x;
-    const double arm_psi_moment_beyond_y = t178 + arm_psi_1_cos * arm_theta_1_moment_beyond_y;
-    const double t179 = arm_psi_1_cos * (arm_psi_1_inertia_beyond_xy + arm_psi_1_inertia_beyond_xy) + arm_psi_1_sin *
-        (arm_psi_1_inertia_beyond_xx - arm_theta_1_inertia_beyond_yy);
+    const double arm_psi_moment_beyond_y = arm_psi_1_cos * arm_theta_1_moment_beyond_y + t178;
+    const double t179 = arm_psi_1_sin * (arm_psi_1_inertia_beyond_xx - arm_theta_1_inertia_beyond_yy) + arm_psi_1_cos *
+        (arm_psi_1_inertia_beyond_xy + arm_psi_1_inertia_beyond_xy);
     const double t180 = arm_psi_1_sin * t179;
     const double t181 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xz - arm_psi_1_sin * arm_psi_1_inertia_beyond_yz;
-    const double arm_psi_inertia_beyond_yz = arm_psi_1_cos * arm_psi_1_inertia_beyond_yz + arm_psi_1_sin *
-        arm_psi_1_inertia_beyond_xz;
-    const double t182 = t177 + p->derived.constant_6;
+    const double arm_psi_inertia_beyond_yz = arm_psi_1_sin * arm_psi_1_inertia_beyond_xz + arm_psi_1_cos *
+        arm_psi_1_inertia_beyond_yz;
+    const double t182 = p->derived.constant_6 + t177;
     const double t183 = p->derived.constant_1 * (t177 + t182);
     const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t179 - arm_psi_1_inertia_beyond_xy - p->derived.constant_1 *
         arm_psi_moment_beyond_y;
     const double arm_psi_inertia_beyond_xz = t181 - p->derived.constant_1 * arm_psi_1_moment_beyond_z;
     /* arm_psi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t184 = t160 - t161;
-    const double t185 = t176 + arm_psi_1_sin * t184;
-    M[3 * 13 + 0] = arm_psi_sin * (arm_psi_1_cos * t184 - t178) + arm_psi_cos * t185;
-    M[3 * 13 + 2] = arm_psi_1_inertia_beyond_zz + p->derived.constant_1 * t185;
+    const double t185 = arm_psi_1_sin * t184 + t176;
+    M[3 * 13 + 0] = arm_psi_cos * t185 + arm_psi_sin * (arm_psi_1_cos * t184 - t178);
+    M[3 * 13 + 2] = p->derived.constant_1 * t185 + arm_psi_1_inertia_beyond_zz;
     const double t186 = arm_psi_cos * arm_psi_inertia_beyond_yz;
     M[2 * 13 + 1] = t186 + arm_psi_sin * arm_psi_inertia_beyond_xz;
     M[3 * 13 + 1] = arm_psi_sin * t181 + t186;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_moment_beyond_x_2 = p->derived.arm_psi_moment_x + t182;
-    const double arm_psi_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + (arm_psi_1_inertia_beyond_xx -
-        t180);
-    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + (arm_theta_1_inertia_beyond_yy +
-        t180 + t183);
-    const double arm_psi_inertia_beyond_zz = p->derived.arm_psi_inertia_yy + (arm_psi_1_inertia_beyond_zz +
-        t183);
+    const double arm_psi_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + arm_psi_1_inertia_beyond_xx -
+        t180;
+    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + arm_theta_1_inertia_beyond_yy +
+        t183 + t180;
+    const double arm_psi_inertia_beyond_zz = p->derived.arm_psi_inertia_yy + t183 + arm_psi_1_inertia_beyond_zz;
     M[2 * 13 + 2] = arm_psi_inertia_beyond_zz;
     const double column_psi_moment_beyond_x_2 = arm_psi_cos * arm_psi_moment_beyond_x_2 - arm_psi_sin * arm_psi_moment_beyond_y;
     M[2 * 13 + 0] = column_psi_moment_beyond_x_2;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
-    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_cos *
-        (arm_psi_inertia_beyond_xy + arm_psi_inertia_beyond_xy) + arm_psi_sin * (arm_psi_inertia_beyond_xx -
-        arm_psi_inertia_beyond_yy)));
+    const double column_psi_inertia_beyond_zz = p->Izz_col + arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
+        (arm_psi_inertia_beyond_xx - arm_psi_inertia_beyond_yy) + arm_psi_cos * (arm_psi_inertia_beyond_xy +
+        arm_psi_inertia_beyond_xy));
     M[1 * 13 + 1] = column_psi_inertia_beyond_zz;
     for (int i = 0; i < 13; i++)
         for (int j = 0; j < i; j++)
@@ -635,7 +640,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
     const double t1 = arm_psi_w_x * qd[2];
     const double t2 = arm_psi_w_x * arm_psi_w_y;
-    const double t3 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
+    const double t3 = arm_psi_w_y * arm_psi_w_y + qd[2] * qd[2];
     const double t4 = t1 + t1;
     /* arm_psi_e: motion from arm_psi outward */
     const double arm_psi_e_bias_a_y = p->derived.constant_3 * t2;
@@ -664,21 +669,21 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     double carried_18 = t2;
     double carried_21 = t4;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[1 + 3 * e];
         const double arm_psi_e_cos = cosine[1 + 3 * e];
+        const double arm_psi_e_sin = sine[1 + 3 * e];
         const double arm_theta_e_sin = sine[2 + 3 * e];
         const double arm_theta_e_cos = cosine[2 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_phi_e_cos = cosine[3 + 3 * e];
         /* arm_psi_e: motion from arm_psi_e outward */
-        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
+        const double arm_psi_e_w_x = arm_psi_e_cos * last_arm_phi_e_w_x + arm_psi_e_sin * last_arm_phi_e_w_y;
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
         const double t5 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
         const double t6 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
         const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
-        const double arm_psi_e_bias_a_x_2 = arm_psi_e_sin * t6 + arm_psi_e_cos * t5;
+        const double arm_psi_e_bias_a_x_2 = arm_psi_e_cos * t5 + arm_psi_e_sin * t6;
         const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t6 - arm_psi_e_sin * t5;
-        const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
+        const double arm_psi_e_bias_wd_x = arm_psi_e_cos * last_arm_theta_e_bias_wd_x + arm_psi_e_sin * last_arm_phi_e_bias_wd_y +
         qd[3 + 3 * e] * arm_psi_e_w_y;
         const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
         qd[3 + 3 * e] * arm_psi_e_w_x;
@@ -704,8 +709,8 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         qd[5 + 3 * e] * arm_phi_e_w_y;
         const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
         t7[e] = arm_phi_e_w_y * arm_phi_e_w_x;
-        t8[e] = arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y;
-        t9[e] = arm_phi_e_bias_wd_z[e] + t7[e];
+        t8[e] = arm_phi_e_w_y * arm_phi_e_w_y + arm_phi_e_w_z * arm_phi_e_w_z;
+        t9[e] = t7[e] + arm_phi_e_bias_wd_z[e];
         t10[e] = arm_phi_e_w_z * arm_phi_e_w_x;
         t11[e] = t10[e] - arm_phi_e_bias_wd_y[e];
         const double next_carried_15 = -t8[e];
@@ -723,7 +728,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         carried_21 = t11[e];
     }
     /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
+    const double effector_z_shift_x = q[12] + p->derived.constant_1;
     const double effector_z_bias_a_z = last_arm_theta_e_bias_a_x + carried_15 * effector_z_shift_x;
     const double t12 = last_arm_phi_e_w_y * qd[12];
     const double t13 = last_arm_phi_e_w_z * qd[12];
@@ -765,17 +770,17 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         arm_phi_e_inertia_yy + arm_phi_e_bias_a_y[e] * arm_phi_e_moment_x + carried_54;
         const double arm_phi_e_bias_force_x = arm_theta_e_bias_a_x[e] * arm_phi_e_mass - t8[e] * arm_phi_e_moment_x +
         carried_55;
-        const double arm_phi_e_bias_force_y = t9[e] * arm_phi_e_moment_x + arm_phi_e_bias_a_y[e] * arm_phi_e_mass +
+        const double arm_phi_e_bias_force_y = arm_phi_e_bias_a_y[e] * arm_phi_e_mass + t9[e] * arm_phi_e_moment_x +
         carried_56;
-        const double arm_phi_e_bias_force_z = t11[e] * arm_phi_e_moment_x + arm_phi_e_bias_a_z[e] * arm_phi_e_mass +
+        const double arm_phi_e_bias_force_z = arm_phi_e_bias_a_z[e] * arm_phi_e_mass + t11[e] * arm_phi_e_moment_x +
         last_arm_psi_e_bias_force_z;
         const double t14 = arm_phi_e_sin * arm_phi_e_bias_moment_z;
         const double t15 = arm_phi_e_cos * arm_phi_e_bias_moment_y;
         const double arm_theta_e_bias_moment_y = t15 - t14;
-        const double arm_theta_e_bias_moment_z = arm_phi_e_sin * arm_phi_e_bias_moment_y + arm_phi_e_cos *
-        arm_phi_e_bias_moment_z;
+        const double arm_theta_e_bias_moment_z = arm_phi_e_cos * arm_phi_e_bias_moment_z + arm_phi_e_sin *
+        arm_phi_e_bias_moment_y;
         const double arm_theta_e_bias_force_y = arm_phi_e_cos * arm_phi_e_bias_force_y - arm_phi_e_sin * arm_phi_e_bias_force_z;
-        const double arm_theta_e_bias_force_z = arm_phi_e_sin * arm_phi_e_bias_force_y + arm_phi_e_cos * arm_phi_e_bias_force_z;
+        const double arm_theta_e_bias_force_z = arm_phi_e_cos * arm_phi_e_bias_force_z + arm_phi_e_sin * arm_phi_e_bias_force_y;
         /* arm_theta_e: bias forces c, inward */
         const double t16 = arm_theta_e_sin * arm_phi_e_bias_moment_x_2;
         const double t17 = arm_theta_e_cos * arm_theta_e_bias_moment_z;
@@ -804,16 +809,16 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         last_arm_psi_e_bias_force_z = arm_psi_e_bias_force_z;
     }
     /* arm_psi: bias forces c, inward */
-    const double arm_psi_bias_moment_x = carried_52 + arm_psi_load_moment_x;
+    const double arm_psi_bias_moment_x = arm_psi_load_moment_x + carried_52;
     const double arm_psi_bias_moment_y = carried_53 - p->derived.constant_3 * last_arm_psi_e_bias_force_z +
         arm_psi_load_moment_y;
     const double arm_psi_bias_moment_z = carried_54 + p->derived.constant_3 * carried_56 + t2 * p->derived.constant_8;
     h[2] = -arm_psi_bias_moment_z;
     const double arm_psi_bias_force_x = carried_55 - p->derived.arm_psi_moment_x * t3;
-    const double arm_psi_bias_force_y = carried_56 + p->derived.arm_psi_moment_x * t2;
-    const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
+    const double arm_psi_bias_force_y = p->derived.arm_psi_moment_x * t2 + carried_56;
+    const double column_psi_bias_moment_z = arm_psi_cos * arm_psi_bias_moment_y + arm_psi_sin * arm_psi_bias_moment_x;
     h[1] = -column_psi_bias_moment_z;
-    const double column_psi_bias_force_z = arm_psi_sin * arm_psi_bias_force_x + arm_psi_cos * arm_psi_bias_force_y;
+    const double column_psi_bias_force_z = arm_psi_cos * arm_psi_bias_force_y + arm_psi_sin * arm_psi_bias_force_x;
     h[0] = -column_psi_bias_force_z;
 }
 
@@ -838,14 +843,14 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
     double last_arm_phi_e_gravity_y = -arm_psi_bias_a_falling_y;
     double last_arm_phi_e_gravity_z = 0.0;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[1 + 3 * e];
         const double arm_psi_e_cos = cosine[1 + 3 * e];
+        const double arm_psi_e_sin = sine[1 + 3 * e];
         const double arm_theta_e_sin = sine[2 + 3 * e];
         const double arm_theta_e_cos = cosine[2 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_phi_e_cos = cosine[3 + 3 * e];
         /* arm_psi_e: motion from arm_psi_e outward */
-        arm_psi_e_gravity_x[e] = arm_psi_e_sin * last_arm_phi_e_gravity_y + arm_psi_e_cos * last_arm_theta_e_gravity_x;
+        arm_psi_e_gravity_x[e] = arm_psi_e_cos * last_arm_theta_e_gravity_x + arm_psi_e_sin * last_arm_phi_e_gravity_y;
         arm_psi_e_gravity_y[e] = arm_psi_e_cos * last_arm_phi_e_gravity_y - arm_psi_e_sin * last_arm_theta_e_gravity_x;
         /* arm_theta_e: motion from arm_psi_e outward */
         arm_theta_e_gravity_z[e] = arm_theta_e_sin * arm_psi_e_gravity_x[e] + arm_theta_e_cos * last_arm_phi_e_gravity_z;
@@ -859,7 +864,7 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
     }
     Q[12] = p->m_E * last_arm_theta_e_gravity_x;
     /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
+    const double effector_z_shift_x = q[12] + p->derived.constant_1;
     double last_arm_phi_e_mass_beyond = p->m_E;
     double carried_43 = p->m_E * effector_z_shift_x;
     double carried_44 = 0.0;
@@ -877,7 +882,8 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
         const double arm_phi_e_mass_beyond = arm_phi_e_mass + last_arm_phi_e_mass_beyond;
         const double arm_phi_e_moment_beyond_x = arm_phi_e_moment_x + carried_43;
         const double arm_theta_e_moment_beyond_y = arm_phi_e_cos * carried_44 - arm_phi_e_sin * last_arm_psi_e_moment_beyond_z;
-        const double arm_theta_e_moment_beyond_z = arm_phi_e_sin * carried_44 + arm_phi_e_cos * last_arm_psi_e_moment_beyond_z;
+        const double arm_theta_e_moment_beyond_z = arm_phi_e_cos * last_arm_psi_e_moment_beyond_z + arm_phi_e_sin *
+        carried_44;
         /* arm_theta_e: composite pseudo-inertia of all beyond, inward */
         const double arm_psi_e_moment_beyond_z = arm_theta_e_cos * arm_theta_e_moment_beyond_z - arm_theta_e_sin *
         arm_phi_e_moment_beyond_x;
@@ -900,14 +906,14 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
     }
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_mass_beyond = p->derived.arm_psi_mass + last_arm_phi_e_mass_beyond;
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (carried_43 + p->derived.constant_3 *
-        last_arm_phi_e_mass_beyond);
+    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + carried_43 + p->derived.constant_3 *
+        last_arm_phi_e_mass_beyond;
     Q[2] = arm_psi_bias_a_falling_x * carried_44 - arm_psi_bias_a_falling_y * arm_psi_moment_beyond_x;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_mass_beyond = p->m_col + arm_psi_mass_beyond;
     /* base_z: composite pseudo-inertia of all beyond, inward */
     const double base_z_mass_beyond = p->m_base + column_psi_mass_beyond;
-    Q[0] = -(p->g * base_z_mass_beyond + (p->s_sup * q[0] + p->d_sup * qd[0]));
+    Q[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + p->g * base_z_mass_beyond);
 }
 
 void manipulator_flexible_u(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -959,7 +965,7 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
     const double t3 = arm_psi_w_x * qd[2];
     const double t4 = arm_psi_w_x * arm_psi_w_y;
-    const double t5 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
+    const double t5 = arm_psi_w_y * arm_psi_w_y + qd[2] * qd[2];
     const double t6 = t3 + t3;
     /* arm_psi_e: motion from arm_psi outward */
     const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
@@ -1009,8 +1015,8 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     double last_arm_psi_e_position_y = arm_psi_e_position_y;
     double last_arm_psi_e_position_z = arm_psi_e_position_z;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[4 + 3 * e];
@@ -1019,16 +1025,19 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
         last_arm_phi_e_ground_y_z_at[e] = last_arm_phi_e_ground_y_z;
         last_arm_phi_e_ground_z_z_at[e] = last_arm_phi_e_ground_z_z;
         /* arm_psi_e: motion from arm_psi_e outward */
-        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_x_x = arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin *
+        last_arm_phi_e_ground_x_y;
         arm_psi_e_ground_x_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_y_x = arm_psi_e_cos * last_arm_theta_e_ground_y_x + arm_psi_e_sin *
+        last_arm_phi_e_ground_y_y;
         arm_psi_e_ground_y_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_ground_z_x = arm_psi_e_cos * last_arm_theta_e_ground_z_x + arm_psi_e_sin *
+        last_arm_phi_e_ground_z_y;
         arm_psi_e_ground_z_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
         arm_psi_e_position_x_2[e] = last_arm_psi_e_position_x + p->derived.arm_element_length * last_arm_theta_e_ground_x_x;
         arm_psi_e_position_y_2[e] = last_arm_psi_e_position_y + p->derived.arm_element_length * last_arm_theta_e_ground_y_x;
         arm_psi_e_position_z_2[e] = last_arm_psi_e_position_z + p->derived.arm_element_length * last_arm_theta_e_ground_z_x;
-        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
+        const double arm_psi_e_w_x = arm_psi_e_cos * last_arm_phi_e_w_x + arm_psi_e_sin * last_arm_phi_e_w_y;
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
         const double t7 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
         const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
@@ -1037,9 +1046,9 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
         const double t8 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
         const double t9 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
         const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
-        const double arm_psi_e_bias_a_x_2 = arm_psi_e_sin * t9 + arm_psi_e_cos * t8;
+        const double arm_psi_e_bias_a_x_2 = arm_psi_e_cos * t8 + arm_psi_e_sin * t9;
         const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t9 - arm_psi_e_sin * t8;
-        const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
+        const double arm_psi_e_bias_wd_x = arm_psi_e_cos * last_arm_theta_e_bias_wd_x + arm_psi_e_sin * last_arm_phi_e_bias_wd_y +
         qd[3 + 3 * e] * arm_psi_e_w_y;
         const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
         qd[3 + 3 * e] * arm_psi_e_w_x;
@@ -1080,8 +1089,8 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
         const double arm_phi_e_bias_wd_z = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
         qd[5 + 3 * e] * arm_phi_e_w_y;
         const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
-        const double next_carried_15 = -(arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y);
-        const double next_carried_18 = arm_phi_e_bias_wd_z + arm_phi_e_w_y * arm_phi_e_w_x;
+        const double next_carried_15 = -(arm_phi_e_w_y * arm_phi_e_w_y + arm_phi_e_w_z * arm_phi_e_w_z);
+        const double next_carried_18 = arm_phi_e_w_y * arm_phi_e_w_x + arm_phi_e_bias_wd_z;
         const double next_carried_21 = arm_phi_e_w_z * arm_phi_e_w_x - arm_phi_e_bias_wd_y;
         last_arm_phi_e_w_x = arm_phi_e_w_x;
         last_arm_phi_e_w_y = arm_phi_e_w_y;
@@ -1116,7 +1125,7 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     out->C[1 * 13 + 12] = last_arm_theta_e_ground_y_x;
     out->C[2 * 13 + 12] = last_arm_theta_e_ground_z_x;
     /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
+    const double effector_z_shift_x = q[12] + p->derived.constant_1;
     const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
     out->r[0 * 3 + 0] = effector_z_position_x;
     out->C[1 * 13 + 1] = effector_z_position_x;
@@ -1130,7 +1139,7 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     const double effector_z_bias_a_z = last_arm_theta_e_bias_a_x + carried_15 * effector_z_shift_x;
     const double t10 = last_arm_phi_e_w_y * qd[12];
     const double t11 = last_arm_phi_e_w_z * qd[12];
-    const double effector_z_v_z = last_arm_theta_e_v_x + qd[12];
+    const double effector_z_v_z = qd[12] + last_arm_theta_e_v_x;
     const double effector_z_bias_a_x = t10 + t10 - (last_arm_phi_e_bias_a_z + carried_21 * effector_z_shift_x);
     const double effector_z_bias_a_y = last_arm_phi_e_bias_a_y + carried_18 * effector_z_shift_x + (t11 +
         t11);
@@ -1158,25 +1167,25 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     out->C[0 * 13 + 2] = -t13;
     const double t14 = column_psi_sin * t12;
     out->C[1 * 13 + 2] = -t14;
-    const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    const double row_2_u_arm_psi = column_psi_sin * effector_z_position_y + column_psi_cos * effector_z_position_x;
     out->u[1 * 13 + 2] = row_2_u_arm_psi;
     out->C[2 * 13 + 2] = row_2_u_arm_psi;
     /* row 1 (position level): u qdd + v = 0 */
     const double t15 = (effector_z_position_x - p->xc) / p->a;
     const double t16 = effector_z_position_y / p->b;
-    const double row_1_phi = t15 * t15 + t16 * t16 - 1.0;
+    const double row_1_phi = t16 * t16 - 1.0 + t15 * t15;
     out->phi[0] = row_1_phi;
     const double t17 = point_E_xd * p->derived.constant_9;
     const double t18 = t15 * t17;
     const double t19 = point_E_yd * p->derived.constant_10;
     const double t20 = t16 * t19;
-    const double row_1_psi = t18 + t18 + (t20 + t20);
+    const double row_1_psi = t18 + t18 + t20 + t20;
     out->psi[0] = row_1_psi;
     const double t21 = t17 * t17 + t15 * (point_E_bias_x * p->derived.constant_9);
     const double t22 = t19 * t19 + t16 * (point_E_bias_y * p->derived.constant_10);
-    const double row_1_v = t21 + t21 + (t22 + t22);
+    const double row_1_v = t21 + t21 + t22 + t22;
     out->v[0] = row_1_v;
-    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + (row_1_v + row_1_psi * p->derived.row_1_rate_gain));
+    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.row_1_rate_gain + row_1_v);
     const double t23 = p->derived.constant_10 * (t16 + t16);
     const double t24 = p->derived.constant_9 * (t15 + t15);
     out->u[0 * 13 + 2] = -(t13 * t24 + t14 * t23);
@@ -1198,9 +1207,9 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
         const double t33 = arm_theta_e_ground_z_x[e] * t25 - arm_theta_e_ground_x_x[e] * t27;
         const double row_2_u_arm_phi_e = arm_theta_e_ground_x_x[e] * t26 - arm_theta_e_ground_y_x[e] * t25;
         /* row 1 (position level): u qdd + v = 0 */
-        const double row_1_u_arm_psi_e = t28 * t24 + t29 * t23;
-        const double row_1_u_arm_theta_e = t30 * t24 + t31 * t23;
-        const double row_1_u_arm_phi_e = t32 * t24 + t33 * t23;
+        const double row_1_u_arm_psi_e = t29 * t23 + t28 * t24;
+        const double row_1_u_arm_theta_e = t31 * t23 + t30 * t24;
+        const double row_1_u_arm_phi_e = t33 * t23 + t32 * t24;
         out->u[3 + 3 * e] = row_1_u_arm_psi_e;
         out->u[4 + 3 * e] = row_1_u_arm_theta_e;
         out->u[5 + 3 * e] = row_1_u_arm_phi_e;
@@ -1316,39 +1325,40 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     /* arm_psi_e: motion from arm_psi outward */
     const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
     /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
+    const double effector_z_shift_x = q[12] + p->derived.constant_1;
     /* kinetic energy */
-    const double t1 = arm_psi_w_x * (p->derived.arm_psi_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_psi_inertia_yy *
-        arm_psi_w_y) + qd[2] * (p->derived.arm_psi_inertia_yy * qd[2] + p->derived.arm_psi_moment_x * arm_psi_v_y) +
-        (arm_psi_v_x * (p->derived.arm_psi_mass * arm_psi_v_x) + arm_psi_v_y * (p->derived.arm_psi_moment_x *
-        qd[2] + p->derived.arm_psi_mass * arm_psi_v_y));
+    const double t1 = qd[1] * (p->Izz_col * qd[1]) + qd[0] * (p->m_base * qd[0]) + qd[0] * (p->m_col * qd[0]) +
+        arm_psi_w_x * (p->derived.arm_psi_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_psi_inertia_yy *
+        arm_psi_w_y);
+    const double t2 = t1 + arm_psi_v_x * (p->derived.arm_psi_mass * arm_psi_v_x) + arm_psi_v_y * (p->derived.arm_psi_moment_x *
+        qd[2] + p->derived.arm_psi_mass * arm_psi_v_y) + qd[2] * (p->derived.arm_psi_inertia_yy * qd[2] +
+        p->derived.arm_psi_moment_x * arm_psi_v_y);
     double last_arm_phi_e_w_x = arm_psi_w_x;
     double last_arm_phi_e_w_y = arm_psi_w_y;
     double last_arm_phi_e_w_z = qd[2];
     double last_arm_theta_e_v_x = arm_psi_v_x;
     double last_arm_phi_e_v_y = arm_psi_e_v_y;
     double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
-    double carried_58 = qd[0] * (p->m_base * qd[0]) + (qd[1] * (p->Izz_col * qd[1]) + qd[0] * (p->m_col *
-        qd[0])) + t1;
+    double carried_58 = t2;
     double carried_59 = p->derived.constant_12 * (q[0] * q[0]);
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[1 + 3 * e];
         const double arm_psi_e_cos = cosine[1 + 3 * e];
+        const double arm_psi_e_sin = sine[1 + 3 * e];
         const double arm_theta_e_sin = sine[2 + 3 * e];
         const double arm_theta_e_cos = cosine[2 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_phi_e_cos = cosine[3 + 3 * e];
-        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_psi_inertia_xx : p->derived.arm_phi_1_inertia_xx);
         const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_psi_inertia_yy : p->derived.arm_phi_1_inertia_yy);
         const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
+        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_psi_inertia_xx : p->derived.arm_phi_1_inertia_xx);
         const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
         /* arm_psi_e: motion from arm_psi_e outward */
-        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
+        const double arm_psi_e_w_x = arm_psi_e_cos * last_arm_phi_e_w_x + arm_psi_e_sin * last_arm_phi_e_w_y;
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
-        const double t2 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+        const double t3 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
         const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
-        const double arm_psi_e_v_x = arm_psi_e_sin * t2 + arm_psi_e_cos * last_arm_theta_e_v_x;
-        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t2 - arm_psi_e_sin * last_arm_theta_e_v_x;
+        const double arm_psi_e_v_x = arm_psi_e_sin * t3 + arm_psi_e_cos * last_arm_theta_e_v_x;
+        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t3 - arm_psi_e_sin * last_arm_theta_e_v_x;
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
         /* arm_theta_e: motion from arm_psi_e outward */
         const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
@@ -1363,15 +1373,15 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
         const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
         /* kinetic energy */
-        const double t3 = arm_phi_e_w_x * (arm_phi_e_w_x * arm_phi_e_inertia_xx) + arm_phi_e_w_y * (arm_phi_e_w_y *
-        arm_phi_e_inertia_yy - arm_phi_e_v_z * arm_phi_e_moment_x) + arm_phi_e_w_z * (arm_phi_e_w_z * arm_phi_e_inertia_yy +
-        arm_phi_e_v_y * arm_phi_e_moment_x);
-        const double t4 = arm_theta_e_v_x * (arm_theta_e_v_x * arm_phi_e_mass) + arm_phi_e_v_y * (arm_phi_e_w_z *
-        arm_phi_e_moment_x + arm_phi_e_v_y * arm_phi_e_mass) + arm_phi_e_v_z * (arm_phi_e_v_z * arm_phi_e_mass -
-        arm_phi_e_w_y * arm_phi_e_moment_x);
-        const double next_carried_58 = t3 + t4 + carried_58;
-        const double next_carried_59 = p->derived.constant_14 * (q[5 + 3 * e] * q[5 + 3 * e]) + (p->derived.constant_13 *
-        (q[4 + 3 * e] * q[4 + 3 * e]) + (p->derived.constant_13 * (q[3 + 3 * e] * q[3 + 3 * e]) + carried_59));
+        const double t4 = arm_phi_e_w_y * (arm_phi_e_w_y * arm_phi_e_inertia_yy - arm_phi_e_v_z * arm_phi_e_moment_x) +
+        arm_phi_e_w_x * (arm_phi_e_w_x * arm_phi_e_inertia_xx) + arm_phi_e_w_z * (arm_phi_e_v_y * arm_phi_e_moment_x +
+        arm_phi_e_w_z * arm_phi_e_inertia_yy);
+        const double t5 = t4 + arm_phi_e_v_y * (arm_phi_e_v_y * arm_phi_e_mass + arm_phi_e_w_z * arm_phi_e_moment_x) +
+        arm_phi_e_v_z * (arm_phi_e_v_z * arm_phi_e_mass - arm_phi_e_w_y * arm_phi_e_moment_x) + arm_theta_e_v_x *
+        (arm_theta_e_v_x * arm_phi_e_mass);
+        const double next_carried_58 = t5 + carried_58;
+        const double next_carried_59 = p->derived.constant_13 * (q[4 + 3 * e] * q[4 + 3 * e]) + p->derived.constant_14 *
+        (q[5 + 3 * e] * q[5 + 3 * e]) + p->derived.constant_13 * (q[3 + 3 * e] * q[3 + 3 * e]) + carried_59;
         last_arm_phi_e_w_x = arm_phi_e_w_x;
         last_arm_phi_e_w_y = arm_phi_e_w_y;
         last_arm_phi_e_w_z = arm_phi_e_w_z;
@@ -1384,9 +1394,9 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     /* effector_z: motion from arm_psi_e outward */
     const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
     const double effector_z_v_x = last_arm_phi_e_w_y * effector_z_shift_x - last_arm_phi_e_v_z;
-    const double effector_z_v_z = last_arm_theta_e_v_x + qd[12];
-    energy[0] = 0.5 * (carried_58 + (effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_y * (p->m_E *
-        effector_z_v_y) + effector_z_v_z * (p->m_E * effector_z_v_z)));
+    const double effector_z_v_z = qd[12] + last_arm_theta_e_v_x;
+    energy[0] = 0.5 * (carried_58 + effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_z * (p->m_E *
+        effector_z_v_z) + effector_z_v_y * (p->m_E * effector_z_v_y));
     double last_arm_phi_e_mass_beyond = p->m_E;
     double carried_43 = p->m_E * effector_z_shift_x;
     double carried_44 = 0.0;
@@ -1404,7 +1414,8 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         const double arm_phi_e_mass_beyond = arm_phi_e_mass + last_arm_phi_e_mass_beyond;
         const double arm_phi_e_moment_beyond_x = arm_phi_e_moment_x + carried_43;
         const double arm_theta_e_moment_beyond_y = arm_phi_e_cos * carried_44 - arm_phi_e_sin * last_arm_psi_e_moment_beyond_z;
-        const double arm_theta_e_moment_beyond_z = arm_phi_e_sin * carried_44 + arm_phi_e_cos * last_arm_psi_e_moment_beyond_z;
+        const double arm_theta_e_moment_beyond_z = arm_phi_e_cos * last_arm_psi_e_moment_beyond_z + arm_phi_e_sin *
+        carried_44;
         /* arm_theta_e: composite pseudo-inertia of all beyond, inward */
         const double arm_psi_e_moment_beyond_z = arm_theta_e_cos * arm_theta_e_moment_beyond_z - arm_theta_e_sin *
         arm_phi_e_moment_beyond_x;
@@ -1420,15 +1431,15 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     }
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_mass_beyond = p->derived.arm_psi_mass + last_arm_phi_e_mass_beyond;
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (carried_43 + p->derived.constant_3 *
-        last_arm_phi_e_mass_beyond);
+    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + carried_43 + p->derived.constant_3 *
+        last_arm_phi_e_mass_beyond;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_mass_beyond = p->m_col + arm_psi_mass_beyond;
-    const double column_psi_moment_beyond_z = p->derived.column_psi_moment_z + (arm_psi_sin * arm_psi_moment_beyond_x +
-        arm_psi_cos * carried_44 + p->h * arm_psi_mass_beyond);
+    const double column_psi_moment_beyond_z = p->derived.column_psi_moment_z + arm_psi_cos * carried_44 +
+        p->h * arm_psi_mass_beyond + arm_psi_sin * arm_psi_moment_beyond_x;
     /* base_z: composite pseudo-inertia of all beyond, inward */
     const double base_z_mass_beyond = p->m_base + column_psi_mass_beyond;
-    energy[1] = p->g * (column_psi_moment_beyond_z + q[0] * base_z_mass_beyond) + carried_59;
+    energy[1] = carried_59 + p->g * (q[0] * base_z_mass_beyond + column_psi_moment_beyond_z);
 }
 
 #if defined(__GNUC__) && !defined(__clang__)
@@ -1446,9 +1457,9 @@ void manipulator_flexible_power(const struct manipulator_flexible_parameters *p,
         0.5 * qd[1]) - qd[0] * (p->d_sup * qd[0]);
     double carried_60 = t1;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double next_carried_60 = carried_60 - qd[3 + 3 * e] * (p->derived.arm_damping_psi * qd[3 + 3 * e]) -
-        qd[4 + 3 * e] * (p->derived.arm_damping_psi * qd[4 + 3 * e]) - qd[5 + 3 * e] * (p->derived.arm_damping_phi *
-        qd[5 + 3 * e]);
+        const double next_carried_60 = carried_60 - qd[5 + 3 * e] * (p->derived.arm_damping_phi * qd[5 + 3 * e]) -
+        qd[4 + 3 * e] * (p->derived.arm_damping_psi * qd[4 + 3 * e]) - qd[3 + 3 * e] * (p->derived.arm_damping_psi *
+        qd[3 + 3 * e]);
         carried_60 = next_carried_60;
     }
     power[0] = carried_60;
@@ -1511,16 +1522,16 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     double last_arm_phi_e_ground_y_y = -t2;
     double last_arm_phi_e_ground_y_z = -column_psi_cos;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
         /* arm_psi_e: motion from arm_psi_e outward */
-        arm_psi_e_ground_x_x[e] = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
+        arm_psi_e_ground_x_x[e] = arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin * last_arm_phi_e_ground_x_y;
         arm_psi_e_ground_x_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
-        arm_psi_e_ground_y_x[e] = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
+        arm_psi_e_ground_y_x[e] = arm_psi_e_cos * last_arm_theta_e_ground_y_x + arm_psi_e_sin * last_arm_phi_e_ground_y_y;
         arm_psi_e_ground_y_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
         /* arm_theta_e: motion from arm_psi_e outward */
         arm_theta_e_ground_x_z[e] = arm_theta_e_sin * arm_psi_e_ground_x_x[e] + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
@@ -1548,7 +1559,7 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     axis_x[12] = last_arm_theta_e_ground_x_x;
     axis_y[12] = last_arm_theta_e_ground_y_x;
     /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
+    const double effector_z_shift_x = q[12] + p->derived.constant_1;
     /* axes, and wrenches that accelerate all beyond, in the ground's axes */
     const double effector_z_moment_change_x = p->m_E * last_arm_theta_e_ground_x_x;
     turned_rows_y[12] = p->g * effector_z_moment_change_x;
@@ -1573,7 +1584,8 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
         const double t3 = arm_phi_e_sin * last_arm_psi_e_moment_beyond_z;
         const double t4 = arm_phi_e_cos * carried_44;
         const double arm_theta_e_moment_beyond_y = t4 - t3;
-        const double arm_theta_e_moment_beyond_z = arm_phi_e_sin * carried_44 + arm_phi_e_cos * last_arm_psi_e_moment_beyond_z;
+        const double arm_theta_e_moment_beyond_z = arm_phi_e_cos * last_arm_psi_e_moment_beyond_z + arm_phi_e_sin *
+        carried_44;
         /* arm_theta_e: composite pseudo-inertia of all beyond, inward */
         const double arm_psi_e_moment_beyond_z = arm_theta_e_cos * arm_theta_e_moment_beyond_z - arm_theta_e_sin *
         arm_phi_e_moment_beyond_x;
@@ -1581,10 +1593,10 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
         arm_phi_e_moment_beyond_x;
         /* axes, and wrenches that accelerate all beyond, in the ground's axes */
         const double t5 = t3 - t4;
-        const double arm_psi_e_moment_change_x = arm_psi_e_ground_x_x[e] * t5 + arm_psi_e_ground_x_y[e] *
-        arm_psi_e_moment_beyond_x;
-        const double arm_psi_e_moment_change_y = arm_psi_e_ground_y_x[e] * t5 + arm_psi_e_ground_y_y[e] *
-        arm_psi_e_moment_beyond_x;
+        const double arm_psi_e_moment_change_x = arm_psi_e_ground_x_y[e] * arm_psi_e_moment_beyond_x + arm_psi_e_ground_x_x[e] *
+        t5;
+        const double arm_psi_e_moment_change_y = arm_psi_e_ground_y_y[e] * arm_psi_e_moment_beyond_x + arm_psi_e_ground_y_x[e] *
+        t5;
         const double arm_theta_e_moment_change_x = arm_theta_e_ground_x_x[e] * arm_theta_e_moment_beyond_z -
         arm_theta_e_ground_x_z[e] * arm_phi_e_moment_beyond_x;
         const double arm_theta_e_moment_change_y = arm_theta_e_ground_y_x[e] * arm_theta_e_moment_beyond_z -
@@ -1608,14 +1620,13 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
         last_arm_psi_e_moment_beyond_z = arm_psi_e_moment_beyond_z;
     }
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + (carried_43 + p->derived.constant_3 *
-        last_arm_phi_e_mass_beyond);
-    turned_rows_x[2] = p->g * (arm_psi_ground_y_x * carried_44 + t2 * arm_psi_moment_beyond_x);
-    turned_rows_y[2] = -p->g * (arm_psi_ground_x_x * carried_44 + t1 * arm_psi_moment_beyond_x);
+    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + carried_43 + p->derived.constant_3 *
+        last_arm_phi_e_mass_beyond;
+    turned_rows_x[2] = p->g * (t2 * arm_psi_moment_beyond_x + arm_psi_ground_y_x * carried_44);
+    turned_rows_y[2] = -p->g * (t1 * arm_psi_moment_beyond_x + arm_psi_ground_x_x * carried_44);
     const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x - arm_psi_sin * carried_44;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
-    const double base_z_moment_beyond_x = column_psi_sin * last_arm_psi_e_moment_beyond_z + column_psi_cos *
-        column_psi_moment_beyond_x;
+    const double base_z_moment_beyond_x = column_psi_cos * column_psi_moment_beyond_x + column_psi_sin * last_arm_psi_e_moment_beyond_z;
     turned_rows_x[1] = -p->g * base_z_moment_beyond_x;
     /* axes, and wrenches that accelerate all beyond, in the ground's axes */
     const double column_psi_moment_change_x = column_psi_cos * last_arm_psi_e_moment_beyond_z - column_psi_sin *
@@ -1688,7 +1699,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
     const double t3 = arm_psi_w_x * qd[2];
     const double t4 = arm_psi_w_x * arm_psi_w_y;
-    const double t5 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
+    const double t5 = arm_psi_w_y * arm_psi_w_y + qd[2] * qd[2];
     const double t6 = t3 + t3;
     /* arm_psi_e: motion from arm_psi outward */
     const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
@@ -1699,7 +1710,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double arm_psi_e_bias_a_falling_x = arm_psi_bias_a_falling_x - p->derived.constant_3 * t5;
     const double arm_psi_e_bias_a_falling_y = arm_psi_bias_a_falling_y + arm_psi_e_bias_a_y;
     /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
+    const double effector_z_shift_x = q[12] + p->derived.constant_1;
     /* effector_z: composite pseudo-inertia of all beyond, inward */
     const double t7 = p->m_E * effector_z_shift_x;
     /* arm_psi: bias forces c, inward */
@@ -1707,12 +1718,22 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double arm_psi_load_moment_y = t3 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t3;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double t8 = t2 * (p->derived.constant_11 * cos(t1));
-    /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = t4 * p->derived.constant_8 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
+    /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    const double t9 = p->m_E * (effector_z_shift_x * effector_z_shift_x);
+    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    const double t10 = arm_psi_sin * arm_psi_cos;
+    /* arm_psi: load, inertia and gravity of the body at these accelerations */
+    const double arm_psi_load_moment_z = p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y + t4 * p->derived.constant_8;
     const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
         t5;
-    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t4 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
-    double arm_phi_e_bias_moment_x[3];
+    const double arm_psi_load_force_y = p->derived.arm_psi_mass * arm_psi_bias_a_falling_y + p->derived.arm_psi_moment_x *
+        t4;
+    double arm_psi_e_w_x[3];
+    double arm_psi_e_w_y[3];
+    double arm_theta_e_w_z[3];
+    double arm_theta_e_w_x[3];
+    double arm_phi_e_w_y[3];
+    double arm_phi_e_w_z[3];
     double arm_phi_e_load_moment_y[3];
     double arm_phi_e_load_moment_z[3];
     double arm_phi_e_load_force_x[3];
@@ -1724,15 +1745,6 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     double last_arm_theta_e_v_x = arm_psi_v_x;
     double last_arm_phi_e_v_y = arm_psi_e_v_y;
     double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
-    double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
-    double last_arm_phi_e_bias_wd_y = -t3;
-    double last_arm_phi_e_bias_wd_z = 0.0;
-    double last_arm_theta_e_bias_a_falling_x = arm_psi_e_bias_a_falling_x;
-    double last_arm_phi_e_bias_a_falling_y = arm_psi_e_bias_a_falling_y;
-    double last_arm_phi_e_bias_a_falling_z = arm_psi_e_bias_a_z;
-    double carried_15 = -t5;
-    double carried_18 = t4;
-    double carried_21 = t6;
     double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
     double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
     double last_arm_phi_e_ground_x_z = column_psi_sin;
@@ -1744,9 +1756,15 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     double last_arm_phi_e_ground_z_z = 0.0;
     double last_arm_psi_e_position_x = arm_psi_e_position_x;
     double last_arm_psi_e_position_y = arm_psi_e_position_y;
+    double last_arm_theta_e_reference_a_x = arm_psi_e_bias_a_falling_x;
+    double last_arm_phi_e_reference_a_y = arm_psi_e_bias_a_falling_y;
+    double last_arm_phi_e_reference_a_z = arm_psi_e_bias_a_z;
+    double carried_81 = -t5;
+    double carried_84 = t4;
+    double carried_87 = t6;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[4 + 3 * e];
@@ -1756,32 +1774,25 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
         const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
         /* arm_psi_e: motion from arm_psi_e outward */
-        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_x_x = arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin *
+        last_arm_phi_e_ground_x_y;
         const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
-        const double arm_psi_e_ground_y_x = arm_psi_e_sin * last_arm_phi_e_ground_y_y + arm_psi_e_cos * last_arm_theta_e_ground_y_x;
+        const double arm_psi_e_ground_y_x = arm_psi_e_cos * last_arm_theta_e_ground_y_x + arm_psi_e_sin *
+        last_arm_phi_e_ground_y_y;
         const double arm_psi_e_ground_y_y = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_ground_z_x = arm_psi_e_sin * last_arm_phi_e_ground_z_y + arm_psi_e_cos * last_arm_theta_e_ground_z_x;
+        const double arm_psi_e_ground_z_x = arm_psi_e_cos * last_arm_theta_e_ground_z_x + arm_psi_e_sin *
+        last_arm_phi_e_ground_z_y;
         const double arm_psi_e_ground_z_y = arm_psi_e_cos * last_arm_phi_e_ground_z_y - arm_psi_e_sin * last_arm_theta_e_ground_z_x;
         const double arm_psi_e_position_x_2 = last_arm_psi_e_position_x + p->derived.arm_element_length *
         last_arm_theta_e_ground_x_x;
         const double arm_psi_e_position_y_2 = last_arm_psi_e_position_y + p->derived.arm_element_length *
         last_arm_theta_e_ground_y_x;
-        const double arm_psi_e_w_x = arm_psi_e_sin * last_arm_phi_e_w_y + arm_psi_e_cos * last_arm_phi_e_w_x;
-        const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
-        const double t9 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
+        arm_psi_e_w_x[e] = arm_psi_e_cos * last_arm_phi_e_w_x + arm_psi_e_sin * last_arm_phi_e_w_y;
+        arm_psi_e_w_y[e] = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
+        const double t11 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
         const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
-        const double arm_psi_e_v_x = arm_psi_e_sin * t9 + arm_psi_e_cos * last_arm_theta_e_v_x;
-        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t9 - arm_psi_e_sin * last_arm_theta_e_v_x;
-        const double t10 = last_arm_theta_e_bias_a_falling_x + p->derived.arm_element_length * carried_15;
-        const double t11 = last_arm_phi_e_bias_a_falling_y + p->derived.arm_element_length * carried_18;
-        const double arm_psi_e_bias_a_falling_z = last_arm_phi_e_bias_a_falling_z + p->derived.arm_element_length *
-        carried_21;
-        const double arm_psi_e_bias_a_falling_x_2 = arm_psi_e_sin * t11 + arm_psi_e_cos * t10;
-        const double arm_psi_e_bias_a_falling_y_2 = arm_psi_e_cos * t11 - arm_psi_e_sin * t10;
-        const double arm_psi_e_bias_wd_x = arm_psi_e_sin * last_arm_phi_e_bias_wd_y + arm_psi_e_cos * last_arm_theta_e_bias_wd_x +
-        qd[3 + 3 * e] * arm_psi_e_w_y;
-        const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
-        qd[3 + 3 * e] * arm_psi_e_w_x;
+        const double arm_psi_e_v_x = arm_psi_e_sin * t11 + arm_psi_e_cos * last_arm_theta_e_v_x;
+        const double arm_psi_e_v_y_2 = arm_psi_e_cos * t11 - arm_psi_e_sin * last_arm_theta_e_v_x;
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
         /* arm_theta_e: motion from arm_psi_e outward */
         const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
@@ -1790,19 +1801,11 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_theta_e_ground_y_x = arm_theta_e_cos * arm_psi_e_ground_y_x - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
         const double arm_theta_e_ground_z_z = arm_theta_e_sin * arm_psi_e_ground_z_x + arm_theta_e_cos * last_arm_phi_e_ground_z_z;
         const double arm_theta_e_ground_z_x = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
-        const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
-        const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
+        arm_theta_e_w_z[e] = arm_theta_e_sin * arm_psi_e_w_x[e] + arm_theta_e_cos * arm_psi_e_w_z;
+        arm_theta_e_w_x[e] = arm_theta_e_cos * arm_psi_e_w_x[e] - arm_theta_e_sin * arm_psi_e_w_z;
         const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
         const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
-        const double arm_theta_e_bias_a_falling_z = arm_theta_e_sin * arm_psi_e_bias_a_falling_x_2 + arm_theta_e_cos *
-        arm_psi_e_bias_a_falling_z;
-        const double arm_theta_e_bias_a_falling_x = arm_theta_e_cos * arm_psi_e_bias_a_falling_x_2 - arm_theta_e_sin *
-        arm_psi_e_bias_a_falling_z;
-        const double arm_theta_e_bias_wd_x = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
-        qd[4 + 3 * e] * arm_theta_e_w_z;
-        const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
-        qd[4 + 3 * e] * arm_theta_e_w_x;
-        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
+        const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y[e];
         /* arm_phi_e: motion from arm_theta_e outward */
         const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
         const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
@@ -1810,50 +1813,46 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_phi_e_ground_y_z = arm_phi_e_cos * arm_theta_e_ground_y_z - arm_phi_e_sin * arm_psi_e_ground_y_y;
         const double arm_phi_e_ground_z_y = arm_phi_e_sin * arm_theta_e_ground_z_z + arm_phi_e_cos * arm_psi_e_ground_z_y;
         const double arm_phi_e_ground_z_z = arm_phi_e_cos * arm_theta_e_ground_z_z - arm_phi_e_sin * arm_psi_e_ground_z_y;
-        const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
-        const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
+        arm_phi_e_w_y[e] = arm_phi_e_sin * arm_theta_e_w_z[e] + arm_phi_e_cos * arm_theta_e_w_y;
+        arm_phi_e_w_z[e] = arm_phi_e_cos * arm_theta_e_w_z[e] - arm_phi_e_sin * arm_theta_e_w_y;
         const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
         const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
-        const double arm_phi_e_bias_a_falling_y = arm_phi_e_sin * arm_theta_e_bias_a_falling_z + arm_phi_e_cos *
-        arm_psi_e_bias_a_falling_y_2;
-        const double arm_phi_e_bias_a_falling_z = arm_phi_e_cos * arm_theta_e_bias_a_falling_z - arm_phi_e_sin *
-        arm_psi_e_bias_a_falling_y_2;
-        const double arm_phi_e_bias_wd_y = arm_phi_e_sin * arm_theta_e_bias_wd_z + arm_phi_e_cos * arm_psi_e_bias_wd_y +
-        qd[5 + 3 * e] * arm_phi_e_w_z;
-        const double arm_phi_e_bias_wd_z = arm_phi_e_cos * arm_theta_e_bias_wd_z - arm_phi_e_sin * arm_psi_e_bias_wd_y -
-        qd[5 + 3 * e] * arm_phi_e_w_y;
-        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
-        const double t12 = arm_phi_e_w_y * arm_phi_e_w_x;
-        const double t13 = arm_phi_e_w_z * arm_phi_e_w_z + arm_phi_e_w_y * arm_phi_e_w_y;
-        const double t14 = arm_phi_e_bias_wd_z + t12;
-        const double t15 = arm_phi_e_w_z * arm_phi_e_w_x;
-        const double t16 = t15 - arm_phi_e_bias_wd_y;
-        /* arm_phi_e: bias forces c, inward */
-        arm_phi_e_bias_moment_x[e] = arm_theta_e_bias_wd_x * arm_phi_e_inertia_xx;
-        /* arm_phi_e: inertia and gravity of the body at qdd = 0 */
-        arm_phi_e_load_moment_y[e] = t15 * (arm_phi_e_inertia_xx - arm_phi_e_inertia_yy) + arm_phi_e_bias_wd_y *
-        arm_phi_e_inertia_yy - arm_phi_e_bias_a_falling_z * arm_phi_e_moment_x;
-        arm_phi_e_load_moment_z[e] = t12 * (arm_phi_e_inertia_yy - arm_phi_e_inertia_xx) + arm_phi_e_bias_wd_z *
-        arm_phi_e_inertia_yy + arm_phi_e_bias_a_falling_y * arm_phi_e_moment_x;
-        arm_phi_e_load_force_x[e] = arm_theta_e_bias_a_falling_x * arm_phi_e_mass - t13 * arm_phi_e_moment_x;
-        arm_phi_e_load_force_y[e] = t14 * arm_phi_e_moment_x + arm_phi_e_bias_a_falling_y * arm_phi_e_mass;
-        arm_phi_e_load_force_z[e] = t16 * arm_phi_e_moment_x + arm_phi_e_bias_a_falling_z * arm_phi_e_mass;
-        const double next_carried_15 = -t13;
+        const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x[e];
+        const double t12 = arm_phi_e_w_y[e] * arm_phi_e_w_x;
+        const double t13 = arm_phi_e_w_y[e] * arm_phi_e_w_y[e] + arm_phi_e_w_z[e] * arm_phi_e_w_z[e];
+        const double t14 = arm_phi_e_w_z[e] * arm_phi_e_w_x;
+        /* arm_psi_e: accelerations that loads are taken at */
+        const double t15 = last_arm_theta_e_reference_a_x + p->derived.arm_element_length * carried_81;
+        const double t16 = last_arm_phi_e_reference_a_y + p->derived.arm_element_length * carried_84;
+        const double arm_psi_e_reference_a_z = last_arm_phi_e_reference_a_z + p->derived.arm_element_length *
+        carried_87;
+        const double arm_psi_e_reference_a_x = arm_psi_e_cos * t15 + arm_psi_e_sin * t16;
+        const double arm_psi_e_reference_a_y = arm_psi_e_cos * t16 - arm_psi_e_sin * t15;
+        /* arm_theta_e: accelerations that loads are taken at */
+        const double arm_theta_e_reference_a_z = arm_theta_e_sin * arm_psi_e_reference_a_x + arm_theta_e_cos *
+        arm_psi_e_reference_a_z;
+        const double arm_theta_e_reference_a_x = arm_theta_e_cos * arm_psi_e_reference_a_x - arm_theta_e_sin *
+        arm_psi_e_reference_a_z;
+        /* arm_phi_e: accelerations that loads are taken at */
+        const double arm_phi_e_reference_a_y = arm_phi_e_sin * arm_theta_e_reference_a_z + arm_phi_e_cos *
+        arm_psi_e_reference_a_y;
+        const double arm_phi_e_reference_a_z = arm_phi_e_cos * arm_theta_e_reference_a_z - arm_phi_e_sin *
+        arm_psi_e_reference_a_y;
+        /* arm_phi_e: load, inertia and gravity of the body at these accelerations */
+        arm_phi_e_load_moment_y[e] = t14 * (arm_phi_e_inertia_xx - arm_phi_e_inertia_yy) - arm_phi_e_moment_x *
+        arm_phi_e_reference_a_z;
+        arm_phi_e_load_moment_z[e] = t12 * (arm_phi_e_inertia_yy - arm_phi_e_inertia_xx) + arm_phi_e_moment_x *
+        arm_phi_e_reference_a_y;
+        arm_phi_e_load_force_x[e] = arm_phi_e_mass * arm_theta_e_reference_a_x - t13 * arm_phi_e_moment_x;
+        arm_phi_e_load_force_y[e] = arm_phi_e_mass * arm_phi_e_reference_a_y + t12 * arm_phi_e_moment_x;
+        arm_phi_e_load_force_z[e] = arm_phi_e_mass * arm_phi_e_reference_a_z + t14 * arm_phi_e_moment_x;
+        const double next_carried_81 = -t13;
         last_arm_phi_e_w_x = arm_phi_e_w_x;
-        last_arm_phi_e_w_y = arm_phi_e_w_y;
-        last_arm_phi_e_w_z = arm_phi_e_w_z;
+        last_arm_phi_e_w_y = arm_phi_e_w_y[e];
+        last_arm_phi_e_w_z = arm_phi_e_w_z[e];
         last_arm_theta_e_v_x = arm_theta_e_v_x;
         last_arm_phi_e_v_y = arm_phi_e_v_y;
         last_arm_phi_e_v_z = arm_phi_e_v_z;
-        last_arm_theta_e_bias_wd_x = arm_theta_e_bias_wd_x;
-        last_arm_phi_e_bias_wd_y = arm_phi_e_bias_wd_y;
-        last_arm_phi_e_bias_wd_z = arm_phi_e_bias_wd_z;
-        last_arm_theta_e_bias_a_falling_x = arm_theta_e_bias_a_falling_x;
-        last_arm_phi_e_bias_a_falling_y = arm_phi_e_bias_a_falling_y;
-        last_arm_phi_e_bias_a_falling_z = arm_phi_e_bias_a_falling_z;
-        carried_15 = next_carried_15;
-        carried_18 = t14;
-        carried_21 = t16;
         last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
         last_arm_phi_e_ground_x_y = arm_phi_e_ground_x_y;
         last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
@@ -1865,20 +1864,21 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         last_arm_phi_e_ground_z_z = arm_phi_e_ground_z_z;
         last_arm_psi_e_position_x = arm_psi_e_position_x_2;
         last_arm_psi_e_position_y = arm_psi_e_position_y_2;
+        last_arm_theta_e_reference_a_x = arm_theta_e_reference_a_x;
+        last_arm_phi_e_reference_a_y = arm_phi_e_reference_a_y;
+        last_arm_phi_e_reference_a_z = arm_phi_e_reference_a_z;
+        carried_81 = next_carried_81;
+        carried_84 = t12;
+        carried_87 = t14;
     }
     /* effector_z: motion from arm_psi_e outward */
     const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
     const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
     const double effector_z_v_x = last_arm_phi_e_w_y * effector_z_shift_x - last_arm_phi_e_v_z;
-    const double effector_z_bias_a_falling_z = last_arm_theta_e_bias_a_falling_x + carried_15 * effector_z_shift_x;
     const double t17 = last_arm_phi_e_w_y * qd[12];
     const double t18 = last_arm_phi_e_w_z * qd[12];
-    const double effector_z_v_z = last_arm_theta_e_v_x + qd[12];
-    const double effector_z_bias_a_falling_x = t17 + t17 - (last_arm_phi_e_bias_a_falling_z + carried_21 *
-        effector_z_shift_x);
-    const double effector_z_bias_a_falling_y = last_arm_phi_e_bias_a_falling_y + carried_18 * effector_z_shift_x +
-        (t18 + t18);
+    const double effector_z_v_z = qd[12] + last_arm_theta_e_v_x;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = last_arm_phi_e_ground_x_y * effector_z_v_y - last_arm_phi_e_ground_x_z * effector_z_v_x +
         last_arm_theta_e_ground_x_x * effector_z_v_z;
@@ -1889,53 +1889,54 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     /* row 1 (position level): u qdd + v = 0 */
     const double t19 = (effector_z_position_x - p->xc) / p->a;
     const double t20 = effector_z_position_y / p->b;
-    const double row_1_phi = t19 * t19 + t20 * t20 - 1.0;
+    const double row_1_phi = t20 * t20 - 1.0 + t19 * t19;
     const double t21 = point_E_xd * p->derived.constant_9;
     const double t22 = t19 * t21;
     const double t23 = point_E_yd * p->derived.constant_10;
     const double t24 = t20 * t23;
-    const double row_1_psi = t22 + t22 + (t24 + t24);
+    const double row_1_psi = t22 + t22 + t24 + t24;
     const double t25 = p->derived.constant_10 * (t20 + t20);
     const double t26 = p->derived.constant_9 * (t19 + t19);
     const double row_1_u_effector_z = last_arm_theta_e_ground_x_x * t26 + last_arm_theta_e_ground_y_x * t25;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    /* effector_z: inertia and gravity of the body at qdd = 0 */
-    const double effector_z_load_force_x = p->m_E * effector_z_bias_a_falling_x;
-    const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
-    const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
-    /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double t27 = p->m_E * (effector_z_shift_x * effector_z_shift_x);
-    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double t28 = arm_psi_sin * arm_psi_cos;
+    /* effector_z: accelerations that loads are taken at */
+    const double effector_z_reference_a_z = last_arm_theta_e_reference_a_x + effector_z_shift_x * carried_81;
+    const double effector_z_reference_a_x = t17 + t17 - last_arm_phi_e_reference_a_z - effector_z_shift_x *
+        carried_87;
+    const double effector_z_reference_a_y = last_arm_phi_e_reference_a_y + effector_z_shift_x * carried_84 +
+        (t18 + t18);
+    /* effector_z: load, inertia and gravity of the body at these accelerations */
+    const double effector_z_load_force_x = p->m_E * effector_z_reference_a_x;
+    const double effector_z_load_force_y = p->m_E * effector_z_reference_a_y;
+    const double effector_z_load_force_z = p->m_E * effector_z_reference_a_z;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t29 = t21 * t21 + t19 * ((last_arm_phi_e_ground_x_y * effector_z_bias_a_falling_y - last_arm_phi_e_ground_x_z *
-        effector_z_bias_a_falling_x + last_arm_theta_e_ground_x_x * effector_z_bias_a_falling_z) * p->derived.constant_9);
-    const double t30 = t23 * t23 + t20 * ((last_arm_phi_e_ground_y_y * effector_z_bias_a_falling_y - last_arm_phi_e_ground_y_z *
-        effector_z_bias_a_falling_x + last_arm_theta_e_ground_y_x * effector_z_bias_a_falling_z) * p->derived.constant_10);
-    const double row_1_v_2 = t29 + t29 + (t30 + t30);
+    const double t27 = t21 * t21 + t19 * (p->derived.constant_9 * (last_arm_phi_e_ground_x_y * effector_z_reference_a_y -
+        last_arm_phi_e_ground_x_z * effector_z_reference_a_x + last_arm_theta_e_ground_x_x * effector_z_reference_a_z));
+    const double t28 = t23 * t23 + t20 * (p->derived.constant_10 * (last_arm_phi_e_ground_y_y * effector_z_reference_a_y -
+        last_arm_phi_e_ground_y_z * effector_z_reference_a_x + last_arm_theta_e_ground_y_x * effector_z_reference_a_z));
+    const double row_1_v_2 = t27 + t27 + t28 + t28;
     /* row 2 (velocity level): u qdd + v = 0 */
-    const double row_2_v_2 = last_arm_phi_e_ground_z_y * effector_z_bias_a_falling_y - last_arm_phi_e_ground_z_z *
-        effector_z_bias_a_falling_x + last_arm_theta_e_ground_z_x * effector_z_bias_a_falling_z - p->g - p->v0 *
-        (t8 + t8);
-    const double t31 = last_arm_phi_e_ground_x_z * t26 + last_arm_phi_e_ground_y_z * t25;
-    const double t32 = last_arm_phi_e_ground_x_y * t26 + last_arm_phi_e_ground_y_y * t25;
+    const double row_2_v_2 = last_arm_phi_e_ground_z_y * effector_z_reference_a_y - p->g - p->v0 * (t8 + t8) +
+        last_arm_theta_e_ground_z_x * effector_z_reference_a_z - last_arm_phi_e_ground_z_z * effector_z_reference_a_x;
+    const double t29 = last_arm_phi_e_ground_x_z * t26 + last_arm_phi_e_ground_y_z * t25;
+    const double t30 = last_arm_phi_e_ground_x_y * t26 + last_arm_phi_e_ground_y_y * t25;
     double arm_theta_e_cos_inverse[3];
-    double t49[3];
-    double t50[3];
-    double t53[3];
-    double t54[3];
-    double t57[3];
-    double t58[3];
+    double t47[3];
+    double t48[3];
+    double t51[3];
+    double t52[3];
+    double t55[3];
+    double t56[3];
+    double t88[3];
+    double t89[3];
     double t90[3];
-    double t91[3];
-    double t92[3];
-    double t101[3];
-    double t102[3];
-    double t111[3];
-    double t112[3];
-    double carried_61 = t27;
-    double carried_62 = t27;
+    double t99[3];
+    double t100[3];
+    double t109[3];
+    double t110[3];
+    double carried_61 = t9;
+    double carried_62 = t9;
     double carried_63 = 0.0;
     double carried_64 = 0.0;
     double carried_65 = 0.0;
@@ -1949,22 +1950,22 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     double carried_73 = 0.0;
     double carried_74 = 0.0;
     double carried_75 = 0.0;
-    double carried_76 = 0.0;
-    double carried_77 = effector_z_shift_x * effector_z_load_force_x;
-    double carried_78 = effector_z_shift_x * effector_z_load_force_y;
-    double carried_79 = 0.0;
-    double carried_80 = effector_z_load_force_y;
-    double carried_81 = -effector_z_load_force_x;
-    double carried_88 = effector_z_shift_x * t31;
-    double carried_89 = -effector_z_shift_x * t32;
     double carried_90 = 0.0;
-    double carried_91 = -t32;
-    double carried_92 = -t31;
-    double carried_99 = last_arm_phi_e_ground_z_z * effector_z_shift_x;
-    double carried_100 = -last_arm_phi_e_ground_z_y * effector_z_shift_x;
-    double carried_101 = 0.0;
-    double carried_102 = -last_arm_phi_e_ground_z_y;
-    double carried_103 = -last_arm_phi_e_ground_z_z;
+    double carried_91 = effector_z_shift_x * effector_z_load_force_x;
+    double carried_92 = effector_z_shift_x * effector_z_load_force_y;
+    double carried_93 = 0.0;
+    double carried_94 = effector_z_load_force_y;
+    double carried_95 = -effector_z_load_force_x;
+    double carried_105 = effector_z_shift_x * t29;
+    double carried_106 = -effector_z_shift_x * t30;
+    double carried_107 = 0.0;
+    double carried_108 = -t30;
+    double carried_109 = -t29;
+    double carried_118 = last_arm_phi_e_ground_z_z * effector_z_shift_x;
+    double carried_119 = -last_arm_phi_e_ground_z_y * effector_z_shift_x;
+    double carried_120 = 0.0;
+    double carried_121 = -last_arm_phi_e_ground_z_y;
+    double carried_122 = -last_arm_phi_e_ground_z_z;
     for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[4 + 3 * e];
@@ -1976,124 +1977,123 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
         const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
         /* springs -s (q - rest), dampers -d qd, and forces that the model names */
-        const double t33 = p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi * qd[4 + 3 * e];
-        const double t34 = p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e];
+        const double t31 = p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi * qd[4 + 3 * e];
+        const double t32 = p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e];
         /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
         arm_theta_e_cos_inverse[e] = 1.0 / arm_theta_e_cos;
-        const double t35 = arm_phi_e_sin * arm_phi_e_sin;
-        const double t36 = arm_phi_e_sin * arm_phi_e_cos;
-        const double t37 = arm_theta_e_sin * arm_theta_e_sin;
-        const double t38 = arm_theta_e_sin * arm_theta_e_cos;
-        const double t39 = arm_psi_e_sin * arm_psi_e_sin;
-        const double t40 = arm_psi_e_sin * arm_psi_e_cos;
+        const double t33 = arm_phi_e_sin * arm_phi_e_sin;
+        const double t34 = arm_phi_e_sin * arm_phi_e_cos;
+        const double t35 = arm_theta_e_sin * arm_theta_e_sin;
+        const double t36 = arm_theta_e_sin * arm_theta_e_cos;
+        const double t37 = arm_psi_e_sin * arm_psi_e_sin;
+        const double t38 = arm_psi_e_sin * arm_psi_e_cos;
         /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-        const double t41 = arm_phi_e_inertia_yy + carried_61;
-        const double t42 = carried_66 - arm_phi_e_moment_x;
-        const double t43 = arm_phi_e_moment_x + carried_68;
-        const double t44 = 1.0 / t41;
-        const double t45 = carried_63 * t44;
-        const double t46 = t41 * (1.0 / (t41 * (arm_phi_e_inertia_yy + carried_62) - carried_63 * carried_63));
-        const double t47 = carried_67 - carried_64 * t45;
-        const double t48 = carried_64 * t44;
-        t49[e] = t46 * t47;
-        t50[e] = t48 - t45 * t49[e];
-        const double t51 = t43 - carried_65 * t45;
-        const double t52 = carried_65 * t44;
-        t53[e] = t46 * t51;
-        t54[e] = t52 - t45 * t53[e];
-        const double t55 = carried_69 - t42 * t45;
-        const double t56 = t42 * t44;
-        t57[e] = t46 * t55;
-        t58[e] = t56 - t45 * t57[e];
-        const double t59 = arm_phi_e_mass + carried_70 - carried_64 * t48 - t47 * t49[e];
-        const double t60 = carried_73 - carried_64 * t52 - t47 * t53[e];
-        const double t61 = carried_74 - carried_64 * t56 - t47 * t57[e];
-        const double t62 = arm_phi_e_mass + carried_71 - carried_65 * t52 - t51 * t53[e];
-        const double t63 = carried_75 - carried_65 * t56 - t51 * t57[e];
-        const double t64 = arm_phi_e_mass + carried_72 - t42 * t56 - t55 * t57[e];
-        const double t65 = t62 - t64;
-        const double t66 = (t36 + t36) * t63 + t35 * t65;
-        const double t67 = arm_phi_e_cos * t60 - arm_phi_e_sin * t61;
-        const double t68 = arm_phi_e_cos * t61 + arm_phi_e_sin * t60;
-        const double t69 = t62 - t66;
-        const double t70 = t64 + t66;
-        const double t71 = t36 * t65 + (1.0 - (t35 + t35)) * t63;
-        const double t72 = t70 - t59;
-        const double t73 = (t38 + t38) * t68 + t37 * t72;
-        const double t74 = arm_theta_e_cos * t71 - arm_theta_e_sin * t67;
-        const double t75 = arm_theta_e_cos * t67 + arm_theta_e_sin * t71;
-        const double t76 = t70 - t73;
-        const double t77 = t59 + t73;
-        const double t78 = t38 * t72 + (1.0 - (t37 + t37)) * t68;
-        const double t79 = t77 - t69;
-        const double t80 = (t40 + t40) * t75 + t39 * t79;
-        const double t81 = arm_psi_e_cos * t78 - arm_psi_e_sin * t74;
-        const double t82 = arm_psi_e_cos * t74 + arm_psi_e_sin * t78;
-        const double t83 = t69 + t80;
-        const double t84 = t40 * t79 + (1.0 - (t39 + t39)) * t75;
-        const double t85 = p->derived.arm_element_length * t82;
+        const double t39 = arm_phi_e_inertia_yy + carried_61;
+        const double t40 = carried_66 - arm_phi_e_moment_x;
+        const double t41 = arm_phi_e_moment_x + carried_68;
+        const double t42 = 1.0 / t39;
+        const double t43 = carried_63 * t42;
+        const double t44 = t39 * (1.0 / (t39 * (arm_phi_e_inertia_yy + carried_62) - carried_63 * carried_63));
+        const double t45 = carried_67 - carried_64 * t43;
+        const double t46 = carried_64 * t42;
+        t47[e] = t44 * t45;
+        t48[e] = t46 - t43 * t47[e];
+        const double t49 = t41 - carried_65 * t43;
+        const double t50 = carried_65 * t42;
+        t51[e] = t44 * t49;
+        t52[e] = t50 - t43 * t51[e];
+        const double t53 = carried_69 - t40 * t43;
+        const double t54 = t40 * t42;
+        t55[e] = t44 * t53;
+        t56[e] = t54 - t43 * t55[e];
+        const double t57 = arm_phi_e_mass + carried_70 - carried_64 * t46 - t45 * t47[e];
+        const double t58 = carried_73 - carried_64 * t50 - t45 * t51[e];
+        const double t59 = carried_74 - carried_64 * t54 - t45 * t55[e];
+        const double t60 = arm_phi_e_mass + carried_71 - carried_65 * t50 - t49 * t51[e];
+        const double t61 = carried_75 - carried_65 * t54 - t49 * t55[e];
+        const double t62 = arm_phi_e_mass + carried_72 - t40 * t54 - t53 * t55[e];
+        const double t63 = t60 - t62;
+        const double t64 = t33 * t63 + (t34 + t34) * t61;
+        const double t65 = arm_phi_e_cos * t58 - arm_phi_e_sin * t59;
+        const double t66 = arm_phi_e_sin * t58 + arm_phi_e_cos * t59;
+        const double t67 = t60 - t64;
+        const double t68 = t62 + t64;
+        const double t69 = t34 * t63 + (1.0 - t33 - t33) * t61;
+        const double t70 = t68 - t57;
+        const double t71 = t35 * t70 + (t36 + t36) * t66;
+        const double t72 = arm_theta_e_cos * t69 - arm_theta_e_sin * t65;
+        const double t73 = arm_theta_e_sin * t69 + arm_theta_e_cos * t65;
+        const double t74 = t68 - t71;
+        const double t75 = t57 + t71;
+        const double t76 = t36 * t70 + (1.0 - t35 - t35) * t66;
+        const double t77 = t75 - t67;
+        const double t78 = t37 * t77 + (t38 + t38) * t73;
+        const double t79 = arm_psi_e_cos * t76 - arm_psi_e_sin * t72;
+        const double t80 = arm_psi_e_sin * t76 + arm_psi_e_cos * t72;
+        const double t81 = t67 + t78;
+        const double t82 = t38 * t77 + (1.0 - t37 - t37) * t73;
+        const double t83 = p->derived.arm_element_length * t80;
         /* arm_phi_e: force left for the joint, inward */
-        const double t86 = arm_theta_e_sin * t34;
-        const double t87 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi *
-        qd[3 + 3 * e] + t86);
-        const double t88 = arm_theta_e_sin * t87 + arm_theta_e_cos * t34;
+        const double t84 = arm_theta_e_sin * t32;
+        const double t85 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi *
+        qd[3 + 3 * e] + t84);
+        const double t86 = arm_theta_e_cos * t32 + arm_theta_e_sin * t85;
         /* arm_phi_e: force left for the joint, inward */
-        const double t89 = arm_phi_e_sin * t87 + arm_phi_e_cos * t33 + (arm_phi_e_load_moment_y[e] + carried_77);
-        t90[e] = (e == 2 ? p->derived.constant_16 : p->derived.constant_15) * (t34 + (arm_phi_e_bias_moment_x[e] +
-        carried_76));
-        t91[e] = t46 * (arm_phi_e_sin * t33 - arm_phi_e_cos * t87 - (arm_phi_e_load_moment_z[e] + carried_78) +
-        t45 * t89);
-        t92[e] = t44 * t89 + t45 * t91[e];
-        const double t93 = arm_phi_e_load_force_x[e] + carried_79 + (carried_67 * t91[e] - carried_64 * t92[e]);
-        const double t94 = arm_phi_e_load_force_y[e] + carried_80 + (t43 * t91[e] - carried_65 * t92[e]);
-        const double t95 = arm_phi_e_load_force_z[e] + carried_81 + (carried_69 * t91[e] - t42 * t92[e]);
-        const double t96 = arm_phi_e_cos * t94 - arm_phi_e_sin * t95;
-        const double t97 = arm_phi_e_sin * t94 + arm_phi_e_cos * t95;
-        const double t98 = arm_theta_e_cos * t97 - arm_theta_e_sin * t93;
-        const double t99 = arm_theta_e_sin * t97 + arm_theta_e_cos * t93;
-        const double t100 = arm_psi_e_sin * t99 + arm_psi_e_cos * t96;
+        const double t87 = arm_phi_e_load_moment_y[e] + arm_phi_e_sin * t85 + arm_phi_e_cos * t31 + carried_91;
+        t88[e] = (e == 2 ? p->derived.constant_16 : p->derived.constant_15) * (t32 + carried_90);
+        t89[e] = t44 * (arm_phi_e_sin * t31 - arm_phi_e_cos * t85 - arm_phi_e_load_moment_z[e] - carried_92 +
+        t43 * t87);
+        t90[e] = t43 * t89[e] + t42 * t87;
+        const double t91 = arm_phi_e_load_force_x[e] + carried_93 + carried_67 * t89[e] - carried_64 * t90[e];
+        const double t92 = arm_phi_e_load_force_y[e] + carried_94 + t41 * t89[e] - carried_65 * t90[e];
+        const double t93 = arm_phi_e_load_force_z[e] + carried_95 + carried_69 * t89[e] - t40 * t90[e];
+        const double t94 = arm_phi_e_cos * t92 - arm_phi_e_sin * t93;
+        const double t95 = arm_phi_e_cos * t93 + arm_phi_e_sin * t92;
+        const double t96 = arm_theta_e_cos * t95 - arm_theta_e_sin * t91;
+        const double t97 = arm_theta_e_sin * t95 + arm_theta_e_cos * t91;
+        const double t98 = arm_psi_e_sin * t97 + arm_psi_e_cos * t94;
         /* arm_phi_e: force left for the joint, inward */
-        t101[e] = t46 * (t45 * carried_88 - carried_89);
-        t102[e] = t44 * carried_88 + t45 * t101[e];
-        const double t103 = carried_90 + (carried_67 * t101[e] - carried_64 * t102[e]);
-        const double t104 = carried_91 + (t43 * t101[e] - carried_65 * t102[e]);
-        const double t105 = carried_92 + (carried_69 * t101[e] - t42 * t102[e]);
-        const double t106 = arm_phi_e_cos * t104 - arm_phi_e_sin * t105;
-        const double t107 = arm_phi_e_sin * t104 + arm_phi_e_cos * t105;
-        const double t108 = arm_theta_e_cos * t107 - arm_theta_e_sin * t103;
-        const double t109 = arm_theta_e_sin * t107 + arm_theta_e_cos * t103;
-        const double t110 = arm_psi_e_sin * t109 + arm_psi_e_cos * t106;
+        t99[e] = t44 * (t43 * carried_105 - carried_106);
+        t100[e] = t43 * t99[e] + t42 * carried_105;
+        const double t101 = carried_107 + carried_67 * t99[e] - carried_64 * t100[e];
+        const double t102 = carried_108 + t41 * t99[e] - carried_65 * t100[e];
+        const double t103 = carried_109 + carried_69 * t99[e] - t40 * t100[e];
+        const double t104 = arm_phi_e_cos * t102 - arm_phi_e_sin * t103;
+        const double t105 = arm_phi_e_cos * t103 + arm_phi_e_sin * t102;
+        const double t106 = arm_theta_e_cos * t105 - arm_theta_e_sin * t101;
+        const double t107 = arm_theta_e_sin * t105 + arm_theta_e_cos * t101;
+        const double t108 = arm_psi_e_sin * t107 + arm_psi_e_cos * t104;
         /* arm_phi_e: force left for the joint, inward */
-        t111[e] = t46 * (t45 * carried_99 - carried_100);
-        t112[e] = t44 * carried_99 + t45 * t111[e];
-        const double t113 = carried_101 + (carried_67 * t111[e] - carried_64 * t112[e]);
-        const double t114 = carried_102 + (t43 * t111[e] - carried_65 * t112[e]);
-        const double t115 = carried_103 + (carried_69 * t111[e] - t42 * t112[e]);
-        const double t116 = arm_phi_e_cos * t114 - arm_phi_e_sin * t115;
-        const double t117 = arm_phi_e_sin * t114 + arm_phi_e_cos * t115;
-        const double t118 = arm_theta_e_cos * t117 - arm_theta_e_sin * t113;
-        const double t119 = arm_theta_e_sin * t117 + arm_theta_e_cos * t113;
-        const double t120 = arm_psi_e_sin * t119 + arm_psi_e_cos * t116;
-        const double next_carried_61 = p->derived.constant_2 * t76;
-        const double next_carried_62 = p->derived.constant_2 * t83;
-        const double next_carried_63 = -p->derived.constant_2 * t82;
-        const double next_carried_64 = -p->derived.arm_element_length * t81;
-        const double next_carried_65 = -t85;
-        const double next_carried_66 = -p->derived.arm_element_length * t76;
-        const double next_carried_67 = p->derived.arm_element_length * t84;
-        const double next_carried_68 = p->derived.arm_element_length * t83;
-        const double next_carried_70 = t77 - t80;
-        const double next_carried_76 = arm_psi_e_sin * t33 - arm_psi_e_cos * t88;
-        const double next_carried_77 = -(arm_psi_e_sin * t88 + arm_psi_e_cos * t33 + p->derived.arm_element_length *
-        t98);
-        const double next_carried_78 = t86 - arm_theta_e_cos * t87 + p->derived.arm_element_length * t100;
-        const double next_carried_79 = arm_psi_e_cos * t99 - arm_psi_e_sin * t96;
-        const double next_carried_88 = -p->derived.arm_element_length * t108;
-        const double next_carried_89 = p->derived.arm_element_length * t110;
-        const double next_carried_90 = arm_psi_e_cos * t109 - arm_psi_e_sin * t106;
-        const double next_carried_99 = -p->derived.arm_element_length * t118;
-        const double next_carried_100 = p->derived.arm_element_length * t120;
-        const double next_carried_101 = arm_psi_e_cos * t119 - arm_psi_e_sin * t116;
+        t109[e] = t44 * (t43 * carried_118 - carried_119);
+        t110[e] = t43 * t109[e] + t42 * carried_118;
+        const double t111 = carried_120 + carried_67 * t109[e] - carried_64 * t110[e];
+        const double t112 = carried_121 + t41 * t109[e] - carried_65 * t110[e];
+        const double t113 = carried_122 + carried_69 * t109[e] - t40 * t110[e];
+        const double t114 = arm_phi_e_cos * t112 - arm_phi_e_sin * t113;
+        const double t115 = arm_phi_e_cos * t113 + arm_phi_e_sin * t112;
+        const double t116 = arm_theta_e_cos * t115 - arm_theta_e_sin * t111;
+        const double t117 = arm_theta_e_sin * t115 + arm_theta_e_cos * t111;
+        const double t118 = arm_psi_e_sin * t117 + arm_psi_e_cos * t114;
+        const double next_carried_61 = p->derived.constant_2 * t74;
+        const double next_carried_62 = p->derived.constant_2 * t81;
+        const double next_carried_63 = -p->derived.constant_2 * t80;
+        const double next_carried_64 = -p->derived.arm_element_length * t79;
+        const double next_carried_65 = -t83;
+        const double next_carried_66 = -p->derived.arm_element_length * t74;
+        const double next_carried_67 = p->derived.arm_element_length * t82;
+        const double next_carried_68 = p->derived.arm_element_length * t81;
+        const double next_carried_70 = t75 - t78;
+        const double next_carried_90 = arm_psi_e_sin * t31 - arm_psi_e_cos * t86;
+        const double next_carried_91 = -(arm_psi_e_cos * t31 + arm_psi_e_sin * t86 + p->derived.arm_element_length *
+        t96);
+        const double next_carried_92 = t84 - arm_theta_e_cos * t85 + p->derived.arm_element_length * t98;
+        const double next_carried_93 = arm_psi_e_cos * t97 - arm_psi_e_sin * t94;
+        const double next_carried_105 = -p->derived.arm_element_length * t106;
+        const double next_carried_106 = p->derived.arm_element_length * t108;
+        const double next_carried_107 = arm_psi_e_cos * t107 - arm_psi_e_sin * t104;
+        const double next_carried_118 = -p->derived.arm_element_length * t116;
+        const double next_carried_119 = p->derived.arm_element_length * t118;
+        const double next_carried_120 = arm_psi_e_cos * t117 - arm_psi_e_sin * t114;
         carried_61 = next_carried_61;
         carried_62 = next_carried_62;
         carried_63 = next_carried_63;
@@ -2102,144 +2102,147 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         carried_66 = next_carried_66;
         carried_67 = next_carried_67;
         carried_68 = next_carried_68;
-        carried_69 = t85;
+        carried_69 = t83;
         carried_70 = next_carried_70;
-        carried_71 = t83;
-        carried_72 = t76;
-        carried_73 = t84;
-        carried_74 = t81;
-        carried_75 = t82;
-        carried_76 = next_carried_76;
-        carried_77 = next_carried_77;
-        carried_78 = next_carried_78;
-        carried_79 = next_carried_79;
-        carried_80 = t100;
-        carried_81 = t98;
-        carried_88 = next_carried_88;
-        carried_89 = next_carried_89;
+        carried_71 = t81;
+        carried_72 = t74;
+        carried_73 = t82;
+        carried_74 = t79;
+        carried_75 = t80;
         carried_90 = next_carried_90;
-        carried_91 = t110;
-        carried_92 = t108;
-        carried_99 = next_carried_99;
-        carried_100 = next_carried_100;
-        carried_101 = next_carried_101;
-        carried_102 = t120;
-        carried_103 = t118;
+        carried_91 = next_carried_91;
+        carried_92 = next_carried_92;
+        carried_93 = next_carried_93;
+        carried_94 = t98;
+        carried_95 = t96;
+        carried_105 = next_carried_105;
+        carried_106 = next_carried_106;
+        carried_107 = next_carried_107;
+        carried_108 = t108;
+        carried_109 = t106;
+        carried_118 = next_carried_118;
+        carried_119 = next_carried_119;
+        carried_120 = next_carried_120;
+        carried_121 = t118;
+        carried_122 = t116;
     }
     /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
     const double arm_psi_U_force_x = carried_67 + p->derived.constant_3 * carried_73;
-    const double t121 = p->derived.constant_3 * carried_66;
-    const double t122 = p->derived.constant_3 * carried_68;
-    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.constant_17 + p->derived.constant_3 *
-        carried_65 - p->derived.constant_3 * carried_69;
+    const double t119 = p->derived.constant_3 * carried_66;
+    const double t120 = p->derived.constant_3 * carried_68;
+    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.constant_17 - p->derived.constant_3 *
+        carried_69 + p->derived.constant_3 * carried_65;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + (t122 + (carried_62 + carried_71 * p->derived.constant_17 +
-        t122));
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + (carried_68 + p->derived.constant_3 * carried_71);
+    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + carried_62 + t120 + carried_71 * p->derived.constant_17 +
+        t120;
+    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + carried_68 + p->derived.constant_3 * carried_71;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
-    const double t123 = arm_psi_U_moment_y * arm_psi_D_inverse;
-    const double t124 = arm_psi_U_force_x * arm_psi_D_inverse;
-    const double t125 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t126 = p->derived.arm_psi_inertia_yy + (carried_61 + carried_72 * p->derived.constant_17 -
-        t121 - t121) - arm_psi_U_moment_y * t123;
-    const double t127 = p->derived.arm_psi_mass + carried_71 - arm_psi_U_force_y * t125;
-    const double column_psi_U_force_z = arm_psi_sin * (arm_psi_cos * (carried_64 - p->derived.constant_3 *
-        carried_74 - arm_psi_U_moment_y * t124)) + arm_psi_cos * (arm_psi_cos * (carried_65 - p->derived.constant_3 *
-        carried_75 - arm_psi_U_moment_y * t125));
-    const double t128 = t127 + ((carried_73 - arm_psi_U_force_x * t125) * (t28 + t28) + arm_psi_sin * arm_psi_sin *
-        (p->derived.arm_psi_mass + carried_70 - arm_psi_U_force_x * t124 - t127));
+    const double t121 = arm_psi_U_moment_y * arm_psi_D_inverse;
+    const double t122 = arm_psi_U_force_x * arm_psi_D_inverse;
+    const double t123 = arm_psi_U_force_y * arm_psi_D_inverse;
+    const double t124 = p->derived.arm_psi_inertia_yy + carried_61 - t119 - t119 + carried_72 * p->derived.constant_17 -
+        arm_psi_U_moment_y * t121;
+    const double t125 = p->derived.arm_psi_mass + carried_71 - arm_psi_U_force_y * t123;
+    const double column_psi_U_force_z = arm_psi_cos * (arm_psi_cos * (carried_65 - p->derived.constant_3 *
+        carried_75 - arm_psi_U_moment_y * t123)) + arm_psi_sin * (arm_psi_cos * (carried_64 - p->derived.constant_3 *
+        carried_74 - arm_psi_U_moment_y * t122));
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (t126 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
-        t126)));
+    const double column_psi_U_moment_z = p->Izz_col + t124 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        t124));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
-    const double t129 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t126 = column_psi_U_force_z * column_psi_D_inverse;
+    const double t127 = p->derived.constant_18 + t125 + (carried_73 - arm_psi_U_force_x * t123) * (t10 + t10) +
+        arm_psi_sin * arm_psi_sin * (p->derived.arm_psi_mass + carried_70 - arm_psi_U_force_x * t122 - t125);
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + t128 - column_psi_U_force_z * t129);
+    const double base_z_U_force_z = t127 - column_psi_U_force_z * t126;
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* arm_phi_e: force left for the joint, inward */
-    const double t130 = arm_psi_load_moment_z + (carried_78 + p->derived.constant_3 * carried_80);
+    const double t128 = arm_psi_load_moment_z + carried_92 + p->derived.constant_3 * carried_94;
+    /* arm_psi: force left for the joint, inward */
+    const double t129 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
+        qd[1] - arm_psi_sin * (arm_psi_load_moment_x + carried_90);
     /* column_psi: force left for the joint, inward */
-    const double t131 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
-        qd[1] - (arm_psi_sin * (arm_psi_load_moment_x + carried_76) + arm_psi_cos * (arm_psi_load_moment_y +
-        (carried_77 - p->derived.constant_3 * carried_81) - t123 * t130));
-    const double t132 = p->derived.column_psi_load_force_z + (arm_psi_sin * (arm_psi_load_force_x + carried_79 -
-        t124 * t130) + arm_psi_cos * (arm_psi_load_force_y + carried_80 - t125 * t130)) + t129 * t131;
+    const double t130 = t129 - arm_psi_cos * (arm_psi_load_moment_y + carried_91 - p->derived.constant_3 *
+        carried_95 - t121 * t128);
+    const double t131 = p->derived.constant_19 + (p->s_sup * q[0] + p->d_sup * qd[0]) + arm_psi_sin * (arm_psi_load_force_x +
+        carried_93 - t122 * t128) + arm_psi_cos * (arm_psi_load_force_y + carried_94 - t123 * t128);
     /* base_z: acceleration, outward */
-    const double t133 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        t132));
-    out->qdd_free[0] = -t133;
+    const double t132 = base_z_D_inverse * (t131 + t126 * t130);
+    out->qdd_free[0] = -t132;
     /* column_psi: acceleration, outward */
-    const double t134 = t129 * t133 + column_psi_D_inverse * t131;
-    out->qdd_free[1] = t134;
-    const double t135 = arm_psi_cos * t134;
-    const double t136 = arm_psi_sin * t133;
-    const double t137 = arm_psi_cos * t133;
+    const double t133 = t126 * t132 + column_psi_D_inverse * t130;
+    out->qdd_free[1] = t133;
+    const double t134 = arm_psi_cos * t133;
+    const double t135 = arm_psi_sin * t132;
+    const double t136 = arm_psi_cos * t132;
     /* arm_psi: acceleration, outward */
-    const double t138 = t123 * t135 - (t124 * t136 + t125 * t137) + arm_psi_D_inverse * t130;
-    out->qdd_free[2] = -t138;
+    const double t137 = t121 * t134 - (t122 * t135 + t123 * t136) + arm_psi_D_inverse * t128;
+    out->qdd_free[2] = -t137;
     /* arm_phi_e: force left for the joint, inward */
-    const double t139 = carried_89 + p->derived.constant_3 * carried_91;
+    const double t138 = carried_106 + p->derived.constant_3 * carried_108;
     /* arm_psi: force left for the joint, inward */
-    const double t140 = arm_psi_cos * (carried_88 - p->derived.constant_3 * carried_92 - t123 * t139);
+    const double t139 = arm_psi_cos * (carried_105 - p->derived.constant_3 * carried_109 - t121 * t138);
     /* base_z: acceleration, outward */
-    const double t141 = base_z_D_inverse * (t129 * t140 - (arm_psi_sin * (carried_90 - t124 * t139) + arm_psi_cos *
-        (carried_91 - t125 * t139)));
+    const double t140 = base_z_D_inverse * (t126 * t139 - (arm_psi_sin * (carried_107 - t122 * t138) + arm_psi_cos *
+        (carried_108 - t123 * t138)));
     /* column_psi: acceleration, outward */
-    const double t142 = t129 * t141 + column_psi_D_inverse * t140;
-    const double t143 = arm_psi_cos * t142;
-    const double t144 = arm_psi_sin * t141;
-    const double t145 = arm_psi_cos * t141;
+    const double t141 = t126 * t140 + column_psi_D_inverse * t139;
+    const double t142 = arm_psi_cos * t141;
+    const double t143 = arm_psi_sin * t140;
+    const double t144 = arm_psi_cos * t140;
     /* arm_psi: acceleration, outward */
-    const double t146 = t124 * t144 + t125 * t145 - t123 * t143 + arm_psi_D_inverse * t139;
+    const double t145 = t123 * t144 + t122 * t143 - t121 * t142 + arm_psi_D_inverse * t138;
     /* arm_phi_e: force left for the joint, inward */
-    const double t147 = carried_100 + p->derived.constant_3 * carried_102;
+    const double t146 = carried_119 + p->derived.constant_3 * carried_121;
     /* arm_psi: force left for the joint, inward */
-    const double t148 = arm_psi_cos * (carried_99 - p->derived.constant_3 * carried_103 - t123 * t147);
+    const double t147 = arm_psi_cos * (carried_118 - p->derived.constant_3 * carried_122 - t121 * t146);
     /* base_z: acceleration, outward */
-    const double t149 = base_z_D_inverse * (t129 * t148 - (arm_psi_sin * (carried_101 - t124 * t147) + arm_psi_cos *
-        (carried_102 - t125 * t147)));
+    const double t148 = base_z_D_inverse * (t126 * t147 - (arm_psi_sin * (carried_120 - t122 * t146) + arm_psi_cos *
+        (carried_121 - t123 * t146)));
     /* column_psi: acceleration, outward */
-    const double t150 = t129 * t149 + column_psi_D_inverse * t148;
-    const double t151 = arm_psi_cos * t150;
-    const double t152 = arm_psi_sin * t149;
-    const double t153 = arm_psi_cos * t149;
+    const double t149 = t126 * t148 + column_psi_D_inverse * t147;
+    const double t150 = arm_psi_cos * t149;
+    const double t151 = arm_psi_sin * t148;
+    const double t152 = arm_psi_cos * t148;
     /* arm_psi: acceleration, outward */
-    const double t154 = t124 * t152 + t125 * t153 - t123 * t151 + arm_psi_D_inverse * t147;
-    double t166[3];
+    const double t153 = t123 * t152 + t122 * t151 - t121 * t150 + arm_psi_D_inverse * t146;
     double t167[3];
     double t168[3];
     double t169[3];
-    double t178[3];
+    double t170[3];
     double t179[3];
     double t180[3];
     double t181[3];
-    double t190[3];
+    double t182[3];
     double t191[3];
     double t192[3];
-    double carried_93_at[3];
-    double carried_94_at[3];
-    double carried_95_at[3];
-    double carried_104_at[3];
-    double carried_105_at[3];
-    double carried_106_at[3];
-    double carried_82 = arm_psi_sin * t134;
-    double carried_83 = t135;
-    double carried_84 = -t138;
-    double carried_85 = -t136;
-    double carried_86 = -(t137 + p->derived.constant_3 * t138);
-    double carried_87 = -p->derived.constant_3 * t135;
-    double carried_93 = -arm_psi_sin * t142;
-    double carried_94 = -t143;
-    double carried_95 = -t146;
-    double carried_96 = t144;
-    double carried_97 = t145 - p->derived.constant_3 * t146;
-    double carried_98 = p->derived.constant_3 * t143;
-    double carried_104 = -arm_psi_sin * t150;
-    double carried_105 = -t151;
-    double carried_106 = -t154;
-    double carried_107 = t152;
-    double carried_108 = t153 - p->derived.constant_3 * t154;
-    double carried_109 = p->derived.constant_3 * t151;
+    double t193[3];
+    double carried_110_at[3];
+    double carried_111_at[3];
+    double carried_112_at[3];
+    double carried_123_at[3];
+    double carried_124_at[3];
+    double carried_125_at[3];
+    double carried_97 = t134;
+    double carried_98 = -t137;
+    double carried_99 = -t135;
+    double carried_100 = -(t136 + p->derived.constant_3 * t137);
+    double carried_101 = -p->derived.constant_3 * t134;
+    double carried_102 = arm_psi_bias_wd_x + arm_psi_sin * t133;
+    double carried_103 = t134 - t3;
+    double carried_104 = -t137;
+    double carried_110 = -arm_psi_sin * t141;
+    double carried_111 = -t142;
+    double carried_112 = -t145;
+    double carried_113 = t143;
+    double carried_114 = t144 - p->derived.constant_3 * t145;
+    double carried_115 = p->derived.constant_3 * t142;
+    double carried_123 = -arm_psi_sin * t149;
+    double carried_124 = -t150;
+    double carried_125 = -t153;
+    double carried_126 = t151;
+    double carried_127 = t152 - p->derived.constant_3 * t153;
+    double carried_128 = p->derived.constant_3 * t150;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
@@ -2247,141 +2250,147 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
-        carried_93_at[e] = carried_93;
-        carried_94_at[e] = carried_94;
-        carried_95_at[e] = carried_95;
-        carried_104_at[e] = carried_104;
-        carried_105_at[e] = carried_105;
-        carried_106_at[e] = carried_106;
+        carried_110_at[e] = carried_110;
+        carried_111_at[e] = carried_111;
+        carried_112_at[e] = carried_112;
+        carried_123_at[e] = carried_123;
+        carried_124_at[e] = carried_124;
+        carried_125_at[e] = carried_125;
         /* arm_phi_e: acceleration, outward */
-        const double t155 = arm_psi_e_sin * carried_83 + arm_psi_e_cos * carried_82;
-        const double t156 = carried_86 + p->derived.arm_element_length * carried_84;
-        const double t157 = carried_87 - p->derived.arm_element_length * carried_83;
-        const double t158 = arm_psi_e_sin * t156 + arm_psi_e_cos * carried_85;
-        const double t159 = arm_psi_e_cos * t156 - arm_psi_e_sin * carried_85;
-        const double t160 = arm_theta_e_sin * t158 + arm_theta_e_cos * t157;
-        const double t161 = arm_theta_e_cos * t158 - arm_theta_e_sin * t157;
+        const double t154 = carried_100 + p->derived.arm_element_length * carried_98;
+        const double t155 = carried_101 - p->derived.arm_element_length * carried_97;
+        const double t156 = arm_psi_e_sin * t154 + arm_psi_e_cos * carried_99;
+        const double t157 = arm_psi_e_cos * t154 - arm_psi_e_sin * carried_99;
+        const double t158 = arm_theta_e_sin * t156 + arm_theta_e_cos * t155;
+        const double t159 = arm_theta_e_cos * t156 - arm_theta_e_sin * t155;
         /* arm_phi_e: acceleration, outward */
-        const double t162 = arm_phi_e_sin * t160 + arm_phi_e_cos * t159;
-        const double t163 = arm_phi_e_cos * t160 - arm_phi_e_sin * t159;
-        const double t164 = t92[e] + (t50[e] * t161 + t54[e] * t162 + t58[e] * t163);
-        const double t165 = t91[e] - (t49[e] * t161 + t53[e] * t162 + t57[e] * t163);
-        t166[e] = arm_psi_e_cos * carried_83 - arm_psi_e_sin * carried_82 + (arm_phi_e_sin * t165 + arm_phi_e_cos *
-        t164);
-        t167[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t165 - arm_phi_e_sin * t164 - (arm_theta_e_sin *
-        t155 + arm_theta_e_cos * carried_84));
-        t168[e] = arm_theta_e_sin * t167[e] - (t90[e] + (arm_theta_e_cos * t155 - arm_theta_e_sin * carried_84));
+        const double t160 = arm_phi_e_sin * t158 + arm_phi_e_cos * t157;
+        const double t161 = arm_phi_e_cos * t158 - arm_phi_e_sin * t157;
+        const double t162 = t90[e] + t48[e] * t159 + t56[e] * t161 + t52[e] * t160;
+        const double t163 = t89[e] - t47[e] * t159 - t55[e] * t161 - t51[e] * t160;
+        const double t164 = arm_psi_e_cos * carried_102 + arm_psi_e_sin * carried_103 + qd[3 + 3 * e] * arm_psi_e_w_y[e];
+        const double t165 = qd[5 + 3 * e] * arm_phi_e_w_z[e] + t162;
+        const double t166 = qd[5 + 3 * e] * arm_phi_e_w_y[e] + t163;
+        t167[e] = arm_psi_e_cos * carried_103 - arm_psi_e_sin * carried_102 - qd[3 + 3 * e] * arm_psi_e_w_x[e] +
+        arm_phi_e_cos * t165 + arm_phi_e_sin * t166;
+        t168[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t166 - arm_phi_e_sin * t165 - (qd[4 + 3 * e] *
+        arm_theta_e_w_x[e] + (arm_theta_e_cos * carried_104 + arm_theta_e_sin * t164)));
+        t169[e] = qd[4 + 3 * e] * arm_theta_e_w_z[e] + arm_theta_e_sin * carried_104 - t88[e] - arm_theta_e_cos *
+        t164 + arm_theta_e_sin * t168[e];
         /* arm_phi_e: acceleration, outward */
-        t169[e] = arm_psi_e_sin * carried_94 + arm_psi_e_cos * carried_93;
-        const double t170 = carried_97 + p->derived.arm_element_length * carried_95;
-        const double t171 = carried_98 - p->derived.arm_element_length * carried_94;
-        const double t172 = arm_psi_e_sin * t170 + arm_psi_e_cos * carried_96;
-        const double t173 = arm_psi_e_cos * t170 - arm_psi_e_sin * carried_96;
-        const double t174 = arm_theta_e_sin * t172 + arm_theta_e_cos * t171;
-        const double t175 = arm_theta_e_cos * t172 - arm_theta_e_sin * t171;
+        t170[e] = arm_psi_e_cos * carried_110 + arm_psi_e_sin * carried_111;
+        const double t171 = carried_114 + p->derived.arm_element_length * carried_112;
+        const double t172 = carried_115 - p->derived.arm_element_length * carried_111;
+        const double t173 = arm_psi_e_sin * t171 + arm_psi_e_cos * carried_113;
+        const double t174 = arm_psi_e_cos * t171 - arm_psi_e_sin * carried_113;
+        const double t175 = arm_theta_e_sin * t173 + arm_theta_e_cos * t172;
+        const double t176 = arm_theta_e_cos * t173 - arm_theta_e_sin * t172;
         /* arm_phi_e: acceleration, outward */
-        const double t176 = arm_phi_e_sin * t174 + arm_phi_e_cos * t173;
-        const double t177 = arm_phi_e_cos * t174 - arm_phi_e_sin * t173;
-        t178[e] = t102[e] + (t50[e] * t175 + t54[e] * t176 + t58[e] * t177);
-        t179[e] = t101[e] - (t49[e] * t175 + t53[e] * t176 + t57[e] * t177);
-        t180[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t179[e] - arm_phi_e_sin * t178[e] - (arm_theta_e_sin *
-        t169[e] + arm_theta_e_cos * carried_95));
+        const double t177 = arm_phi_e_sin * t175 + arm_phi_e_cos * t174;
+        const double t178 = arm_phi_e_cos * t175 - arm_phi_e_sin * t174;
+        t179[e] = t100[e] + t48[e] * t176 + t56[e] * t178 + t52[e] * t177;
+        t180[e] = t99[e] - t47[e] * t176 - t55[e] * t178 - t51[e] * t177;
+        t181[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t180[e] - arm_phi_e_sin * t179[e] - (arm_theta_e_sin *
+        t170[e] + arm_theta_e_cos * carried_112));
         /* arm_phi_e: acceleration, outward */
-        t181[e] = arm_psi_e_sin * carried_105 + arm_psi_e_cos * carried_104;
-        const double t182 = carried_108 + p->derived.arm_element_length * carried_106;
-        const double t183 = carried_109 - p->derived.arm_element_length * carried_105;
-        const double t184 = arm_psi_e_sin * t182 + arm_psi_e_cos * carried_107;
-        const double t185 = arm_psi_e_cos * t182 - arm_psi_e_sin * carried_107;
-        const double t186 = arm_theta_e_sin * t184 + arm_theta_e_cos * t183;
-        const double t187 = arm_theta_e_cos * t184 - arm_theta_e_sin * t183;
+        t182[e] = arm_psi_e_cos * carried_123 + arm_psi_e_sin * carried_124;
+        const double t183 = carried_127 + p->derived.arm_element_length * carried_125;
+        const double t184 = carried_128 - p->derived.arm_element_length * carried_124;
+        const double t185 = arm_psi_e_sin * t183 + arm_psi_e_cos * carried_126;
+        const double t186 = arm_psi_e_cos * t183 - arm_psi_e_sin * carried_126;
+        const double t187 = arm_theta_e_sin * t185 + arm_theta_e_cos * t184;
+        const double t188 = arm_theta_e_cos * t185 - arm_theta_e_sin * t184;
         /* arm_phi_e: acceleration, outward */
-        const double t188 = arm_phi_e_sin * t186 + arm_phi_e_cos * t185;
-        const double t189 = arm_phi_e_cos * t186 - arm_phi_e_sin * t185;
-        t190[e] = t112[e] + (t50[e] * t187 + t54[e] * t188 + t58[e] * t189);
-        t191[e] = t111[e] - (t49[e] * t187 + t53[e] * t188 + t57[e] * t189);
-        t192[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t191[e] - arm_phi_e_sin * t190[e] - (arm_theta_e_sin *
-        t181[e] + arm_theta_e_cos * carried_106));
-        out->qdd_free[3 + 3 * e] = t167[e];
-        out->qdd_free[4 + 3 * e] = -t166[e];
-        out->qdd_free[5 + 3 * e] = t168[e];
-        const double next_carried_82 = -t90[e];
-        const double next_carried_83 = -t164;
-        const double next_carried_93 = 0.0;
-        const double next_carried_94 = -t178[e];
-        const double next_carried_104 = 0.0;
-        const double next_carried_105 = -t190[e];
-        carried_82 = next_carried_82;
-        carried_83 = next_carried_83;
-        carried_84 = t165;
-        carried_85 = t161;
-        carried_86 = t162;
-        carried_87 = t163;
-        carried_93 = next_carried_93;
-        carried_94 = next_carried_94;
-        carried_95 = t179[e];
-        carried_96 = t175;
-        carried_97 = t176;
-        carried_98 = t177;
-        carried_104 = next_carried_104;
-        carried_105 = next_carried_105;
-        carried_106 = t191[e];
-        carried_107 = t187;
-        carried_108 = t188;
-        carried_109 = t189;
+        const double t189 = arm_phi_e_sin * t187 + arm_phi_e_cos * t186;
+        const double t190 = arm_phi_e_cos * t187 - arm_phi_e_sin * t186;
+        t191[e] = t110[e] + t48[e] * t188 + t56[e] * t190 + t52[e] * t189;
+        t192[e] = t109[e] - t47[e] * t188 - t55[e] * t190 - t51[e] * t189;
+        t193[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t192[e] - arm_phi_e_sin * t191[e] - (arm_theta_e_sin *
+        t182[e] + arm_theta_e_cos * carried_125));
+        out->qdd_free[3 + 3 * e] = t168[e];
+        out->qdd_free[4 + 3 * e] = -t167[e];
+        out->qdd_free[5 + 3 * e] = t169[e];
+        const double next_carried_97 = -t162;
+        const double next_carried_102 = -t88[e];
+        const double next_carried_103 = -t162;
+        const double next_carried_110 = 0.0;
+        const double next_carried_111 = -t179[e];
+        const double next_carried_123 = 0.0;
+        const double next_carried_124 = -t191[e];
+        carried_97 = next_carried_97;
+        carried_98 = t163;
+        carried_99 = t159;
+        carried_100 = t160;
+        carried_101 = t161;
+        carried_102 = next_carried_102;
+        carried_103 = next_carried_103;
+        carried_104 = t163;
+        carried_110 = next_carried_110;
+        carried_111 = next_carried_111;
+        carried_112 = t180[e];
+        carried_113 = t176;
+        carried_114 = t177;
+        carried_115 = t178;
+        carried_123 = next_carried_123;
+        carried_124 = next_carried_124;
+        carried_125 = t192[e];
+        carried_126 = t188;
+        carried_127 = t189;
+        carried_128 = t190;
     }
     /* arm_phi_e: acceleration, outward */
-    const double t193 = carried_86 + effector_z_shift_x * carried_84;
-    const double t194 = effector_z_shift_x * carried_83 - carried_87;
+    const double t194 = carried_100 + effector_z_shift_x * carried_98;
+    const double t195 = effector_z_shift_x * carried_97 - carried_101;
     /* effector_z: acceleration, outward */
-    const double t195 = carried_85 + effector_z_load_force_z * p->derived.effector_z_D_inverse;
-    out->qdd_free[12] = -t195;
-    const double t196 = carried_85 - t195;
+    const double t196 = carried_99 + p->derived.effector_z_D_inverse * effector_z_load_force_z;
+    out->qdd_free[12] = -t196;
+    const double t197 = carried_99 - t196;
     /* effector_z: acceleration, outward */
-    const double t197 = row_1_u_effector_z * p->derived.effector_z_D_inverse - carried_96;
-    const double t198 = row_1_u_effector_z * (carried_96 + t197) - (t31 * (effector_z_shift_x * carried_94 -
-        carried_98) - t32 * (carried_97 + effector_z_shift_x * carried_95));
+    const double t198 = row_1_u_effector_z * p->derived.effector_z_D_inverse - carried_113;
+    const double t199 = t30 * (carried_114 + effector_z_shift_x * carried_112) - t29 * (effector_z_shift_x *
+        carried_111 - carried_115) + row_1_u_effector_z * (carried_113 + t198);
     /* arm_phi_e: acceleration, outward */
-    const double t199 = carried_108 + effector_z_shift_x * carried_106;
-    const double t200 = effector_z_shift_x * carried_105 - carried_109;
+    const double t200 = carried_127 + effector_z_shift_x * carried_125;
+    const double t201 = effector_z_shift_x * carried_124 - carried_128;
     /* effector_z: acceleration, outward */
-    const double t201 = last_arm_theta_e_ground_z_x * p->derived.effector_z_D_inverse - carried_107;
-    const double t202 = carried_107 + t201;
-    const double t203 = row_1_u_effector_z * t202 - (t31 * t200 - t32 * t199);
-    const double t204 = last_arm_theta_e_ground_z_x * t202 - (last_arm_phi_e_ground_z_z * t200 - last_arm_phi_e_ground_z_y *
-        t199);
-    const double t205 = row_1_phi * p->derived.row_1_position_gain + (row_1_psi * p->derived.row_1_rate_gain +
-        row_1_v_2) + (row_1_u_effector_z * t196 - (t194 * t31 - t193 * t32));
-    const double row_1_pivot_inverse = (t198 * 1e-12 < t198 ? 1.0 / t198 : 0.0);
-    const double t206 = t203 * row_1_pivot_inverse;
-    const double t207 = t204 - t203 * t206;
-    const double row_2_pivot_inverse = (t204 * 1e-12 < t207 ? 1.0 / t207 : 0.0);
-    const double row_2_lambda = (t205 * t206 - (p->derived.row_1_rate_gain * row_2_psi + row_2_v_2 + (last_arm_theta_e_ground_z_x *
-        t196 - (last_arm_phi_e_ground_z_z * t194 - last_arm_phi_e_ground_z_y * t193)))) * row_2_pivot_inverse;
+    const double t202 = last_arm_theta_e_ground_z_x * p->derived.effector_z_D_inverse - carried_126;
+    const double t203 = carried_126 + t202;
+    const double t204 = t30 * t200 - t29 * t201 + row_1_u_effector_z * t203;
+    const double t205 = last_arm_phi_e_ground_z_y * t200 - last_arm_phi_e_ground_z_z * t201 + last_arm_theta_e_ground_z_x *
+        t203;
+    const double t206 = row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.row_1_rate_gain +
+        row_1_v_2 + t194 * t30 + row_1_u_effector_z * t197 - t195 * t29;
+    const double row_1_pivot_inverse = (t199 * 1e-12 < t199 ? 1.0 / t199 : 0.0);
+    const double t207 = t204 * row_1_pivot_inverse;
+    const double t208 = t205 - t204 * t207;
+    const double row_2_pivot_inverse = (t205 * 1e-12 < t208 ? 1.0 / t208 : 0.0);
+    const double row_2_lambda = (t206 * t207 - (p->derived.row_1_rate_gain * row_2_psi + row_2_v_2 + (last_arm_theta_e_ground_z_x *
+        t197 - (last_arm_phi_e_ground_z_z * t195 - last_arm_phi_e_ground_z_y * t194)))) * row_2_pivot_inverse;
     out->lambda[1] = row_2_lambda;
-    const double t208 = row_1_pivot_inverse * (t205 + t203 * row_2_lambda);
-    out->qdd[0] = t149 * row_2_lambda - (t133 + t141 * t208);
-    out->qdd[1] = t134 + t142 * t208 - t150 * row_2_lambda;
-    out->qdd[2] = t146 * t208 - t138 - t154 * row_2_lambda;
-    out->qdd[12] = t201 * row_2_lambda - (t195 + t197 * t208);
-    out->power[0] = point_E_zd * row_2_lambda - t208 * (point_E_xd * t26 + point_E_yd * t25);
-    out->lambda[0] = -t208;
+    const double t209 = row_1_pivot_inverse * (t206 + t204 * row_2_lambda);
+    out->qdd[0] = t148 * row_2_lambda - (t132 + t140 * t209);
+    out->qdd[1] = t133 + t141 * t209 - t149 * row_2_lambda;
+    out->qdd[2] = t145 * t209 - t137 - t153 * row_2_lambda;
+    out->qdd[12] = t202 * row_2_lambda - (t196 + t198 * t209);
+    out->power[0] = point_E_zd * row_2_lambda - t209 * (point_E_xd * t26 + point_E_yd * t25);
+    out->lambda[0] = -t209;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_cos = cosine[2 + 3 * e];
         const double arm_psi_e_sin = sine[2 + 3 * e];
-        const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
+        const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         /* qdd = qdd_free + M^-1 u^T lambda */
-        const double t209 = (arm_psi_e_cos * carried_94_at[e] - arm_psi_e_sin * carried_93_at[e] + (arm_phi_e_sin *
-        t179[e] + arm_phi_e_cos * t178[e])) * t208 - t166[e] - (arm_psi_e_cos * carried_105_at[e] - arm_psi_e_sin *
-        carried_104_at[e] + (arm_phi_e_sin * t191[e] + arm_phi_e_cos * t190[e])) * row_2_lambda;
-        const double t210 = t168[e] - (arm_theta_e_sin * carried_95_at[e] - arm_theta_e_cos * t169[e] + arm_theta_e_sin *
-        t180[e]) * t208 + (arm_theta_e_sin * carried_106_at[e] - arm_theta_e_cos * t181[e] + arm_theta_e_sin *
-        t192[e]) * row_2_lambda;
-        out->qdd[3 + 3 * e] = t167[e] - t180[e] * t208 + t192[e] * row_2_lambda;
-        out->qdd[4 + 3 * e] = t209;
-        out->qdd[5 + 3 * e] = t210;
+        const double t210 = (arm_psi_e_cos * carried_111_at[e] - arm_psi_e_sin * carried_110_at[e] + arm_phi_e_cos *
+        t179[e] + arm_phi_e_sin * t180[e]) * t209 - t167[e] - (arm_psi_e_cos * carried_124_at[e] - arm_psi_e_sin *
+        carried_123_at[e] + arm_phi_e_cos * t191[e] + arm_phi_e_sin * t192[e]) * row_2_lambda;
+        const double t211 = t169[e] - (arm_theta_e_sin * carried_112_at[e] - arm_theta_e_cos * t170[e] + arm_theta_e_sin *
+        t181[e]) * t209 + (arm_theta_e_sin * carried_125_at[e] - arm_theta_e_cos * t182[e] + arm_theta_e_sin *
+        t193[e]) * row_2_lambda;
+        out->qdd[3 + 3 * e] = t168[e] - t181[e] * t209 + t193[e] * row_2_lambda;
+        out->qdd[4 + 3 * e] = t210;
+        out->qdd[5 + 3 * e] = t211;
     }
 }
 
@@ -2498,14 +2507,15 @@ void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p
     double last_arm_phi_e_ground_x_z = column_psi_sin;
     double last_arm_psi_e_position_x = arm_psi_e_position_x;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
+        const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
         /* arm_psi_e: motion from arm_psi_e outward */
-        const double arm_psi_e_ground_x_x = arm_psi_e_sin * last_arm_phi_e_ground_x_y + arm_psi_e_cos * last_arm_theta_e_ground_x_x;
+        const double arm_psi_e_ground_x_x = arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin *
+        last_arm_phi_e_ground_x_y;
         const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
         const double arm_psi_e_position_x_2 = last_arm_psi_e_position_x + p->derived.arm_element_length *
         last_arm_theta_e_ground_x_x;
@@ -2521,7 +2531,7 @@ void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p
         last_arm_psi_e_position_x = arm_psi_e_position_x_2;
     }
     /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = p->derived.constant_1 + q[12];
+    const double effector_z_shift_x = q[12] + p->derived.constant_1;
     const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
     anchored[0] = effector_z_position_x - p->a;
 }
@@ -2808,7 +2818,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "b2a44835082ccdb8",
+    SET(hash) "e65620455e7d452b",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,
@@ -2819,7 +2829,7 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(break_count) 2,
     SET(switch_count) 0,
     SET(saturates) 0,
-    SET(qdd_cost) 2703,
+    SET(qdd_cost) 2625,
     SET(tangent_cost) 0,
     SET(tangent_vectors_cost) 0,
     SET(shifted_cost) 0,

@@ -34,17 +34,17 @@
  *   energy        144    225    0   20
  *   power          12     25    1    3
  *   Q_q           246    343    0   22
- *   qdd_free      973   1388   18   27
- *   accelerations    973   1388   18   27
- *   qdd           973   1388   18   27
- *   constrained    973   1388   18   27
- *   force        1285   1874   21   51
+ *   qdd_free      940   1343   18   27
+ *   accelerations    940   1343   18   27
+ *   qdd           940   1343   18   27
+ *   constrained    940   1343   18   27
+ *   force        1252   1829   21   51
  *   equations     886   1343    4   85
  *   course          2      7    2    4
  *   breaks          0      0    0    0
  *   anchor         24     43    0   22
  *   start           0      0    0    0
- * Choices by counted operations: M written out, 754 (loops 1198); Q_q in loops, 435 (written out 360); qdd recursive, 2427 operations; qdd_free recursive, 1314 operations.
+ * Choices by counted operations: M written out, 754 (loops 1198); Q_q in loops, 435 (written out 360); qdd recursive, 2351 operations; qdd_free recursive, 1238 operations.
  */
 #ifndef REFDYN_GENERATED_manipulator_flexible_H
 #define REFDYN_GENERATED_manipulator_flexible_H
@@ -110,12 +110,12 @@ struct manipulator_flexible_parameters {
         double constant_12;
         double constant_13;
         double constant_14;
-        double base_z_load_force_z;
-        double column_psi_load_force_z;
         double effector_z_D_inverse;
         double constant_15;
         double constant_16;
         double constant_17;
+        double constant_18;
+        double constant_19;
     } derived; /* what depends on parameters alone, set by manipulator_flexible_prepare */
 };
 

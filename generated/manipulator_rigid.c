@@ -34,7 +34,7 @@ double fmax(double, double);
 void manipulator_rigid_prepare(struct manipulator_rigid_parameters *p) {
     const double t1 = p->d * p->d;
     const double t2 = t1 * t1 * 0.04908738521234052;
-    p->derived.column_psi_moment_z = p->m_col * (p->h / 2.0);
+    const double column_psi_moment_z = p->m_col * (p->h / 2.0);
     const double t3 = p->L * p->rho;
     p->derived.arm_psi_mass = t1 * 0.7853981633974483 * t3;
     p->derived.arm_psi_moment_x = p->L * p->derived.arm_psi_mass * 0.5;
@@ -42,7 +42,7 @@ void manipulator_rigid_prepare(struct manipulator_rigid_parameters *p) {
     p->derived.arm_psi_inertia_yy = p->derived.arm_psi_mass * (p->L * p->L) / 3.0 + t2 * t3;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
     p->derived.arm_psi_mass_beyond = p->m_E + p->derived.arm_psi_mass;
-    p->derived.constant_1 = p->h * p->derived.arm_psi_mass_beyond;
+    p->derived.constant_1 = column_psi_moment_z + p->h * p->derived.arm_psi_mass_beyond;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_mass_beyond = p->m_col + p->derived.arm_psi_mass_beyond;
     /* base_z: composite pseudo-inertia of all beyond, inward */
@@ -61,12 +61,16 @@ void manipulator_rigid_prepare(struct manipulator_rigid_parameters *p) {
     p->derived.constant_7 = 3.141592653589793 * (1.0 / p->T);
     /* potential energy of gravity, zero at the ground's origin */
     p->derived.constant_8 = p->s_sup * 0.5;
-    /* base_z: inertia and gravity of the body at qdd = 0 */
-    p->derived.base_z_load_force_z = p->m_base * p->g;
-    /* column_psi: inertia and gravity of the body at qdd = 0 */
-    p->derived.column_psi_load_force_z = p->m_col * p->g;
     /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     p->derived.effector_z_D_inverse = 1.0 / p->m_E;
+    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    p->derived.constant_9 = p->m_base + p->m_col;
+    /* base_z: load, inertia and gravity of the body at these accelerations */
+    const double base_z_load_force_z = p->m_base * p->g;
+    /* column_psi: load, inertia and gravity of the body at these accelerations */
+    const double column_psi_load_force_z = p->m_col * p->g;
+    /* arm_psi: force left for the joint, inward */
+    p->derived.constant_10 = base_z_load_force_z + column_psi_load_force_z;
 }
 
 #if defined(__GNUC__) && !defined(__clang__)
@@ -92,14 +96,14 @@ void manipulator_rigid_M(const struct manipulator_rigid_parameters *p, const str
     /* effector_z: composite pseudo-inertia of all beyond, inward */
     const double t1 = p->m_E * effector_z_shift_x;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + t1;
-    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + effector_z_shift_x * t1;
+    const double arm_psi_moment_beyond_x = t1 + p->derived.arm_psi_moment_x;
+    const double arm_psi_inertia_beyond_yy = effector_z_shift_x * t1 + p->derived.arm_psi_inertia_yy;
     M[2 * 4 + 2] = arm_psi_inertia_beyond_yy;
     const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x;
     M[2 * 4 + 0] = column_psi_moment_beyond_x;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
-    const double column_psi_inertia_beyond_zz = p->Izz_col + (arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
-        (p->derived.arm_psi_inertia_xx - arm_psi_inertia_beyond_yy)));
+    const double column_psi_inertia_beyond_zz = p->Izz_col + arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
+        (p->derived.arm_psi_inertia_xx - arm_psi_inertia_beyond_yy));
     M[1 * 4 + 1] = column_psi_inertia_beyond_zz;
     /* axes, and wrenches that accelerate all beyond, in the ground's axes */
     const double effector_z_moment_change_z = p->m_E * arm_psi_sin;
@@ -121,13 +125,13 @@ void manipulator_rigid_h(const struct manipulator_rigid_parameters *p, const str
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
     const double t1 = arm_psi_w_x * qd[2];
     const double t2 = arm_psi_w_x * arm_psi_w_y;
-    const double t3 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
+    const double t3 = arm_psi_w_y * arm_psi_w_y + qd[2] * qd[2];
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
     const double t4 = arm_psi_w_y * qd[3];
     const double t5 = qd[2] * qd[3];
     const double effector_z_bias_a_x = t4 + t4 - (t1 + t1) * effector_z_shift_x;
-    const double effector_z_bias_a_y = t2 * effector_z_shift_x + (t5 + t5);
+    const double effector_z_bias_a_y = t5 + t5 + t2 * effector_z_shift_x;
     /* effector_z: bias forces c, inward */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     const double effector_z_bias_force_y = p->m_E * effector_z_bias_a_y;
@@ -136,19 +140,19 @@ void manipulator_rigid_h(const struct manipulator_rigid_parameters *p, const str
     /* arm_psi: bias forces c, inward */
     const double arm_psi_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
     const double arm_psi_load_moment_y = t1 * p->derived.constant_2 - p->derived.arm_psi_inertia_yy * t1;
-    const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
-    const double arm_psi_bias_moment_z = effector_z_shift_x * effector_z_bias_force_y + t2 * p->derived.constant_3;
+    const double arm_psi_bias_moment_y = arm_psi_load_moment_y + effector_z_shift_x * effector_z_bias_force_x;
+    const double arm_psi_bias_moment_z = t2 * p->derived.constant_3 + effector_z_shift_x * effector_z_bias_force_y;
     h[2] = -arm_psi_bias_moment_z;
-    const double arm_psi_bias_force_y = effector_z_bias_force_y + p->derived.arm_psi_moment_x * t2;
-    h[0] = arm_psi_sin * (t6 + p->derived.arm_psi_moment_x * t3) - arm_psi_cos * arm_psi_bias_force_y;
-    const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
+    const double arm_psi_bias_force_y = p->derived.arm_psi_moment_x * t2 + effector_z_bias_force_y;
+    h[0] = arm_psi_sin * (p->derived.arm_psi_moment_x * t3 + t6) - arm_psi_cos * arm_psi_bias_force_y;
+    const double column_psi_bias_moment_z = arm_psi_cos * arm_psi_bias_moment_y + arm_psi_sin * arm_psi_bias_moment_x;
     h[1] = -column_psi_bias_moment_z;
 }
 
 void manipulator_rigid_Q(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double Q[4]) {
     (void)x;
-    Q[0] = -(p->derived.constant_4 + (p->s_sup * q[0] + p->d_sup * qd[0]));
+    Q[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + p->derived.constant_4);
     Q[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1];
     /* arm_psi: motion from column_psi outward */
     const double arm_psi_sin = sin(q[2]);
@@ -159,7 +163,7 @@ void manipulator_rigid_Q(const struct manipulator_rigid_parameters *p, const str
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
+    const double arm_psi_moment_beyond_x = p->m_E * effector_z_shift_x + p->derived.arm_psi_moment_x;
     Q[2] = -arm_psi_bias_a_falling_y * arm_psi_moment_beyond_x;
 }
 
@@ -226,13 +230,13 @@ void manipulator_rigid_terms(const struct manipulator_rigid_parameters *p, const
     const double effector_z_position_z = arm_psi_position_z + effector_z_shift_ground_z;
     out->r[0 * 3 + 2] = effector_z_position_z;
     const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
-    const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
-    const double t6 = (qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y) * effector_z_shift_x;
+    const double effector_z_v_y = qd[2] * effector_z_shift_x + arm_psi_v_y;
+    const double t6 = (arm_psi_w_y * arm_psi_w_y + qd[2] * qd[2]) * effector_z_shift_x;
     const double t7 = arm_psi_w_y * qd[3];
     const double t8 = qd[2] * qd[3];
-    const double effector_z_v_z = arm_psi_v_x + qd[3];
+    const double effector_z_v_z = qd[3] + arm_psi_v_x;
     const double effector_z_bias_a_x = t7 + t7 - (t5 + t5) * effector_z_shift_x;
-    const double effector_z_bias_a_y = arm_psi_w_x * arm_psi_w_y * effector_z_shift_x + (t8 + t8);
+    const double effector_z_bias_a_y = t8 + t8 + arm_psi_w_x * arm_psi_w_y * effector_z_shift_x;
     /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
     const double point_E_xd = arm_psi_ground_x_x * effector_z_v_z - (column_psi_sin * effector_z_v_x + t3 *
         effector_z_v_y);
@@ -240,9 +244,9 @@ void manipulator_rigid_terms(const struct manipulator_rigid_parameters *p, const
     const double point_E_yd = column_psi_cos * effector_z_v_x - t4 * effector_z_v_y + arm_psi_ground_y_x *
         effector_z_v_z;
     out->rd[0 * 3 + 1] = point_E_yd;
-    const double point_E_zd = arm_psi_cos * effector_z_v_y + arm_psi_sin * effector_z_v_z;
+    const double point_E_zd = arm_psi_sin * effector_z_v_z + arm_psi_cos * effector_z_v_y;
     out->rd[0 * 3 + 2] = point_E_zd;
-    const double t9 = column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_y + arm_psi_ground_x_x *
+    const double t9 = t3 * effector_z_bias_a_y + column_psi_sin * effector_z_bias_a_x + arm_psi_ground_x_x *
         t6;
     out->d[0 * 3 + 0] = -t9;
     const double point_E_bias_y = column_psi_cos * effector_z_bias_a_x - t4 * effector_z_bias_a_y - arm_psi_ground_y_x *
@@ -255,25 +259,25 @@ void manipulator_rigid_terms(const struct manipulator_rigid_parameters *p, const
     out->C[0 * 4 + 2] = -t11;
     const double t12 = column_psi_sin * t10;
     out->C[1 * 4 + 2] = -t12;
-    const double row_2_u_arm_psi = column_psi_cos * effector_z_position_x + column_psi_sin * effector_z_position_y;
+    const double row_2_u_arm_psi = column_psi_sin * effector_z_position_y + column_psi_cos * effector_z_position_x;
     out->u[1 * 4 + 2] = row_2_u_arm_psi;
     out->C[2 * 4 + 2] = row_2_u_arm_psi;
     /* row 1 (position level): u qdd + v = 0 */
     const double t13 = (effector_z_position_x - p->xc) / p->a;
     const double t14 = effector_z_position_y / p->b;
-    const double row_1_phi = t13 * t13 + t14 * t14 - 1.0;
+    const double row_1_phi = t14 * t14 - 1.0 + t13 * t13;
     out->phi[0] = row_1_phi;
     const double t15 = point_E_xd * p->derived.constant_5;
     const double t16 = t13 * t15;
     const double t17 = point_E_yd * p->derived.constant_6;
     const double t18 = t14 * t17;
-    const double row_1_psi = t16 + t16 + (t18 + t18);
+    const double row_1_psi = t16 + t16 + t18 + t18;
     out->psi[0] = row_1_psi;
     const double t19 = t15 * t15 - t13 * (t9 * p->derived.constant_5);
     const double t20 = t17 * t17 + t14 * (point_E_bias_y * p->derived.constant_6);
-    const double row_1_v = t19 + t19 + (t20 + t20);
+    const double row_1_v = t19 + t19 + t20 + t20;
     out->v[0] = row_1_v;
-    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + (row_1_v + row_1_psi * p->derived.row_1_rate_gain));
+    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.row_1_rate_gain + row_1_v);
     const double t21 = p->derived.constant_6 * (t14 + t14);
     const double t22 = p->derived.constant_5 * (t13 + t13);
     out->u[0 * 4 + 2] = -(t11 * t22 + t12 * t21);
@@ -287,7 +291,7 @@ void manipulator_rigid_terms(const struct manipulator_rigid_parameters *p, const
     const double t23 = t2 * (p->derived.constant_7 * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t23 + t23);
     out->v[1] = row_2_v;
-    out->k[1] = -(row_2_v + p->derived.row_1_rate_gain * row_2_psi);
+    out->k[1] = -(p->derived.row_1_rate_gain * row_2_psi + row_2_v);
 }
 
 void manipulator_rigid_v(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
@@ -376,24 +380,23 @@ void manipulator_rigid_energy(const struct manipulator_rigid_parameters *p, cons
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
-    const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
-    const double effector_z_v_z = arm_psi_v_x + qd[3];
+    const double effector_z_v_y = qd[2] * effector_z_shift_x + arm_psi_v_y;
+    const double effector_z_v_z = qd[3] + arm_psi_v_x;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
+    const double arm_psi_moment_beyond_x = p->m_E * effector_z_shift_x + p->derived.arm_psi_moment_x;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
-    const double column_psi_moment_beyond_z = p->derived.column_psi_moment_z + (arm_psi_sin * arm_psi_moment_beyond_x +
-        p->derived.constant_1);
-    energy[1] = p->g * (column_psi_moment_beyond_z + q[0] * p->derived.base_z_mass_beyond) + p->derived.constant_8 *
+    const double column_psi_moment_beyond_z = p->derived.constant_1 + arm_psi_sin * arm_psi_moment_beyond_x;
+    energy[1] = p->g * (q[0] * p->derived.base_z_mass_beyond + column_psi_moment_beyond_z) + p->derived.constant_8 *
         (q[0] * q[0]);
     /* kinetic energy */
-    const double t1 = arm_psi_w_x * (p->derived.arm_psi_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_psi_inertia_yy *
-        arm_psi_w_y) + qd[2] * (p->derived.arm_psi_inertia_yy * qd[2] + p->derived.arm_psi_moment_x * arm_psi_v_y) +
-        (arm_psi_v_x * (p->derived.arm_psi_mass * arm_psi_v_x) + arm_psi_v_y * (p->derived.arm_psi_moment_x *
-        qd[2] + p->derived.arm_psi_mass * arm_psi_v_y));
-    const double t2 = qd[0] * (p->m_base * qd[0]) + (qd[1] * (p->Izz_col * qd[1]) + qd[0] * (p->m_col * qd[0])) +
-        t1 + (effector_z_v_x * (p->m_E * effector_z_v_x) + effector_z_v_y * (p->m_E * effector_z_v_y) + effector_z_v_z *
-        (p->m_E * effector_z_v_z));
-    energy[0] = 0.5 * t2;
+    const double t1 = qd[1] * (p->Izz_col * qd[1]) + qd[0] * (p->m_base * qd[0]) + qd[0] * (p->m_col * qd[0]) +
+        arm_psi_w_x * (p->derived.arm_psi_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_psi_inertia_yy *
+        arm_psi_w_y);
+    const double t2 = t1 + arm_psi_v_x * (p->derived.arm_psi_mass * arm_psi_v_x) + arm_psi_v_y * (p->derived.arm_psi_mass *
+        arm_psi_v_y + p->derived.arm_psi_moment_x * qd[2]) + qd[2] * (p->derived.arm_psi_inertia_yy * qd[2] +
+        p->derived.arm_psi_moment_x * arm_psi_v_y);
+    energy[0] = 0.5 * (t2 + effector_z_v_y * (p->m_E * effector_z_v_y) + effector_z_v_z * (p->m_E * effector_z_v_z) +
+        effector_z_v_x * (p->m_E * effector_z_v_x));
 }
 
 #if defined(__GNUC__) && !defined(__clang__)
@@ -437,16 +440,16 @@ void manipulator_rigid_Q_q(const struct manipulator_rigid_parameters *p, const s
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
+    const double arm_psi_moment_beyond_x = p->m_E * effector_z_shift_x + p->derived.arm_psi_moment_x;
     /* axes, and wrenches that accelerate all beyond, in the ground's axes */
     const double effector_z_moment_change_x = p->m_E * arm_psi_ground_x_x;
     const double effector_z_moment_change_y = p->m_E * arm_psi_ground_y_x;
     /* arm_psi: column of the gravity tangent g_i,j */
     const double t1 = p->g * column_psi_cos;
     const double t2 = p->g * column_psi_sin;
-    Q_q[2 * 4 + 2] = column_psi_cos * arm_psi_sin * arm_psi_moment_beyond_x * t1 + column_psi_sin * arm_psi_sin *
-        arm_psi_moment_beyond_x * t2;
-    Q_q[3 * 4 + 2] = -(effector_z_moment_change_x * t1 + effector_z_moment_change_y * t2);
+    Q_q[2 * 4 + 2] = column_psi_sin * arm_psi_sin * arm_psi_moment_beyond_x * t2 + column_psi_cos * arm_psi_sin *
+        arm_psi_moment_beyond_x * t1;
+    Q_q[3 * 4 + 2] = -(effector_z_moment_change_y * t2 + effector_z_moment_change_x * t1);
     for (int i = 0; i < 4; i++)
         for (int j = 0; j < i; j++)
             Q_q[j * 4 + i] = Q_q[i * 4 + j];
@@ -489,17 +492,17 @@ void manipulator_rigid_accelerations(const struct manipulator_rigid_parameters *
     const double arm_psi_bias_wd_x = arm_psi_w_y * qd[2];
     const double t5 = arm_psi_w_x * qd[2];
     const double t6 = arm_psi_w_x * arm_psi_w_y;
-    const double t7 = qd[2] * qd[2] + arm_psi_w_y * arm_psi_w_y;
+    const double t7 = arm_psi_w_y * arm_psi_w_y + qd[2] * qd[2];
     /* effector_z: motion from arm_psi outward */
     const double effector_z_shift_x = p->L + q[3];
     const double effector_z_position_x = arm_psi_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = arm_psi_ground_y_x * effector_z_shift_x;
     const double effector_z_v_x = arm_psi_w_y * effector_z_shift_x;
-    const double effector_z_v_y = arm_psi_v_y + qd[2] * effector_z_shift_x;
+    const double effector_z_v_y = qd[2] * effector_z_shift_x + arm_psi_v_y;
     const double effector_z_bias_a_falling_z = arm_psi_bias_a_falling_x - t7 * effector_z_shift_x;
     const double t8 = arm_psi_w_y * qd[3];
     const double t9 = qd[2] * qd[3];
-    const double effector_z_v_z = arm_psi_v_x + qd[3];
+    const double effector_z_v_z = qd[3] + arm_psi_v_x;
     const double effector_z_bias_a_x = t8 + t8 - (t5 + t5) * effector_z_shift_x;
     const double effector_z_bias_a_falling_y = arm_psi_bias_a_falling_y + t6 * effector_z_shift_x + (t9 +
         t9);
@@ -508,59 +511,59 @@ void manipulator_rigid_accelerations(const struct manipulator_rigid_parameters *
         effector_z_v_y);
     const double point_E_yd = column_psi_cos * effector_z_v_x - t4 * effector_z_v_y + arm_psi_ground_y_x *
         effector_z_v_z;
-    const double point_E_zd = arm_psi_cos * effector_z_v_y + arm_psi_sin * effector_z_v_z;
+    const double point_E_zd = arm_psi_sin * effector_z_v_z + arm_psi_cos * effector_z_v_y;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + p->m_E * effector_z_shift_x;
+    const double arm_psi_moment_beyond_x = p->m_E * effector_z_shift_x + p->derived.arm_psi_moment_x;
     /* effector_z: bias forces c, inward */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     /* arm_psi: bias forces c, inward */
     const double arm_psi_bias_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
     const double arm_psi_load_moment_y = t5 * p->derived.constant_2 - p->derived.arm_psi_inertia_yy * t5;
-    const double arm_psi_bias_moment_y = effector_z_shift_x * effector_z_bias_force_x + arm_psi_load_moment_y;
-    const double column_psi_bias_moment_z = arm_psi_sin * arm_psi_bias_moment_x + arm_psi_cos * arm_psi_bias_moment_y;
+    const double arm_psi_bias_moment_y = arm_psi_load_moment_y + effector_z_shift_x * effector_z_bias_force_x;
+    const double column_psi_bias_moment_z = arm_psi_cos * arm_psi_bias_moment_y + arm_psi_sin * arm_psi_bias_moment_x;
     /* row 1 (position level): u qdd + v = 0 */
     const double t10 = (effector_z_position_x - p->xc) / p->a;
     const double t11 = effector_z_position_y / p->b;
-    const double row_1_phi = t10 * t10 + t11 * t11 - 1.0;
+    const double row_1_phi = t11 * t11 - 1.0 + t10 * t10;
     const double t12 = point_E_xd * p->derived.constant_5;
     const double t13 = t10 * t12;
     const double t14 = point_E_yd * p->derived.constant_6;
     const double t15 = t11 * t14;
-    const double row_1_psi = t13 + t13 + (t15 + t15);
+    const double row_1_psi = t13 + t13 + t15 + t15;
     const double t16 = p->derived.constant_6 * (t11 + t11);
     const double t17 = p->derived.constant_5 * (t10 + t10);
     const double row_1_u_effector_z = arm_psi_ground_x_x * t17 + arm_psi_ground_y_x * t16;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
     const double t18 = t2 * (p->derived.constant_7 * cos(t1));
-    /* arm_psi: inertia and gravity of the body at qdd = 0 */
-    const double arm_psi_load_moment_z = t6 * p->derived.constant_3 + p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y;
-    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
-        t7;
-    const double arm_psi_load_force_y = p->derived.arm_psi_moment_x * t6 + p->derived.arm_psi_mass * arm_psi_bias_a_falling_y;
-    /* effector_z: inertia and gravity of the body at qdd = 0 */
-    const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
-    const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + p->m_E * (effector_z_shift_x * effector_z_shift_x);
+    const double arm_psi_U_moment_z = p->m_E * (effector_z_shift_x * effector_z_shift_x) + p->derived.arm_psi_inertia_yy;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
     const double t19 = arm_psi_moment_beyond_x * arm_psi_D_inverse;
     const double t20 = p->derived.arm_psi_mass_beyond - arm_psi_moment_beyond_x * t19;
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + (arm_psi_U_moment_z + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
-        arm_psi_U_moment_z)));
+    const double column_psi_U_moment_z = p->Izz_col + arm_psi_U_moment_z + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+        arm_psi_U_moment_z));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double base_z_U_force_z = p->m_base + (p->m_col + (t20 + arm_psi_sin * arm_psi_sin * (p->derived.arm_psi_mass -
-        t20)));
+    const double base_z_U_force_z = p->derived.constant_9 + t20 + arm_psi_sin * arm_psi_sin * (p->derived.arm_psi_mass -
+        t20);
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
+    /* arm_psi: load, inertia and gravity of the body at these accelerations */
+    const double arm_psi_load_moment_z = p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y + t6 * p->derived.constant_3;
+    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
+        t7;
+    const double arm_psi_load_force_y = p->derived.arm_psi_mass * arm_psi_bias_a_falling_y + p->derived.arm_psi_moment_x *
+        t6;
+    /* effector_z: load, inertia and gravity of the body at these accelerations */
+    const double effector_z_load_force_y = p->m_E * effector_z_bias_a_falling_y;
+    const double effector_z_load_force_z = p->m_E * effector_z_bias_a_falling_z;
     /* effector_z: force left for the joint, inward */
     const double arm_psi_carried_moment_z = arm_psi_load_moment_z + effector_z_shift_x * effector_z_load_force_y;
     const double arm_psi_carried_force_y = arm_psi_load_force_y + effector_z_load_force_y;
     /* base_z: acceleration, outward */
-    const double t21 = base_z_D_inverse * (p->s_sup * q[0] + p->d_sup * qd[0] + (p->derived.base_z_load_force_z +
-        (p->derived.column_psi_load_force_z + (arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y -
-        t19 * arm_psi_carried_moment_z)))));
+    const double t21 = base_z_D_inverse * (p->derived.constant_10 + (p->s_sup * q[0] + p->d_sup * qd[0]) +
+        arm_psi_sin * arm_psi_load_force_x + arm_psi_cos * (arm_psi_carried_force_y - t19 * arm_psi_carried_moment_z));
     out->qdd_free[0] = -t21;
     /* column_psi: acceleration, outward */
     const double t22 = column_psi_D_inverse * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
@@ -573,18 +576,18 @@ void manipulator_rigid_accelerations(const struct manipulator_rigid_parameters *
     out->qdd_free[2] = t25;
     const double t26 = effector_z_shift_x * t25 - t24;
     /* effector_z: acceleration, outward */
-    const double t27 = t23 - effector_z_load_force_z * p->derived.effector_z_D_inverse;
+    const double t27 = t23 - p->derived.effector_z_D_inverse * effector_z_load_force_z;
     out->qdd_free[3] = t27;
     const double t28 = t27 - t23;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t29 = t12 * t12 + t10 * ((arm_psi_ground_x_x * effector_z_bias_a_falling_z - (column_psi_sin *
-        effector_z_bias_a_x + t3 * effector_z_bias_a_falling_y)) * p->derived.constant_5);
-    const double t30 = t14 * t14 + t11 * ((column_psi_cos * effector_z_bias_a_x - t4 * effector_z_bias_a_falling_y +
-        arm_psi_ground_y_x * effector_z_bias_a_falling_z) * p->derived.constant_6);
-    const double row_1_v_2 = t29 + t29 + (t30 + t30);
+    const double t29 = t12 * t12 + t10 * (p->derived.constant_5 * (arm_psi_ground_x_x * effector_z_bias_a_falling_z -
+        (column_psi_sin * effector_z_bias_a_x + t3 * effector_z_bias_a_falling_y)));
+    const double t30 = t14 * t14 + t11 * (p->derived.constant_6 * (column_psi_cos * effector_z_bias_a_x -
+        t4 * effector_z_bias_a_falling_y + arm_psi_ground_y_x * effector_z_bias_a_falling_z));
+    const double row_1_v_2 = t29 + t29 + t30 + t30;
     /* row 2 (velocity level): u qdd + v = 0 */
-    const double row_2_v_2 = arm_psi_cos * effector_z_bias_a_falling_y + arm_psi_sin * effector_z_bias_a_falling_z -
-        p->g - p->v0 * (t18 + t18);
+    const double row_2_v_2 = arm_psi_cos * effector_z_bias_a_falling_y - p->g + arm_psi_sin * effector_z_bias_a_falling_z -
+        p->v0 * (t18 + t18);
     const double t31 = column_psi_sin * t17;
     const double t32 = column_psi_cos * t16;
     const double t33 = t3 * t17 + t4 * t16;
@@ -600,7 +603,7 @@ void manipulator_rigid_accelerations(const struct manipulator_rigid_parameters *
     /* arm_psi: acceleration, outward */
     const double t40 = t19 * t39 - arm_psi_D_inverse * t35;
     /* effector_z: acceleration, outward */
-    const double t41 = t38 + row_1_u_effector_z * p->derived.effector_z_D_inverse;
+    const double t41 = row_1_u_effector_z * p->derived.effector_z_D_inverse + t38;
     const double t42 = row_1_u_effector_z * (t41 - t38) - (t34 * (effector_z_shift_x * (arm_psi_cos * t37)) +
         t33 * (effector_z_shift_x * t40 - t39));
     /* effector_z: force left for the joint, inward */
@@ -614,12 +617,12 @@ void manipulator_rigid_accelerations(const struct manipulator_rigid_parameters *
     const double t47 = t19 * t46 + arm_psi_D_inverse * t43;
     const double t48 = effector_z_shift_x * t47 - t46;
     /* effector_z: acceleration, outward */
-    const double t49 = t45 + arm_psi_sin * p->derived.effector_z_D_inverse;
+    const double t49 = arm_psi_sin * p->derived.effector_z_D_inverse + t45;
     const double t50 = t49 - t45;
     const double t51 = row_1_u_effector_z * t50 - t33 * t48;
     const double t52 = arm_psi_cos * t48 + arm_psi_sin * t50;
-    const double t53 = row_1_phi * p->derived.row_1_position_gain + (row_1_psi * p->derived.row_1_rate_gain +
-        row_1_v_2) + (row_1_u_effector_z * t28 - (effector_z_shift_x * (arm_psi_cos * t22) * t34 + t26 * t33));
+    const double t53 = row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.row_1_rate_gain +
+        row_1_v_2 - effector_z_shift_x * (arm_psi_cos * t22) * t34 + row_1_u_effector_z * t28 - t26 * t33;
     const double row_1_pivot_inverse = (t42 * 1e-12 < t42 ? 1.0 / t42 : 0.0);
     const double t54 = t51 * row_1_pivot_inverse;
     const double t55 = t52 - t51 * t54;
@@ -826,7 +829,7 @@ static const int manipulator_rigid_dependent[] = {2, 3};
 
 static const int manipulator_rigid_held[] = {1, 2, 3};
 
-static const int manipulator_rigid_gains[] = {31, 32, 31, -1};
+static const int manipulator_rigid_gains[] = {30, 31, 30, -1};
 
 static const int manipulator_rigid_anchored[] = {17};
 
@@ -1018,18 +1021,18 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "52b3c22dafcf6fd7",
+    SET(hash) "c254367a69f16798",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,
-    SET(derived_count) 20,
+    SET(derived_count) 19,
     SET(input_count) 0,
     SET(point_count) 1,
     SET(course_count) 2,
     SET(break_count) 2,
     SET(switch_count) 0,
     SET(saturates) 0,
-    SET(qdd_cost) 402,
+    SET(qdd_cost) 400,
     SET(tangent_cost) 0,
     SET(tangent_vectors_cost) 0,
     SET(shifted_cost) 0,

@@ -27,14 +27,14 @@
  *   rd             45     71    3    6
  *   C              45     71    3    6
  *   d              45     71    3    6
- *   energy         20     37    0    2
+ *   energy         19     37    0    2
  *   power           3      7    1    3
  *   Q_q             4     15    0    4
- *   qdd_free      107    169    9    9
- *   accelerations    107    169    9    9
- *   qdd           107    169    9    9
- *   constrained    107    169    9    9
- *   force         160    248   12   15
+ *   qdd_free      105    169    9    9
+ *   accelerations    105    169    9    9
+ *   qdd           105    169    9    9
+ *   constrained    105    169    9    9
+ *   force         158    248   12   15
  *   equations      75    115    4   15
  *   course          2      7    2    4
  *   breaks          0      0    0    0
@@ -72,7 +72,6 @@ struct manipulator_rigid_parameters {
     double T; /* [s] */
     double xc; /* [m] default: the value at the start of a motion */
     struct {
-        double column_psi_moment_z;
         double arm_psi_mass;
         double arm_psi_moment_x;
         double arm_psi_inertia_xx;
@@ -89,9 +88,9 @@ struct manipulator_rigid_parameters {
         double row_1_position_gain;
         double constant_7;
         double constant_8;
-        double base_z_load_force_z;
-        double column_psi_load_force_z;
         double effector_z_D_inverse;
+        double constant_9;
+        double constant_10;
     } derived; /* what depends on parameters alone, set by manipulator_rigid_prepare */
 };
 

@@ -1,0 +1,78 @@
+/*
+ * Reference accelerations: those at which the inertia and gravity of each body are taken as loads, while the
+ * recursion for M x = f gives what the true ones differ by.
+ *
+ * Takes kinematics and the elimination, gives accelerations by frame; declared in dynamics.h. They are the
+ * bias accelerations, at qdd = 0 - except for dw/dt behind a ball joint, whose accelerations no joint holds:
+ * there any reference serves, and dw/dt = 0 need not be turned from frame to frame. The joint's coordinates
+ * then take up what dw/dt would have been (ball_coordinates in eliminate.c).
+ */
+#include "dynamics.h"
+#include "memory.h"
+
+struct references {
+    const struct kinematics *k;
+    const struct elimination *elimination;
+    struct reference *list;
+};
+
+struct vector gyrate(const struct kinematics *k, int i, struct vector wd) {
+    const struct vector axis = unit_vector(k->g, k->tree->frames[i].joint.axis);
+    const struct vector rate = vector_scale(k->g, coordinate_of(k, i, 1), axis);
+    return vector_add(k->g, wd, vector_cross(k->g, k->frames[i].angular, rate));
+}
+
+/* w of frame i; before a run, whose frames stand for one of its elements, from that of its parent. */
+static struct vector angular_velocity(const struct kinematics *k, int i) {
+    const struct frame *frame = &k->tree->frames[i];
+    const struct vector still = {{0, 0, 0}};
+    if (frame->kind == FRAME_JOINT)
+        return k->frames[i].angular;
+    return to_child(k, i, frame->parent < 0 ? still : k->frames[frame->parent].angular);
+}
+
+static void refer(void *context, int i) {
+    const struct references *x = context;
+    const struct kinematics *k = x->k;
+    struct graph *g = k->g;
+    const struct frame *frame = &k->tree->frames[i];
+    remark(g, memory_format(k->memory, "%s: accelerations that loads are taken at", frame->name));
+    const struct reference ground = {.linear = vector_scale(g, neg(g, one(g)), vector_of(k->model->gravity))};
+    const struct reference *parent = frame->parent < 0 ? &ground : &x->list[frame->parent];
+    const struct vector across = matrix_times(g, parent->gradient.at, k->joints[i].shift);
+    struct reference own = {.angular = to_child(k, i, parent->angular),
+                            .linear = to_child(k, i, vector_add(g, parent->linear, across))};
+    const struct vector none = {{0, 0, 0}};
+    if (ends_ball(x->elimination, i))
+        own.angular = none;
+    else if (frame->kind == FRAME_JOINT && frame->joint.is_turn)
+        own.angular = gyrate(k, i, own.angular);
+    else if (frame->kind == FRAME_JOINT)
+        own.linear = vector_add(g, own.linear, gyrate(k, i, gyrate(k, i, none)));
+    own.gradient = acceleration_gradient(g, angular_velocity(k, i), own.angular);
+    name_vector(k, i, "reference_wd", own.angular);
+    name_vector(k, i, "reference_a", own.linear);
+    x->list[i] = own;
+}
+
+static bool has_ball(const struct kinematics *k, const struct elimination *elimination) {
+    for (int i = 0; i < k->tree->count; i++)
+        if (ends_ball(elimination, i))
+            return true;
+    return false;
+}
+
+struct reference *derive_references(const struct kinematics *k, const struct elimination *elimination) {
+    const size_t count = (size_t)k->tree->count + 1;
+    struct references x = {k, elimination, memory_get(k->memory, count * sizeof *x.list)};
+    if (has_ball(k, elimination)) {
+        const struct recursion recursion = recursion_over(k, x.list, sizeof *x.list, refer, &x);
+        recur_outward(&recursion);
+        return x.list;
+    }
+    for (int i = 0; i < k->tree->count; i++) {
+        const struct frame_motion *m = &k->frames[i];
+        x.list[i] = (struct reference){m->bias_angular, m->bias_falling, m->gradient};
+    }
+    return x.list;
+}
