@@ -59,8 +59,15 @@ static void put_reduced(struct text *text) {
                    "        }\n");
 }
 
+/* Flags as wide as the angles, and one array written after the other, are vectors without further ado. */
 static void put_block(const struct emission *x, struct text *text) {
     const int n = FEWEST_ANGLES;
+    text_add(text,
+             "static void %s_sincos_libm(const double *angle, double *sine, double *cosine) {\n"
+             "    for (int i = 0; i < %d; i++) {\n"
+             "        const double x = angle[i];\n"
+             "        sine[i] = sin(x);\n        cosine[i] = cos(x);\n    }\n}\n\n",
+             x->name, n);
     text_add(text,
              "/* Sines and cosines of %d angles up to %d rad: x = k pi/2 + r, and two polynomials of r, "
              "minimax on\n"
@@ -72,7 +79,7 @@ static void put_block(const struct emission *x, struct text *text) {
         text,
         "    const double whole = 6755399441055744.0; /* 1.5 2^52: beside it only whole numbers exist */\n"
         "    double x[%d], s[%d], c[%d];\n"
-        "    int small = 1, known = 1;\n"
+        "    long long small = 1, known = 1;\n"
         "    for (int i = 0; i < %d; i++)\n"
         "        x[i] = angle[i];\n"
         "    for (int i = 0; i < %d; i++) {\n"
@@ -83,11 +90,10 @@ static void put_block(const struct emission *x, struct text *text) {
     put_small(text);
     put_reduced(text);
     text_add(text,
-             "    } else {\n        for (int i = 0; i < %d; i++) {\n"
-             "            s[i] = sin(x[i]);\n            c[i] = cos(x[i]);\n        }\n    }\n"
-             "    for (int i = 0; i < %d; i++) {\n        sine[i] = s[i];\n        cosine[i] = c[i];\n    "
-             "}\n}\n\n",
-             n, n);
+             "    } else {\n        %s_sincos_libm(angle, sine, cosine);\n        return;\n    }\n"
+             "    for (int i = 0; i < %d; i++)\n        sine[i] = s[i];\n"
+             "    for (int i = 0; i < %d; i++)\n        cosine[i] = c[i];\n}\n\n",
+             x->name, n, n);
 }
 
 void emit_sincos(struct emission *x, struct text *text) {

@@ -113,12 +113,20 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
 #pragma GCC optimize("no-tree-pta")
 #endif
 
+static void manipulator_flexible_sincos_libm(const double *angle, double *sine, double *cosine) {
+    for (int i = 0; i < 4; i++) {
+        const double x = angle[i];
+        sine[i] = sin(x);
+        cosine[i] = cos(x);
+    }
+}
+
 /* Sines and cosines of 4 angles up to 100000 rad: x = k pi/2 + r, and two polynomials of r, minimax on
    |r| <= pi/4; error at most 0.82 units in the last place. Beyond, and for what is no number, libm's. */
 static void manipulator_flexible_sincos_4(const double *angle, double *sine, double *cosine) {
     const double whole = 6755399441055744.0; /* 1.5 2^52: beside it only whole numbers exist */
     double x[4], s[4], c[4];
-    int small = 1, known = 1;
+    long long small = 1, known = 1;
     for (int i = 0; i < 4; i++)
         x[i] = angle[i];
     for (int i = 0; i < 4; i++) {
@@ -165,15 +173,13 @@ static void manipulator_flexible_sincos_4(const double *angle, double *sine, dou
             c[i] = even * cos_r - turned * sin_r;
         }
     } else {
-        for (int i = 0; i < 4; i++) {
-            s[i] = sin(x[i]);
-            c[i] = cos(x[i]);
-        }
+        manipulator_flexible_sincos_libm(angle, sine, cosine);
+        return;
     }
-    for (int i = 0; i < 4; i++) {
+    for (int i = 0; i < 4; i++)
         sine[i] = s[i];
+    for (int i = 0; i < 4; i++)
         cosine[i] = c[i];
-    }
 }
 
 /* Of `count` angles, 4 at the least; the last block may overlap the one before. */
@@ -2818,7 +2824,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "e65620455e7d452b",
+    SET(hash) "c41e3063625f5385",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,
