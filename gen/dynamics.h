@@ -89,6 +89,8 @@ expression *solve_eliminated(const struct kinematics *k, const struct eliminatio
 bool ends_ball(const struct elimination *elimination, int i);
 /* By frame; for bodies behind ball joints dw/dt is not that at qdd = 0. */
 struct reference *derive_references(const struct kinematics *k, const struct elimination *elimination);
+/* Those at qdd = 0, behind ball joints, too. */
+struct reference *bias_references(const struct kinematics *k);
 /* wd + w x e qd for the axis e of joint i, own axes: what a turn makes of dw/dt at qdd = 0; twice the same is
  * what a slide makes of dv/dt. */
 struct vector gyrate(const struct kinematics *k, int i, struct vector wd);

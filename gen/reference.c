@@ -62,17 +62,25 @@ static bool has_ball(const struct kinematics *k, const struct elimination *elimi
     return false;
 }
 
-struct reference *derive_references(const struct kinematics *k, const struct elimination *elimination) {
-    const size_t count = (size_t)k->tree->count + 1;
-    struct references x = {k, elimination, memory_get(k->memory, count * sizeof *x.list)};
-    if (has_ball(k, elimination)) {
-        const struct recursion recursion = recursion_over(k, x.list, sizeof *x.list, refer, &x);
-        recur_outward(&recursion);
-        return x.list;
-    }
+static struct reference *new_references(const struct kinematics *k) {
+    return memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof(struct reference));
+}
+
+struct reference *bias_references(const struct kinematics *k) {
+    struct reference *list = new_references(k);
     for (int i = 0; i < k->tree->count; i++) {
         const struct frame_motion *m = &k->frames[i];
-        x.list[i] = (struct reference){m->bias_angular, m->bias_falling, m->gradient};
+        list[i] = (struct reference){m->bias_angular, m->bias_falling, m->gradient};
     }
+    return list;
+}
+
+struct reference *derive_references(const struct kinematics *k, const struct elimination *elimination) {
+    struct references x = {k, elimination, NULL};
+    if (!has_ball(k, elimination))
+        return bias_references(k);
+    x.list = new_references(k);
+    const struct recursion recursion = recursion_over(k, x.list, sizeof *x.list, refer, &x);
+    recur_outward(&recursion);
     return x.list;
 }

@@ -137,44 +137,28 @@ const struct row_terms *rows(struct derivation *d) {
     return d->rows;
 }
 
-/* Rows whose points have the accelerations d. */
-static struct row_terms *rows_at(struct derivation *d, const struct vector *accelerations) {
+static struct row_terms *rows_at(struct derivation *d, const struct reference *references) {
     struct kinematics moved = d->kinematics;
     const size_t size = (size_t)d->model->marker_count * sizeof *moved.points;
     moved.points = memory_grow(d->memory, moved.points, size, size + sizeof *moved.points);
-    for (int i = 0; i < d->model->marker_count; i++)
-        moved.points[i].d = accelerations[i];
-    return derive_rows(&moved);
-}
-
-static struct vector *new_accelerations(const struct derivation *d) {
-    return memory_get(d->memory, ((size_t)d->model->marker_count + 1) * sizeof(struct vector));
-}
-
-const struct row_terms *rows_beside_bias(struct derivation *d) {
-    struct vector *fallen = new_accelerations(d);
-    if (d->model->printed_form)
-        return rows(d);
-    if (d->rows_beside_bias)
-        return d->rows_beside_bias;
-    for (int i = 0; i < d->model->marker_count; i++) {
-        const int frame = d->kinematics.tree->points[i].frame;
-        const struct frame_motion *m = &d->kinematics.frames[frame < 0 ? 0 : frame];
-        fallen[i] = fallen_acceleration(&d->kinematics, i, m->bias_falling, &m->gradient);
-    }
-    return d->rows_beside_bias = rows_at(d, fallen);
-}
-
-const struct row_terms *rows_beside_loads(struct derivation *d, const struct reference *references) {
-    struct vector *fallen = new_accelerations(d);
-    if (!references)
-        return rows(d);
     for (int i = 0; i < d->model->marker_count; i++) {
         const int frame = d->kinematics.tree->points[i].frame;
         const struct reference *of = &references[frame < 0 ? 0 : frame];
-        fallen[i] = fallen_acceleration(&d->kinematics, i, of->linear, &of->gradient);
+        moved.points[i].d = fallen_acceleration(&d->kinematics, i, of->linear, &of->gradient);
     }
-    return rows_at(d, fallen);
+    return derive_rows(&moved);
+}
+
+const struct row_terms *rows_beside_bias(struct derivation *d) {
+    if (d->model->printed_form)
+        return rows(d);
+    if (!d->rows_beside_bias)
+        d->rows_beside_bias = rows_at(d, bias_references(&d->kinematics));
+    return d->rows_beside_bias;
+}
+
+const struct row_terms *rows_beside_loads(struct derivation *d, const struct reference *references) {
+    return references ? rows_at(d, references) : rows(d);
 }
 
 const expression *mass_matrix(struct derivation *d) {
