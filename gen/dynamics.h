@@ -91,9 +91,6 @@ bool ends_ball(const struct elimination *elimination, int i);
 struct reference *derive_references(const struct kinematics *k, const struct elimination *elimination);
 /* Those at qdd = 0, behind ball joints, too. */
 struct reference *bias_references(const struct kinematics *k);
-/* wd + w x e qd for the axis e of joint i, own axes: what a turn makes of dw/dt at qdd = 0; twice the same is
- * what a slide makes of dv/dt. */
-struct vector gyrate(const struct kinematics *k, int i, struct vector wd);
 /* Can a load act on frame i? Not on one between the turns that are eliminated together. */
 bool takes_load(const struct elimination *elimination, int i);
 

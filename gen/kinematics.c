@@ -214,13 +214,19 @@ static void place_in_ground(struct kinematics *k, int i, const struct frame_moti
     }
 }
 
+struct vector gyrate(const struct kinematics *k, int i, struct vector wd) {
+    const struct vector axis = unit_vector(k->g, k->tree->frames[i].joint.axis);
+    const struct vector rate = vector_scale(k->g, coordinate_of(k, i, 1), axis);
+    return vector_add(k->g, wd, vector_cross(k->g, k->frames[i].angular, rate));
+}
+
 /* The joint's own share: w += e qd, wd += w x e qd for a turn; v += e qd, a += 2 w x e qd for a slide. */
 static void add_joint_motion(struct kinematics *k, int i) {
     struct graph *g = k->g;
     struct frame_motion *motion = &k->frames[i];
     const struct joint *joint = &k->tree->frames[i].joint;
     const struct vector rate = vector_scale(g, coordinate_of(k, i, 1), unit_vector(g, joint->axis));
-    const struct vector gyration = vector_cross(g, motion->angular, rate);
+    const struct vector none = {{0, 0, 0}}, gyration = gyrate(k, i, none);
     if (joint->is_turn) {
         motion->bias_angular = vector_add(g, motion->bias_angular, gyration);
         motion->angular = vector_add(g, motion->angular, rate);

@@ -54,6 +54,9 @@ bool is_on_path(const struct kinematics *k, int outer, int i);
 /* [wd]x + [w]x [w]x: what makes the acceleration a + (...) r of the one of the origin; once a frame, for its
  * centre and for all that it carries. */
 struct matrix acceleration_gradient(struct graph *g, struct vector w, struct vector wd);
+/* wd + w x e qd for the axis e of joint i, own axes: what a turn makes of dw/dt at qdd = 0; twice the same is
+ * what a slide makes of dv/dt. */
+struct vector gyrate(const struct kinematics *k, int i, struct vector wd);
 /* The axis of joint i in the ground frame. */
 struct vector joint_axis(const struct kinematics *k, int i);
 /* A free vector, and a tensor, from the axes of frame i's body, -1: the ground, into its own. */

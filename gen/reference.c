@@ -16,12 +16,6 @@ struct references {
     struct reference *list;
 };
 
-struct vector gyrate(const struct kinematics *k, int i, struct vector wd) {
-    const struct vector axis = unit_vector(k->g, k->tree->frames[i].joint.axis);
-    const struct vector rate = vector_scale(k->g, coordinate_of(k, i, 1), axis);
-    return vector_add(k->g, wd, vector_cross(k->g, k->frames[i].angular, rate));
-}
-
 /* w of frame i; before a run, whose frames stand for one of its elements, from that of its parent. */
 static struct vector angular_velocity(const struct kinematics *k, int i) {
     const struct frame *frame = &k->tree->frames[i];
