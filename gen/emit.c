@@ -3,8 +3,6 @@
  */
 #include "emit.h"
 
-#include <math.h>
-
 enum { LONGEST_FILE = 8000 }; /* statements: a compiler takes seconds for that many */
 
 /* FNV-1a, 64 bits: changes whenever the emitted functions do. */
@@ -18,66 +16,6 @@ static void add_file(struct plan *plan, const char *name, const struct text *tex
     plan->files[plan->file_count++] = (struct emitted_file){name, text->data, text->length};
 }
 
-static bool has_copies(const struct plan *plan) {
-    for (int f = 0; f < plan->function_count; f++)
-        if (copies_parts(&plan->functions[f]))
-            return true;
-    return false;
-}
-
-static bool has_angle_pass(const struct plan *plan) {
-    for (int f = 0; f < plan->function_count; f++)
-        if (plan->functions[f].angle_count)
-            return true;
-    return false;
-}
-
-/* By operation: the functions that are called. */
-static void find_called(const struct plan *plan, bool called[OP_COUNT]) {
-    const bool *needed = nodes_of_functions(plan);
-    for (expression e = 0; e < plan->g->count; e++)
-        called[plan->g->nodes[e].operation] |= needed[e];
-    called[OP_SPLINE] = false;
-    if (has_angle_pass(plan))
-        called[OP_SIN] = called[OP_COS] = called[OP_ABS] = true;
-}
-
-/* Are all numbers in the text finite, those of functions and of tables? */
-static bool is_all_finite(const struct plan *plan) {
-    const bool *needed = nodes_of_functions(plan);
-    double value;
-    for (expression e = 0; e < plan->g->count; e++)
-        if (needed[e] && is_number(plan->g, e, &value) && !isfinite(value))
-            return false;
-    for (int i = 0; i < plan->tree->count; i++)
-        if (!isfinite(
-                value_at_parameters(plan->g, plan->model->parameters, plan->tree->frames[i].joint.start)))
-            return false;
-    return true;
-}
-
-static void emit_declarations(struct text *text, const bool called[OP_COUNT]) {
-    for (int operation = 0; operation < OP_COUNT; operation++) {
-        if (called[operation] && operation_cost(operation) == COST_FUNCTION)
-            text_add(text, "double %s(double%s);\n", operation_text(operation),
-                     operation_arity(operation) > 1 ? ", double" : "");
-    }
-}
-
-/* C allows to declare its functions instead of including math.h, whose reading takes gcc as long as a
- * function of a small model. NAN and INFINITY are there alone. */
-static void emit_mathematics(const struct emission *x, struct text *text) {
-    bool called[OP_COUNT] = {false};
-    if (!is_all_finite(x->plan)) {
-        text_add(text, "#include <math.h>\n\n");
-        return;
-    }
-    find_called(x->plan, called);
-    text_add(text, "/* Of math.h, which is long. */\n#ifdef __cplusplus\n#include <math.h>\n#else\n");
-    emit_declarations(text, called);
-    text_add(text, "#endif\n\n");
-}
-
 const char *part_name(struct memory *memory, const char *model, int part) {
     return part == 1 ? memory_format(memory, "%s.c", model) : memory_format(memory, "%s_%d.c", model, part);
 }
@@ -87,51 +25,25 @@ const char *part_lead(struct memory *memory, const char *model, int part) {
                          part, model);
 }
 
+/*
+ * Infinities and NaN have to stay what they are: an angle that is no number must give accelerations that are no
+ * numbers. Compilers that are told that neither exists say so, and the file then does not compile.
+ */
+static void emit_refusal(const struct emission *x, struct text *text, int part) {
+    text_add(text,
+             "#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__\n"
+             "#error \"%s needs infinities and NaN: compile it without -ffinite-math-only, or add "
+             "-fno-finite-math-only to -ffast-math or -Ofast\"\n#endif\n\n",
+             part_name(x->plan->memory, x->name, part));
+}
+
 static void open_source(struct emission *x, struct text *text, int part) {
     x->has_sincos = false;
-    x->effort = EFFORT_LOOPS;
     *text = (struct text){.memory = x->plan->memory};
     text_add(text, "%s", part_lead(x->plan->memory, x->name, part));
-    text_add(text, "#include \"%s.h\"\n\n%s", x->name, has_copies(x->plan) ? "#include <string.h>\n\n" : "");
-    emit_mathematics(x, text);
-    text_add(
-        text,
-        "/* What gcc would search for here is not there: common values are shared already, and vectors in "
-        "long\n"
-        "   blocks of scalars take -O3 minutes to find and are slower. Loops over arrays stay vectors. */\n"
-        "#if defined(__GNUC__) && !defined(__clang__)\n"
-        "#pragma GCC optimize(\"no-tree-slp-vectorize,no-tree-pre,no-gcse,no-rerun-cse-after-loop\")\n"
-        "#pragma GCC "
-        "optimize(\"no-tree-dominator-opts,no-tree-vrp,no-code-hoisting,no-schedule-insns2,no-ivopts\")\n"
-        "#pragma GCC optimize(\"no-tree-ccp,no-dse,no-cprop-registers,no-forward-propagate\")\n"
-        "#pragma GCC optimize(\"ira-region=one,no-lra-remat,no-caller-saves,no-peephole2,no-ree\")\n"
-        "#pragma GCC optimize(\"no-tree-dse,no-ipa-cp,no-ipa-icf,no-ipa-sra\")\n"
-        "#if __GNUC__ >= 11\n"
-        "#pragma GCC optimize(\"no-ipa-modref\")\n"
-        "#endif\n"
-        "#endif\n\n");
-}
-
-/*
- * What gcc is asked for, from here on. Where pointers may lead is worth a search for the sake of loops over
- * arrays alone: elsewhere it takes a thirtieth of its time and changes nothing. What no step calls is not
- * worth its time.
- */
-static void ask_for(struct emission *x, struct text *text, enum effort effort) {
-    static const char *const options[] = {[EFFORT_VALUES] = "no-tree-pta", [EFFORT_LITTLE] = "Og"};
-    if (x->effort == effort)
-        return;
-    text_add(text, "#if defined(__GNUC__) && !defined(__clang__)\n");
-    if (x->effort != EFFORT_LOOPS)
-        text_add(text, "#pragma GCC pop_options\n");
-    if (effort != EFFORT_LOOPS)
-        text_add(text, "#pragma GCC push_options\n#pragma GCC optimize(\"%s\")\n", options[effort]);
-    text_add(text, "#endif\n\n");
-    x->effort = effort;
-}
-
-static enum effort effort_for(const struct function *function) {
-    return function->is_seldom_called ? EFFORT_LITTLE : function->loop_count ? EFFORT_LOOPS : EFFORT_VALUES;
+    text_add(text, "#include \"%s.h\"\n\n#include <float.h>\n#include <math.h>\n#include <string.h>\n\n",
+             x->name);
+    emit_refusal(x, text, part);
 }
 
 static struct emission start_emission(struct plan *plan) {
@@ -152,22 +64,17 @@ static int emit_sources(struct emission *x, struct text *sources) {
     int parts = 1, statements = 0;
     open_source(x, &sources[0], 1);
     emit_spline_functions(x, &sources[0]);
-    if (plan->prepare.out_count) {
-        ask_for(x, &sources[0], EFFORT_LITTLE);
+    if (plan->prepare.out_count)
         emit_function(x, &sources[0], &plan->prepare);
-    }
     for (int f = 0; f < plan->function_count; f++) {
         statements += plan->functions[f].statement_count;
         if (f > 0 && statements > LONGEST_FILE) {
             statements = plan->functions[f].statement_count;
-            ask_for(x, &sources[parts - 1], EFFORT_VALUES); /* tables may follow */
             open_source(x, &sources[parts], parts + 1);
             parts++;
         }
-        ask_for(x, &sources[parts - 1], effort_for(&plan->functions[f]));
         emit_function(x, &sources[parts - 1], &plan->functions[f]);
     }
-    ask_for(x, &sources[parts - 1], EFFORT_VALUES);
     return parts;
 }
 

@@ -15,9 +15,6 @@ struct given_array {
     int place; /* of its first entry, from qd */
 };
 
-/* Of gcc: for loops over arrays, for values alone, for what no step calls. */
-enum effort { EFFORT_LOOPS, EFFORT_VALUES, EFFORT_LITTLE };
-
 struct emission {
     struct plan *plan;
     struct graph *g;
@@ -36,7 +33,6 @@ struct emission {
     int group;                       /* of loops, being printed; 0: none */
     bool is_cut;                     /* the function being printed is cut into pieces */
     bool has_sincos;                 /* the file being printed has the pass over angles */
-    enum effort effort;              /* that gcc is asked for at this place of the file */
     bool uses_p, uses_x, uses_t, uses_q, uses_qd, uses_given[GIVEN_ARRAYS], uses_carried;
 };
 
@@ -72,8 +68,6 @@ bool emit_angle(struct emission *emission, struct text *text, expression e);
 /* The parts of a model's files. */
 void emit_header(struct emission *emission, struct text *text);
 void emit_function(struct emission *emission, struct text *text, const struct function *function);
-/* Does it call memcpy for what others computed? */
-bool copies_parts(const struct function *function);
 
 void emit_tables(struct emission *emission, struct text *text, const char *hash);
 /* Those of a function: GIVEN_ARRAYS of them. */

@@ -524,13 +524,6 @@ static bool writes_in_place(const struct part *part) {
     return part->from->field_count == 1 && !part->is_added;
 }
 
-bool copies_parts(const struct function *function) {
-    for (int i = 0; i < function->part_count; i++)
-        if (!writes_in_place(&function->parts[i]) && !function->parts[i].is_added)
-            return true;
-    return false;
-}
-
 static void emit_part_call(struct writer *w, const struct part *part) {
     const struct function *from = part->from;
     const char *name = w->x->name, *arguments = "p, x, t, q, qd";

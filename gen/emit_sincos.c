@@ -6,7 +6,10 @@
  *
  * Reduction: W. J. Cody and W. Waite, Software Manual for the Elementary Functions, 1980, ch. 8, with pi/2 in
  * three parts: 37, 35 and 53 bits, so that the products with multiples below 2^16 are exact in the first two;
- * what the last subtraction rounds away is carried on as `low`. Polynomials: tests/minimax.py, relative error
+ * what the last subtraction rounds away is carried on as `low`. That needs sums which are rounded one by one.
+ * Compilers may be allowed to reorder them (-funsafe-math-optimizations, -fassociative-math): each sum that
+ * must not be reordered is kept by `rounded`. Where doubles are not rounded to doubles at all, as on the x87
+ * unit (FLT_EVAL_METHOD of C11, 5.2.4.2.2), the pass is left to libm. Polynomials: tests/minimax.py, relative error
  * 4e-18 and 5e-20 on |x| <= pi/4. tests/test_sincos.py derives them again and measures the whole: at most
  * 0.82 units in the last place.
  */
@@ -34,23 +37,35 @@ static void put_small(struct text *text) {
                    "            c[i] = level + (((1.0 - level) - half) + zz * C);\n        }\n");
 }
 
-static void put_reduced(struct text *text) {
-    text_add(text,
-             "    } else if (known) {\n        for (int i = 0; i < %d; i++) {\n"
-             "            const double k = (x[i] * 0.6366197723675814 + whole) - whole;\n"
-             "            const double first = x[i] - k * 1.5707963267923333;\n"
-             "            const double second = k * 2.5633441515839558e-12;\n"
-             "            const double high = first - second;\n"
-             "            const double rest = k * 1.0562999066987428e-23 - ((first - high) - second);\n"
-             "            const double r = high - rest, low = (high - r) - rest;\n",
-             FEWEST_ANGLES);
+/* One sum that has to be rounded by itself. */
+static void put_sum(struct text *text, const char *model, const char *name, const char *sum) {
+    text_add(text, "            const double %s = %s_rounded(%s, ones);\n", name, model, sum);
+}
+
+static void put_reduced(const struct emission *x, struct text *text) {
+    const char *const name = x->name;
+    text_add(text, "    } else if (known) {\n        for (int i = 0; i < %d; i++) {\n", FEWEST_ANGLES);
+    put_sum(text, name, "above", "x[i] * 0.6366197723675814 + whole");
+    put_sum(text, name, "k", "above - whole");
+    put_sum(text, name, "first", "x[i] - k * 1.5707963267923333");
+    text_add(text, "            const double second = k * 2.5633441515839558e-12;\n");
+    put_sum(text, name, "high", "first - second");
+    put_sum(text, name, "lost", "first - high");
+    put_sum(text, name, "beyond", "lost - second");
+    text_add(text, "            const double rest = k * 1.0562999066987428e-23 - beyond;\n");
+    put_sum(text, name, "r", "high - rest");
+    put_sum(text, name, "left", "high - r");
+    text_add(text, "            const double low = left - rest;\n");
     put_polynomials(text, "r");
     text_add(text, "            const double sin_r = r + ((r * z) * S + low * level);\n"
                    "            const double cos_r = level + (((1.0 - level) - half) + (zz * C - r * low));\n"
-                   "            /* k = 2 h + odd, odd = -1, 0 or 1; the sign is that of (-1)^h. */\n"
-                   "            const double h = (0.5 * k + whole) - whole;\n"
-                   "            const double odd = k - 2.0 * h;\n"
-                   "            const double g = h - 2.0 * ((0.5 * h + whole) - whole);\n"
+                   "            /* k = 2 h + odd, odd = -1, 0 or 1; the sign is that of (-1)^h. */\n");
+    put_sum(text, name, "half_k", "0.5 * k + whole");
+    put_sum(text, name, "h", "half_k - whole");
+    put_sum(text, name, "half_h", "0.5 * h + whole");
+    put_sum(text, name, "even_h", "half_h - whole");
+    text_add(text, "            const double odd = k - 2.0 * h;\n"
+                   "            const double g = h - 2.0 * even_h;\n"
                    "            const double sign = 1.0 - 2.0 * (g * g);\n"
                    "            const double turned = sign * odd;\n"
                    "            const double even = sign - turned * odd;\n"
@@ -59,15 +74,42 @@ static void put_reduced(struct text *text) {
                    "        }\n");
 }
 
-/* Flags as wide as the angles, and one array written after the other, are vectors without further ado. */
-static void put_block(const struct emission *x, struct text *text) {
-    const int n = FEWEST_ANGLES;
+/* gcc and clang have an operation of their own for it, which costs nothing; elsewhere the bits pass a mask of
+ * ones that the compiler does not know. */
+static void put_rounded(const struct emission *x, struct text *text) {
+    text_add(text,
+             "#ifdef __has_builtin\n#define HAS_BUILTIN(name) __has_builtin(name)\n"
+             "#else\n#define HAS_BUILTIN(name) 0\n#endif\n"
+             "/* A sum as it is rounded, also where the compiler may reorder sums. */\n"
+             "static double %s_rounded(double sum, unsigned long long ones) {\n"
+             "#if HAS_BUILTIN(__builtin_assoc_barrier)\n"
+             "    (void)ones;\n"
+             "    return __builtin_assoc_barrier(sum);\n"
+             "#elif HAS_BUILTIN(__arithmetic_fence) && defined(__x86_64__)\n"
+             "    (void)ones;\n"
+             "    return __arithmetic_fence(sum);\n"
+             "#else\n"
+             "    unsigned long long bits;\n"
+             "    memcpy(&bits, &sum, sizeof bits);\n"
+             "    bits &= ones;\n"
+             "    memcpy(&sum, &bits, sizeof bits);\n"
+             "    return sum;\n"
+             "#endif\n}\n\n",
+             x->name);
+}
+
+static void put_libm(const struct emission *x, struct text *text) {
     text_add(text,
              "static void %s_sincos_libm(const double *angle, double *sine, double *cosine) {\n"
              "    for (int i = 0; i < %d; i++) {\n"
              "        const double x = angle[i];\n"
              "        sine[i] = sin(x);\n        cosine[i] = cos(x);\n    }\n}\n\n",
-             x->name, n);
+             x->name, FEWEST_ANGLES);
+}
+
+/* Flags as wide as the angles, and one array written after the other, are vectors without further ado. */
+static void put_block(const struct emission *x, struct text *text) {
+    const int n = FEWEST_ANGLES;
     text_add(text,
              "/* Sines and cosines of %d angles up to %d rad: x = k pi/2 + r, and two polynomials of r, "
              "minimax on\n"
@@ -78,6 +120,8 @@ static void put_block(const struct emission *x, struct text *text) {
     text_add(
         text,
         "    const double whole = 6755399441055744.0; /* 1.5 2^52: beside it only whole numbers exist */\n"
+        "    const volatile unsigned long long mask = ~0ULL; /* volatile: not known while this is compiled */\n"
+        "    const unsigned long long ones = mask;\n"
         "    double x[%d], s[%d], c[%d];\n"
         "    long long small = 1, known = 1;\n"
         "    for (int i = 0; i < %d; i++)\n"
@@ -88,12 +132,25 @@ static void put_block(const struct emission *x, struct text *text) {
         "    }\n",
         n, n, n, n, n, LARGEST);
     put_small(text);
-    put_reduced(text);
+    put_reduced(x, text);
     text_add(text,
              "    } else {\n        %s_sincos_libm(angle, sine, cosine);\n        return;\n    }\n"
              "    for (int i = 0; i < %d; i++)\n        sine[i] = s[i];\n"
-             "    for (int i = 0; i < %d; i++)\n        cosine[i] = c[i];\n}\n\n",
+             "    for (int i = 0; i < %d; i++)\n        cosine[i] = c[i];\n}\n",
              x->name, n, n);
+}
+
+/* FLT_EVAL_METHOD is 0 where doubles are rounded to doubles, and 1 or 16 where that holds for all but narrower
+ * types. */
+static void put_pass(const struct emission *x, struct text *text) {
+    text_add(text, "#if FLT_EVAL_METHOD == 0 || FLT_EVAL_METHOD == 1 || FLT_EVAL_METHOD == 16\n");
+    put_rounded(x, text);
+    put_block(x, text);
+    text_add(text,
+             "#else /* sums are kept longer than doubles */\n"
+             "static void %s_sincos_%d(const double *angle, double *sine, double *cosine) {\n"
+             "    %s_sincos_libm(angle, sine, cosine);\n}\n#endif\n\n",
+             x->name, FEWEST_ANGLES, x->name);
 }
 
 void emit_sincos(struct emission *x, struct text *text) {
@@ -101,7 +158,8 @@ void emit_sincos(struct emission *x, struct text *text) {
     if (x->has_sincos)
         return;
     x->has_sincos = true;
-    put_block(x, text);
+    put_libm(x, text);
+    put_pass(x, text);
     text_add(text,
              "/* Of `count` angles, %d at the least; the last block may overlap the one before. */\n"
              "static void %s_sincos(const double *angle, double *sine, double *cosine, int count) {\n"

@@ -75,7 +75,6 @@ enum given {
 
 struct function {
     const char *quantity, *about;
-    bool is_seldom_called; /* not in steps of a motion */
     enum given given;
     struct field *fields; /* parts of the result, then local arrays, which loops read */
     int field_count, local_count, field_capacity;

@@ -407,75 +407,65 @@ static bool has_anchors(const struct derivation *d) {
     return d->plan->anchored_count > 0;
 }
 
-/* Of a motion; what is emitted when it is named, not by default, counts as used in steps. */
-enum use { IN_STEPS, SELDOM, ON_REQUEST };
-
 struct quantity {
     const char *name, *about;
     bool (*exists)(const struct derivation *d);
     const char *reason; /* why a scene has it not */
     void (*build)(struct derivation *d, struct function *f);
-    enum use use;
+    bool is_on_request; /* emitted when it is named, not by default */
 };
 
 /* `anchor` and `start` stand last: they set what the others read. */
 static const struct quantity quantities[] = {
-    {"M", "mass matrix", always, "", build_M, IN_STEPS},
-    {"h", "bias forces h = -c (Coriolis, centrifugal)", always, "", build_h, IN_STEPS},
-    {"Q", "generalized forces: gravity, springs, dampers and those that the model names", always, "", build_Q,
-     IN_STEPS},
-    {"u", "row coefficients, u qdd + v = 0", has_rows, "constraints", build_u, IN_STEPS},
-    {"v", "rest of the rows, u qdd + v = 0", has_rows, "constraints", build_v, IN_STEPS},
-    {"phi", "position-level residuals", has_position_rows, "position rows", build_phi, IN_STEPS},
-    {"psi", "velocity-level residuals", has_velocity_rows, "position or velocity rows", build_psi, IN_STEPS},
-    {"k", "stabilised right side k = -v - 2 alpha psi - beta^2 phi", has_rows, "constraints", build_k,
-     IN_STEPS},
-    {"r", "positions of the points", has_points, "points", build_r, IN_STEPS},
-    {"rd", "velocities of the points", has_points, "points", build_rd, IN_STEPS},
-    {"C", "columns of the points, rd = C qd", has_points, "points", build_C, IN_STEPS},
-    {"d", "bias accelerations of the points, rdd = C qdd + d", has_points, "points", build_d, IN_STEPS},
-    {"energy", "kinetic and potential energy", always, "", build_energy, SELDOM},
+    {"M", "mass matrix", always, "", build_M, false},
+    {"h", "bias forces h = -c (Coriolis, centrifugal)", always, "", build_h, false},
+    {"Q", "generalized forces: gravity, springs, dampers and those that the model names", always, "", build_Q, false},
+    {"u", "row coefficients, u qdd + v = 0", has_rows, "constraints", build_u, false},
+    {"v", "rest of the rows, u qdd + v = 0", has_rows, "constraints", build_v, false},
+    {"phi", "position-level residuals", has_position_rows, "position rows", build_phi, false},
+    {"psi", "velocity-level residuals", has_velocity_rows, "position or velocity rows", build_psi, false},
+    {"k", "stabilised right side k = -v - 2 alpha psi - beta^2 phi", has_rows, "constraints", build_k, false},
+    {"r", "positions of the points", has_points, "points", build_r, false},
+    {"rd", "velocities of the points", has_points, "points", build_rd, false},
+    {"C", "columns of the points, rd = C qd", has_points, "points", build_C, false},
+    {"d", "bias accelerations of the points, rdd = C qdd + d", has_points, "points", build_d, false},
+    {"energy", "kinetic and potential energy", always, "", build_energy, false},
     {"power", "power of all forces in Q that have no potential", has_work, "forces without a potential",
-     build_power, IN_STEPS},
-    {"Q_q", "tangent of statics, dQ/dq at qd = 0", always, "", build_Q_q, SELDOM},
-    {"M_h", "M and h in one call, work shared", always, "", build_M_h, ON_REQUEST},
-    {"qdd_free", "accelerations without constraints, O(n)", always, "", build_qdd_free, IN_STEPS},
-    {"qdd", "accelerations with stabilised constraints, O(n m)", has_rows, "constraints", build_qdd,
-     IN_STEPS},
-    {"force", "programme force r = M qdd - h - Q", has_rows, "constraints", build_force, IN_STEPS},
-    {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations, IN_STEPS},
+     build_power, false},
+    {"Q_q", "tangent of statics, dQ/dq at qd = 0", always, "", build_Q_q, false},
+    {"M_h", "M and h in one call, work shared", always, "", build_M_h, true},
+    {"qdd_free", "accelerations without constraints, O(n)", always, "", build_qdd_free, false},
+    {"qdd", "accelerations with stabilised constraints, O(n m)", has_rows, "constraints", build_qdd, false},
+    {"force", "programme force r = M qdd - h - Q", has_rows, "constraints", build_force, false},
+    {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations, false},
     {"tangent", "derivatives of M qdd - h - Q - u^T lambda and u qdd - k at held qdd and lambda",
-     is_corrected, "corrected form", build_tangent, ON_REQUEST},
+     is_corrected, "corrected form", build_tangent, true},
     {"tangent_vectors", "the tangent as vectors of joints, O(n)", is_corrected, "corrected form",
-     build_tangent_vectors, ON_REQUEST},
+     build_tangent_vectors, true},
     {"diagonals", "K and D of springs, dampers and forces of the joints themselves", is_corrected,
-     "corrected form", build_diagonals, ON_REQUEST},
+     "corrected form", build_diagonals, true},
     {"shifted", "solution of (M + diag(s)) y - u^T lambda = f, u y = k for given f, k and s, O(n m)", always,
-     "", build_shifted, ON_REQUEST},
-    {"d_qdd", "derivatives of qdd", is_corrected_with_rows, "constraints in the corrected form", build_d_qdd,
-     ON_REQUEST},
-    {"d_qdd_free", "derivatives of qdd_free", is_corrected, "corrected form", build_d_qdd_free, ON_REQUEST},
+     "", build_shifted, true},
+    {"d_qdd", "derivatives of qdd", is_corrected_with_rows, "constraints in the corrected form", build_d_qdd, true},
+    {"d_qdd_free", "derivatives of qdd_free", is_corrected, "corrected form", build_d_qdd_free, true},
     {"d_force", "derivatives of the programme force", is_corrected_with_rows,
-     "constraints in the corrected form", build_d_force, ON_REQUEST},
-    {"d_statics", "derivatives of Q at qd = 0", is_corrected, "corrected form", build_d_statics, ON_REQUEST},
-    {"d_rows", "derivatives of phi, psi and k", has_rows, "constraints", build_d_rows, ON_REQUEST},
-    {"f", "h + Q in one recursion", always, "", build_f, ON_REQUEST},
-    {"row_terms", "u, v, phi, psi and k in one call", has_rows, "constraints", build_row_terms, ON_REQUEST},
-    {"point_terms", "r, rd, C and d in one call", has_points, "points", build_point_terms, ON_REQUEST},
-    {"constrained", "qdd and multipliers in one call", has_rows, "constraints", build_constrained,
-     ON_REQUEST},
+     "constraints in the corrected form", build_d_force, true},
+    {"d_statics", "derivatives of Q at qd = 0", is_corrected, "corrected form", build_d_statics, true},
+    {"d_rows", "derivatives of phi, psi and k", has_rows, "constraints", build_d_rows, true},
+    {"f", "h + Q in one recursion", always, "", build_f, true},
+    {"row_terms", "u, v, phi, psi and k in one call", has_rows, "constraints", build_row_terms, true},
+    {"point_terms", "r, rd, C and d in one call", has_points, "points", build_point_terms, true},
+    {"constrained", "qdd and multipliers in one call", has_rows, "constraints", build_constrained, true},
     {"terms", "row_terms and point_terms in one call", has_rows_and_points, "constraints and points",
-     build_terms, ON_REQUEST},
-    {"accelerations", "constrained and qdd_free in one call", has_rows, "constraints", build_accelerations,
-     ON_REQUEST},
-    {"course", "values that the model records with a motion", has_courses, "courses", build_course, IN_STEPS},
-    {"breaks", "times at which formulas of time alone have kinks", has_breaks, "kinks in time", build_breaks,
-     SELDOM},
+     build_terms, true},
+    {"accelerations", "constrained and qdd_free in one call", has_rows, "constraints", build_accelerations, true},
+    {"course", "values that the model records with a motion", has_courses, "courses", build_course, false},
+    {"breaks", "times at which formulas of time alone have kinks", has_breaks, "kinks in time", build_breaks, false},
     {"switches", "what changes sign at kinks in time that `breaks` does not tell", has_switches,
-     "such kinks in time", build_switches, IN_STEPS},
+     "such kinks in time", build_switches, false},
     {"anchor", "parameters whose default is a value at the start of a motion", has_anchors,
-     "anchored parameters", build_anchor, SELDOM},
-    {"start", "coordinates and rates at the start of a motion", always, "", build_start, SELDOM},
+     "anchored parameters", build_anchor, false},
+    {"start", "coordinates and rates at the start of a motion", always, "", build_start, false},
 };
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof *quantities };
@@ -531,7 +521,7 @@ static bool is_asked_for(const struct derivation *d, const struct quantity *quan
     if (emit && is_in_list(emit, implicit) &&
         quantity->build == (d->has_vectors ? build_tangent_vectors : build_tangent))
         return true;
-    return quantity->use != ON_REQUEST && asks_for_all(d);
+    return !quantity->is_on_request && asks_for_all(d);
 }
 
 /* The first word of `emit` that names no quantity, with what is allowed; NULL when there is none. */
@@ -644,7 +634,7 @@ static const struct membership *called_group(const struct derivation *d, const s
 static struct function *build_quantity(struct derivation *d, const struct quantity *quantity) {
     struct function *function = &d->plan->functions[d->plan->function_count++];
     *function = (struct function){
-        .quantity = quantity->name, .about = quantity->about, .is_seldom_called = quantity->use == SELDOM};
+        .quantity = quantity->name, .about = quantity->about};
     const struct membership *membership = called_group(d, quantity);
     for (int i = 0; membership && membership->parts[i]; i++)
         compose(d, function, membership->group, membership->parts[i]);
@@ -670,7 +660,7 @@ void list_functions(struct plan *plan, const char *emit) {
             find_breaks(plan);
         if (quantity->build == build_anchor)
             list_anchored(d);
-        if (quantity->use == ON_REQUEST && !is_asked_for(d, quantity))
+        if (quantity->is_on_request && !is_asked_for(d, quantity))
             continue;
         if (!quantity->exists(d))
             say_left_out(plan, quantity, &last_reason);

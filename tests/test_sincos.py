@@ -97,7 +97,7 @@ def test_every_count(sincos, count):
 
 def numbers(emitted):
     text = (emitted / "manipulator.c").read_text()
-    text = text[text.index("const double k ="):text.index("even * cos_r")]
+    text = text[text.index("const double above ="):text.index("even * cos_r")]
     return [float(word) for word in re.findall(r"\d\.\d{6,}(?:e-\d+)?|\d\.\d+e-\d+", text)]
 
 

@@ -1,5 +1,6 @@
 /* One build of emitted C: see build.h. No shell is involved, so any path will do. */
 #include "build.h"
+#include "flags.h"
 #include "output.h"
 #include "process.h"
 #include "timing.h"
@@ -12,16 +13,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-enum { PROCESSES = 2, FIXED_WORDS = 16 };
-
-/*
- * -ffp-contract=off: a multiplication and an addition are two roundings on every machine and with every
- * compiler, as in the generator's interpreter. -fno-math-errno: sqrt is one instruction; nothing reads errno.
- * Neither -ffast-math nor -march=native: the first changes results, the second breaks a cache that two
- * machines share.
- */
-const char *const compile_flags[] = {"-std=c11",        "-O2", "-fPIC", "-ffp-contract=off",
-                                     "-fno-math-errno", NULL};
+enum { PROCESSES = 2, FIXED_WORDS = 40 };
 
 /* The file of a program as PATH finds it; the name itself when it does not. */
 static char *find_program(const char *name) {
@@ -105,13 +97,21 @@ static void start_job(struct job *job, const struct toolchain *chain, int extra)
         add_word(job, chain->words[i]);
 }
 
-static void object_job(struct job *job, const struct toolchain *chain, const char *folder, const char *name) {
+static void add_words(struct job *job, const char *const *words) {
+    for (; *words; words++)
+        add_word(job, *words);
+}
+
+static void object_job(struct job *job, const struct toolchain *chain, const struct build *build,
+                       const char *name) {
+    const char *folder = build->folder;
     start_job(job, chain, 0);
     job->source = text_format("%s/%s", folder, name);
     job->object = text_format("%s/%.*s.o", folder, (int)strlen(name) - 2, name);
     job->log = text_format("%s.log", job->object);
-    for (const char *const *flag = compile_flags; *flag; flag++)
-        add_word(job, *flag);
+    add_words(job, compile_flags);
+    if (build->is_gcc)
+        add_words(job, gcc_flags);
     add_word(job, "-c");
     add_word(job, job->source);
     add_word(job, "-o");
@@ -210,10 +210,11 @@ bool build_run(struct build *build, const struct toolchain *chain, const struct 
     int job_count = 0;
     bool is_good = write_text(build->folder, "refdyn_model.h", refdyn_model_header, refdyn_model_header_size);
     build->library = text_format("%s/model.so", build->folder);
+    build->is_gcc = is_gcc(chain, build->folder);
     for (int i = 0; i < count && is_good; i++) {
         is_good = write_text(build->folder, files[i].name, files[i].text, files[i].length);
         if (is_good && is_source(files[i].name))
-            object_job(&jobs[job_count++], chain, build->folder, files[i].name);
+            object_job(&jobs[job_count++], chain, build, files[i].name);
     }
     is_good = is_good && compile_and_link(build, chain, jobs, job_count, &own);
     if (cost)

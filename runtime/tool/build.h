@@ -12,9 +12,6 @@
 extern const char refdyn_model_header[];
 extern const size_t refdyn_model_header_size;
 
-/* What every object is compiled with; ends with NULL. */
-extern const char *const compile_flags[];
-
 /* $CC: its words and the program's file. */
 struct toolchain {
     char *text; /* the words lie in it */
@@ -29,6 +26,7 @@ void toolchain_release(struct toolchain *chain);
 struct build {
     char *folder;  /* made by build_start, removed with all that is in it by build_release */
     char *library; /* the linked library in it */
+    bool is_gcc;   /* what compiles it: see flags.h */
 };
 
 bool build_start(struct build *build, const char *parent);

@@ -2,6 +2,7 @@
  * compiles. */
 #include "compile.h"
 #include "build.h"
+#include "flags.h"
 #include "output.h"
 
 #include <dlfcn.h>
@@ -30,6 +31,11 @@ static void hash_program(SHA2_CTX *sha, const char *path) {
     hash_text(sha, (const char *)facts, sizeof facts);
 }
 
+static void hash_words(SHA2_CTX *sha, const char *const *words) {
+    for (; *words; words++)
+        hash_text(sha, *words, strlen(*words));
+}
+
 static void hash_build(const struct toolchain *chain, const struct emitted_file *files, int count,
                        char key[SHA256_DIGEST_STRING_LENGTH]) {
     SHA2_CTX sha;
@@ -37,8 +43,8 @@ static void hash_build(const struct toolchain *chain, const struct emitted_file 
     hash_program(&sha, chain->program);
     for (int i = 0; i < chain->word_count; i++)
         hash_text(&sha, chain->words[i], strlen(chain->words[i]));
-    for (const char *const *flag = compile_flags; *flag; flag++)
-        hash_text(&sha, *flag, strlen(*flag));
+    hash_words(&sha, compile_flags);
+    hash_words(&sha, gcc_flags);
     hash_text(&sha, refdyn_model_header, refdyn_model_header_size);
     for (int i = 0; i < count; i++) {
         hash_text(&sha, files[i].name, strlen(files[i].name));
