@@ -125,8 +125,10 @@ static struct pair_product mass_product(const struct near_arrays *near, const st
 static void add_inertia_products(struct pairs *pairs, const struct near_arrays *near,
                                  const struct far_arrays *a, const struct targets *targets) {
     const struct pair_move moves[] = {a->mass, a->spin, a->stiffness, a->damping};
-    pairs->products[pairs->product_count++] = stiffness_product(near, a, targets->by_q);
-    pairs->products[pairs->product_count++] = damping_product(near, a, targets->by_qd);
+    if (targets->by_q != NOTHING)
+        pairs->products[pairs->product_count++] = stiffness_product(near, a, targets->by_q);
+    if (targets->by_qd != NOTHING)
+        pairs->products[pairs->product_count++] = damping_product(near, a, targets->by_qd);
     pairs->products[pairs->product_count++] = mass_product(near, a, targets->mass);
     memcpy(pairs->moves, moves, sizeof moves);
     for (int i = 0; i < pairs->n; i++)
@@ -144,7 +146,8 @@ static void add_inertia_pairs(struct builder *b, const struct turned_pulls *turn
     const struct far_arrays far = add_far_arrays(b, turned->columns);
     struct pairs *pairs = add_pairs(&b->arrays, "pairs of coordinates: j, and i beyond it, from the tips");
     add_inertia_products(pairs, &near, &far, targets);
-    add_term(&pairs->products[0].turn.rows, 1, near.axis, rows);
+    if (targets->by_q != NOTHING)
+        add_term(&pairs->products[0].turn.rows, 1, near.axis, rows);
 }
 
 /* ---- The tangent ---- */
@@ -157,7 +160,7 @@ static void add_derivatives(struct builder *b, const struct targets *targets) {
     b->arrays = open_pairs(b->d->plan, &b->d->kinematics, b->f, b->shifts);
     if (targets->has_inertia)
         add_inertia_pairs(b, &turned, targets);
-    else
+    else if (targets->by_q != NOTHING)
         add_turning_pairs(b, &turned, targets->by_q);
     add_slope_loops(b, targets);
 }
@@ -232,11 +235,22 @@ static bool reads_parameters(const struct derivation *d, const expression *value
     return false;
 }
 
+unsigned find_block(const char *name) {
+    for (int k = 0; k < BLOCK_COUNT; k++)
+        if (!strcmp(blocks[k].name, name))
+            return 1u << k;
+    return 0;
+}
+
+const char *block_name(int block) {
+    return block < BLOCK_COUNT ? blocks[block].name : NULL;
+}
+
 /* Columns of a block; 0: it is left out. */
 static int width_of(const struct derivation *d, enum block block, bool has_parameters) {
     const int widths[BLOCK_COUNT] = {d->n, d->n, 1, d->model->input_count,
                                      has_parameters ? d->model->parameter_count : 0};
-    return widths[block];
+    return d->wanted_blocks & 1u << block ? widths[block] : 0;
 }
 
 static void mark_block(struct function *f, int field, enum block block) {
@@ -297,7 +311,7 @@ static void fill_block(struct builder *b, const struct terms *terms, int first, 
 /* factor * derivatives of rows by q or qd, m x n. */
 static void spread_row_slopes(struct builder *b, const expression *rows_in_symbols, int order, double factor,
                               int field) {
-    for (int i = 0; i < b->d->m; i++)
+    for (int i = 0; i < b->d->m && field != NOTHING; i++)
         if (rows_in_symbols[i])
             spread(b->d, b->f, field, i * b->d->n, 1,
                    scaled(b->d, factor, held_slopes(b->held, rows_in_symbols[i], order)));
@@ -640,7 +654,7 @@ static void build_acceleration_derivatives(struct derivation *d, struct function
 }
 
 void build_d_qdd(struct derivation *d, struct function *f) {
-    build_acceleration_derivatives(d, f, true);
+    build_acceleration_derivatives(d, f, d->m > 0);
 }
 
 void build_d_qdd_free(struct derivation *d, struct function *f) {
@@ -688,7 +702,8 @@ void build_d_statics(struct derivation *d, struct function *f) {
     add_block_results(d, f, "", "d(Q)", d->n, widths, fields);
     for (int k = BY_T; k < BLOCK_COUNT; k++)
         spread_block(&b, &terms, 0, k, fields[k]);
-    fill_statics_tangent(d, f, fields[BY_Q]);
+    if (fields[BY_Q] != NOTHING)
+        fill_statics_tangent(d, f, fields[BY_Q]);
 }
 
 /* Residuals or k of all rows, in symbols. */
@@ -704,8 +719,7 @@ static void add_row_derivatives(struct builder *b, const struct row_values *row,
     int fields[BLOCK_COUNT];
     add_block_results(d, b->f, row->before, row->what, d->m, widths, fields);
     spread_row_slopes(b, row->in_symbols, 0, 1, fields[BY_Q]);
-    if (fields[BY_QD] != NOTHING)
-        spread_row_slopes(b, row->in_symbols, 1, 1, fields[BY_QD]);
+    spread_row_slopes(b, row->in_symbols, 1, 1, fields[BY_QD]);
     for (int k = BY_T; k < BLOCK_COUNT; k++)
         fill_block(b, terms, row->first, k, 1, fields[k]);
 }

@@ -26,8 +26,8 @@ const char *part_lead(struct memory *memory, const char *model, int part) {
 }
 
 /*
- * Infinities and NaN have to stay what they are: an angle that is no number must give accelerations that are no
- * numbers. Compilers that are told that neither exists say so, and the file then does not compile.
+ * Infinities and NaN have to stay what they are: an angle that is no number must give accelerations that are
+ * no numbers. Compilers that are told that neither exists say so, and the file then does not compile.
  */
 static void emit_refusal(const struct emission *x, struct text *text, int part) {
     text_add(text,
@@ -54,6 +54,7 @@ static struct emission start_emission(struct plan *plan) {
     x.is_carried = memory_get(plan->memory, plan->g->count * sizeof *x.is_carried);
     x.slot_piece = memory_get(plan->memory, ((size_t)plan->g->slot_count + 1) * sizeof *x.slot_piece);
     x.is_slot_carried = memory_get(plan->memory, (size_t)plan->g->slot_count + 1);
+    x.own_bytes = memory_get(plan->memory, ((size_t)plan->function_count + 1) * sizeof *x.own_bytes);
     x.is_read = memory_get(plan->memory, plan->g->count * sizeof *x.is_read);
     return x;
 }
@@ -73,7 +74,7 @@ static int emit_sources(struct emission *x, struct text *sources) {
             open_source(x, &sources[parts], parts + 1);
             parts++;
         }
-        emit_function(x, &sources[parts - 1], &plan->functions[f]);
+        x->own_bytes[f] = emit_function(x, &sources[parts - 1], &plan->functions[f]);
     }
     return parts;
 }

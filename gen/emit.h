@@ -32,7 +32,8 @@ struct emission {
     int piece;                       /* being printed; -1 in `prepare` */
     int group;                       /* of loops, being printed; 0: none */
     bool is_cut;                     /* the function being printed is cut into pieces */
-    bool has_sincos;                 /* the file being printed has the pass over angles */
+    long *own_bytes; /* by function: of its local arrays, without those of functions that it calls */
+    bool has_sincos; /* the file being printed has the pass over angles */
     bool uses_p, uses_x, uses_t, uses_q, uses_qd, uses_given[GIVEN_ARRAYS], uses_carried;
 };
 
@@ -58,6 +59,7 @@ bool is_written_by_loops(const struct function *function, int field);
 /* How a field is called there. */
 const char *field_text(struct emission *emission, const struct function *function, int field,
                        const char *local);
+enum { SINCOS_BYTES = 3 * FEWEST_ANGLES * (int)sizeof(double) }; /* of local arrays of the pass */
 /* Sines and cosines in one pass (emit_sincos.c): the pass, once a file; its arrays; its call; */
 void emit_sincos(struct emission *emission, struct text *text);
 void emit_angle_arrays(const struct emission *emission, struct text *text);
@@ -65,9 +67,27 @@ void emit_angle_pass(const struct emission *emission, struct text *text);
 /* and the array entry that e is; false when it is none. */
 bool emit_angle(struct emission *emission, struct text *text, expression e);
 
+/* The beginning of a name, without the number at its end. */
+struct stem {
+    const char *text;
+    int length;
+};
+
+/* emit_constants.c: the run that begins at coordinate i and whose elements' names are numbered, else -1; */
+int named_run(const struct emission *emission, int i);
+/* number of the first element, and the stem of the names of joint k of each element. */
+int first_number(const struct emission *emission, const struct element_run *run);
+struct stem name_stem(const struct emission *emission, const struct element_run *run, int k);
+
+/* local_arrays.c: bytes of local arrays that a text declares; those of one call, with all that it calls. */
+long count_local_bytes(const char *text);
+long local_bytes(const struct emission *emission, const struct function *function);
+
 /* The parts of a model's files. */
+void emit_constants(const struct emission *emission, struct text *text);
 void emit_header(struct emission *emission, struct text *text);
-void emit_function(struct emission *emission, struct text *text, const struct function *function);
+/* Gives the bytes of its local arrays. */
+long emit_function(struct emission *emission, struct text *text, const struct function *function);
 
 void emit_tables(struct emission *emission, struct text *text, const char *hash);
 /* Those of a function: GIVEN_ARRAYS of them. */

@@ -577,29 +577,35 @@ static void emit_composed(struct writer *w) {
     text_add(w->text, "}\n\n");
 }
 
-void emit_function(struct emission *x, struct text *text, const struct function *function) {
+static void emit_whole(struct writer *w) {
+    struct emission *x = w->x;
+    mark_statements(x->plan, w->function);
+    number_statements(w);
+    x->is_cut = w->function->piece_count > 1;
+    if (!x->is_cut) {
+        emit_short_function(w);
+        return;
+    }
+    w->local = "s->";
+    find_carried(w);
+    emit_carried(w);
+    for (int piece = 0; piece < w->function->piece_count; piece++)
+        emit_piece(w, piece);
+    emit_calls(w);
+}
+
+long emit_function(struct emission *x, struct text *text, const struct function *function) {
     struct writer w = {.x = x, .text = text, .function = function, .indent = "    ", .local = ""};
     x->function = function;
     memset(x->is_slot_carried, 0, (size_t)x->g->slot_count);
     for (int slot = 0; slot < x->g->slot_count; slot++)
         x->is_carried[x->g->slots[slot].carried] = false;
-    if (function->part_count) {
-        emit_composed(&w);
-        return;
-    }
-    mark_statements(x->plan, function);
-    number_statements(&w);
-    x->is_cut = function->piece_count > 1;
     if (function->angle_count)
         emit_sincos(x, text);
-    if (function->piece_count == 1) {
-        emit_short_function(&w);
-        return;
-    }
-    w.local = "s->";
-    find_carried(&w);
-    emit_carried(&w);
-    for (int piece = 0; piece < function->piece_count; piece++)
-        emit_piece(&w, piece);
-    emit_calls(&w);
+    const size_t begin = text->length;
+    if (function->part_count)
+        emit_composed(&w);
+    else
+        emit_whole(&w);
+    return count_local_bytes(text->data + begin) + (function->angle_count ? SINCOS_BYTES : 0);
 }

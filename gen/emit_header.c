@@ -52,11 +52,13 @@ static void emit_coordinate_list(struct emission *x, struct text *text) {
 }
 
 static void emit_cost_list(struct emission *x, struct text *text) {
-    text_add(text, " * Operations of one call (additions, multiplications, divisions, functions):\n");
+    text_add(text, " * Operations of one call (additions, multiplications, divisions, functions), and bytes "
+                   "of its local "
+                   "arrays:\n");
     for (int f = 0; f < x->plan->function_count; f++) {
         const struct operation_count *count = &x->plan->functions[f].operations;
-        text_add(text, " *   %-10s %6ld %6ld %4ld %4ld\n", count->quantity, count->adds, count->muls,
-                 count->divs, count->functions);
+        text_add(text, " *   %-10s %6ld %6ld %4ld %4ld %7ld\n", count->quantity, count->adds, count->muls,
+                 count->divs, count->functions, local_bytes(x, &x->plan->functions[f]));
     }
     if (x->plan->choices)
         text_add(text, " * Choices by counted operations: %s.\n", x->plan->choices);
@@ -129,6 +131,7 @@ void emit_header(struct emission *x, struct text *text) {
     emit_cost_list(x, text);
     text_add(text, "#ifndef REFDYN_GENERATED_%s_H\n#define REFDYN_GENERATED_%s_H\n\n", x->name, x->name);
     text_add(text, "#include \"refdyn_model.h\"\n\n#ifdef __cplusplus\nextern \"C\" {\n#endif\n\n");
+    emit_constants(x, text);
     emit_parameter_struct(x, text);
     emit_input_struct(x, text);
     for (int f = 0; f < plan->function_count; f++)

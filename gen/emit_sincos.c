@@ -9,9 +9,9 @@
  * what the last subtraction rounds away is carried on as `low`. That needs sums which are rounded one by one.
  * Compilers may be allowed to reorder them (-funsafe-math-optimizations, -fassociative-math): each sum that
  * must not be reordered is kept by `rounded`. Where doubles are not rounded to doubles at all, as on the x87
- * unit (FLT_EVAL_METHOD of C11, 5.2.4.2.2), the pass is left to libm. Polynomials: tests/minimax.py, relative error
- * 4e-18 and 5e-20 on |x| <= pi/4. tests/test_sincos.py derives them again and measures the whole: at most
- * 0.82 units in the last place.
+ * unit (FLT_EVAL_METHOD of C11, 5.2.4.2.2), the pass is left to libm. Polynomials: tests/minimax.py, relative
+ * error 4e-18 and 5e-20 on |x| <= pi/4. tests/test_sincos.py derives them again and measures the whole: at
+ * most 0.82 units in the last place.
  */
 #include "emit.h"
 
@@ -120,7 +120,8 @@ static void put_block(const struct emission *x, struct text *text) {
     text_add(
         text,
         "    const double whole = 6755399441055744.0; /* 1.5 2^52: beside it only whole numbers exist */\n"
-        "    const volatile unsigned long long mask = ~0ULL; /* volatile: not known while this is compiled */\n"
+        "    const volatile unsigned long long mask = ~0ULL; /* volatile: not known while this is compiled "
+        "*/\n"
         "    const unsigned long long ones = mask;\n"
         "    double x[%d], s[%d], c[%d];\n"
         "    long long small = 1, known = 1;\n"
@@ -140,8 +141,8 @@ static void put_block(const struct emission *x, struct text *text) {
              x->name, n, n);
 }
 
-/* FLT_EVAL_METHOD is 0 where doubles are rounded to doubles, and 1 or 16 where that holds for all but narrower
- * types. */
+/* FLT_EVAL_METHOD is 0 where doubles are rounded to doubles, and 1 or 16 where that holds for all but
+ * narrower types. */
 static void put_pass(const struct emission *x, struct text *text) {
     text_add(text, "#if FLT_EVAL_METHOD == 0 || FLT_EVAL_METHOD == 1 || FLT_EVAL_METHOD == 16\n");
     put_rounded(x, text);

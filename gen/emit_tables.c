@@ -6,7 +6,6 @@
 #include "refdyn_model.h"
 #include "rows.h"
 
-#include <stdlib.h>
 #include <string.h>
 
 static void emit_name_entry(struct text *text, const char *name, const char *unit, double value) {
@@ -17,29 +16,6 @@ static void emit_name_entry(struct text *text, const char *name, const char *uni
 
 static void open_names(struct emission *x, struct text *text, const char *what) {
     text_add(text, "static const struct refdyn_name %s_%s[] = {\n", x->name, what);
-}
-
-/* Length of a name without the number at its end. */
-static size_t stem_length(const char *name) {
-    size_t length = strlen(name);
-    while (length > 0 && name[length - 1] >= '0' && name[length - 1] <= '9')
-        length--;
-    return length;
-}
-
-/* Are the names of a run's elements those of the first one, numbered on? Its number, else -1. */
-static int numbered_from(const struct emission *x, const struct element_run *run) {
-    const struct frame *frames = x->plan->tree->frames;
-    const char *first = frames[run->first].name;
-    const int number = atoi(first + stem_length(first));
-    for (int i = 0; i < run->count * run->period; i++) {
-        const char *stem = frames[run->first + i % run->period].name, *name = frames[run->first + i].name;
-        const char *expected =
-            memory_format(x->plan->memory, "%.*s%d", (int)stem_length(stem), stem, number + i / run->period);
-        if (strcmp(name, expected))
-            return -1;
-    }
-    return number;
 }
 
 static void emit_coordinate(struct emission *x, struct text *text, int i) {
@@ -54,9 +30,10 @@ static void emit_run_macro(struct emission *x, struct text *text, const struct e
     text_add(text, "#define ELEMENT_%d(e)", index + 1);
     for (int k = 0; k < run->period; k++) {
         const struct frame *frame = &x->plan->tree->frames[run->first + k];
+        const struct stem stem = name_stem(x, run, k);
         const double start = value_at_parameters(x->g, x->plan->model->parameters, frame->joint.start);
-        text_add(text, "%s {\"%.*s\" #e, \"%s\", %s}", k ? "," : "", (int)stem_length(frame->name),
-                 frame->name, frame->joint.is_turn ? "rad" : "m", number_text(start, digits));
+        text_add(text, "%s {\"%.*s\" #e, \"%s\", %s}", k ? "," : "", stem.length, stem.text,
+                 frame->joint.is_turn ? "rad" : "m", number_text(start, digits));
     }
     text_add(text, "\n");
 }
@@ -65,14 +42,6 @@ static void emit_run_names(struct text *text, const struct element_run *run, int
     for (int e = 0; e < run->count; e++)
         text_add(text, "%sELEMENT_%d(%d),%s", e % 8 ? " " : "    ", index + 1, number + e,
                  e % 8 == 7 || e == run->count - 1 ? "\n" : "");
-}
-
-/* The run that begins at coordinate i and has numbered names, else -1. */
-static int named_run(const struct emission *x, int i) {
-    for (int r = 0; r < x->plan->rolled->run_count; r++)
-        if (x->plan->rolled->runs[r].first == i && numbered_from(x, &x->plan->rolled->runs[r]) >= 0)
-            return r;
-    return -1;
 }
 
 static void emit_coordinate_names(struct emission *x, struct text *text) {
@@ -84,7 +53,7 @@ static void emit_coordinate_names(struct emission *x, struct text *text) {
     for (int i = 0; i < x->plan->tree->count;) {
         const int r = named_run(x, i);
         if (r >= 0)
-            emit_run_names(text, &rolled->runs[r], r, numbered_from(x, &rolled->runs[r]));
+            emit_run_names(text, &rolled->runs[r], r, first_number(x, &rolled->runs[r]));
         else
             emit_coordinate(x, text, i);
         i += r < 0 ? 1 : rolled->runs[r].count * rolled->runs[r].period;

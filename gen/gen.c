@@ -59,7 +59,11 @@ enum gen_status gen_plan(struct generation *gen, const char *emit) {
                           .rolled = &gen->rolled};
     const bool has_loops = !gen->model.printed_form && gen->model.accelerations != ACCELERATIONS_DENSE;
     roll(&gen->memory, &gen->model, &gen->tree, has_loops ? gen->model.loops : LOOPS_NEVER, &gen->rolled);
-    list_functions(plan, emit);
+    if (!list_functions(plan, emit)) {
+        complain(&gen->messages, gen->model.place, "--emit %s: nothing to emit, the model has %s", emit,
+                 plan->left_out);
+        return GEN_MODEL_ERROR;
+    }
     plan_functions(plan);
     emit_files(plan);
     return GEN_OK;

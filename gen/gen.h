@@ -32,7 +32,7 @@ enum gen_status gen_read(struct generation *generation, const struct read_reques
 /* What is wrong with a list of quantities and what is allowed, or NULL: before gen_plan. */
 const char *gen_wrong_emit(struct generation *generation, const char *emit);
 /* Derives and plans the functions named in `emit` (comma-separated quantities, "all" or NULL: all that the
- * scene has, but derivatives). */
+ * scene has, but derivatives). A complaint when the scene has none of them. */
 enum gen_status gen_plan(struct generation *generation, const char *emit);
 /* Writes NAME.h, NAME.c ... into folder `directory` (made when missing); files appear complete or not at all.
  * Parts NAME_2.c ... of an earlier emission that are no more are removed. */

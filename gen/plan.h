@@ -144,8 +144,9 @@ void set_singles(struct memory *memory, struct function *function, int field, in
 void give(struct memory *memory, const struct tree *tree, struct function *function, int field, int first,
           int step, int frame, expression value);
 
-/* quantities.c: outputs of every function asked for (`emit` as in gen_plan). */
-void list_functions(struct plan *plan, const char *emit);
+/* quantities.c: outputs of every function asked for (`emit` as in gen_plan); false: the scene has none of
+ * them. */
+bool list_functions(struct plan *plan, const char *emit);
 /* sums.c: in all functions. */
 void order_sums(struct plan *plan);
 /* plan.c: statements, derived values, pieces, counts. */

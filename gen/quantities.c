@@ -262,8 +262,9 @@ static void build_accelerations(struct derivation *d, struct function *f) {
                  free_accelerations(d));
 }
 
+/* With rows and without, so that callers need not know which model they have. */
 static void build_qdd(struct derivation *d, struct function *f) {
-    compose(d, f, "constrained", "qdd");
+    compose(d, f, d->m ? "constrained" : "qdd_free", "qdd");
 }
 
 /* r = u^T lambda */
@@ -407,65 +408,76 @@ static bool has_anchors(const struct derivation *d) {
     return d->plan->anchored_count > 0;
 }
 
+/* Emitted by default, when it is named, or when it or parts of it are named, as in `d_qdd.q`. */
+enum use { BY_DEFAULT, ON_REQUEST, IN_BLOCKS };
+
 struct quantity {
     const char *name, *about;
     bool (*exists)(const struct derivation *d);
     const char *reason; /* why a scene has it not */
     void (*build)(struct derivation *d, struct function *f);
-    bool is_on_request; /* emitted when it is named, not by default */
+    enum use use;
 };
 
 /* `anchor` and `start` stand last: they set what the others read. */
 static const struct quantity quantities[] = {
-    {"M", "mass matrix", always, "", build_M, false},
-    {"h", "bias forces h = -c (Coriolis, centrifugal)", always, "", build_h, false},
-    {"Q", "generalized forces: gravity, springs, dampers and those that the model names", always, "", build_Q, false},
-    {"u", "row coefficients, u qdd + v = 0", has_rows, "constraints", build_u, false},
-    {"v", "rest of the rows, u qdd + v = 0", has_rows, "constraints", build_v, false},
-    {"phi", "position-level residuals", has_position_rows, "position rows", build_phi, false},
-    {"psi", "velocity-level residuals", has_velocity_rows, "position or velocity rows", build_psi, false},
-    {"k", "stabilised right side k = -v - 2 alpha psi - beta^2 phi", has_rows, "constraints", build_k, false},
-    {"r", "positions of the points", has_points, "points", build_r, false},
-    {"rd", "velocities of the points", has_points, "points", build_rd, false},
-    {"C", "columns of the points, rd = C qd", has_points, "points", build_C, false},
-    {"d", "bias accelerations of the points, rdd = C qdd + d", has_points, "points", build_d, false},
-    {"energy", "kinetic and potential energy", always, "", build_energy, false},
+    {"M", "mass matrix", always, "", build_M, BY_DEFAULT},
+    {"h", "bias forces h = -c (Coriolis, centrifugal)", always, "", build_h, BY_DEFAULT},
+    {"Q", "generalized forces: gravity, springs, dampers and those that the model names", always, "", build_Q,
+     BY_DEFAULT},
+    {"u", "row coefficients, u qdd + v = 0", has_rows, "constraints", build_u, BY_DEFAULT},
+    {"v", "rest of the rows, u qdd + v = 0", has_rows, "constraints", build_v, BY_DEFAULT},
+    {"phi", "position-level residuals", has_position_rows, "position rows", build_phi, BY_DEFAULT},
+    {"psi", "velocity-level residuals", has_velocity_rows, "position or velocity rows", build_psi,
+     BY_DEFAULT},
+    {"k", "stabilised right side k = -v - 2 alpha psi - beta^2 phi", has_rows, "constraints", build_k,
+     BY_DEFAULT},
+    {"r", "positions of the points", has_points, "points", build_r, BY_DEFAULT},
+    {"rd", "velocities of the points", has_points, "points", build_rd, BY_DEFAULT},
+    {"C", "columns of the points, rd = C qd", has_points, "points", build_C, BY_DEFAULT},
+    {"d", "bias accelerations of the points, rdd = C qdd + d", has_points, "points", build_d, BY_DEFAULT},
+    {"energy", "kinetic and potential energy", always, "", build_energy, BY_DEFAULT},
     {"power", "power of all forces in Q that have no potential", has_work, "forces without a potential",
-     build_power, false},
-    {"Q_q", "tangent of statics, dQ/dq at qd = 0", always, "", build_Q_q, false},
-    {"M_h", "M and h in one call, work shared", always, "", build_M_h, true},
-    {"qdd_free", "accelerations without constraints, O(n)", always, "", build_qdd_free, false},
-    {"qdd", "accelerations with stabilised constraints, O(n m)", has_rows, "constraints", build_qdd, false},
-    {"force", "programme force r = M qdd - h - Q", has_rows, "constraints", build_force, false},
-    {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations, false},
+     build_power, BY_DEFAULT},
+    {"Q_q", "tangent of statics, dQ/dq at qd = 0", always, "", build_Q_q, BY_DEFAULT},
+    {"M_h", "M and h in one call, work shared", always, "", build_M_h, ON_REQUEST},
+    {"qdd_free", "accelerations without constraints, O(n)", always, "", build_qdd_free, BY_DEFAULT},
+    {"qdd", "accelerations, with stabilised constraints where there are any, O(n m)", always, "", build_qdd,
+     BY_DEFAULT},
+    {"force", "programme force r = M qdd - h - Q", has_rows, "constraints", build_force, BY_DEFAULT},
+    {"equations", "M, h + Q and the rows in one call, work shared", always, "", build_equations, BY_DEFAULT},
     {"tangent", "derivatives of M qdd - h - Q - u^T lambda and u qdd - k at held qdd and lambda",
-     is_corrected, "corrected form", build_tangent, true},
+     is_corrected, "corrected form", build_tangent, ON_REQUEST},
     {"tangent_vectors", "the tangent as vectors of joints, O(n)", is_corrected, "corrected form",
-     build_tangent_vectors, true},
+     build_tangent_vectors, ON_REQUEST},
     {"diagonals", "K and D of springs, dampers and forces of the joints themselves", is_corrected,
-     "corrected form", build_diagonals, true},
+     "corrected form", build_diagonals, ON_REQUEST},
     {"shifted", "solution of (M + diag(s)) y - u^T lambda = f, u y = k for given f, k and s, O(n m)", always,
-     "", build_shifted, true},
-    {"d_qdd", "derivatives of qdd", is_corrected_with_rows, "constraints in the corrected form", build_d_qdd, true},
-    {"d_qdd_free", "derivatives of qdd_free", is_corrected, "corrected form", build_d_qdd_free, true},
+     "", build_shifted, ON_REQUEST},
+    {"d_qdd", "derivatives of qdd", is_corrected, "corrected form", build_d_qdd, IN_BLOCKS},
+    {"d_qdd_free", "derivatives of qdd_free", is_corrected, "corrected form", build_d_qdd_free, IN_BLOCKS},
     {"d_force", "derivatives of the programme force", is_corrected_with_rows,
-     "constraints in the corrected form", build_d_force, true},
-    {"d_statics", "derivatives of Q at qd = 0", is_corrected, "corrected form", build_d_statics, true},
-    {"d_rows", "derivatives of phi, psi and k", has_rows, "constraints", build_d_rows, true},
-    {"f", "h + Q in one recursion", always, "", build_f, true},
-    {"row_terms", "u, v, phi, psi and k in one call", has_rows, "constraints", build_row_terms, true},
-    {"point_terms", "r, rd, C and d in one call", has_points, "points", build_point_terms, true},
-    {"constrained", "qdd and multipliers in one call", has_rows, "constraints", build_constrained, true},
+     "constraints in the corrected form", build_d_force, IN_BLOCKS},
+    {"d_statics", "derivatives of Q at qd = 0", is_corrected, "corrected form", build_d_statics, IN_BLOCKS},
+    {"d_rows", "derivatives of phi, psi and k", has_rows, "constraints", build_d_rows, IN_BLOCKS},
+    {"f", "h + Q in one recursion", always, "", build_f, ON_REQUEST},
+    {"row_terms", "u, v, phi, psi and k in one call", has_rows, "constraints", build_row_terms, ON_REQUEST},
+    {"point_terms", "r, rd, C and d in one call", has_points, "points", build_point_terms, ON_REQUEST},
+    {"constrained", "qdd and multipliers in one call", has_rows, "constraints", build_constrained,
+     ON_REQUEST},
     {"terms", "row_terms and point_terms in one call", has_rows_and_points, "constraints and points",
-     build_terms, true},
-    {"accelerations", "constrained and qdd_free in one call", has_rows, "constraints", build_accelerations, true},
-    {"course", "values that the model records with a motion", has_courses, "courses", build_course, false},
-    {"breaks", "times at which formulas of time alone have kinks", has_breaks, "kinks in time", build_breaks, false},
+     build_terms, ON_REQUEST},
+    {"accelerations", "constrained and qdd_free in one call", has_rows, "constraints", build_accelerations,
+     ON_REQUEST},
+    {"course", "values that the model records with a motion", has_courses, "courses", build_course,
+     BY_DEFAULT},
+    {"breaks", "times at which formulas of time alone have kinks", has_breaks, "kinks in time", build_breaks,
+     BY_DEFAULT},
     {"switches", "what changes sign at kinks in time that `breaks` does not tell", has_switches,
-     "such kinks in time", build_switches, false},
+     "such kinks in time", build_switches, BY_DEFAULT},
     {"anchor", "parameters whose default is a value at the start of a motion", has_anchors,
-     "anchored parameters", build_anchor, false},
-    {"start", "coordinates and rates at the start of a motion", always, "", build_start, false},
+     "anchored parameters", build_anchor, BY_DEFAULT},
+    {"start", "coordinates and rates at the start of a motion", always, "", build_start, BY_DEFAULT},
 };
 
 enum { QUANTITY_COUNT = sizeof quantities / sizeof *quantities };
@@ -513,15 +525,42 @@ static bool asks_for_all(const struct derivation *d) {
     return !d->emit || is_in_list(d->emit, "all");
 }
 
+/* The blocks of derivatives that are asked for, all of them where the quantity is named as a whole. */
+static unsigned wanted_blocks(const struct derivation *d, const struct quantity *quantity) {
+    unsigned wanted = 0;
+    if (quantity->use != IN_BLOCKS || !d->emit || is_in_list(d->emit, quantity->name))
+        return ~0u;
+    for (int k = 0; block_name(k); k++)
+        if (is_in_list(d->emit, memory_format(d->memory, "%s.%s", quantity->name, block_name(k))))
+            wanted |= 1u << k;
+    return wanted;
+}
+
 /* All is all but what is emitted on request alone. */
 static bool is_asked_for(const struct derivation *d, const struct quantity *quantity) {
     const char *emit = d->emit;
-    if (emit && is_in_list(emit, quantity->name))
+    if (emit &&
+        (is_in_list(emit, quantity->name) || (quantity->use == IN_BLOCKS && wanted_blocks(d, quantity))))
         return true;
     if (emit && is_in_list(emit, implicit) &&
         quantity->build == (d->has_vectors ? build_tangent_vectors : build_tangent))
         return true;
-    return !quantity->is_on_request && asks_for_all(d);
+    return quantity->use == BY_DEFAULT && asks_for_all(d);
+}
+
+/* What is wrong with the part behind the point in "d_qdd.q", NULL: nothing. */
+static const char *wrong_block(struct memory *memory, const char *word) {
+    const char *point = strchr(word, '.'), *names = "";
+    for (int i = 0; i < QUANTITY_COUNT; i++) {
+        const char *name = quantities[i].name;
+        if (quantities[i].use != IN_BLOCKS)
+            continue;
+        names = memory_format(memory, "%s%s%s", names, *names ? " " : "", name);
+        if (strlen(name) == (size_t)(point - word) && !strncmp(name, word, (size_t)(point - word)) &&
+            find_block(point + 1))
+            return NULL;
+    }
+    return memory_format(memory, "'%s' is no part of a quantity: %s have .q .qd .t .x .p", word, names);
 }
 
 /* The first word of `emit` that names no quantity, with what is allowed; NULL when there is none. */
@@ -529,6 +568,8 @@ static const char *wrong_word(struct memory *memory, const char *word) {
     const char *names[QUANTITY_COUNT], *all = "all implicit";
     if (!strcmp(word, "all") || !strcmp(word, implicit))
         return NULL;
+    if (strchr(word, '.'))
+        return wrong_block(memory, word);
     for (int i = 0; i < QUANTITY_COUNT; i++) {
         names[i] = quantities[i].name;
         all = memory_format(memory, "%s %s", all, names[i]);
@@ -558,14 +599,26 @@ const char *gen_wrong_emit(struct generation *generation, const char *emit) {
 }
 
 /* "no constraints: u v k qdd force; no points: r rd C d" */
-static void say_left_out(struct plan *plan, const struct quantity *quantity, const char **last_reason) {
+static void say_left_out(struct plan *plan, const char *quantity, const char *reason,
+                         const char **last_reason) {
     const char *before = plan->left_out ? plan->left_out : "";
-    if (*last_reason && !strcmp(*last_reason, quantity->reason))
-        plan->left_out = memory_format(plan->memory, "%s %s", before, quantity->name);
+    if (*last_reason && !strcmp(*last_reason, reason))
+        plan->left_out = memory_format(plan->memory, "%s %s", before, quantity);
     else
-        plan->left_out = memory_format(plan->memory, "%s%sno %s: %s", before, *before ? "; " : "",
-                                       quantity->reason, quantity->name);
-    *last_reason = quantity->reason;
+        plan->left_out =
+            memory_format(plan->memory, "%s%sno %s: %s", before, *before ? "; " : "", reason, quantity);
+    *last_reason = reason;
+}
+
+/* Takes a function that nothing stands in out again, which is the last one then: derivatives by what the
+ * scene has not.
+ */
+static void drop_empty(struct plan *plan, const char **last_reason) {
+    const struct function *last = &plan->functions[plan->function_count - 1];
+    if (last->field_count)
+        return;
+    say_left_out(plan, last->quantity, "variables of that kind", last_reason);
+    plan->function_count--;
 }
 
 /* Anchored parameters that some function listed so far reads. */
@@ -633,9 +686,9 @@ static const struct membership *called_group(const struct derivation *d, const s
 
 static struct function *build_quantity(struct derivation *d, const struct quantity *quantity) {
     struct function *function = &d->plan->functions[d->plan->function_count++];
-    *function = (struct function){
-        .quantity = quantity->name, .about = quantity->about};
+    *function = (struct function){.quantity = quantity->name, .about = quantity->about};
     const struct membership *membership = called_group(d, quantity);
+    d->wanted_blocks = wanted_blocks(d, quantity);
     for (int i = 0; membership && membership->parts[i]; i++)
         compose(d, function, membership->group, membership->parts[i]);
     if (!membership)
@@ -648,7 +701,15 @@ static const struct function *provide(struct derivation *d, const char *name) {
     return function ? function : build_quantity(d, find_quantity(name));
 }
 
-void list_functions(struct plan *plan, const char *emit) {
+/* Beside what others bring with them. */
+static bool has_asked_for(const struct derivation *d) {
+    for (int i = 0; i < QUANTITY_COUNT; i++)
+        if (is_asked_for(d, &quantities[i]) && function_of(d->plan, quantities[i].name))
+            return true;
+    return false;
+}
+
+bool list_functions(struct plan *plan, const char *emit) {
     struct derivation *d = choose_tree(plan);
     const char *last_reason = NULL;
     d->emit = emit;
@@ -660,12 +721,14 @@ void list_functions(struct plan *plan, const char *emit) {
             find_breaks(plan);
         if (quantity->build == build_anchor)
             list_anchored(d);
-        if (quantity->is_on_request && !is_asked_for(d, quantity))
-            continue;
-        if (!quantity->exists(d))
-            say_left_out(plan, quantity, &last_reason);
-        else if (is_wanted(d, quantity) && !function_of(plan, quantity->name))
+        if (!quantity->exists(d)) {
+            if (is_asked_for(d, quantity))
+                say_left_out(plan, quantity->name, quantity->reason, &last_reason);
+        } else if (is_wanted(d, quantity) && !function_of(plan, quantity->name)) {
             build_quantity(d, quantity);
+            drop_empty(plan, &last_reason);
+        }
     }
     keep_emitted_parameters(plan);
+    return has_asked_for(d);
 }

@@ -2788,7 +2788,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "519a4e16bd4ee461",
+    SET(hash) "bced9de4c147d072",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

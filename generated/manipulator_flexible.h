@@ -15,35 +15,35 @@
  *   12 effector_z [m], slide along local z, on arm_phi_3
  * Rows: 1 ellipse, 2 rise.
  *
- * Operations of one call (additions, multiplications, divisions, functions):
- *   M             292    462    0   18
- *   h             212    296    0   20
- *   Q              83    125    1   23
- *   u             286    460    3   24
- *   row_terms     286    460    3   24
- *   terms         286    460    3   24
- *   v             286    460    3   24
- *   phi           286    460    3   24
- *   psi           286    460    3   24
- *   k             286    460    3   24
- *   r             286    460    3   24
- *   point_terms    286    460    3   24
- *   rd            286    460    3   24
- *   C             286    460    3   24
- *   d             286    460    3   24
- *   energy        144    225    0   20
- *   power          12     25    1    3
- *   Q_q           246    343    0   22
- *   qdd_free      940   1343   18   27
- *   accelerations    940   1343   18   27
- *   qdd           940   1343   18   27
- *   constrained    940   1343   18   27
- *   force        1252   1829   21   51
- *   equations     886   1343    4   85
- *   course          2      7    2    4
- *   breaks          0      0    0    0
- *   anchor         24     43    0   22
- *   start           0      0    0    0
+ * Operations of one call (additions, multiplications, divisions, functions), and bytes of its local arrays:
+ *   M             292    462    0   18     240
+ *   h             212    296    0   20     520
+ *   Q              83    125    1   23     400
+ *   u             286    460    3   24    1216
+ *   row_terms     286    460    3   24    1216
+ *   terms         286    460    3   24     560
+ *   v             286    460    3   24    1216
+ *   phi           286    460    3   24    1216
+ *   psi           286    460    3   24    1216
+ *   k             286    460    3   24    1216
+ *   r             286    460    3   24    1216
+ *   point_terms    286    460    3   24    1216
+ *   rd            286    460    3   24    1216
+ *   C             286    460    3   24    1216
+ *   d             286    460    3   24    1216
+ *   energy        144    225    0   20     256
+ *   power          12     25    1    3       0
+ *   Q_q           246    343    0   22    1080
+ *   qdd_free      940   1343   18   27    1512
+ *   accelerations    940   1343   18   27    1280
+ *   qdd           940   1343   18   27    1512
+ *   constrained    940   1343   18   27    1512
+ *   force        1252   1829   21   51    2952
+ *   equations     886   1343    4   85    2480
+ *   course          2      7    2    4       0
+ *   breaks          0      0    0    0       0
+ *   anchor         24     43    0   22     272
+ *   start           0      0    0    0       0
  * Choices by counted operations: M written out, 754 (loops 1198); Q_q in loops, 435 (written out 360); qdd recursive, 2351 operations; qdd_free recursive, 1238 operations.
  */
 #ifndef REFDYN_GENERATED_manipulator_flexible_H
@@ -54,6 +54,76 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+enum {
+    manipulator_flexible_n = 13, /* coordinates */
+    manipulator_flexible_m = 2, /* constraint rows */
+    manipulator_flexible_parameter_count = 21, /* parameters that are read */
+    manipulator_flexible_derived_count = 37, /* values behind them that prepare computes */
+    manipulator_flexible_input_count = 0, /* inputs */
+    manipulator_flexible_point_count = 1, /* points of interest */
+    manipulator_flexible_course_count = 2, /* values to record with a motion */
+    manipulator_flexible_parameter_bytes = 464 /* of struct manipulator_flexible_parameters */
+};
+
+/* Places in q and qd, and in rows and columns of matrices. */
+enum {
+    manipulator_flexible_COORDINATE_base_z = 0,
+    manipulator_flexible_COORDINATE_column_psi = 1,
+    manipulator_flexible_COORDINATE_arm_psi = 2,
+    manipulator_flexible_COORDINATE_arm_psi_1 = 3,
+    manipulator_flexible_COORDINATE_arm_theta_1 = 4,
+    manipulator_flexible_COORDINATE_arm_phi_1 = 5,
+    manipulator_flexible_COORDINATE_arm_psi_2 = 6,
+    manipulator_flexible_COORDINATE_arm_theta_2 = 7,
+    manipulator_flexible_COORDINATE_arm_phi_2 = 8,
+    manipulator_flexible_COORDINATE_arm_psi_3 = 9,
+    manipulator_flexible_COORDINATE_arm_theta_3 = 10,
+    manipulator_flexible_COORDINATE_arm_phi_3 = 11,
+    manipulator_flexible_COORDINATE_effector_z = 12
+};
+
+/* Places in struct manipulator_flexible_parameters, an array of doubles. */
+enum {
+    manipulator_flexible_PARAMETER_m_base = 0,
+    manipulator_flexible_PARAMETER_s_sup = 1,
+    manipulator_flexible_PARAMETER_d_sup = 2,
+    manipulator_flexible_PARAMETER_m_col = 3,
+    manipulator_flexible_PARAMETER_h = 4,
+    manipulator_flexible_PARAMETER_Izz_col = 5,
+    manipulator_flexible_PARAMETER_L = 6,
+    manipulator_flexible_PARAMETER_d = 7,
+    manipulator_flexible_PARAMETER_E = 8,
+    manipulator_flexible_PARAMETER_nu = 9,
+    manipulator_flexible_PARAMETER_rho = 10,
+    manipulator_flexible_PARAMETER_eta = 11,
+    manipulator_flexible_PARAMETER_m_E = 12,
+    manipulator_flexible_PARAMETER_g = 13,
+    manipulator_flexible_PARAMETER_a = 14,
+    manipulator_flexible_PARAMETER_b = 15,
+    manipulator_flexible_PARAMETER_alpha = 16,
+    manipulator_flexible_PARAMETER_beta = 17,
+    manipulator_flexible_PARAMETER_v0 = 18,
+    manipulator_flexible_PARAMETER_T = 19,
+    manipulator_flexible_PARAMETER_xc = 20
+};
+
+/* Constraint rows: places in phi, psi, k, v, lambda, and rows of u. */
+enum {
+    manipulator_flexible_ROW_ellipse = 0,
+    manipulator_flexible_ROW_rise = 1
+};
+
+/* Points of interest: rows of r, rd and d. */
+enum {
+    manipulator_flexible_POINT_E = 0
+};
+
+/* Places in course. */
+enum {
+    manipulator_flexible_COURSE_torque = 0,
+    manipulator_flexible_COURSE_vertical_velocity = 1
+};
 
 /* Set the values, or take the defaults; then call manipulator_flexible_prepare. */
 struct manipulator_flexible_parameters {
@@ -259,7 +329,7 @@ void manipulator_flexible_qdd_free(const struct manipulator_flexible_parameters 
 void manipulator_flexible_accelerations(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], struct manipulator_flexible_accelerations_result *out);
 
-/* accelerations with stabilised constraints, O(n m): (n) accelerations with stabilised constraints */
+/* accelerations, with stabilised constraints where there are any, O(n m): (n) accelerations with stabilised constraints */
 void manipulator_flexible_qdd(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double qdd[13]);
 

@@ -948,7 +948,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 
 const struct refdyn_model manipulator_rigid_model = {
     SET(name) "manipulator_rigid",
-    SET(hash) "4c7b313c3a91cc5b",
+    SET(hash) "cd70be8d536dbd28",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,

@@ -11,35 +11,35 @@
  *   3 effector_z [m], slide along local z, on arm_psi
  * Rows: 1 ellipse, 2 rise.
  *
- * Operations of one call (additions, multiplications, divisions, functions):
- *   M               6      6    0    2
- *   h              14     27    0    2
- *   Q               6     11    1    5
- *   u              45     71    3    6
- *   row_terms      45     71    3    6
- *   terms          45     71    3    6
- *   v              45     71    3    6
- *   phi            45     71    3    6
- *   psi            45     71    3    6
- *   k              45     71    3    6
- *   r              45     71    3    6
- *   point_terms     45     71    3    6
- *   rd             45     71    3    6
- *   C              45     71    3    6
- *   d              45     71    3    6
- *   energy         19     37    0    2
- *   power           3      7    1    3
- *   Q_q             4     15    0    4
- *   qdd_free      105    169    9    9
- *   accelerations    105    169    9    9
- *   qdd           105    169    9    9
- *   constrained    105    169    9    9
- *   force         158    248   12   15
- *   equations      75    115    4   15
- *   course          2      7    2    4
- *   breaks          0      0    0    0
- *   anchor          2      2    0    2
- *   start           0      0    0    0
+ * Operations of one call (additions, multiplications, divisions, functions), and bytes of its local arrays:
+ *   M               6      6    0    2       0
+ *   h              14     27    0    2       0
+ *   Q               6     11    1    5       0
+ *   u              45     71    3    6     296
+ *   row_terms      45     71    3    6     296
+ *   terms          45     71    3    6       0
+ *   v              45     71    3    6     296
+ *   phi            45     71    3    6     296
+ *   psi            45     71    3    6     296
+ *   k              45     71    3    6     296
+ *   r              45     71    3    6     296
+ *   point_terms     45     71    3    6     296
+ *   rd             45     71    3    6     296
+ *   C              45     71    3    6     296
+ *   d              45     71    3    6     296
+ *   energy         19     37    0    2       0
+ *   power           3      7    1    3       0
+ *   Q_q             4     15    0    4       0
+ *   qdd_free      105    169    9    9      88
+ *   accelerations    105    169    9    9       0
+ *   qdd           105    169    9    9      88
+ *   constrained    105    169    9    9      88
+ *   force         158    248   12   15     464
+ *   equations      75    115    4   15     328
+ *   course          2      7    2    4       0
+ *   breaks          0      0    0    0       0
+ *   anchor          2      2    0    2       0
+ *   start           0      0    0    0       0
  * Choices by counted operations: M written out, 12 (loops 80); Q_q written out, 19 (loops 30); qdd recursive, 306 operations (dense 299); qdd_free recursive, 109 operations (dense 109).
  */
 #ifndef REFDYN_GENERATED_manipulator_rigid_H
@@ -50,6 +50,64 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
+
+enum {
+    manipulator_rigid_n = 4, /* coordinates */
+    manipulator_rigid_m = 2, /* constraint rows */
+    manipulator_rigid_parameter_count = 18, /* parameters that are read */
+    manipulator_rigid_derived_count = 19, /* values behind them that prepare computes */
+    manipulator_rigid_input_count = 0, /* inputs */
+    manipulator_rigid_point_count = 1, /* points of interest */
+    manipulator_rigid_course_count = 2, /* values to record with a motion */
+    manipulator_rigid_parameter_bytes = 296 /* of struct manipulator_rigid_parameters */
+};
+
+/* Places in q and qd, and in rows and columns of matrices. */
+enum {
+    manipulator_rigid_COORDINATE_base_z = 0,
+    manipulator_rigid_COORDINATE_column_psi = 1,
+    manipulator_rigid_COORDINATE_arm_psi = 2,
+    manipulator_rigid_COORDINATE_effector_z = 3
+};
+
+/* Places in struct manipulator_rigid_parameters, an array of doubles. */
+enum {
+    manipulator_rigid_PARAMETER_m_base = 0,
+    manipulator_rigid_PARAMETER_s_sup = 1,
+    manipulator_rigid_PARAMETER_d_sup = 2,
+    manipulator_rigid_PARAMETER_m_col = 3,
+    manipulator_rigid_PARAMETER_h = 4,
+    manipulator_rigid_PARAMETER_Izz_col = 5,
+    manipulator_rigid_PARAMETER_L = 6,
+    manipulator_rigid_PARAMETER_d = 7,
+    manipulator_rigid_PARAMETER_rho = 8,
+    manipulator_rigid_PARAMETER_m_E = 9,
+    manipulator_rigid_PARAMETER_g = 10,
+    manipulator_rigid_PARAMETER_a = 11,
+    manipulator_rigid_PARAMETER_b = 12,
+    manipulator_rigid_PARAMETER_alpha = 13,
+    manipulator_rigid_PARAMETER_beta = 14,
+    manipulator_rigid_PARAMETER_v0 = 15,
+    manipulator_rigid_PARAMETER_T = 16,
+    manipulator_rigid_PARAMETER_xc = 17
+};
+
+/* Constraint rows: places in phi, psi, k, v, lambda, and rows of u. */
+enum {
+    manipulator_rigid_ROW_ellipse = 0,
+    manipulator_rigid_ROW_rise = 1
+};
+
+/* Points of interest: rows of r, rd and d. */
+enum {
+    manipulator_rigid_POINT_E = 0
+};
+
+/* Places in course. */
+enum {
+    manipulator_rigid_COURSE_torque = 0,
+    manipulator_rigid_COURSE_vertical_velocity = 1
+};
 
 /* Set the values, or take the defaults; then call manipulator_rigid_prepare. */
 struct manipulator_rigid_parameters {
@@ -234,7 +292,7 @@ void manipulator_rigid_qdd_free(const struct manipulator_rigid_parameters *p, co
 void manipulator_rigid_accelerations(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], struct manipulator_rigid_accelerations_result *out);
 
-/* accelerations with stabilised constraints, O(n m): (n) accelerations with stabilised constraints */
+/* accelerations, with stabilised constraints where there are any, O(n m): (n) accelerations with stabilised constraints */
 void manipulator_rigid_qdd(const struct manipulator_rigid_parameters *p, const struct manipulator_rigid_inputs *x, double t,
         const double q[4], const double qd[4], double qdd[4]);
 

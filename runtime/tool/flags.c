@@ -17,9 +17,9 @@ const char *const compile_flags[] = {"-std=c11",        "-O2", "-fPIC", "-ffp-co
                                      "-fno-math-errno", NULL};
 
 /*
- * Passes of gcc that find nothing in emitted C, which shares its common values already: without them it compiles
- * in 0.6 of the time, and what comes out is as fast. Vectors in long blocks of scalars take -O3 minutes to
- * find and are slower; loops over arrays stay vectors.
+ * Passes of gcc that find nothing in emitted C, which shares its common values already: without them it
+ * compiles in 0.6 of the time, and what comes out is as fast. Vectors in long blocks of scalars take -O3
+ * minutes to find and are slower; loops over arrays stay vectors.
  */
 const char *const gcc_flags[] = {"-fno-tree-slp-vectorize",
                                  "-fno-tree-pre",
