@@ -122,7 +122,7 @@ static int print_all(const struct generation *generation, const char *folder) {
 int main(int count, char **arguments) {
     struct setting settings[MOST_SETTINGS];
     struct generation generation;
-    struct read_request request = {.file = arguments[1], .settings = settings};
+    struct read_request request = {.file = arguments[1], .settings = settings, .loops = LOOPS_ALWAYS};
     for (int i = 3; i < count && i < 3 + MOST_SETTINGS; i++) {
         char *value = strchr(arguments[i], '=');
         *value = 0;
