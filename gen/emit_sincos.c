@@ -74,17 +74,20 @@ static void put_reduced(const struct emission *x, struct text *text) {
                    "        }\n");
 }
 
-/* gcc and clang have an operation of their own for it, which costs nothing; elsewhere the bits pass a mask of
- * ones that the compiler does not know. */
+/*
+ * From version 12 on gcc says whether it may reorder sums; its __builtin_assoc_barrier does not help where it may, since
+ * loops that become vectors lose it. clang has an operation for it that costs nothing where sums are not reordered.
+ * Elsewhere the bits pass a mask of ones that the compiler does not know.
+ */
 static void put_rounded(const struct emission *x, struct text *text) {
     text_add(text,
              "#ifdef __has_builtin\n#define HAS_BUILTIN(name) __has_builtin(name)\n"
              "#else\n#define HAS_BUILTIN(name) 0\n#endif\n"
              "/* A sum as it is rounded, also where the compiler may reorder sums. */\n"
              "static double %s_rounded(double sum, unsigned long long ones) {\n"
-             "#if HAS_BUILTIN(__builtin_assoc_barrier)\n"
+             "#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12 && !defined(__ASSOCIATIVE_MATH__)\n"
              "    (void)ones;\n"
-             "    return __builtin_assoc_barrier(sum);\n"
+             "    return sum;\n"
              "#elif HAS_BUILTIN(__arithmetic_fence) && defined(__x86_64__)\n"
              "    (void)ones;\n"
              "    return __arithmetic_fence(sum);\n"

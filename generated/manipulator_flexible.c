@@ -100,9 +100,9 @@ static void manipulator_flexible_sincos_libm(const double *angle, double *sine, 
 #endif
 /* A sum as it is rounded, also where the compiler may reorder sums. */
 static double manipulator_flexible_rounded(double sum, unsigned long long ones) {
-#if HAS_BUILTIN(__builtin_assoc_barrier)
+#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12 && !defined(__ASSOCIATIVE_MATH__)
     (void)ones;
-    return __builtin_assoc_barrier(sum);
+    return sum;
 #elif HAS_BUILTIN(__arithmetic_fence) && defined(__x86_64__)
     (void)ones;
     return __arithmetic_fence(sum);
@@ -2788,7 +2788,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 
 const struct refdyn_model manipulator_flexible_model = {
     SET(name) "manipulator_flexible",
-    SET(hash) "bced9de4c147d072",
+    SET(hash) "0544164e8681c265",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

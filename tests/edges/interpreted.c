@@ -16,7 +16,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { MOST_SETTINGS = 8, STATES = 4 };
+enum { MOST_SETTINGS = 8, SIZES = 3, STATES = 6 };
 
 static double uniform(double size) {
     static unsigned seed = 9176;
@@ -43,17 +43,21 @@ struct values {
     double t;
 };
 
-/* Angles of all sizes; the last state has one that is no number. Behind qd: accelerations and multipliers, or sides. */
+/*
+ * Angles of all sizes. Then a state with one that is no number, and the same with two other values of that one, which
+ * tell the results that do not hang on it. Behind qd: accelerations and multipliers, or sides.
+ */
 static void choose_state(const struct refdyn_model *model, struct values *v, int index) {
-    static const double sizes[STATES] = {0.5, 3, 300, 3};
+    static const double sizes[] = {0.5, 3, 300, 3}, last[] = {NAN, 0.7, -2.1};
     const int n = model->n;
-    for (int i = 0; i < v->state_count; i++)
+    for (int i = 0; index <= SIZES && i < v->state_count; i++)
         v->state[i] = i < n ? uniform(sizes[index]) : uniform(2);
     for (int i = 3 * n + 1 + model->m; i < v->state_count; i++)
         v->state[i] = fabs(v->state[i]); /* added to a diagonal */
-    if (index == STATES - 1)
-        v->state[n - 1] = NAN;
-    v->t = 0.75 + uniform(0.5);
+    if (index >= SIZES)
+        v->state[n - 1] = last[index - SIZES];
+    else
+        v->t = 0.75 + uniform(0.5);
 }
 
 static struct values choose_parameters(const struct refdyn_model *model) {
