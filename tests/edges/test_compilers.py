@@ -185,6 +185,7 @@ def test_no_switches_of_a_compiler(model):
 def test_32_bits(model, compiler, language, flags, tmp_path):
     source = tmp_path / "empty.c"
     source.write_text("#include <math.h>\nint main(void) { return 0; }\n")
-    if subprocess.run([compiler, "-m32", source, "-o", tmp_path / "empty", "-lm"], capture_output=True).returncode != 0:
-        pytest.skip("left out: -m32 needs gcc-multilib")
+    command = [compiler, *LANGUAGES[language], "-m32", source, "-o", tmp_path / "empty", "-lm"]
+    if subprocess.run(command, capture_output=True).returncode != 0:
+        pytest.skip("left out: -m32 needs gcc-multilib, and g++-multilib for C++")
     check_equal(model, compiler, language, flags)
