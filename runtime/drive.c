@@ -10,18 +10,18 @@
 #include <math.h>
 #include <string.h>
 
-#include "advance.h"
-#include "choose.h"
-#include "collocation.h"
-#include "kinks.h"
-#include "core.h"
-#include "dense.h"
-#include "diagonal.h"
-#include "linearise.h"
-#include "pass.h"
-#include "room.h"
-#include "slope.h"
-#include "step.h"
+#include "private/advance.h"
+#include "private/choose.h"
+#include "private/collocation.h"
+#include "private/kinks.h"
+#include "private/core.h"
+#include "private/dense.h"
+#include "private/diagonal.h"
+#include "private/linearise.h"
+#include "private/pass.h"
+#include "private/room.h"
+#include "private/slope.h"
+#include "private/step.h"
 
 double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double length) {
     const char *unit = model->coordinates[j].unit;

@@ -5,16 +5,16 @@
  * gives solutions: by L U factorisation of dense matrices, or in O(n) from `tangent_vectors` (chain.h) where
  * that takes fewer operations.
  */
-#include "linearise.h"
+#include "private/linearise.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "chain.h"
-#include "core.h"
-#include "dense.h"
-#include "diagonal.h"
-#include "slope.h"
+#include "private/chain.h"
+#include "private/core.h"
+#include "private/dense.h"
+#include "private/diagonal.h"
+#include "private/slope.h"
 
 /* The parts of struct NAME_tangent_result that both forms have, in their order. */
 static void lay_out_rows(struct refdyn_linear *linear, struct room *room) {

@@ -1,10 +1,10 @@
 /* The methods by name, and their tables: see step.h. */
 #include <string.h>
 
-#include "collocation.h"
-#include "rosenbrock.h"
-#include "runge_kutta.h"
-#include "step.h"
+#include "private/collocation.h"
+#include "private/rosenbrock.h"
+#include "private/runge_kutta.h"
+#include "private/step.h"
 
 static const struct refdyn_tableau *const tableaus[REFDYN_METHOD_COUNT] = {
     [REFDYN_RK4] = &refdyn_rk4, [REFDYN_RK54] = &refdyn_rk54, [REFDYN_RK8] = &refdyn_rk8};

@@ -297,7 +297,7 @@ struct refdyn_statistics {
     double passage_error;                                /* largest error of all */
 };
 
-/* The tangent as vectors of joints, and factors in O(n): runtime/chain.h. By position: all joints beyond one
+/* The tangent as vectors of joints, and factors in O(n): runtime/private/chain.h. By position: all joints beyond one
  * follow it. */
 struct refdyn_chain {
     const struct refdyn_model *model;
@@ -323,7 +323,7 @@ struct refdyn_chain {
     int *pivot;          /* (couplings + m), then as many for each lane */
 };
 
-/* The matrix with the diagonals of K and D alone: runtime/diagonal.h. */
+/* The matrix with the diagonals of K and D alone: runtime/private/diagonal.h. */
 struct refdyn_diagonal {
     const struct refdyn_workspace *work; /* whose model is solved, */
     double t, g;                         /* at this time, with this gamma h [s], */
@@ -335,7 +335,7 @@ struct refdyn_diagonal {
     int has_gains;
 };
 
-/* The equations linearised about a state, and the factored matrix of an implicit step: runtime/linearise.h.
+/* The equations linearised about a state, and the factored matrix of an implicit step: runtime/private/linearise.h.
  */
 struct refdyn_linear {
     int n, m, size;  /* size: n and the independent rows */

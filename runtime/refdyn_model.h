@@ -43,7 +43,7 @@ struct refdyn_row {
  *     spin       int rho' x C_j dm
  *     damping    of dC_j/dt
  *     stiffness  of d2C_j/dt2, with what turns C along.
- * Their products are the tangent: runtime/chain.h.
+ * Their products are the tangent: runtime/private/chain.h.
  */
 /* clang-format on */
 enum refdyn_vector {

@@ -10,14 +10,14 @@
  * the correction that follows it, with the same tangent, is at most (1 - a/4) times as long (Deuflhard,
  * Newton Methods for Nonlinear Problems, 2004, sect. 3.3, 5.1). Lengths are in 1 rad and `length`.
  */
-#include "core.h"
+#include "private/core.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-#include "dense.h"
-#include "room.h"
+#include "private/dense.h"
+#include "private/room.h"
 
 /* [rad, length] Newton's last correction; the error that is left is about its square */
 static const double tol_default = 1e-12;

@@ -10,8 +10,8 @@
 #include <float.h>
 #include <math.h>
 
-#include "dense.h"
-#include "wide.h"
+#include "private/dense.h"
+#include "private/wide.h"
 
 enum { PANEL = 4 };
 

@@ -9,9 +9,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "core.h"
-#include "dense.h"
-#include "room.h"
+#include "private/core.h"
+#include "private/dense.h"
+#include "private/room.h"
 
 const char *refdyn_status_text(int status) {
     switch (status) {

@@ -18,10 +18,10 @@ SOLVED = 3e-15    # of solutions, times the condition: what a change of all term
 # Prints figures, the largest of several states: products with M, D, K; and for each g of solutions the error and the condition.
 PROGRAM = """
 #include "MODEL.h"
-#include "chain.h"
-#include "core.h"
-#include "dense.h"
-#include "linearise.h"
+#include "private/chain.h"
+#include "private/core.h"
+#include "private/dense.h"
+#include "private/linearise.h"
 
 #include <math.h>
 #include <stdio.h>

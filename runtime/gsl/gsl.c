@@ -11,13 +11,13 @@
 #include <math.h>
 #include <string.h>
 
-#include "advance.h"
-#include "kinks.h"
-#include "core.h"
-#include "first_order.h"
-#include "linearise.h"
-#include "pass.h"
-#include "slope.h"
+#include "../private/advance.h"
+#include "../private/kinks.h"
+#include "../private/core.h"
+#include "private/first_order.h"
+#include "../private/linearise.h"
+#include "../private/pass.h"
+#include "../private/slope.h"
 
 /* Weight of work_done in the error: it follows the motion and has no say in the steps. */
 static const double weight_none = 1e100;

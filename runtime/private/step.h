@@ -8,7 +8,7 @@
 #ifndef REFDYN_STEP_H
 #define REFDYN_STEP_H
 
-#include "refdyn.h"
+#include "../refdyn.h"
 #include "room.h"
 
 /* Of one method: its table, and what all kinds of tables have. */

@@ -2,7 +2,7 @@
 #ifndef REFDYN_CORE_H
 #define REFDYN_CORE_H
 
-#include "refdyn.h"
+#include "../refdyn.h"
 
 /* NOT_FINITE with the fault at the first coordinate or row whose equations are infinite or NaN; OK when there
  * is none. */
