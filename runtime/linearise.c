@@ -44,7 +44,7 @@ static void lay_out_matrices(struct refdyn_linear *linear, int has_tangent, int 
         linear->tangent_size = n + m * (1 + 3 * n) + 3 * n * n;
     }
     linear->matrix = room_doubles(room, size * size);
-    linear->complex = room_doubles(room, 2 * complexes * size * size);
+    linear->complex_factors = room_doubles(room, 2 * complexes * size * size);
     linear->scale = room_doubles(room, size);
     linear->pivot = room_ints(room, size);
     linear->complex_pivot = room_ints(room, complexes * size);
@@ -302,7 +302,7 @@ static void fill_complex_row(const double *restrict base, const double *restrict
 /* Complex matrix k for g = re + i im. */
 static int factor_complex(struct refdyn_linear *linear, int k, double re, double im) {
     const int n = linear->n, size = linear->size;
-    double *real = linear->complex + k * 2 * size * size, *imaginary = real + size * size;
+    double *real = linear->complex_factors + k * 2 * size * size, *imaginary = real + size * size;
     memset(real, 0, (size_t)(2 * size * size) * sizeof *real);
     for (int i = 0; i < n; i++)
         fill_complex_row(linear->M + i * n, linear->D + i * n, linear->K + i * n, re, im, n, real + i * size,
@@ -344,8 +344,8 @@ static void solve_complex(struct refdyn_linear *linear, int k, double *x) {
     const int n = linear->n, size = linear->size;
     times(linear, x, NULL, NULL, linear->x);
     times(linear, x + n, NULL, NULL, linear->x + size);
-    refdyn_complex_lu_solve(linear->complex + k * 2 * size * size, size, linear->complex_pivot + k * size,
-                            linear->x);
+    refdyn_complex_lu_solve(linear->complex_factors + k * 2 * size * size, size,
+                            linear->complex_pivot + k * size, linear->x);
     memcpy(x, linear->x, (size_t)n * sizeof *x);
     memcpy(x + n, linear->x + size, (size_t)n * sizeof *x);
 }

@@ -297,8 +297,8 @@ struct refdyn_statistics {
     double passage_error;                                /* largest error of all */
 };
 
-/* The tangent as vectors of joints, and factors in O(n): runtime/private/chain.h. By position: all joints beyond one
- * follow it. */
+/* The tangent as vectors of joints, and factors in O(n): runtime/private/chain.h. By position: all joints
+ * beyond one follow it. */
 struct refdyn_chain {
     const struct refdyn_model *model;
     int n, is_planar, border;            /* border: couplings, and the rows of the last factorisation */
@@ -335,7 +335,8 @@ struct refdyn_diagonal {
     int has_gains;
 };
 
-/* The equations linearised about a state, and the factored matrix of an implicit step: runtime/private/linearise.h.
+/* The equations linearised about a state, and the factored matrix of an implicit step:
+ * runtime/private/linearise.h.
  */
 struct refdyn_linear {
     int n, m, size;  /* size: n and the independent rows */
@@ -347,14 +348,14 @@ struct refdyn_linear {
     double *f_t, *g_t, *G_q, *G_qd, *u, *diagonals, *K, *D, *M;
     struct refdyn_chain chain;
     struct refdyn_diagonal diagonal;
-    double *matrix;     /* (size x size) factors */
-    double *directions; /* (rank x n) u_b z_a = 1 for a = b, else 0 */
-    double *sides, *x;  /* room: (2 n), (2 size) */
-    double *scale;      /* (size) room */
-    int *pivot;         /* (size) */
-    double *complex;    /* (complexes x 2 x size x size) factors, real and imaginary parts */
-    int *complex_pivot; /* (complexes x size) */
-    int *rows;          /* (m) rows of the partition for which they were factored */
+    double *matrix;          /* (size x size) factors */
+    double *directions;      /* (rank x n) u_b z_a = 1 for a = b, else 0 */
+    double *sides, *x;       /* room: (2 n), (2 size) */
+    double *scale;           /* (size) room */
+    int *pivot;              /* (size) */
+    double *complex_factors; /* (complexes x 2 x size x size) factors, real and imaginary parts */
+    int *complex_pivot;      /* (complexes x size) */
+    int *rows;               /* (m) rows of the partition for which they were factored */
 };
 
 /* Why a state where the rows lose rank was not passed. */
