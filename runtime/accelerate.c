@@ -6,6 +6,8 @@
  * c, c = K_d^-1 k, leaves n - rank equations with a symmetric positive definite matrix: R qdd_i = [P^T 1] (f
  * - M_d^T c),   R = M_ii + P^T M_di + M_id P + P^T M_dd P.
  */
+#include "private/arithmetic.h"
+
 #include "private/core.h"
 
 #include <float.h>

@@ -6,6 +6,8 @@
  * (Gustafsson, ACM TOMS 17:533-554, 1991; constants of Hairer, Norsett and Wanner, Solving ODEs I, IV.2),
  * which keeps explicit methods from bouncing at their stability limit.
  */
+#include "private/arithmetic.h"
+
 #include "private/advance.h"
 #include "private/choose.h"
 #include "private/collocation.h"

@@ -2,6 +2,8 @@
  * The tangent of a tree of joints as vectors: see chain.h. Here is what is done once, and the border; the
  * sweeps over joints are in chain_wide.c.
  */
+#include "private/arithmetic.h"
+
 #include "private/chain.h"
 
 #include <string.h>

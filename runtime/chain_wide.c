@@ -8,6 +8,8 @@
  * forces; of what it meets: moment, spin, force, turned. In a plane these are one moment about its normal and
  * two forces, b and c, that follow the normal in x y z x.
  */
+#include "private/arithmetic.h"
+
 #include "private/chain_wide.h"
 
 #include <float.h>

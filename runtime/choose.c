@@ -11,6 +11,8 @@
  * Where forces saturate, as friction, it is left out: its steps are linear, and damp the error that would
  * tell that what sticks begins to slide.
  */
+#include "private/arithmetic.h"
+
 #include "private/choose.h"
 
 #include <float.h>

@@ -7,6 +7,8 @@
  * linearise.h for g = lambda_k h. It starts from the polynomial of the step before, continued. Tangent and
  * factors serve later steps as long as the iteration converges with them. Formulas in collocation.h.
  */
+#include "private/arithmetic.h"
+
 #include "private/collocation.h"
 
 #include <math.h>

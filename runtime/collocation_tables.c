@@ -6,6 +6,8 @@
  * Hairer and Wanner, Solving ODEs II, IV.5). Everything else follows from the abscissae: tests/test_tables.py
  * derives it again.
  */
+#include "private/arithmetic.h"
+
 #include "private/collocation.h"
 
 /* clang-format off */

@@ -1,4 +1,6 @@
 /* Small dense kernels: see dense.h. */
+#include "private/arithmetic.h"
+
 #include "private/dense.h"
 
 #include <float.h>

@@ -4,6 +4,8 @@
  * Takes the emitted `diagonals` and `shifted` (refdyn_model.h) at the begin of a step; gives what a stage of
  * it solves for.
  */
+#include "private/arithmetic.h"
+
 #include "private/diagonal.h"
 
 #include <math.h>

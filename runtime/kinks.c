@@ -4,6 +4,8 @@
  * Takes the emitted `breaks`, times that parameters and inputs tell, and `switches`, what changes sign at all
  * others; gives the times at which steps end.
  */
+#include "private/arithmetic.h"
+
 #include "private/kinks.h"
 
 #include <float.h>

@@ -5,6 +5,8 @@
  * gives solutions: by L U factorisation of dense matrices, or in O(n) from `tangent_vectors` (chain.h) where
  * that takes fewer operations.
  */
+#include "private/arithmetic.h"
+
 #include "private/linearise.h"
 
 #include <math.h>

@@ -1,4 +1,6 @@
 /* Options of a motion: defaults and allowed ranges. */
+#include "private/arithmetic.h"
+
 #include <float.h>
 #include <math.h>
 

@@ -8,6 +8,8 @@
  * far this choice is worse conditioned than K itself, and the smallest pivot how near K_d is to being
  * singular.
  */
+#include "private/arithmetic.h"
+
 #include "private/core.h"
 
 #include <float.h>

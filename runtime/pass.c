@@ -6,6 +6,8 @@
  * rows as vectors, columns scaled by 1/sqrt(M_jj), the volume that they span; it is 0 where they lose rank,
  * in whichever way, and does not depend on the partition. Redundant rows are none of these vectors.
  */
+#include "private/arithmetic.h"
+
 #include "private/pass.h"
 
 #include <math.h>

@@ -7,6 +7,8 @@
  * = u L^-T orthonormalised this is dq = L^-T z, z the shortest solution of A z = -phi; no product u M^-1 u^T
  * is formed, so dependent rows are told apart at full precision.
  */
+#include "private/arithmetic.h"
+
 #include "private/core.h"
 
 #include <float.h>

@@ -5,6 +5,8 @@
  * states between. Each stage is one evaluation of the accelerations and one solution with the matrix of
  * linearise.h, g = gamma h, which is factored once a step. Formulas in rosenbrock.h.
  */
+#include "private/arithmetic.h"
+
 #include "private/rosenbrock.h"
 
 #include <math.h>

@@ -5,6 +5,8 @@
  * estimate, and states between. Formulas in runge_kutta.h. The work of non-conservative and programme forces
  * is one more component of the state.
  */
+#include "private/arithmetic.h"
+
 #include "private/runge_kutta.h"
 
 #include <math.h>

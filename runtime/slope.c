@@ -6,6 +6,8 @@
  * partition otherwise and where the rows are near losing rank: it has the condition of K, u M^-1 u^T has its
  * square. Power costs nothing unless options.balance asks for it.
  */
+#include "private/arithmetic.h"
+
 #include "private/slope.h"
 
 #include <string.h>

@@ -7,6 +7,8 @@
  * subtracted in one pass, which reads and writes each entry once (Golub and Van Loan, Matrix Computations,
  * 3.2.11).
  */
+#include "private/arithmetic.h"
+
 #include <float.h>
 #include <math.h>
 

@@ -24,6 +24,7 @@ struct refdyn_method_facts {
     const struct refdyn_collocation_table *collocation; /* implicit; all NULL: auto */
 };
 
+/* All 0 outside the range. */
 struct refdyn_method_facts refdyn_method_facts(enum refdyn_method method);
 
 /* Largest |x_j - y_j| (n each; y NULL: 0) in drive->units; NaN where one is. */
