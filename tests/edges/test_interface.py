@@ -46,9 +46,9 @@ static const char *const strange[] = {"m_e", "m_E ", " m_E", "m_", "m_EE", "", "
 enum { STRANGE = sizeof strange / sizeof *strange };
 
 static void set_what_is_there(void) {
-    struct refdyn_workspace other = work;
     open_workspace();
-    other = work;
+    struct refdyn_workspace other = work;
+    void *other_memory = memory;
     open_workspace();
     const int place = refdyn_find_name(model->parameters, model->parameter_count, "m_E");
     CHECK(refdyn_set_parameter(&work, "m_E", 2.5) == REFDYN_OK);
@@ -63,7 +63,7 @@ static void set_what_is_there(void) {
     CHECK(refdyn_find_point(model, "E") == 0);
     for (int i = 0; i < model->m; i++)
         CHECK(refdyn_find_row(model, model->rows[i].name) == i);
-    free(other.p);
+    free(other_memory);
     free(memory);
 }
 
