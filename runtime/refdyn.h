@@ -82,7 +82,8 @@ struct refdyn_partition {
 
 /*
  * Everything of one model instance that changes, and the room to compute in. Caller's to read; caller's to
- * write are p (then refdyn_prepare), x, rank_tol and consistency_tol.
+ * write are p (then refdyn_prepare), x, rank_tol and consistency_tol; by name: refdyn_set_parameter,
+ * refdyn_set_input.
  */
 struct refdyn_workspace {
     const struct refdyn_model *model;

@@ -10,8 +10,8 @@
 
 #include <float.h>
 
-#if defined(__FAST_MATH__) || defined(_M_FP_FAST)
-#error "The runtime of refdyn needs exact arithmetic: compile it without -ffast-math, -Ofast or /fp:fast."
+#ifdef __FAST_MATH__
+#error "The runtime of refdyn needs exact arithmetic: compile it without -ffast-math and -Ofast."
 #endif
 #if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
 #error "The runtime of refdyn needs infinities and NaN: compile it without -ffinite-math-only."
