@@ -97,7 +97,7 @@ static double row_size(const struct refdyn_linear *l, int i, double g, const dou
 static void solve_dense(const struct refdyn_linear *dense, int is_complex, int k, double *z) {
     const int size = dense->size;
     if (is_complex)
-        refdyn_complex_lu_solve(dense->complex + k * 2 * size * size, size, dense->complex_pivot + k * size, z);
+        refdyn_complex_lu_solve(dense->complex_factors + k * 2 * size * size, size, dense->complex_pivot + k * size, z);
     else
         refdyn_lu_solve(dense->matrix, size, dense->pivot, z);
 }
