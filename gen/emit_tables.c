@@ -299,7 +299,13 @@ static void emit_model_table(struct emission *x, struct text *text, const char *
     text_add(text, "/* C checks the names of the fields; C++17 has no designated initialisers, the order is "
                    "the same. */\n"
                    "#ifdef __cplusplus\n#define SET(field)\n#else\n#define SET(field) .field =\n#endif\n\n");
-    text_add(text, "const struct refdyn_model %s_model = {\n", x->name);
+    text_add(
+        text,
+        "#if REFDYN_MODEL_VERSION != %d\n#error \"%s was emitted for version %d of refdyn_model.h, and this "
+        "refdyn_model.h is of another one: emit it again.\"\n#endif\n\n",
+        REFDYN_MODEL_VERSION, x->name, REFDYN_MODEL_VERSION);
+    text_add(text, "const struct refdyn_model %s_model = {\n    SET(interface_version) %d,\n", x->name,
+             REFDYN_MODEL_VERSION);
     text_add(text, "    SET(name) \"%s\",\n    SET(hash) \"%s\",\n", x->name, hash);
     text_add(text, "    SET(n) %d,\n    SET(m) %d,\n", plan->tree->count, model->row_count);
     text_add(text, "    SET(parameter_count) %d,\n    SET(derived_count) %d,\n", plan->parameter_count,

@@ -2786,7 +2786,12 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 #define SET(field) .field =
 #endif
 
+#if REFDYN_MODEL_VERSION != 1
+#error "manipulator_flexible was emitted for version 1 of refdyn_model.h, and this refdyn_model.h is of another one: emit it again."
+#endif
+
 const struct refdyn_model manipulator_flexible_model = {
+    SET(interface_version) 1,
     SET(name) "manipulator_flexible",
     SET(hash) "0544164e8681c265",
     SET(n) 13,

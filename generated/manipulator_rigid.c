@@ -946,7 +946,12 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 #define SET(field) .field =
 #endif
 
+#if REFDYN_MODEL_VERSION != 1
+#error "manipulator_rigid was emitted for version 1 of refdyn_model.h, and this refdyn_model.h is of another one: emit it again."
+#endif
+
 const struct refdyn_model manipulator_rigid_model = {
+    SET(interface_version) 1,
     SET(name) "manipulator_rigid",
     SET(hash) "cd70be8d536dbd28",
     SET(n) 4,

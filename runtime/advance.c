@@ -6,22 +6,24 @@
  * (Gustafsson, ACM TOMS 17:533-554, 1991; constants of Hairer, Norsett and Wanner, Solving ODEs I, IV.2),
  * which keeps explicit methods from bouncing at their stability limit.
  */
-#include "advance.h"
-#include "choose.h"
-#include "collocation.h"
+#include "private/arithmetic.h"
+
+#include "private/advance.h"
+#include "private/choose.h"
+#include "private/collocation.h"
 
 #include <float.h>
 #include <limits.h>
 #include <math.h>
 #include <string.h>
 
-#include "kinks.h"
-#include "core.h"
-#include "dense.h"
-#include "linearise.h"
-#include "pass.h"
-#include "slope.h"
-#include "step.h"
+#include "private/kinks.h"
+#include "private/core.h"
+#include "private/dense.h"
+#include "private/linearise.h"
+#include "private/pass.h"
+#include "private/slope.h"
+#include "private/step.h"
 
 /* Steps aim at this part of the tolerance, so that few are refused: the same for methods of all orders, whose
  * errors then are alike. */

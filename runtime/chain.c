@@ -2,12 +2,14 @@
  * The tangent of a tree of joints as vectors: see chain.h. Here is what is done once, and the border; the
  * sweeps over joints are in chain_wide.c.
  */
-#include "chain.h"
+#include "private/arithmetic.h"
+
+#include "private/chain.h"
 
 #include <string.h>
 
-#include "chain_wide.h"
-#include "dense.h"
+#include "private/chain_wide.h"
+#include "private/dense.h"
 
 /* ---- What the scene is ---- */
 

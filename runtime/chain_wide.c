@@ -8,13 +8,15 @@
  * forces; of what it meets: moment, spin, force, turned. In a plane these are one moment about its normal and
  * two forces, b and c, that follow the normal in x y z x.
  */
-#include "chain_wide.h"
+#include "private/arithmetic.h"
+
+#include "private/chain_wide.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-#include "wide.h"
+#include "private/wide.h"
 
 enum { LANES = REFDYN_LANES, WIDTH_MOST = 2 * LANES };
 

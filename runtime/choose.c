@@ -11,15 +11,17 @@
  * Where forces saturate, as friction, it is left out: its steps are linear, and damp the error that would
  * tell that what sticks begins to slide.
  */
-#include "choose.h"
+#include "private/arithmetic.h"
+
+#include "private/choose.h"
 
 #include <float.h>
 #include <math.h>
 
-#include "chain_cost.h"
-#include "linearise.h"
-#include "runge_kutta.h"
-#include "step.h"
+#include "private/chain_cost.h"
+#include "private/linearise.h"
+#include "private/runge_kutta.h"
+#include "private/step.h"
 
 /* Places of the candidates. */
 enum { EXPLICIT, ROSENBROCK, COLLOCATION };

@@ -6,7 +6,9 @@
  * Hairer and Wanner, Solving ODEs II, IV.5). Everything else follows from the abscissae: tests/test_tables.py
  * derives it again.
  */
-#include "collocation.h"
+#include "private/arithmetic.h"
+
+#include "private/collocation.h"
 
 /* clang-format off */
 static const double gauss12_c[6] = {

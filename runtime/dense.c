@@ -1,5 +1,7 @@
 /* Small dense kernels: see dense.h. */
-#include "dense.h"
+#include "private/arithmetic.h"
+
+#include "private/dense.h"
 
 #include <float.h>
 #include <math.h>

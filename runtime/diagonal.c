@@ -4,12 +4,14 @@
  * Takes the emitted `diagonals` and `shifted` (refdyn_model.h) at the begin of a step; gives what a stage of
  * it solves for.
  */
-#include "diagonal.h"
+#include "private/arithmetic.h"
+
+#include "private/diagonal.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "dense.h"
+#include "private/dense.h"
 
 /* Are there rows that may be stabilised? */
 static int has_gains(const struct refdyn_model *model) {

@@ -5,23 +5,25 @@
  * reaches beyond them and then brought onto the programme, with accelerations as the steps take them; the
  * start has those of the index partition, which is chosen there.
  */
+#include "private/arithmetic.h"
+
 #include <float.h>
 #include <limits.h>
 #include <math.h>
 #include <string.h>
 
-#include "advance.h"
-#include "choose.h"
-#include "collocation.h"
-#include "kinks.h"
-#include "core.h"
-#include "dense.h"
-#include "diagonal.h"
-#include "linearise.h"
-#include "pass.h"
-#include "room.h"
-#include "slope.h"
-#include "step.h"
+#include "private/advance.h"
+#include "private/choose.h"
+#include "private/collocation.h"
+#include "private/kinks.h"
+#include "private/core.h"
+#include "private/dense.h"
+#include "private/diagonal.h"
+#include "private/linearise.h"
+#include "private/pass.h"
+#include "private/room.h"
+#include "private/slope.h"
+#include "private/step.h"
 
 double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double length) {
     const char *unit = model->coordinates[j].unit;
@@ -95,7 +97,7 @@ static size_t lay_out(struct refdyn_drive *drive, const struct refdyn_model *mod
 
 size_t refdyn_drive_size(const struct refdyn_model *model, const struct refdyn_options *options) {
     struct refdyn_drive drive;
-    if (refdyn_options_validate(options, NULL))
+    if (refdyn_model_status(model) || refdyn_options_validate(options, NULL))
         return 0;
     return lay_out(&drive, model, options, NULL);
 }
@@ -103,6 +105,9 @@ size_t refdyn_drive_size(const struct refdyn_model *model, const struct refdyn_o
 int refdyn_drive_init(struct refdyn_drive *drive, struct refdyn_workspace *work,
                       const struct refdyn_options *options, void *memory, size_t size) {
     *drive = (struct refdyn_drive){.work = work, .options = *options, .method = options->method};
+    const int status = refdyn_workspace_status(work);
+    if (status)
+        return status;
     if (refdyn_options_validate(options, NULL))
         return REFDYN_BAD_OPTION;
     if (!refdyn_can_run(work->model, options->method))

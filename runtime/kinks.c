@@ -4,13 +4,15 @@
  * Takes the emitted `breaks`, times that parameters and inputs tell, and `switches`, what changes sign at all
  * others; gives the times at which steps end.
  */
-#include "kinks.h"
+#include "private/arithmetic.h"
+
+#include "private/kinks.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-#include "advance.h"
+#include "private/advance.h"
 
 /* Times at which switches are looked at in a step, and where the first one is not known yet. */
 enum { SAMPLES = 32, SAMPLES_AT_START = 1000 };

@@ -5,16 +5,18 @@
  * gives solutions: by L U factorisation of dense matrices, or in O(n) from `tangent_vectors` (chain.h) where
  * that takes fewer operations.
  */
-#include "linearise.h"
+#include "private/arithmetic.h"
+
+#include "private/linearise.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "chain.h"
-#include "core.h"
-#include "dense.h"
-#include "diagonal.h"
-#include "slope.h"
+#include "private/chain.h"
+#include "private/core.h"
+#include "private/dense.h"
+#include "private/diagonal.h"
+#include "private/slope.h"
 
 /* The parts of struct NAME_tangent_result that both forms have, in their order. */
 static void lay_out_rows(struct refdyn_linear *linear, struct room *room) {
@@ -44,7 +46,7 @@ static void lay_out_matrices(struct refdyn_linear *linear, int has_tangent, int 
         linear->tangent_size = n + m * (1 + 3 * n) + 3 * n * n;
     }
     linear->matrix = room_doubles(room, size * size);
-    linear->complex = room_doubles(room, 2 * complexes * size * size);
+    linear->complex_factors = room_doubles(room, 2 * complexes * size * size);
     linear->scale = room_doubles(room, size);
     linear->pivot = room_ints(room, size);
     linear->complex_pivot = room_ints(room, complexes * size);
@@ -302,7 +304,7 @@ static void fill_complex_row(const double *restrict base, const double *restrict
 /* Complex matrix k for g = re + i im. */
 static int factor_complex(struct refdyn_linear *linear, int k, double re, double im) {
     const int n = linear->n, size = linear->size;
-    double *real = linear->complex + k * 2 * size * size, *imaginary = real + size * size;
+    double *real = linear->complex_factors + k * 2 * size * size, *imaginary = real + size * size;
     memset(real, 0, (size_t)(2 * size * size) * sizeof *real);
     for (int i = 0; i < n; i++)
         fill_complex_row(linear->M + i * n, linear->D + i * n, linear->K + i * n, re, im, n, real + i * size,
@@ -344,8 +346,8 @@ static void solve_complex(struct refdyn_linear *linear, int k, double *x) {
     const int n = linear->n, size = linear->size;
     times(linear, x, NULL, NULL, linear->x);
     times(linear, x + n, NULL, NULL, linear->x + size);
-    refdyn_complex_lu_solve(linear->complex + k * 2 * size * size, size, linear->complex_pivot + k * size,
-                            linear->x);
+    refdyn_complex_lu_solve(linear->complex_factors + k * 2 * size * size, size,
+                            linear->complex_pivot + k * size, linear->x);
     memcpy(x, linear->x, (size_t)n * sizeof *x);
     memcpy(x + n, linear->x + size, (size_t)n * sizeof *x);
 }

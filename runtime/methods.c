@@ -1,10 +1,13 @@
 /* The methods by name, and their tables: see step.h. */
+#include "private/arithmetic.h"
+
 #include <string.h>
 
-#include "collocation.h"
-#include "rosenbrock.h"
-#include "runge_kutta.h"
-#include "step.h"
+#include "private/collocation.h"
+#include "private/core.h"
+#include "private/rosenbrock.h"
+#include "private/runge_kutta.h"
+#include "private/step.h"
 
 static const struct refdyn_tableau *const tableaus[REFDYN_METHOD_COUNT] = {
     [REFDYN_RK4] = &refdyn_rk4, [REFDYN_RK54] = &refdyn_rk54, [REFDYN_RK8] = &refdyn_rk8};
@@ -25,6 +28,8 @@ static int order_of_error(const struct refdyn_tableau *tableau) {
 }
 
 struct refdyn_method_facts refdyn_method_facts(enum refdyn_method method) {
+    if ((int)method < 0 || (int)method >= REFDYN_METHOD_COUNT)
+        return (struct refdyn_method_facts){.name = NULL};
     const struct refdyn_tableau *tableau = tableaus[method];
     const struct refdyn_rosenbrock_table *rosenbrock = rosenbrocks[method];
     if (tableau)
@@ -50,8 +55,7 @@ struct refdyn_method_facts refdyn_method_facts(enum refdyn_method method) {
 }
 
 const char *refdyn_method_name(int method) {
-    return method >= 0 && method < REFDYN_METHOD_COUNT ? refdyn_method_facts((enum refdyn_method)method).name
-                                                       : NULL;
+    return refdyn_method_facts((enum refdyn_method)method).name;
 }
 
 int refdyn_method_order(enum refdyn_method method) {
@@ -59,7 +63,7 @@ int refdyn_method_order(enum refdyn_method method) {
 }
 
 int refdyn_method_find(const char *name) {
-    for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
+    for (int method = 0; name && method < REFDYN_METHOD_COUNT; method++)
         if (strcmp(name, refdyn_method_name(method)) == 0)
             return method;
     return -1;
@@ -74,11 +78,13 @@ int refdyn_method_uses_tangent(enum refdyn_method method) {
 }
 
 int refdyn_has_tangent(const struct refdyn_model *model) {
-    return model->tangent || model->tangent_vectors;
+    return refdyn_model_is_readable(model) && (model->tangent || model->tangent_vectors);
 }
 
 int refdyn_can_run(const struct refdyn_model *model, enum refdyn_method method) {
     const struct refdyn_method_facts facts = refdyn_method_facts(method);
+    if (!facts.name || !refdyn_model_is_readable(model))
+        return 0;
     if (facts.is_diagonal)
         return model->diagonals && model->shifted && (model->m == 0 || model->u);
     return !facts.is_implicit || refdyn_has_tangent(model);

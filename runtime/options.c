@@ -1,9 +1,11 @@
 /* Options of a motion: defaults and allowed ranges. */
+#include "private/arithmetic.h"
+
 #include <float.h>
 #include <math.h>
 
 #include "refdyn.h"
-#include "step.h"
+#include "private/step.h"
 
 static const double step_default = 1e-3; /* [s], the step of the chapter's rigid manipulator */
 static const double tol_default = 1e-6;  /* [rad]: a micrometre at 1 m */

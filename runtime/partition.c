@@ -8,13 +8,15 @@
  * far this choice is worse conditioned than K itself, and the smallest pivot how near K_d is to being
  * singular.
  */
-#include "core.h"
+#include "private/arithmetic.h"
+
+#include "private/core.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-#include "dense.h"
+#include "private/dense.h"
 
 /* A choice is given up when its condition has grown by this factor: pivots then have lost one digit. */
 static const double worse = 10;

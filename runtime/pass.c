@@ -6,16 +6,18 @@
  * rows as vectors, columns scaled by 1/sqrt(M_jj), the volume that they span; it is 0 where they lose rank,
  * in whichever way, and does not depend on the partition. Redundant rows are none of these vectors.
  */
-#include "pass.h"
+#include "private/arithmetic.h"
+
+#include "private/pass.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "advance.h"
-#include "core.h"
-#include "dense.h"
-#include "slope.h"
-#include "step.h"
+#include "private/advance.h"
+#include "private/core.h"
+#include "private/dense.h"
+#include "private/slope.h"
+#include "private/step.h"
 
 /* Where in the step the state lies, between two stages of rk8, those for its interpolant included, and how
  * far from them: in the widest gap, or nearer to the end where the step has to end early. */

@@ -7,13 +7,15 @@
  * = u L^-T orthonormalised this is dq = L^-T z, z the shortest solution of A z = -phi; no product u M^-1 u^T
  * is formed, so dependent rows are told apart at full precision.
  */
-#include "core.h"
+#include "private/arithmetic.h"
+
+#include "private/core.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-#include "dense.h"
+#include "private/dense.h"
 
 /* Newton doubles the digits from any start that it converges from; 30 iterations also halve a distance 30
  * times. */

@@ -40,7 +40,12 @@ enum refdyn_status {
     REFDYN_BAD_OPTION = -3,       /* an option is out of its range; refdyn_options_validate says which */
     REFDYN_BAD_MEMORY = -4,       /* memory is NULL, misaligned or smaller than the size asked for */
     REFDYN_FUNCTION_MISSING = -5, /* the model lacks an emitted function that this call needs */
-    REFDYN_TOO_MANY_STEPS = -6    /* options.step_limit reached */
+    REFDYN_TOO_MANY_STEPS = -6,   /* options.step_limit reached */
+    REFDYN_UNKNOWN_NAME = -7,     /* no value has that name, or no emitted function reads it */
+    REFDYN_BAD_VALUE = -8,        /* a value that was given is infinite or NaN */
+    REFDYN_OTHER_VERSION = -9,    /* the model is of another REFDYN_MODEL_VERSION than this library */
+    REFDYN_BAD_MODEL = -10,       /* the model is NULL, or a count or index in its table is out of range */
+    REFDYN_BAD_ARITHMETIC = -11   /* this library was compiled with flags that change arithmetic */
 };
 
 /* One line for a status, without a full stop. Never NULL. */
@@ -77,7 +82,8 @@ struct refdyn_partition {
 
 /*
  * Everything of one model instance that changes, and the room to compute in. Caller's to read; caller's to
- * write are p (then refdyn_prepare), x, rank_tol and consistency_tol.
+ * write are p (then refdyn_prepare), x, rank_tol and consistency_tol; by name: refdyn_set_parameter,
+ * refdyn_set_input.
  */
 struct refdyn_workspace {
     const struct refdyn_model *model;
@@ -121,11 +127,12 @@ struct refdyn_workspace {
     int *mark;        /* (n + m) sets of coordinates, of rows */
 };
 
-/* Bytes that refdyn_workspace_init needs for this model. */
+/* Bytes that refdyn_workspace_init needs for this model; 0: it refuses the model. */
 size_t refdyn_workspace_size(const struct refdyn_model *model);
 /* Lays the workspace out in memory and sets parameters and inputs to their defaults.
- * Errors: BAD_MEMORY; FUNCTION_MISSING when the model has neither `equations` nor all of M h Q and, with
- * rows, u v k.
+ * Errors: OTHER_VERSION; BAD_MODEL, also when n, m and coupling_count are more than 15,000 in all;
+ * BAD_ARITHMETIC; BAD_MEMORY; FUNCTION_MISSING when the model has neither `equations` nor all of M h Q and,
+ * with rows, u v k.
  */
 int refdyn_workspace_init(struct refdyn_workspace *work, const struct refdyn_model *model, void *memory,
                           size_t size);
@@ -139,8 +146,25 @@ void refdyn_initial_state(const struct refdyn_workspace *work, double *q, double
 void refdyn_anchor(struct refdyn_workspace *work, double t, const double *q, const double *qd,
                    const int *given);
 
-/* Index of a name in a table of names, -1 when absent. */
+/* ---- Names ---- */
+
+/*
+ * Set the parameter, the input or the coordinate of that name. Errors, after which nothing has changed:
+ * UNKNOWN_NAME, also for a parameter that no emitted function reads; BAD_VALUE when `value` is infinite or
+ * NaN; OTHER_VERSION, BAD_MODEL; BAD_MEMORY when refdyn_workspace_init has failed.
+ *
+ * refdyn_set_parameter computes the derived parameters, too: refdyn_prepare is not needed behind it. An
+ * anchored parameter keeps the value if refdyn_anchor is told so. q (n): coordinates or rates of the caller.
+ */
+int refdyn_set_parameter(struct refdyn_workspace *work, const char *name, double value);
+int refdyn_set_input(struct refdyn_workspace *work, const char *name, double value);
+int refdyn_set_coordinate(const struct refdyn_model *model, double *q, const char *name, double value);
+
+/* Index of a name in a table of coordinates, parameters or inputs, of a row, of a point; -1 when it is
+ * absent: not to be used as an index unseen. */
 int refdyn_find_name(const struct refdyn_name *names, int count, const char *name);
+int refdyn_find_row(const struct refdyn_model *model, const char *name);
+int refdyn_find_point(const struct refdyn_model *model, const char *name);
 
 /* ---- Accelerations ---- */
 
@@ -218,7 +242,8 @@ enum refdyn_method {
 /* "auto", "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss12", "ros34pw2",
  * "ros34pw2-diagonal"; NULL outside the range. */
 const char *refdyn_method_name(int method);
-/* Order in the step: the error of a motion goes with its power, and about with tol where steps are found. */
+/* Order in the step: the error of a motion goes with its power, and about with tol where steps are found. 0
+ * outside the range, as all that follow. */
 int refdyn_method_order(enum refdyn_method method);
 /* Is it linearly implicit or implicit? auto counts as such. */
 int refdyn_method_is_implicit(enum refdyn_method method);
@@ -229,7 +254,7 @@ int refdyn_has_tangent(const struct refdyn_model *model);
 /* Was all emitted that the method needs: `diagonals`, `shifted` and with rows `u` for ros34pw2-diagonal, the
  * tangent for other implicit methods but auto? */
 int refdyn_can_run(const struct refdyn_model *model, enum refdyn_method method);
-/* The method of that name, -1 when there is none. */
+/* The method of that name, -1 when there is none: options of that method are refused as BAD_OPTION. */
 int refdyn_method_find(const char *name);
 
 enum refdyn_singular {
@@ -297,8 +322,8 @@ struct refdyn_statistics {
     double passage_error;                                /* largest error of all */
 };
 
-/* The tangent as vectors of joints, and factors in O(n): runtime/chain.h. By position: all joints beyond one
- * follow it. */
+/* The tangent as vectors of joints, and factors in O(n): runtime/private/chain.h. By position: all joints
+ * beyond one follow it. */
 struct refdyn_chain {
     const struct refdyn_model *model;
     int n, is_planar, border;            /* border: couplings, and the rows of the last factorisation */
@@ -323,7 +348,7 @@ struct refdyn_chain {
     int *pivot;          /* (couplings + m), then as many for each lane */
 };
 
-/* The matrix with the diagonals of K and D alone: runtime/diagonal.h. */
+/* The matrix with the diagonals of K and D alone: runtime/private/diagonal.h. */
 struct refdyn_diagonal {
     const struct refdyn_workspace *work; /* whose model is solved, */
     double t, g;                         /* at this time, with this gamma h [s], */
@@ -335,7 +360,8 @@ struct refdyn_diagonal {
     int has_gains;
 };
 
-/* The equations linearised about a state, and the factored matrix of an implicit step: runtime/linearise.h.
+/* The equations linearised about a state, and the factored matrix of an implicit step:
+ * runtime/private/linearise.h.
  */
 struct refdyn_linear {
     int n, m, size;  /* size: n and the independent rows */
@@ -347,14 +373,14 @@ struct refdyn_linear {
     double *f_t, *g_t, *G_q, *G_qd, *u, *diagonals, *K, *D, *M;
     struct refdyn_chain chain;
     struct refdyn_diagonal diagonal;
-    double *matrix;     /* (size x size) factors */
-    double *directions; /* (rank x n) u_b z_a = 1 for a = b, else 0 */
-    double *sides, *x;  /* room: (2 n), (2 size) */
-    double *scale;      /* (size) room */
-    int *pivot;         /* (size) */
-    double *complex;    /* (complexes x 2 x size x size) factors, real and imaginary parts */
-    int *complex_pivot; /* (complexes x size) */
-    int *rows;          /* (m) rows of the partition for which they were factored */
+    double *matrix;          /* (size x size) factors */
+    double *directions;      /* (rank x n) u_b z_a = 1 for a = b, else 0 */
+    double *sides, *x;       /* room: (2 n), (2 size) */
+    double *scale;           /* (size) room */
+    int *pivot;              /* (size) */
+    double *complex_factors; /* (complexes x 2 x size x size) factors, real and imaginary parts */
+    int *complex_pivot;      /* (complexes x size) */
+    int *rows;               /* (m) rows of the partition for which they were factored */
 };
 
 /* Why a state where the rows lose rank was not passed. */
@@ -472,9 +498,9 @@ struct refdyn_drive {
     long evaluations_before;            /* of the workspace, at the start */
 };
 
-/* Bytes that refdyn_drive_init needs; 0: an option is out of its range. */
+/* Bytes that refdyn_drive_init needs; 0: it refuses the model or an option. */
 size_t refdyn_drive_size(const struct refdyn_model *model, const struct refdyn_options *options);
-/* Errors: BAD_OPTION, BAD_MEMORY, FUNCTION_MISSING (refdyn_can_run). */
+/* Errors: BAD_OPTION, BAD_MEMORY, FUNCTION_MISSING (refdyn_can_run); OTHER_VERSION, BAD_MODEL. */
 int refdyn_drive_init(struct refdyn_drive *drive, struct refdyn_workspace *work,
                       const struct refdyn_options *options, void *memory, size_t size);
 /* Sets the state (copied) and evaluates it; clears the statistics. With options.project_start the state is
@@ -548,6 +574,7 @@ struct refdyn_statics_result {
 
 struct refdyn_statics_options refdyn_statics_default(void);
 int refdyn_statics_validate(const struct refdyn_statics_options *options, const char **fact);
+/* Bytes that refdyn_statics needs; 0: it refuses the model. */
 size_t refdyn_statics_size(const struct refdyn_model *model);
 /*
  * Equilibrium: Q(q, qd = 0, t = 0) = 0 over the coordinates not held, by Newton on
@@ -560,8 +587,8 @@ size_t refdyn_statics_size(const struct refdyn_model *model);
  * - q (n): start, then the equilibrium; after a failure the last one, that under result->load
  * - hold_force (n, or NULL): -Q at held coordinates, 0 elsewhere
  *
- * Errors: NOT_FINITE, NO_CONVERGENCE, TANGENT_SINGULAR (work->fault.coordinate), BAD_OPTION, BAD_MEMORY,
- * FUNCTION_MISSING (Q or Q_q).
+ * Errors: NOT_FINITE, NO_CONVERGENCE, TANGENT_SINGULAR (work->fault.coordinate), BAD_OPTION, also when a held
+ * coordinate is none of 0 ... n - 1, BAD_MEMORY, FUNCTION_MISSING (Q or Q_q); OTHER_VERSION, BAD_MODEL.
  */
 int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_options *options,
                    const int *held, int held_count, double *q, double *hold_force,

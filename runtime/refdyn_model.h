@@ -17,6 +17,10 @@
 #ifndef REFDYN_MODEL_H
 #define REFDYN_MODEL_H
 
+/* Of struct refdyn_model and of what its functions take and give. Emitted files carry the number that they
+ * were written for: they do not compile with another one, and the runtime refuses tables with another one. */
+#define REFDYN_MODEL_VERSION 1
+
 typedef void refdyn_function(const double *p, const double *x, double t, const double *q, const double *qd,
                              double *out);
 
@@ -43,7 +47,7 @@ struct refdyn_row {
  *     spin       int rho' x C_j dm
  *     damping    of dC_j/dt
  *     stiffness  of d2C_j/dt2, with what turns C along.
- * Their products are the tangent: runtime/chain.h.
+ * Their products are the tangent: runtime/private/chain.h.
  */
 /* clang-format on */
 enum refdyn_vector {
@@ -68,6 +72,7 @@ enum refdyn_vector {
 };
 
 struct refdyn_model {
+    int interface_version; /* REFDYN_MODEL_VERSION; the first field in every version */
     const char *name;
     const char *hash;    /* of the model: changes whenever the emitted code does */
     int n;               /* coordinates */

@@ -5,16 +5,18 @@
  * states between. Each stage is one evaluation of the accelerations and one solution with the matrix of
  * linearise.h, g = gamma h, which is factored once a step. Formulas in rosenbrock.h.
  */
-#include "rosenbrock.h"
+#include "private/arithmetic.h"
+
+#include "private/rosenbrock.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "advance.h"
-#include "dense.h"
-#include "linearise.h"
-#include "slope.h"
-#include "step.h"
+#include "private/advance.h"
+#include "private/dense.h"
+#include "private/linearise.h"
+#include "private/slope.h"
+#include "private/step.h"
 
 static int count_all(const struct refdyn_rosenbrock_table *table) {
     return table->stages + table->interpolant_stages;

@@ -5,15 +5,17 @@
  * estimate, and states between. Formulas in runge_kutta.h. The work of non-conservative and programme forces
  * is one more component of the state.
  */
-#include "runge_kutta.h"
+#include "private/arithmetic.h"
+
+#include "private/runge_kutta.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "dense.h"
-#include "pass.h"
-#include "slope.h"
-#include "step.h"
+#include "private/dense.h"
+#include "private/pass.h"
+#include "private/slope.h"
+#include "private/step.h"
 
 static int count_all(const struct refdyn_tableau *tableau) {
     return tableau->stages + tableau->interpolant_stages;

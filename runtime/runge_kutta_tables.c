@@ -8,7 +8,9 @@
  * Norsett and Wanner, II.5, II.6, II.10). What they give as nested products of theta and 1 - theta is sorted
  * by powers of theta here.
  */
-#include "runge_kutta.h"
+#include "private/arithmetic.h"
+
+#include "private/runge_kutta.h"
 
 /* clang-format off */
 static const double rk4_a[4 * 4] = {

@@ -10,14 +10,16 @@
  * the correction that follows it, with the same tangent, is at most (1 - a/4) times as long (Deuflhard,
  * Newton Methods for Nonlinear Problems, 2004, sect. 3.3, 5.1). Lengths are in 1 rad and `length`.
  */
-#include "core.h"
+#include "private/arithmetic.h"
+
+#include "private/core.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-#include "dense.h"
-#include "room.h"
+#include "private/dense.h"
+#include "private/room.h"
 
 /* [rad, length] Newton's last correction; the error that is left is about its square */
 static const double tol_default = 1e-12;
@@ -74,7 +76,7 @@ static size_t lay_out(struct statics *statics, int n, char *base) {
 
 size_t refdyn_statics_size(const struct refdyn_model *model) {
     struct statics statics;
-    return lay_out(&statics, model->n, NULL);
+    return refdyn_model_status(model) ? 0 : lay_out(&statics, model->n, NULL);
 }
 
 struct refdyn_statics_options refdyn_statics_default(void) {
@@ -109,6 +111,14 @@ int refdyn_statics_validate(const struct refdyn_statics_options *options, const 
     if (fact)
         *fact = wrong;
     return wrong ? REFDYN_BAD_OPTION : REFDYN_OK;
+}
+
+/* Is each of these a coordinate? */
+static int are_coordinates(const int *held, int held_count, int n) {
+    for (int i = 0; i < held_count; i++)
+        if (held[i] < 0 || held[i] >= n)
+            return 0;
+    return 1;
 }
 
 static int fail_at(struct refdyn_workspace *work, int status, int coordinate) {
@@ -412,7 +422,10 @@ int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_op
                    struct refdyn_statics_result *result, void *memory, size_t size) {
     struct statics statics = {.work = work, .options = options, .result = result, .n = work->n};
     *result = (struct refdyn_statics_result){.is_followed = 1};
-    if (wrong_option(options))
+    int status = refdyn_workspace_status(work);
+    if (status)
+        return status;
+    if (wrong_option(options) || !are_coordinates(held, held_count, work->n))
         return REFDYN_BAD_OPTION;
     if (!work->model->Q || !work->model->Q_q)
         return REFDYN_FUNCTION_MISSING;
@@ -420,7 +433,7 @@ int refdyn_statics(struct refdyn_workspace *work, const struct refdyn_statics_op
         return REFDYN_BAD_MEMORY;
     lay_out(&statics, work->n, memory);
     list_free(&statics, held, held_count);
-    int status = evaluate_forces(&statics, q);
+    status = evaluate_forces(&statics, q);
     if (status)
         return status;
     memcpy(statics.Q_start, statics.Q, (size_t)work->n * sizeof(double));

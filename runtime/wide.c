@@ -7,11 +7,13 @@
  * subtracted in one pass, which reads and writes each entry once (Golub and Van Loan, Matrix Computations,
  * 3.2.11).
  */
+#include "private/arithmetic.h"
+
 #include <float.h>
 #include <math.h>
 
-#include "dense.h"
-#include "wide.h"
+#include "private/dense.h"
+#include "private/wide.h"
 
 enum { PANEL = 4 };
 

@@ -3,15 +3,17 @@
  *
  * Takes a model and memory of the caller; gives a workspace whose arrays lie in that memory.
  */
+#include "private/arithmetic.h"
+
 #include "refdyn.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-#include "core.h"
-#include "dense.h"
-#include "room.h"
+#include "private/core.h"
+#include "private/dense.h"
+#include "private/room.h"
 
 const char *refdyn_status_text(int status) {
     switch (status) {
@@ -39,6 +41,16 @@ const char *refdyn_status_text(int status) {
         return "the model lacks a function that is needed";
     case REFDYN_TOO_MANY_STEPS:
         return "the limit on the number of steps was reached";
+    case REFDYN_UNKNOWN_NAME:
+        return "the model has nothing of that name, or no emitted function reads it";
+    case REFDYN_BAD_VALUE:
+        return "the value given is infinite or undefined";
+    case REFDYN_OTHER_VERSION:
+        return "the model was emitted for another version of this library: emit it again";
+    case REFDYN_BAD_MODEL:
+        return "the model is missing, or a count or an index in its table is out of range";
+    case REFDYN_BAD_ARITHMETIC:
+        return "the library was compiled with flags that change arithmetic, such as -ffast-math";
     default:
         return "unknown status";
     }
@@ -84,6 +96,8 @@ static size_t lay_out(struct refdyn_workspace *work, char *base) {
 }
 
 size_t refdyn_workspace_size(const struct refdyn_model *model) {
+    if (refdyn_model_status(model))
+        return 0;
     struct refdyn_workspace work = {.model = model, .n = model->n, .m = model->m};
     return lay_out(&work, NULL);
 }
@@ -96,12 +110,19 @@ static int has_equations(const struct refdyn_model *model) {
 
 int refdyn_workspace_init(struct refdyn_workspace *work, const struct refdyn_model *model, void *memory,
                           size_t size) {
-    *work = (struct refdyn_workspace){.model = model, .n = model->n, .m = model->m};
+    *work = (struct refdyn_workspace){.model = model};
+    const int status = refdyn_model_status(model);
+    if (status)
+        return status;
+    if (!refdyn_arithmetic_is_exact())
+        return REFDYN_BAD_ARITHMETIC;
     if (!has_equations(model))
         return REFDYN_FUNCTION_MISSING;
     if (!room_fits(memory, size, refdyn_workspace_size(model)))
         return REFDYN_BAD_MEMORY;
     memset(memory, 0, refdyn_workspace_size(model));
+    work->n = model->n;
+    work->m = model->m;
     lay_out(work, memory);
     /* a pivot that has lost half of the digits cannot be told from the drift of the rows that it comes from
      */
@@ -116,6 +137,11 @@ int refdyn_workspace_init(struct refdyn_workspace *work, const struct refdyn_mod
         work->x[i] = model->inputs[i].value;
     refdyn_prepare(work);
     return REFDYN_OK;
+}
+
+int refdyn_workspace_status(const struct refdyn_workspace *work) {
+    const int status = refdyn_model_status(work->model);
+    return !status && !work->equations ? REFDYN_BAD_MEMORY : status;
 }
 
 void refdyn_prepare(struct refdyn_workspace *work) {
@@ -148,13 +174,6 @@ void refdyn_anchor(struct refdyn_workspace *work, double t, const double *q, con
         if (!given || !given[i])
             work->p[model->anchored[i]] = work->anchored[i];
     refdyn_prepare(work);
-}
-
-int refdyn_find_name(const struct refdyn_name *names, int count, const char *name) {
-    for (int i = 0; i < count; i++)
-        if (strcmp(names[i].name, name) == 0)
-            return i;
-    return -1;
 }
 
 static void call(refdyn_function *function, const struct refdyn_workspace *work, double t, const double *q,

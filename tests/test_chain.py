@@ -18,10 +18,10 @@ SOLVED = 3e-15    # of solutions, times the condition: what a change of all term
 # Prints figures, the largest of several states: products with M, D, K; and for each g of solutions the error and the condition.
 PROGRAM = """
 #include "MODEL.h"
-#include "chain.h"
-#include "core.h"
-#include "dense.h"
-#include "linearise.h"
+#include "private/chain.h"
+#include "private/core.h"
+#include "private/dense.h"
+#include "private/linearise.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -97,7 +97,7 @@ static double row_size(const struct refdyn_linear *l, int i, double g, const dou
 static void solve_dense(const struct refdyn_linear *dense, int is_complex, int k, double *z) {
     const int size = dense->size;
     if (is_complex)
-        refdyn_complex_lu_solve(dense->complex + k * 2 * size * size, size, dense->complex_pivot + k * size, z);
+        refdyn_complex_lu_solve(dense->complex_factors + k * 2 * size * size, size, dense->complex_pivot + k * size, z);
     else
         refdyn_lu_solve(dense->matrix, size, dense->pivot, z);
 }

@@ -3,7 +3,10 @@ import re
 
 from program import SOURCE
 
-OUR_HEADERS = {folder: {path.name for path in (SOURCE / folder).glob("*.h")} for folder in ("gen", "runtime", "runtime/tool")}
+OUR_HEADERS = {folder: {path.name for path in (SOURCE / folder).glob("*.h")}
+               for folder in ("gen", "runtime", "runtime/private", "runtime/tool")}
+CORE = ("runtime", "runtime/private")
+CORE_HEADERS = set().union(*(OUR_HEADERS[folder] for folder in CORE))
 
 
 def includes(folder):
@@ -15,7 +18,7 @@ def includes(folder):
 
 
 def test_one_file_knows_lua():
-    users = {str(path.relative_to(SOURCE)) for folder in ("gen", "runtime", "runtime/tool")
+    users = {str(path.relative_to(SOURCE)) for folder in OUR_HEADERS
              for path, name in includes(folder) if name in ("lua.h", "lualib.h", "lauxlib.h", "lua.hpp")}
     assert len(users) == 1, users
     assert users.pop().startswith("gen/")
@@ -23,7 +26,7 @@ def test_one_file_knows_lua():
 
 def test_generator_includes_no_runtime():
     """But for what emitted code and its callers agree on."""
-    runtime = (OUR_HEADERS["runtime"] | OUR_HEADERS["runtime/tool"]) - {"refdyn_model.h", "chain_cost.h"}
+    runtime = (CORE_HEADERS | OUR_HEADERS["runtime/tool"]) - {"refdyn_model.h", "chain_cost.h"}
     wrong = [(path.name, name) for path, name in includes("gen") if "runtime" in name or name.split("/")[-1] in runtime]
     assert not wrong
 
@@ -32,13 +35,14 @@ def test_runtime_core_stands_alone():
     """Only its own headers and those of C11: no generator, no Lua, no library, no POSIX."""
     standard = {"assert.h", "complex.h", "ctype.h", "errno.h", "fenv.h", "float.h", "inttypes.h", "limits.h", "math.h", "setjmp.h",
                 "stdalign.h", "stdarg.h", "stdatomic.h", "stdbool.h", "stddef.h", "stdint.h", "stdlib.h", "string.h", "tgmath.h"}
-    wrong = [(path.name, name) for path, name in includes("runtime") if name not in standard | OUR_HEADERS["runtime"]]
+    wrong = [(path.name, name) for folder in CORE for path, name in includes(folder)
+             if name not in standard and name.split("/")[-1] not in CORE_HEADERS]
     assert not wrong
 
 
 def test_only_the_tool_includes_both():
     users = {name.split("/")[-1] for _, name in includes("runtime/tool")}
-    assert users & OUR_HEADERS["gen"] and users & OUR_HEADERS["runtime"]
+    assert users & OUR_HEADERS["gen"] and users & CORE_HEADERS
 
 
 def code(path):
@@ -49,7 +53,7 @@ def code(path):
 
 def test_runtime_core_is_quiet():
     """The core never prints, exits, or allocates."""
-    for path in sorted((SOURCE / "runtime").glob("*.[ch]")):
+    for path in [path for folder in CORE for path in sorted((SOURCE / folder).glob("*.[ch]"))]:
         calls = re.findall(r"\b(printf|fprintf|puts|perror|exit|abort|malloc|calloc|realloc|free)\s*\(", code(path))
         assert not calls, f"{path.name} calls {sorted(set(calls))}"
 

@@ -380,7 +380,7 @@ def test_numbers_that_fail(tmp_path):
 
 SPECTRUM = """
 #include "MODEL.h"
-#include "linearise.h"
+#include "private/linearise.h"
 #include <stdlib.h>
 
 int spectrum(const double *q, double *rate, double *damping);

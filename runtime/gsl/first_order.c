@@ -7,12 +7,14 @@
  *     [ u   0   ] [ dlambda ] = [ -G_q dq - G_qd dqd - g_t dt ]
  * with one factorisation and a solution for each column.
  */
-#include "first_order.h"
+#include "../private/arithmetic.h"
+
+#include "private/first_order.h"
 
 #include <string.h>
 
-#include "linearise.h"
-#include "slope.h"
+#include "../private/linearise.h"
+#include "../private/slope.h"
 
 /* Changes of the accelerations into column[i stride]. */
 static void fill_column(struct refdyn_linear *linear, enum refdyn_by by, int j, double *column, int stride) {

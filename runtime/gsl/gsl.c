@@ -4,6 +4,8 @@
  * Takes a drive with a state at t_end; gives the next states there, by GSL's evolution of y' = f(t, y),
  * y = q, qd, work_done, with the Jacobian of first_order.h. What is shown of a state is the drive's own.
  */
+#include "../private/arithmetic.h"
+
 #include "refdyn_gsl.h"
 
 #include <gsl/gsl_errno.h>
@@ -11,13 +13,13 @@
 #include <math.h>
 #include <string.h>
 
-#include "advance.h"
-#include "kinks.h"
-#include "core.h"
-#include "first_order.h"
-#include "linearise.h"
-#include "pass.h"
-#include "slope.h"
+#include "../private/advance.h"
+#include "../private/kinks.h"
+#include "../private/core.h"
+#include "private/first_order.h"
+#include "../private/linearise.h"
+#include "../private/pass.h"
+#include "../private/slope.h"
 
 /* Weight of work_done in the error: it follows the motion and has no say in the steps. */
 static const double weight_none = 1e100;
@@ -34,7 +36,7 @@ const char *refdyn_gsl_method_name(int method) {
 }
 
 int refdyn_gsl_method_find(const char *name) {
-    for (int method = 0; method < REFDYN_GSL_METHOD_COUNT; method++)
+    for (int method = 0; name && method < REFDYN_GSL_METHOD_COUNT; method++)
         if (strcmp(name, names[method]) == 0)
             return method;
     return -1;

@@ -13,7 +13,7 @@
  * equations of reduced index with the Baumgarte gains of the model. Tolerances of GSL and CVODE are absolute,
  * the same for positions and velocities.
  */
-#include "first_order.h"
+#include "private/first_order.h"
 #include "refdyn_gsl.h"
 
 #include <cvode/cvode.h>

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "linearise.h"
+#include "private/linearise.h"
 
 extern const struct refdyn_model MODEL;
 

@@ -148,6 +148,7 @@ static const struct refdyn_row spring_rows[] = {{"sweep", REFDYN_POSITION}, {"sp
 
 static inline struct refdyn_model spring_model(int rows) {
     return (struct refdyn_model){
+        .interface_version = REFDYN_MODEL_VERSION,
         .name = "spring",
         .hash = "",
         .n = SPRING_N,
@@ -238,6 +239,7 @@ static const struct refdyn_row cranks_rows[] = {{"far_x", REFDYN_POSITION},
 
 static inline struct refdyn_model cranks_model(void) {
     return (struct refdyn_model){
+        .interface_version = REFDYN_MODEL_VERSION,
         .name = "cranks",
         .hash = "",
         .n = CRANKS_N,
@@ -277,6 +279,7 @@ static const int rod_dependent[] = {0};
 
 static inline struct refdyn_model rod_model(const int *dependent) {
     return (struct refdyn_model){
+        .interface_version = REFDYN_MODEL_VERSION,
         .name = "rod",
         .hash = "",
         .n = 2,
@@ -337,6 +340,7 @@ static const struct refdyn_row axis_rows[] = {{"corner", REFDYN_POSITION}, {"axi
 
 static inline struct refdyn_model axis_model(void) {
     return (struct refdyn_model){
+        .interface_version = REFDYN_MODEL_VERSION,
         .name = "axis",
         .hash = "",
         .n = 4,
@@ -360,6 +364,7 @@ static const struct refdyn_name film_inputs[] = {{"t_end", "s", 0.5173}};
 
 static inline struct refdyn_model film_model(void) {
     return (struct refdyn_model){
+        .interface_version = REFDYN_MODEL_VERSION,
         .name = "film",
         .hash = "",
         .n = 1,

@@ -3,7 +3,7 @@
  * to 4 units in the last place of its largest entry. Beyond that, the emitted accelerations solve the emitted
  * equations, and are those of the runtime.
  */
-#include "chain.h"
+#include "private/chain.h"
 #include "gen.h"
 #include "quantities.h"
 #include "refdyn.h"

@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "check.h"
-#include "core.h"
-#include "dense.h"
+#include "private/core.h"
+#include "private/dense.h"
 #include "runtime_models.h"
 
 /* ---- Equations given as numbers: M f u v phi psi k of the case in hand
@@ -32,6 +32,7 @@ static const struct refdyn_row given_rows[M_MOST] = {{"one", REFDYN_POSITION},
 static struct refdyn_model given_model(int n, int m, const int *dependent) {
     given_count = n * n + n + m * n + 4 * m;
     return (struct refdyn_model){
+        .interface_version = REFDYN_MODEL_VERSION,
         .name = "given",
         .hash = "",
         .n = n,

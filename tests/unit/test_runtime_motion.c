@@ -8,9 +8,9 @@
 #endif
 
 #include "check.h"
-#include "dense.h"
+#include "private/dense.h"
 #include "runtime_models.h"
-#include "step.h"
+#include "private/step.h"
 
 static const double row_forever = 1e9;
 

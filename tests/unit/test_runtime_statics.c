@@ -57,6 +57,7 @@ static void unit_mass(const double *p, const double *x, double t, const double *
 
 static struct refdyn_model chain_model(void) {
     return (struct refdyn_model){
+        .interface_version = REFDYN_MODEL_VERSION,
         .name = "chain",
         .hash = "",
         .n = CHAIN_N,

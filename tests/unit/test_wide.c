@@ -11,7 +11,7 @@
 #include <string.h>
 
 #include "check.h"
-#include "dense.h"
+#include "private/dense.h"
 
 /* wide.c once more, without wide vectors, under names of its own. */
 #undef __x86_64__

@@ -9,7 +9,7 @@
 #ifndef REFDYN_PASS_H
 #define REFDYN_PASS_H
 
-#include "refdyn.h"
+#include "../refdyn.h"
 
 /* Will the rows lose rank within `reach` from t_begin? Then *t is when, on the motion continued by its
  * accelerations. The row terms in the workspace and drive->stage are lost. */

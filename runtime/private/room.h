@@ -14,21 +14,21 @@ struct room {
 };
 
 /* Next array of count doubles, or of ints, which fill whole doubles, so that both stay aligned; NULL while
- * counting. */
+ * counting. More bytes than a size_t can count are SIZE_MAX, which no memory has. */
 static inline double *room_doubles(struct room *room, int count) {
     double *array = room->base ? (double *)(void *)(room->base + room->used) : NULL;
-    room->used += (size_t)count * sizeof(double);
+    const size_t left = (SIZE_MAX - room->used) / sizeof(double), wanted = (size_t)count;
+    room->used = wanted > left ? SIZE_MAX : room->used + wanted * sizeof(double);
     return array;
 }
 
 static inline int *room_ints(struct room *room, int count) {
-    int *array = room->base ? (int *)(void *)(room->base + room->used) : NULL;
-    room->used += ((size_t)count * sizeof(int) + sizeof(double) - 1) / sizeof(double) * sizeof(double);
-    return array;
+    const int per_double = (int)(sizeof(double) / sizeof(int));
+    return (int *)(void *)room_doubles(room, count / per_double + (count % per_double != 0));
 }
 
 static inline int room_fits(const void *memory, size_t size, size_t needed) {
-    return memory && (uintptr_t)memory % sizeof(double) == 0 && size >= needed;
+    return memory && needed < SIZE_MAX && (uintptr_t)memory % sizeof(double) == 0 && size >= needed;
 }
 
 #endif

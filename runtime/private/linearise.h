@@ -16,7 +16,7 @@
 #define REFDYN_LINEARISE_H
 
 #include "core.h"
-#include "refdyn.h"
+#include "../refdyn.h"
 #include "room.h"
 
 /* Lays out the arrays of a linearisation with this many complex matrices; without a tangent it serves

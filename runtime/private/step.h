@@ -8,7 +8,7 @@
 #ifndef REFDYN_STEP_H
 #define REFDYN_STEP_H
 
-#include "refdyn.h"
+#include "../refdyn.h"
 #include "room.h"
 
 /* Of one method: its table, and what all kinds of tables have. */
@@ -24,6 +24,7 @@ struct refdyn_method_facts {
     const struct refdyn_collocation_table *collocation; /* implicit; all NULL: auto */
 };
 
+/* All 0 outside the range. */
 struct refdyn_method_facts refdyn_method_facts(enum refdyn_method method);
 
 /* Largest |x_j - y_j| (n each; y NULL: 0) in drive->units; NaN where one is. */

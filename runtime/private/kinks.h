@@ -10,7 +10,7 @@
 #ifndef REFDYN_KINKS_H
 #define REFDYN_KINKS_H
 
-#include "refdyn.h"
+#include "../refdyn.h"
 
 /* Times that are nearer to t than this are the same time. */
 double refdyn_time_resolution(double t);

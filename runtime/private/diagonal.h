@@ -15,7 +15,7 @@
 #ifndef REFDYN_DIAGONAL_H
 #define REFDYN_DIAGONAL_H
 
-#include "refdyn.h"
+#include "../refdyn.h"
 #include "room.h"
 
 void refdyn_diagonal_lay_out(struct refdyn_diagonal *diagonal, const struct refdyn_model *model,

@@ -5,7 +5,7 @@
 #ifndef REFDYN_FIRST_ORDER_H
 #define REFDYN_FIRST_ORDER_H
 
-#include "refdyn.h"
+#include "../../refdyn.h"
 
 /* f(t, y) into dydt. Errors: those of refdyn_accelerate. */
 int refdyn_first_order_slope(struct refdyn_drive *drive, double t, const double *y, double *dydt);

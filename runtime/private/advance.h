@@ -2,7 +2,7 @@
 #ifndef REFDYN_ADVANCE_H
 #define REFDYN_ADVANCE_H
 
-#include "refdyn.h"
+#include "../refdyn.h"
 
 /* One step towards t_out: of fixed steps never past it, but by one that passes a state where the rows lose
  * rank. From drive->state_new at t_end to the same, later.

@@ -21,7 +21,7 @@
 #ifndef REFDYN_CHAIN_H
 #define REFDYN_CHAIN_H
 
-#include "refdyn.h"
+#include "../refdyn.h"
 #include "room.h"
 
 /* Lays out arrays with room for factors of a real matrix, and (has_wide) of those of a collocation method. */

@@ -2,7 +2,17 @@
 #ifndef REFDYN_CORE_H
 #define REFDYN_CORE_H
 
-#include "refdyn.h"
+#include "../refdyn.h"
+
+/* Is it there, and of this version? Another one's fields may be read no further than interface_version. */
+static inline int refdyn_model_is_readable(const struct refdyn_model *model) {
+    return model && model->interface_version == REFDYN_MODEL_VERSION;
+}
+
+/* Errors: BAD_MODEL, OTHER_VERSION. */
+int refdyn_model_status(const struct refdyn_model *model);
+/* The same of a workspace's model; BAD_MEMORY when its arrays are not laid out. */
+int refdyn_workspace_status(const struct refdyn_workspace *work);
 
 /* NOT_FINITE with the fault at the first coordinate or row whose equations are infinite or NaN; OK when there
  * is none. */

@@ -2,7 +2,7 @@
 #ifndef REFDYN_SLOPE_H
 #define REFDYN_SLOPE_H
 
-#include "refdyn.h"
+#include "../refdyn.h"
 
 /* Entries of a slope. What leads, (2 n + 1), changes a state; lambda behind it is what tangents are taken at.
  */

@@ -2,7 +2,7 @@
 #ifndef REFDYN_CHOOSE_H
 #define REFDYN_CHOOSE_H
 
-#include "refdyn.h"
+#include "../refdyn.h"
 
 /* Begins the first trial; at the start of a motion. */
 void refdyn_choose_start(struct refdyn_drive *drive);

@@ -1,0 +1,61 @@
+/*
+ * May a model's table be used? Its version, its counts, the tables that they count, and indices in these.
+ *
+ * Takes a table that may come from another version of the generator or from a hand; gives a status before any
+ * size is computed from it.
+ */
+#include "private/arithmetic.h"
+
+#include "private/core.h"
+
+/* Of parameters, inputs, breaks ...: twice as many still are an int. */
+enum { COUNT_MOST = 1 << 28 };
+/* Of coordinates, rows and couplings together: the largest product of them in a layout, 9 (m + couplings)^2
+ * for the border of a chain, still is an int. */
+enum { DENSE_MOST = 15000 };
+
+static int is_count(int count) {
+    return count >= 0 && count <= COUNT_MOST;
+}
+
+static int has_counts(const struct refdyn_model *model) {
+    const int n = model->n, m = model->m, couplings = model->coupling_count;
+    if (n < 1 || !is_count(n) || !is_count(m) || !is_count(couplings) || n + m + couplings > DENSE_MOST)
+        return 0;
+    return is_count(model->parameter_count) && is_count(model->derived_count) &&
+           is_count(model->input_count) && is_count(model->point_count) && is_count(model->course_count) &&
+           is_count(model->break_count) && is_count(model->switch_count) && is_count(model->held_count) &&
+           is_count(model->anchored_count);
+}
+
+static int has_tables(const struct refdyn_model *model) {
+    return model->coordinates && (model->parameters || model->parameter_count == 0) &&
+           (model->inputs || model->input_count == 0) && (model->rows || model->m == 0) &&
+           (model->points || model->point_count == 0) && (model->held || model->held_count == 0) &&
+           (model->anchored || model->anchored_count == 0) &&
+           ((model->parent && model->vector_places) || !model->tangent_vectors);
+}
+
+/* Do all places lie in [least, end)? */
+static int lie_in(const int *places, int count, int least, int end) {
+    for (int i = 0; places && i < count; i++)
+        if (places[i] < least || places[i] >= end)
+            return 0;
+    return 1;
+}
+
+static int has_places(const struct refdyn_model *model) {
+    const int n = model->n, m = model->m;
+    return lie_in(model->parent, n, -1, n) && lie_in(model->dependent, m, 0, n) &&
+           lie_in(model->held, model->held_count, 0, n) &&
+           lie_in(model->gains, 2 * m, -1, model->parameter_count + model->derived_count) &&
+           lie_in(model->anchored, model->anchored_count, 0, model->parameter_count);
+}
+
+int refdyn_model_status(const struct refdyn_model *model) {
+    if (!model)
+        return REFDYN_BAD_MODEL;
+    if (!refdyn_model_is_readable(model))
+        return REFDYN_OTHER_VERSION;
+    return has_counts(model) && has_tables(model) && has_places(model) ? REFDYN_OK : REFDYN_BAD_MODEL;
+}

@@ -1,0 +1,41 @@
+/*
+ * The arithmetic that the runtime is written for: NaN, infinities and signed zeros, each operation rounded to
+ * a double by itself and in the order that is written.
+ *
+ * Every source file includes this before all else. It stops where a compiler tells that its flags change
+ * that, and turns off what compilers change without telling. What remains, refdyn_arithmetic_is_exact finds.
+ */
+#ifndef REFDYN_ARITHMETIC_H
+#define REFDYN_ARITHMETIC_H
+
+#include <float.h>
+
+#ifdef __FAST_MATH__
+#error "The runtime of refdyn needs exact arithmetic: compile it without -ffast-math and -Ofast."
+#endif
+#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
+#error "The runtime of refdyn needs infinities and NaN: compile it without -ffinite-math-only."
+#endif
+#if defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || defined(__NO_SIGNED_ZEROS__)
+#error "The runtime of refdyn needs operations as they are written: compile it without \
+-funsafe-math-optimizations, -fassociative-math, -freciprocal-math and -fno-signed-zeros."
+#endif
+#if FLT_EVAL_METHOD < 0 || FLT_EVAL_METHOD == 2
+#error "The runtime of refdyn needs each operation rounded to a double: compile it with -msse2 -mfpmath=sse."
+#endif
+_Static_assert(
+    sizeof 0.1 == sizeof(double),
+    "The runtime of refdyn needs constants as doubles: compile it without -fsingle-precision-constant.");
+
+/* A product and a sum are two roundings, also where a processor has both in one operation. */
+#if defined(__clang__)
+#pragma float_control(precise, on)
+#pragma STDC FP_CONTRACT OFF
+#elif defined(__GNUC__) && defined(__FP_FAST_FMA)
+#pragma GCC optimize("fp-contract=off")
+#endif
+
+/* Does what this library was compiled to do round and order its operations as they are written? */
+int refdyn_arithmetic_is_exact(void);
+
+#endif

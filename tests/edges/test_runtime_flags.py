@@ -1,0 +1,226 @@
+"""
+Flags of compilers that change arithmetic: compiling the runtime with them stops with a sentence, or its results are those without them,
+or it refuses to work and says why.
+"""
+import concurrent.futures
+import re
+import subprocess
+
+import pytest
+
+from program import SOURCE, TESTS
+
+RUNTIME = SOURCE / "runtime"
+ARITHMETIC = RUNTIME / "private" / "arithmetic.h"
+SOURCES = sorted(RUNTIME.glob("*.c"))
+SENTENCE = re.compile(r"The runtime of refdyn needs [^\n]*: compile it with")
+
+
+def compile_files(command, files, folder=None):
+    """The finished compilations, two at a time."""
+    def one(path):
+        target = ["-c", path, "-o", folder / (path.stem + ".o")] if folder else ["-fsyntax-only", path]
+        return subprocess.run([*command, *target], capture_output=True, text=True)
+    with concurrent.futures.ThreadPoolExecutor(2) as pool:
+        return list(pool.map(one, files))
+
+
+def is_known(compiler, flags):
+    """Flags that a version of a compiler does not have cannot be given to it."""
+    done = subprocess.run([compiler, *flags, "-Werror", "-xc", "-c", "-o", "/dev/null", "-"], input="int x;\n", capture_output=True, text=True)
+    return done.returncode == 0
+
+
+def runs_here(flags):
+    """Does this processor have the operations that the flags ask for?"""
+    return not [flag for flag in flags if flag.startswith("-m")] or " fma " in open("/proc/cpuinfo").read()
+
+
+# ---- What compilers tell ----
+
+STOPPED = [("gcc", "-ffast-math"), ("gcc", "-Ofast"), ("gcc", "-funsafe-math-optimizations"),
+           ("gcc", "-fassociative-math -fno-signed-zeros -fno-trapping-math"), ("gcc", "-fno-signed-zeros"), ("gcc", "-freciprocal-math"),
+           ("gcc", "-ffinite-math-only"), ("gcc", "-Ofast -fno-finite-math-only"), ("gcc", "-ffast-math -fno-associative-math"),
+           ("gcc", "-mfpmath=387"), ("gcc", "-mfpmath=both"), ("gcc", "-fsingle-precision-constant"), ("clang", "-ffast-math"),
+           ("clang", "-Ofast"), ("clang", "-ffinite-math-only"), ("clang", "-ffp-model=fast"),
+           ("clang", "-fno-honor-nans -fno-honor-infinities")]
+
+
+@pytest.mark.parametrize("compiler, flags", STOPPED)
+def test_compiling_stops(compiler, flags):
+    """Every file of the library, whatever of it is compiled that way."""
+    for path, done in zip(SOURCES, compile_files([compiler, "-std=gnu11", "-O2", *flags.split()], SOURCES)):
+        assert done.returncode != 0 and SENTENCE.search(done.stderr.replace("\\\n", "")), f"{path.name}: {done.stderr[:1000]}"
+
+
+@pytest.mark.parametrize("flags", ["-ffast-math", "-ffinite-math-only", "-funsafe-math-optimizations", "-mfpmath=387"])
+def test_compiling_the_gsl_library_stops(flags):
+    for done in compile_files(["gcc", "-I", RUNTIME, *flags.split()], sorted((RUNTIME / "gsl").glob("*.c"))):
+        assert done.returncode != 0 and SENTENCE.search(done.stderr), done.stderr[:1000]
+
+
+def test_32_bit_x86():
+    """Its own arithmetic is that of the x87, unless it is told otherwise; the header needs no libraries of 32 bits."""
+    if "x86_64" not in subprocess.run(["gcc", "-dumpmachine"], capture_output=True, text=True).stdout:
+        pytest.skip("the compiler is not one of x86-64")
+    stopped = subprocess.run(["gcc", "-m32", "-fsyntax-only", "-xc", ARITHMETIC], capture_output=True, text=True)
+    assert stopped.returncode != 0 and SENTENCE.search(stopped.stderr)
+    told = ["-m32", "-msse2", "-mfpmath=sse"]
+    subprocess.run(["gcc", *told, "-fsyntax-only", "-xc", ARITHMETIC], check=True)
+    if subprocess.run(["gcc", *told, "-fsyntax-only", RUNTIME / "workspace.c"], capture_output=True).returncode:
+        pytest.skip("libraries of 32 bits (gcc-multilib) are not installed: the rest is left out")
+    assert all(done.returncode == 0 for done in compile_files(["gcc", *told], SOURCES))
+
+
+def test_every_file_begins_with_the_checks():
+    """Before all functions, those of headers included: what is turned off is turned off behind that line alone."""
+    files = SOURCES + sorted((RUNTIME / "gsl").glob("*.c"))
+    assert len(files) > 25
+    for path in files:
+        assert re.search(r"^#include (.*)$", path.read_text(), re.M).group(1) in ('"private/arithmetic.h"', '"../private/arithmetic.h"'), path
+
+
+# ---- What compilers do not tell ----
+
+MOTIONS = r"""
+#include "manipulator_rigid.h"
+#include "refdyn.h"
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+
+static void print(const char *what, int status, const double *values, int count) {
+    printf("%s %d", what, status);
+    for (int i = 0; i < count; i++)
+        printf(" %a", values[i]);
+    printf("\n");
+}
+
+static void move(struct refdyn_workspace *work, struct refdyn_options options) {
+    const size_t size = refdyn_drive_size(work->model, &options);
+    struct refdyn_drive drive;
+    void *memory = malloc(size);
+    double q[4], qd[4];
+    int status = refdyn_drive_init(&drive, work, &options, memory, size);
+    refdyn_initial_state(work, q, qd);
+    refdyn_anchor(work, 0, q, qd, NULL);
+    if (!status)
+        status = refdyn_drive_start(&drive, 0, q, qd);
+    for (int i = 1; i <= 3 && !status; i++)
+        status = refdyn_drive_to(&drive, 0.21 * i);
+    print(refdyn_method_name((int)options.method), status, drive.q, 4);
+    print("rates", status, drive.qd, 4);
+    print("accelerations", drive.statistics.steps > 3, drive.qdd, 4);
+    q[1] = NAN;
+    print("NaN", refdyn_drive_start(&drive, 0, q, qd), NULL, 0);
+    q[1] = INFINITY;
+    print("infinite", refdyn_drive_start(&drive, 0, q, qd), NULL, 0);
+    free(memory);
+}
+
+int main(void) {
+    const struct refdyn_model *model = &manipulator_rigid_model;
+    const size_t size = refdyn_workspace_size(model);
+    struct refdyn_workspace work;
+    const int status = refdyn_workspace_init(&work, model, malloc(size), size);
+    if (status) {
+        printf("refused %s\n", refdyn_status_text(status));
+        return 0;
+    }
+    for (int stabilise = REFDYN_NONE; stabilise <= REFDYN_PROJECT; stabilise++)
+        for (int method = REFDYN_RK4; method <= REFDYN_RK8; method++) {
+            struct refdyn_options options = refdyn_options_default((enum refdyn_method)method);
+            options.stabilise = (enum refdyn_stabilise)stabilise;
+            options.balance = 1;
+            move(&work, options);
+        }
+    double nan_option = NAN;
+    struct refdyn_options options = refdyn_options_default(REFDYN_RK8);
+    options.tol = nan_option;
+    print("option", refdyn_options_validate(&options, NULL), NULL, 0);
+    print("value", refdyn_set_parameter(&work, "m_E", nan_option), NULL, 0);
+    return 0;
+}
+"""
+UNIT = ["test_runtime", "test_runtime_motion", "test_runtime_statics"]
+
+
+@pytest.fixture(scope="module")
+def callers(tmp_path_factory):
+    """Programs that call the runtime, compiled without the flags."""
+    folder = tmp_path_factory.mktemp("callers")
+    (folder / "motions.c").write_text(MOTIONS)
+    files = [folder / "motions.c", SOURCE / "generated" / "manipulator_rigid.c", *(TESTS / "unit" / f"{name}.c" for name in UNIT)]
+    command = ["gcc", "-std=gnu11", "-O1", "-I", RUNTIME, "-I", SOURCE / "generated"]
+    assert all(done.returncode == 0 for done in compile_files(command, files, folder))
+    return folder
+
+
+def motions(callers, folder, command):
+    """What the programs print with the runtime compiled by this command; the unit tests pass."""
+    for done in compile_files(command, SOURCES, folder):
+        assert done.returncode == 0 and not done.stderr, done.stderr[:2000]
+    objects = sorted(folder.glob("*.o"))
+    subprocess.run(["gcc", callers / "motions.o", callers / "manipulator_rigid.o", *objects, "-lm", "-o", folder / "motions"], check=True)
+    return subprocess.run([folder / "motions"], capture_output=True, text=True, check=True, timeout=100).stdout
+
+
+def check_units(callers, folder):
+    for name in UNIT:
+        subprocess.run(["gcc", callers / f"{name}.o", *folder.glob("*.o"), "-ldl", "-lm", "-o", folder / name], check=True)
+        done = subprocess.run([folder / name], cwd=SOURCE, capture_output=True, text=True, timeout=100)
+        assert done.returncode == 0, done.stdout[-2000:]
+
+
+@pytest.fixture(scope="module")
+def plain(tmp_path_factory):
+    """The folder of the runtime compiled as it should be."""
+    return tmp_path_factory.mktemp("plain")
+
+
+@pytest.fixture(scope="module")
+def expected(callers, plain):
+    text = motions(callers, plain, ["gcc", "-std=c11", "-O1", "-ffp-contract=off"])
+    assert len(text.splitlines()) == 9 * 5 + 2 and "refused" not in text
+    assert {line.split()[1] for line in text.splitlines() if line.startswith(("NaN", "infinite"))} == {"1"}
+    return text
+
+
+EQUAL = [("gcc", "-O3 -fno-trapping-math -fno-math-errno"), ("gcc", "-O2 -march=haswell"), ("gcc", "-O1 -march=haswell -ffp-contract=fast"),
+         ("gcc", "-O1 -frounding-math -fexcess-precision=fast -ffloat-store"), ("clang", "-O1"), ("clang", "-O2 -funsafe-math-optimizations"),
+         ("clang", "-O1 -fassociative-math -fno-signed-zeros -fno-trapping-math"), ("clang", "-O2 -freciprocal-math -march=haswell"),
+         ("clang", "-O1 -fno-honor-nans -fapprox-func"), ("clang", "-O2 -fno-honor-infinities"), ("clang", "-Ofast -fno-finite-math-only")]
+
+
+@pytest.mark.parametrize("compiler, flags", EQUAL)
+def test_results_are_those_without_the_flags(compiler, flags, callers, expected, tmp_path):
+    """To the last bit; NaN and infinities are seen."""
+    flags = flags.split()
+    if not is_known(compiler, flags) or not runs_here(flags):
+        pytest.skip(f"{compiler} or the processor has no {' '.join(flags)}")
+    assert motions(callers, tmp_path, [compiler, "-std=gnu11", *flags]) == expected
+    check_units(callers, tmp_path)
+
+
+# Older compilers do not tell what gcc 12 tells: without its macros the library is on its own.
+SILENT = [f"-U{macro}" for macro in ("__FAST_MATH__", "__FINITE_MATH_ONLY__", "__ASSOCIATIVE_MATH__", "__RECIPROCAL_MATH__",
+                                     "__NO_SIGNED_ZEROS__")]
+REFUSED = [("gcc", "-ffast-math"), ("gcc", "-funsafe-math-optimizations"), ("gcc", "-ffinite-math-only"), ("gcc", "-freciprocal-math"),
+           ("gcc", "-fassociative-math -fno-signed-zeros -fno-trapping-math"), ("gcc", "-fno-signed-zeros"), ("gcc", "-Ofast"),
+           ("clang", "-march=haswell -ffp-contract=fast")]
+
+
+@pytest.mark.parametrize("optimisation", ["-O1", "-O2", "-O3"])
+@pytest.mark.parametrize("compiler, flags", REFUSED)
+def test_what_nobody_told_is_found(compiler, flags, optimisation, callers, expected, plain, tmp_path):
+    """By what the one file that checks it was compiled to."""
+    flags = flags.split()
+    if not is_known(compiler, flags) or not runs_here(flags):
+        pytest.skip(f"{compiler} or the processor has no {' '.join(flags)}")
+    command = [compiler, "-std=gnu11", optimisation, *flags, *(SILENT if compiler == "gcc" else [])]
+    assert compile_files(command, [RUNTIME / "arithmetic.c"], tmp_path)[0].returncode == 0
+    others = [path for path in plain.glob("*.o") if path.name != "arithmetic.o"]
+    subprocess.run(["gcc", callers / "motions.o", callers / "manipulator_rigid.o", *others, tmp_path / "arithmetic.o", "-lm", "-o",
+                    tmp_path / "motions"], check=True)
+    text = subprocess.run([tmp_path / "motions"], capture_output=True, text=True, check=True).stdout
+    assert text == "refused the library was compiled with flags that change arithmetic, such as -ffast-math\n"
