@@ -6,7 +6,7 @@
  * writes the model's C into FOLDER, random values of parameters, inputs and states to FOLDER/values, one number a line,
  * and every quantity at them to standard output, one line "STATE QUANTITY ENTRY VALUE" for each entry.
  */
-#include "chain.h"
+#include "private/chain.h"
 #include "gen.h"
 #include "quantities.h"
 
