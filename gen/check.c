@@ -7,6 +7,7 @@
 #include "memory.h"
 #include "plausible.h"
 #include "read.h"
+#include "text.h"
 
 #include <ctype.h>
 #include <math.h>
@@ -53,8 +54,6 @@ static bool is_identifier(const char *name) {
 }
 
 static void check_name(const struct check *check, const char *kind, const struct named *named) {
-    if (!*named->name)
-        return; /* missing: the reader has said so */
     if (!check_line(check->messages, named->place, memory_format(check->messages->memory, "name of %s", kind),
                     named->name))
         return;
@@ -74,7 +73,7 @@ static void check_names(const struct check *check, const char *kind, const struc
         check_name(check, kind, &list[i]);
         while (strcmp(list[first].name, list[i].name) != 0)
             first++;
-        if (first < i && *list[i].name)
+        if (first < i)
             complain(check->messages, list[i].place,
                      "%s %s: the name is taken by line %d, each %s needs its own", kind, list[i].name,
                      list[first].place.line, kind);
@@ -89,6 +88,8 @@ static void check_model_name(const struct check *check) {
         "stdatomic", "stdbool", "stddef",  "stdint", "stdio",  "stdlib",   "stdnoreturn",
         "string",    "tgmath",  "threads", "time",   "uchar",  "wchar",    "wctype"};
     const struct named name = {check->model->name, check->model->place};
+    if (!*name.name)
+        return; /* the reader has complained */
     check_name(check, "model", &name);
     if (strncmp(name.name, "refdyn", strlen("refdyn")) == 0)
         complain(check->messages, name.place,
@@ -114,10 +115,12 @@ static void refuse_ground(const struct check *check, const char *kind, const str
 static void check_link_names(const struct check *check) {
     const struct model *model = check->model;
     struct named *list = new_list(check, model->link_count);
+    int count = 0;
     for (int i = 0; i < model->link_count; i++)
-        list[i] = (struct named){model->links[i].name, model->links[i].place};
-    refuse_ground(check, "link", list, model->link_count);
-    check_names(check, "link", list, model->link_count);
+        if (*model->links[i].name) /* the reader has complained about what is missing */
+            list[count++] = (struct named){model->links[i].name, model->links[i].place};
+    refuse_ground(check, "link", list, count);
+    check_names(check, "link", list, count);
 }
 
 static void check_point_names(const struct check *check) {
@@ -137,19 +140,12 @@ static void check_options(const struct check *check) {
     check_names(check, "option", list, model->option_count);
 }
 
-static const char *not_finite_text(double value) {
-    return isnan(value) ? "nan" : value > 0 ? "inf" : "-inf";
-}
-
 static void check_parameters(const struct check *check) {
     const struct model *model = check->model;
     struct named *list = new_list(check, model->parameter_count);
     for (int i = 0; i < model->parameter_count; i++) {
         const struct parameter *parameter = &model->parameters[i];
         list[i] = (struct named){parameter->name, parameter->place};
-        if (!isfinite(parameter->value))
-            complain(check->messages, parameter->place, "parameter %s: value %s, a finite number is needed",
-                     parameter->name, not_finite_text(parameter->value));
         if (strcmp(parameter->name, "derived") == 0)
             complain(check->messages, parameter->place,
                      "parameter derived: the struct of parameters has what prepare computes there, another "
@@ -211,8 +207,6 @@ static void check_inertia(const struct check *check, const struct link *link, co
         complain(check->messages, link->place,
                  "link %s: inertia: products %.6g %.6g %.6g are too large for its moments, no body has such",
                  link->name, I[3], I[4], I[5]);
-    else if (half > 0 && value_of(check->model, solid->mass) <= 0)
-        complain(check->messages, link->place, "link %s: inertia without mass, a mass is needed", link->name);
 }
 
 /* ---- lists of coordinates ---- */
@@ -221,13 +215,8 @@ static void check_coordinates(const struct check *check, const char *what, struc
                               const char *const *names, int count) {
     const char **known = coordinate_names(check->messages->memory, check->tree);
     for (int i = 0; i < count; i++) {
-        int first = 0;
-        while (strcmp(names[first], names[i]) != 0)
-            first++;
-        if (first < i)
-            complain(check->messages, place, "%s[%d]: \"%s\" is there twice, once is enough", what, i + 1,
-                     names[i]);
-        if (find_coordinate(check->tree, names[i]) >= 0)
+        if (find_coordinate(check->tree, names[i]) >= 0 ||
+            !is_first_mention(check->messages, "coordinate", names[i]))
             continue;
         const char *nearest = nearest_name(names[i], known, check->tree->count);
         complain(check->messages, place, "%s[%d]: unknown coordinate \"%s\", the nearest known one is \"%s\"",
@@ -421,7 +410,7 @@ void check_scene(const struct model *model, struct messages *messages) {
     check_link_names(&check);
     check_point_names(&check);
     for (int i = 0; i < model->link_count; i++)
-        for (int k = 0; k < model->links[i].solid_count; k++)
+        for (int k = 0; k < model->links[i].solid_count && !model->links[i].is_wrong; k++)
             check_inertia(&check, &model->links[i], &model->links[i].solids[k]);
 }
 

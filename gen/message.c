@@ -48,6 +48,17 @@ bool check_line(struct messages *messages, struct place place, const char *what,
     return !*text;
 }
 
+bool is_first_mention(struct messages *messages, const char *kind, const char *name) {
+    const char *key = memory_format(messages->memory, "%s %s", kind, name);
+    for (int i = 0; i < messages->mentioned_count; i++)
+        if (strcmp(messages->mentioned[i], key) == 0)
+            return false;
+    messages->mentioned = memory_room(messages->memory, messages->mentioned, messages->mentioned_count,
+                                      &messages->mentioned_capacity, sizeof *messages->mentioned);
+    messages->mentioned[messages->mentioned_count++] = key;
+    return true;
+}
+
 void sort_messages(struct messages *messages) {
     for (int i = 1; i < messages->count; i++) {
         struct message message = messages->list[i];

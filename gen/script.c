@@ -159,6 +159,7 @@ static int index_view(lua_State *L) {
     if (lua_type(L, 2) != LUA_TSTRING)
         return luaL_error(L, "index of type %s, a name is needed", luaL_typename(L, 2));
     struct view_result result = view_field(&script->names, *view, lua_tostring(L, 2));
+    script->is_told = result.fault && result.is_told;
     if (result.fault)
         return luaL_error(L, "%s", result.fault);
     if (result.is_view)
@@ -213,7 +214,8 @@ static void count_entries(lua_State *L, int index, struct value *value) {
         lua_pop(L, 1);
     lua_pop(L, 1);
     complain(messages, value->place, "item %d of a list is nil, lists have no gaps", gap);
-    value->item_count = gap - 1;
+    const bool is_sparse = largest / 2 > value->item_count;
+    value->item_count = is_sparse ? gap - 1 : (int)largest; /* gaps become VALUE_NOTHING */
 }
 
 static void convert_items(lua_State *L, int index, int table, int depth, struct value *value) {
@@ -370,7 +372,9 @@ static int tag_table(lua_State *L) {
     if (lua_type(L, 1) != LUA_TTABLE)
         return luaL_error(L, "rd.%s: argument 1 is %s, a table is needed",
                           lua_tostring(L, lua_upvalueindex(1)), luaL_typename(L, 1));
-    lua_settop(L, 1);
+    if (lua_gettop(L) > 1)
+        return luaL_error(L, "rd.%s: number of arguments is %d, 1 is needed",
+                          lua_tostring(L, lua_upvalueindex(1)), lua_gettop(L));
     lua_pushvalue(L, lua_upvalueindex(1));
     set_note(L, script_of(L)->tags, 1);
     return 1;
@@ -503,6 +507,7 @@ static void report(struct script *script, const char *text) {
 struct job {
     struct script *script;
     const struct value *function;
+    const char *name; /* of the function */
     struct value *result;
 };
 
@@ -570,6 +575,15 @@ static int compile_beside(lua_State *L) {
     return 1;
 }
 
+/* The one value on the stack, nil when there is none. */
+static void convert_result(lua_State *L, struct place place, const char *what, struct value *result) {
+    const int count = lua_gettop(L);
+    if (count > 1)
+        complain(script_of(L)->messages, place, "%s %d values, one is needed", what, count);
+    lua_settop(L, 1);
+    convert(L, 1, place, 0, result);
+}
+
 static int run_file(lua_State *L) {
     struct job *job = job_of(L);
     struct script *script = job->script;
@@ -581,8 +595,8 @@ static int run_file(lua_State *L) {
     lua_setglobal(L, TABLE_MARK);
     load_source(L, 0);
     lua_sethook(L, count_steps, LUA_MASKCOUNT, STEPS_BETWEEN_CHECKS);
-    lua_call(L, 0, 1);
-    convert(L, -1, (struct place){.file = script->file}, 0, &script->result);
+    lua_call(L, 0, LUA_MULTRET);
+    convert_result(L, (struct place){.file = script->file}, "the file returns", &script->result);
     return 0;
 }
 
@@ -590,8 +604,9 @@ static int run_function(lua_State *L) {
     struct job *job = job_of(L);
     lua_rawgeti(L, LUA_REGISTRYINDEX, job->function->function);
     push_view(L, (struct view){.kind = VIEW_STATE});
-    lua_call(L, 1, 1);
-    convert(L, -1, job->function->place, 0, job->result);
+    lua_call(L, 1, LUA_MULTRET);
+    const char *what = memory_format(job->script->memory, "%s: the function gives", job->name);
+    convert_result(L, job->function->place, what, job->result);
     return 0;
 }
 
@@ -640,8 +655,9 @@ void script_set_names(struct script *script, struct model *model, const char *co
     script->names.coordinate_count = coordinate_count;
 }
 
-bool script_call(struct script *script, const struct value *function, struct value *result) {
-    struct job job = {.script = script, .function = function, .result = result};
+bool script_call(struct script *script, const struct value *function, const char *name,
+                 struct value *result) {
+    struct job job = {.script = script, .function = function, .name = name, .result = result};
     return run_protected(&job, run_function);
 }
 
