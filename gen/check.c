@@ -262,6 +262,8 @@ static void check_course(const struct check *check, const struct course *course)
     if (!check_line(check->messages, course->place, "name in courses", course->name))
         return;
     const char *path = memory_format(check->messages->memory, "courses.%s", course->name);
+    if (!*course->name)
+        complain(check->messages, course->place, "courses: an empty name, that of a column is needed");
     if (strchr(course->name, ','))
         complain(check->messages, course->place,
                  "%s: a comma, which parts the columns of a motion, another name is needed", path);

@@ -87,6 +87,8 @@ static const char *fault_of_list(struct memory *memory, const struct value *stan
                                  const struct value *allowed) {
     for (int i = 0; i < allowed->item_count; i++) {
         const struct value *item = &allowed->items[i];
+        if (item->kind == VALUE_NOTHING)
+            continue; /* a gap, said before */
         if (item->kind != standard->kind)
             return memory_format(memory, "value %d is %s, %s as the default is needed", i + 1,
                                  kind_text(item->kind), kind_text(standard->kind));
@@ -161,7 +163,7 @@ struct value declare_option(struct declarations *declarations, struct place plac
     struct value value = text ? option_from_text(declarations, name, standard, text) : *standard;
     if (standard->kind == VALUE_NUMBER && !isfinite(standard->number))
         complain(declarations->messages, place, "option %s: value %s, a finite number is needed", name,
-                 value_text(memory, standard));
+                 not_finite_text(standard->number));
     if (allowed && is_range_or_list(declarations, name, standard, allowed) &&
         !is_allowed(memory, &value, allowed)) {
         complain(declarations->messages, text ? command_line(declarations) : place,

@@ -58,8 +58,13 @@ static bool is_empty_text(const struct value *value) {
     return value->kind == VALUE_TEXT && !*value->text;
 }
 
+static bool is_made_otherwise(const struct value *value, enum field_type type) {
+    return value->kind == VALUE_TABLE && !is_made_for(value, types[type].owner);
+}
+
 bool has_type(const struct value *value, enum field_type type) {
-    return types[type].takes & 1u << value->kind && !(type == TYPE_TEXT && is_empty_text(value));
+    return types[type].takes & 1u << value->kind && !(type == TYPE_TEXT && is_empty_text(value)) &&
+           !is_made_otherwise(value, type);
 }
 
 void refuse_kind(const struct checker *checker, const struct value *value, const char *path,
@@ -72,16 +77,15 @@ void refuse_kind(const struct checker *checker, const struct value *value, const
 void check_field(const struct checker *checker, const struct value *value, const struct field_rule *rule,
                  const char *path) {
     const enum owner owner = types[rule->type].owner;
-    if (!has_type(value, rule->type)) {
-        refuse_kind(checker, value, path, types[rule->type].text);
-    } else if (value->kind == VALUE_TABLE && owner != OWNER_COUNT) {
-        check_fields(checker, value, owner, path);
-    } else if (value->kind == VALUE_TABLE && value->tag) {
+    if (is_made_otherwise(value, rule->type))
         complain(checker->messages, value->place, "%s: made by rd.%s, %s is needed", path, value->tag,
                  types[rule->type].text);
-    } else if (types[rule->type].check) {
+    else if (!has_type(value, rule->type))
+        refuse_kind(checker, value, path, types[rule->type].text);
+    else if (value->kind == VALUE_TABLE && owner != OWNER_COUNT)
+        check_fields(checker, value, owner, path);
+    else if (types[rule->type].check)
         types[rule->type].check(checker, value, rule, path);
-    }
 }
 
 /* ---- lists without names, names without items ---- */

@@ -82,23 +82,34 @@ static const struct value *raw_field(const struct value *table, enum field field
     return value;
 }
 
-/* Names of the owner's fields; the number of fields that may stand without a name in `items`. */
-static int owner_names(enum owner owner, const char **names, int *items) {
+/* How many fields may stand without a name. */
+static int item_room(enum owner owner) {
+    int room = 0;
+    for (int i = 0; i < FIELD_COUNT; i++)
+        if (field_rules[i].owner == owner && field_rules[i].item > room)
+            room = field_rules[i].item;
+    return room;
+}
+
+/* What such a table looks like, with the function of the module that has made this one. */
+static const char *form_of(const struct checker *checker, const struct value *table, enum owner owner) {
+    return table->tag ? memory_format(checker->memory, "rd.%s %s", table->tag, owners[owner].form)
+                      : owners[owner].form;
+}
+
+/* Names of the owner's fields. */
+static int owner_names(enum owner owner, const char **names) {
     int count = 0;
-    *items = 0;
-    for (int i = 0; i < FIELD_COUNT; i++) {
-        if (field_rules[i].owner != owner)
-            continue;
-        names[count++] = field_rules[i].name;
-        *items = field_rules[i].item > *items ? field_rules[i].item : *items;
-    }
+    for (int i = 0; i < FIELD_COUNT; i++)
+        if (field_rules[i].owner == owner)
+            names[count++] = field_rules[i].name;
     return count;
 }
 
 /* The field of the owner that a name which it does not have is nearest to, or NULL. */
 static const char *meant_field(enum owner owner, const char *name) {
     const char *known[FIELD_COUNT];
-    int items, count = owner_names(owner, known, &items);
+    const int count = owner_names(owner, known);
     for (int i = 0; i < count; i++)
         if (strcmp(known[i], name) == 0)
             return NULL;
@@ -117,7 +128,7 @@ bool is_misspelled(const struct value *table, enum owner owner, const char *name
 static void check_unknown(const struct checker *checker, const struct value *table, enum owner owner,
                           const char *path) {
     const char *known[FIELD_COUNT];
-    int items, count = owner_names(owner, known, &items);
+    const int items = item_room(owner), count = owner_names(owner, known);
     for (int i = 0; i < table->field_count; i++) {
         const char *name = table->fields[i].name;
         int at = 0;
@@ -127,11 +138,10 @@ static void check_unknown(const struct checker *checker, const struct value *tab
             complain_of_name(checker, table->fields[i].value.place, path_name(checker, path, name),
                              "unknown field", name, known, count);
     }
-    for (int i = items; i < table->item_count; i++)
-        if (table->items[i].kind != VALUE_NOTHING)
-            complain(checker->messages, table->items[i].place, "%s: %s without a name, %s%s%s%s is needed",
-                     path_item(checker, path, i), kind_text(table->items[i].kind), table->tag ? "rd." : "",
-                     table->tag ? table->tag : "", table->tag ? " " : "", owner_form(owner));
+    if (items < table->item_count && table->items[items].kind != VALUE_NOTHING)
+        complain(checker->messages, table->items[items].place, "%s: %s without a name, %s is needed",
+                 path_item(checker, path, items), kind_text(table->items[items].kind),
+                 form_of(checker, table, owner));
 }
 
 /* A field by its name and as an item: one of them would be passed over. */
@@ -167,13 +177,39 @@ static void check_pairs(const struct checker *checker, const struct value *table
     }
 }
 
+/* Nothing in the table is a field of the owner, and it would be told of each: something else was meant. */
+static bool is_stranger(const struct value *table, enum owner owner) {
+    enum { COMPLAINTS = 3 };
+    int needed = 0;
+    if (item_room(owner) > 0 && table->item_count > 0)
+        return false;
+    for (int i = 0; i < FIELD_COUNT; i++) {
+        if (field_rules[i].owner != owner)
+            continue;
+        if (find_field(table, field_rules[i].name))
+            return false;
+        needed += field_rules[i].need == NEED_NEEDED && !is_misspelled(table, owner, field_rules[i].name);
+    }
+    return table->field_count + table->item_count > 0 &&
+           needed + table->field_count + (table->item_count > 0) >= COMPLAINTS;
+}
+
+static void complain_of_stranger(const struct checker *checker, const struct value *table, enum owner owner,
+                                 const char *path) {
+    const char *names = "";
+    for (int i = 0; i < table->field_count && i < 5; i++)
+        names = memory_format(checker->memory, "%s%s%s", names, i ? " " : "", table->fields[i].name);
+    complain(checker->messages, table->place, "%s: no field of %s%s%s%s, %s is needed", path,
+             owner_text(owner), *names ? " (" : "", names, *names ? ")" : "", form_of(checker, table, owner));
+}
+
 /* Rows of all three levels have the same fields. */
-static bool is_made_for(const struct value *table, enum owner owner) {
-    const char *tag = owners[owner].tag;
+bool is_made_for(const struct value *table, enum owner owner) {
+    const char *tag = owner == OWNER_COUNT ? NULL : owners[owner].tag;
     bool is_row = false;
     for (int i = 0; i < 3; i++)
         is_row = is_row || has_tag(table, row_tags[i]);
-    return !table->tag || (tag && strcmp(tag, table->tag) == 0) || (owner == OWNER_ROW && is_row);
+    return !table->tag || has_tag(table, tag) || (owner == OWNER_ROW && is_row);
 }
 
 void check_fields(const struct checker *checker, const struct value *table, enum owner owner,
@@ -183,6 +219,11 @@ void check_fields(const struct checker *checker, const struct value *table, enum
                  table->tag, owner_text(owner), owner_form(owner));
         return;
     }
+    if (is_stranger(table, owner)) {
+        complain_of_stranger(checker, table, owner, path);
+        return;
+    }
+    const bool has_stray = table->item_count > item_room(owner); /* what is missing may stand there */
     for (int i = 0; i < FIELD_COUNT; i++) {
         const struct field_rule *rule = &field_rules[i];
         if (rule->owner != owner)
@@ -192,7 +233,7 @@ void check_fields(const struct checker *checker, const struct value *table, enum
         check_doubles(checker, table, rule, own_path);
         if (value)
             check_field(checker, value, rule, own_path);
-        else if (rule->need == NEED_NEEDED && !is_misspelled(table, owner, rule->name))
+        else if (rule->need == NEED_NEEDED && !has_stray && !is_misspelled(table, owner, rule->name))
             complain(checker->messages, table->place, "%s: missing, %s needs it", own_path,
                      owner_text(owner));
     }
@@ -203,6 +244,10 @@ void check_fields(const struct checker *checker, const struct value *table, enum
 const struct value *get_field(const struct value *table, enum field field) {
     const struct value *value = raw_field(table, field);
     return value && has_type(value, field_rules[field].type) ? value : NULL;
+}
+
+const char *made_text(const struct checker *checker, const struct value *value) {
+    return value->tag ? memory_format(checker->memory, "made by rd.%s", value->tag) : kind_text(value->kind);
 }
 
 bool has_field(const struct value *table, enum field field) {

@@ -123,6 +123,8 @@ const char *range_text(enum field_range range); /* "positive", or "" */
  * model). */
 void check_fields(const struct checker *checker, const struct value *table, enum owner owner,
                   const char *path);
+/* Has the author made the table, or the function of the module that makes such? OWNER_COUNT: none does. */
+bool is_made_for(const struct value *table, enum owner owner);
 /* Was a field of the table meant to be `name`, and misspelled? check_fields has said so. */
 bool is_misspelled(const struct value *table, enum owner owner, const char *name);
 /* The field's value, or NULL when it is missing or not of its type. */
@@ -136,6 +138,8 @@ void get_vector(const struct checker *checker, const struct value *table, enum f
 /* Names of a list or of a text with commas; the number of names. */
 int get_names(const struct checker *checker, const struct value *value, const char ***names);
 
+/* What messages call a value that is not what is needed: "a number", "made by rd.box". */
+const char *made_text(const struct checker *checker, const struct value *value);
 /* `path.name` and `path[index]`. */
 const char *path_name(const struct checker *checker, const char *path, const char *name);
 const char *path_item(const struct checker *checker, const char *path, int index);

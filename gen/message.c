@@ -6,6 +6,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 enum { LONGEST_NAME = 63 };
 
@@ -102,6 +103,9 @@ const char *nearest_name(const char *name, const char *const *known, int count) 
         return NULL;
     const char *nearest = NULL;
     int least = (int)length / 3 + 2; /* farther than a third of the letters and one is no slip of the pen */
+    for (int i = 0; i < count; i++)
+        if (strcasecmp(name, known[i]) == 0)
+            return known[i];
     for (int i = 0; i < count; i++) {
         int distance = strlen(known[i]) > LONGEST_NAME ? least : edit_distance(name, known[i]);
         if (distance < least) {

@@ -122,11 +122,12 @@ static void read_by_joint(const struct reader *reader, const struct value *table
 }
 
 /* A rest without a spring at the same joint. */
-static void check_rests(const struct reader *reader, const struct value *table, const char *path) {
+static void check_rests(const struct reader *reader, const struct value *table, const char *path,
+                        const struct link *link) {
     const struct value *rest = get_field(table, FIELD_LINK_rest),
                        *spring = get_field(table, FIELD_LINK_spring);
     for (int i = 0; rest && spring && i < rest->field_count; i++)
-        if (!find_field(spring, rest->fields[i].name))
+        if (find_joint(link, rest->fields[i].name) && !find_field(spring, rest->fields[i].name))
             complain(reader->check.messages, rest->fields[i].value.place,
                      "%s.rest.%s: given without spring.%s, which is needed", path, rest->fields[i].name,
                      rest->fields[i].name);
@@ -159,7 +160,7 @@ static void read_link(const struct reader *reader, const struct value *value, st
     for (size_t i = 0; has_joints && i < sizeof by_joint / sizeof *by_joint; i++)
         read_by_joint(reader, value, by_joint[i], entry->path, link);
     if (has_joints)
-        check_rests(reader, value, entry->path);
+        check_rests(reader, value, entry->path, link);
     read_solids(reader, value, entry->path, link);
     if (beam)
         read_beam(reader, beam, path_name(check, entry->path, "beam"), &link->beam);

@@ -216,7 +216,7 @@ static void read_dofs(const struct reader *reader, const struct value *value, co
         else
             beam->keeps[turn] = true;
     }
-    if (value && count == 0)
+    if (value && count == 0 && value->item_count + value->field_count == 0)
         complain(reader->check.messages, value->place,
                  "%s: empty, psi theta phi or some of them are needed (a rigid link has rfe = 1)", path);
 }

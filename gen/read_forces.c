@@ -198,7 +198,7 @@ static void read_listed(const struct reader *reader, const struct value *value, 
              "%s: %s, the name of a coordinate before it, or rd.spring damper actuator force torque energy { "
              "... } "
              "is needed",
-             path, kind_text(value->kind));
+             path, made_text(&reader->check, value));
 }
 
 void read_forces(const struct reader *reader, const struct value *result) {

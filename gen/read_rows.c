@@ -190,7 +190,7 @@ static void read_loop(const struct reader *reader, const struct value *value, co
             complain(reader->check.messages, keep->place, "%s.keep: \"%s\" is no axis, x y z are", path,
                      names[i]);
     }
-    if (keep && count == 0)
+    if (keep && count == 0 && keep->item_count + keep->field_count == 0)
         complain(reader->check.messages, keep->place, "%s.keep: empty, x y z or some of them are needed",
                  path);
     const bool has_a = read_place_field(reader, value, FIELD_LOOP_a, path, &a);
@@ -465,7 +465,7 @@ static void read_row(const struct reader *reader, const struct value *value, con
     complain(reader->check.messages, value->place,
              "%s: %s, rd.position, velocity, acceleration, loop, parallel, perpendicular, on_line, on_plane, "
              "distance, close, drive or lock { ... } is needed",
-             path, kind_text(value->kind));
+             path, made_text(&reader->check, value));
 }
 
 void read_rows(const struct reader *reader, const struct value *result) {

@@ -342,20 +342,38 @@ static void push_value(lua_State *L, const struct value *value) {
     }
 }
 
-/* Upvalues: number of the function, and the tag function of that name or nil (rd.tube: a section or a body).
- */
+/* Gives the table itself, with a tag. */
+static int tag_argument(lua_State *L, const char *tag) {
+    if (lua_type(L, 1) != LUA_TTABLE)
+        return luaL_error(L, "rd.%s: argument 1 is %s, a table is needed", tag, luaL_typename(L, 1));
+    if (lua_gettop(L) > 1)
+        return luaL_error(L, "rd.%s: number of arguments is %d, 1 is needed", tag, lua_gettop(L));
+    get_note(L, script_of(L)->tags, 1);
+    if (!lua_isnil(L, -1))
+        return luaL_error(L, "rd.%s: argument 1 is made by rd.%s, a table of its own is needed", tag,
+                          lua_tostring(L, -1));
+    lua_pushstring(L, tag);
+    set_note(L, script_of(L)->tags, 1);
+    lua_settop(L, 1);
+    return 1;
+}
+
+/* rd.model, rd.position ... */
+static int tag_table(lua_State *L) {
+    return tag_argument(L, lua_tostring(L, lua_upvalueindex(1)));
+}
+
+/* Upvalues: number of the function, and whether a function of that name makes tables, too (rd.tube: a section
+ * or a body). */
 static int call_module(lua_State *L) {
-    if (lua_istable(L, 1) && !lua_isnil(L, lua_upvalueindex(2))) {
-        lua_pushvalue(L, lua_upvalueindex(2));
-        lua_insert(L, 1);
-        lua_call(L, lua_gettop(L) - 1, 1);
-        return 1;
-    }
+    const int function = (int)lua_tointeger(L, lua_upvalueindex(1));
+    if (lua_istable(L, 1) && lua_toboolean(L, lua_upvalueindex(2)))
+        return tag_argument(L, module_function_name(script_of(L)->memory, function));
     enum { MOST_ARGUMENTS = 8 };
     struct value arguments[MOST_ARGUMENTS];
     struct module_call call = {.declarations = &script_of(L)->declarations,
                                .place = current_place(L),
-                               .function = (int)lua_tointeger(L, lua_upvalueindex(1)),
+                               .function = function,
                                .arguments = arguments,
                                .argument_count = lua_gettop(L)};
     for (int i = 0; i < call.argument_count && i < MOST_ARGUMENTS; i++)
@@ -364,19 +382,6 @@ static int call_module(lua_State *L) {
     if (call.fault)
         return luaL_error(L, "%s", call.fault);
     push_value(L, &call.result);
-    return 1;
-}
-
-/* rd.model, rd.position ...: the table itself, with a tag. */
-static int tag_table(lua_State *L) {
-    if (lua_type(L, 1) != LUA_TTABLE)
-        return luaL_error(L, "rd.%s: argument 1 is %s, a table is needed",
-                          lua_tostring(L, lua_upvalueindex(1)), luaL_typename(L, 1));
-    if (lua_gettop(L) > 1)
-        return luaL_error(L, "rd.%s: number of arguments is %d, 1 is needed",
-                          lua_tostring(L, lua_upvalueindex(1)), lua_gettop(L));
-    lua_pushvalue(L, lua_upvalueindex(1));
-    set_note(L, script_of(L)->tags, 1);
     return 1;
 }
 
@@ -398,7 +403,8 @@ static void push_module(lua_State *L) {
     for (int i = 0; i < module_function_count(); i++) {
         const char *name = module_function_name(memory, i);
         lua_pushinteger(L, i);
-        lua_getfield(L, -2, name);
+        lua_pushboolean(L, lua_getfield(L, -2, name) != LUA_TNIL);
+        lua_remove(L, -2);
         lua_pushcclosure(L, call_module, 2);
         lua_setfield(L, -2, name);
     }

@@ -229,8 +229,6 @@ static enum status analyse(struct scene *scene, const struct options *options) {
 
 enum status run_modes(const struct options *options) {
     struct scene scene;
-    if (options->modes != floor(options->modes))
-        return usage_error(options->command, "--modes: %g is no whole number", options->modes);
     enum status status = scene_open(
         &scene, options, NEEDS_STATICS | NEEDS_POINTS | NEEDS_TANGENT | NEEDS_LINEAR, state_path(options));
     if (status == STATUS_DONE)
