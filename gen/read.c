@@ -84,7 +84,9 @@ static bool read_joints(const struct reader *reader, const struct value *table, 
             complain(reader->check.messages, place, "%s: \"%s\" is no joint, x y z phi theta psi are",
                      path_item(&reader->check, path, i), names[i]);
     }
-    return (value || !has_field(table, FIELD_LINK_joint)) && reader->check.messages->errors == errors;
+    const bool is_sound = value && value->field_count == 0 &&
+                          (value->kind == VALUE_TEXT || is_free || count == value->item_count);
+    return (is_sound || !has_field(table, FIELD_LINK_joint)) && reader->check.messages->errors == errors;
 }
 
 /* Which member of a joint a field of a link sets. */

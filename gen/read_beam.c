@@ -233,9 +233,9 @@ static void check_overridden(const struct reader *reader, const struct value *ta
         for (int i = 0; i < segments->item_count; i++)
             own += has_field(&segments->items[i], fields[k]->own);
         if (value && own > 0 && own == segments->item_count)
-            complain(reader->check.messages, value->place,
-                     "%s: each segment has its own, the beam's says nothing beside them",
-                     path_name(&reader->check, path, field_rules[fields[k]->beam].name));
+            warn(reader->check.messages, value->place,
+                 "%s: each segment has its own, the beam's says nothing beside them",
+                 path_name(&reader->check, path, field_rules[fields[k]->beam].name));
     }
 }
 
