@@ -35,8 +35,24 @@ static const struct {
     {"a macro of stdlib.h, which C++ takes for math.h",
      "BIG_ENDIAN BYTE_ORDER EXIT_FAILURE EXIT_SUCCESS FD_SETSIZE LITTLE_ENDIAN MB_CUR_MAX NFDBITS PDP_ENDIAN "
      "RAND_MAX WCONTINUED WEXITED WNOHANG WNOWAIT WSTOPPED WUNTRACED"},
+    {"a macro of stdio.h",
+     "BUFSIZ EOF FILENAME_MAX FOPEN_MAX L_ctermid L_cuserid L_tmpnam P_tmpdir RENAME_EXCHANGE "
+     "RENAME_NOREPLACE "
+     "RENAME_WHITEOUT SEEK_CUR SEEK_DATA SEEK_END SEEK_HOLE SEEK_SET TMP_MAX stderr stdin stdout"},
+    {"a macro of limits.h",
+     "CHAR_BIT CHAR_MAX CHAR_MIN INT_MAX INT_MIN LLONG_MAX LLONG_MIN LONG_MAX LONG_MIN MB_LEN_MAX SCHAR_MAX "
+     "SCHAR_MIN SHRT_MAX SHRT_MIN UCHAR_MAX UINT_MAX ULLONG_MAX ULONG_MAX USHRT_MAX"},
     {"a macro that GNU compilers define", "i386 linux unix"},
 };
+
+/* The same for all names that begin so and go on with a capital. */
+static const struct {
+    const char *why, *lead;
+} leads[] = {{"a macro of math.h", "FP_"},
+             {"a macro of math.h", "MATH_"},
+             {"a macro of float.h", "DBL_"},
+             {"a macro of float.h", "FLT_"},
+             {"a macro of float.h", "LDBL_"}};
 
 /* Numbers of math.h: these, and those with the ending of a type. */
 static const char math_numbers[] = "HUGE_VAL HUGE_VAL_ M_1_PI M_1_SQRT3 M_1_SQRTPI M_2_PI M_2_SQRTPI M_E "
@@ -115,11 +131,12 @@ static bool is_math_number(struct memory *memory, const char *name) {
 
 /* Why a compiler would replace the name of a member, or NULL. */
 static const char *macro_of(struct memory *memory, const char *name) {
-    const bool has_capital = strchr(name, '_') && isupper((unsigned char)strchr(name, '_')[1]);
     if (begins_with(name, "REFDYN_"))
         return "names that begin with REFDYN_ are the runtime's";
-    if (is_math_number(memory, name) ||
-        ((begins_with(name, "FP_") || begins_with(name, "MATH_")) && has_capital))
+    for (size_t i = 0; i < sizeof leads / sizeof *leads; i++)
+        if (begins_with(name, leads[i].lead) && isupper((unsigned char)name[strlen(leads[i].lead)]))
+            return leads[i].why;
+    if (is_math_number(memory, name))
         return macros[0].why;
     for (size_t i = 0; i < sizeof macros / sizeof *macros; i++)
         if (is_among(name, macros[i].words, false))
@@ -127,16 +144,18 @@ static const char *macro_of(struct memory *memory, const char *name) {
     return NULL;
 }
 
-static void check_name(struct messages *messages, const char *kind, const struct named *named) {
+static bool check_name(struct messages *messages, const char *kind, const struct named *named) {
     if (!check_line(messages, named->place, memory_format(messages->memory, "name of %s", kind), named->name))
-        return;
+        return false;
+    const bool is_free = !is_among(named->name, keywords, false);
     if (!is_identifier(named->name))
         complain(messages, named->place,
                  "%s \"%s\": no identifier of C, a letter and then letters, digits and _ are needed", kind,
                  named->name);
-    else if (is_among(named->name, keywords, false))
+    else if (!is_free)
         complain(messages, named->place, "%s %s: a reserved word of C or C++, another name is needed", kind,
                  named->name);
+    return is_free && is_identifier(named->name);
 }
 
 void check_names(struct messages *messages, const char *kind, const struct named *list, int count) {
@@ -162,13 +181,14 @@ void check_members(struct messages *messages, const char *kind, const struct nam
 
 void check_model_name(struct messages *messages, struct named named) {
     const char *name = named.name;
-    check_name(messages, "model", &named);
+    if (!check_name(messages, "model", &named))
+        return;
     if (strncasecmp(name, "refdyn", strlen("refdyn")) == 0)
         complain(messages, named.place,
                  "model %s: names that begin with refdyn are the runtime's, another name is needed", name);
     else if (is_among(name, system_headers, true))
-        complain(messages, named.place,
-                 "model %s: %s.h is a header of the system, another name is needed", name, name);
+        complain(messages, named.place, "model %s: %s.h is a header of the system, another name is needed",
+                 name, name);
     else if (is_among(name, reentrant, false))
         complain(messages, named.place,
                  "model %s: %s_r is a function of the C library, another name is needed", name, name);
