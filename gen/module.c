@@ -2,6 +2,7 @@
 #include "module.h"
 #include "fields.h"
 #include "path.h"
+#include "text.h"
 #include "vocabulary.h"
 
 #include <ctype.h>
@@ -129,7 +130,11 @@ static expression size_argument(struct module_call *call, int index, bool may_be
     double size;
     if (call->fault || !value_is_known(declarations, e, &size))
         return e;
-    if (size < 0 || (size == 0 && !may_be_zero))
+    if (!isfinite(size))
+        call->fault = memory_format(
+            declarations->memory, "rd.%s: argument %d is %s, a finite number is needed",
+            module_function_name(declarations->memory, call->function), index + 1, not_finite_text(size));
+    else if (size < 0 || (size == 0 && !may_be_zero))
         call->fault = memory_format(declarations->memory, "rd.%s: argument %d is %.6g, a %s is needed",
                                     module_function_name(declarations->memory, call->function), index + 1,
                                     size, may_be_zero ? "number not below 0" : "positive number");

@@ -77,6 +77,11 @@ static const char system_headers[] = "aio aliases alloca ar argp argz assert byt
                                      "unistd unwind utime utmp utmpx values "
                                      "varargs wait wchar wctype wordexp xlocale";
 
+/* Names that no file can have on Windows, whatever its ending. */
+static const char devices[] =
+    "aux com1 com2 com3 com4 com5 com6 com7 com8 com9 con lpt1 lpt2 lpt3 lpt4 lpt5 lpt6 "
+    "lpt7 lpt8 lpt9 nul prn";
+
 /* Functions of the C library NAME_r: one of that name gives the points of a model. */
 static const char reentrant[] =
     "asctime ctime drand48 ecvt erand48 ether_aton ether_ntoa fcvt fgetgrent fgetpwent fgetsgent fgetspent "
@@ -189,6 +194,8 @@ void check_model_name(struct messages *messages, struct named named) {
     else if (is_among(name, system_headers, true))
         complain(messages, named.place, "model %s: %s.h is a header of the system, another name is needed",
                  name, name);
+    else if (is_among(name, devices, true))
+        complain(messages, named.place, "model %s: a device of Windows, another name is needed", name);
     else if (is_among(name, reentrant, false))
         complain(messages, named.place,
                  "model %s: %s_r is a function of the C library, another name is needed", name, name);

@@ -158,6 +158,15 @@ def test_a_state_of_impossible_values(model, tmp_path):
         assert re.fullmatch(rf"{re.escape(str(model))}:\d+: {re.escape(fact)}\n", refdyn("eval", model, "--state", state, status=1).stderr)
 
 
+def test_rates_of_a_state_for_modes(model, tmp_path):
+    """Small motions are those from rest."""
+    state = tmp_path / "state.json"
+    for qd, warning in ([0, 0.5], f"{state}: warning: qd: modes are those of small motions from rest, rates are taken as 0\n"), ([0, 0], ""):
+        state.write_text(json.dumps({"q": [-0.2, 0], "qd": qd}))
+        errors = refdyn("modes", model, "--at", state).stderr
+        assert "".join(line for line in errors.splitlines(True) if "qd" in line) == warning
+
+
 def test_columns_of_sampled_inputs(model, tmp_path):
     """Other columns are passed over, so that the CSV of a motion serves; one that is nearly an input is told of."""
     samples = tmp_path / "samples.csv"
