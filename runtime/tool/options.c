@@ -239,9 +239,10 @@ static enum status read_positive(const struct command *command, const char *name
 static enum status read_count(const struct command *command, const char *name, const char *text,
                               double *value) {
     enum { LARGEST = 1000000 };
-    if (!number_of_text(text, value) || !(*value >= 1 && *value <= LARGEST) || *value != floor(*value))
-        return usage_error(command, "--%s: '%s' is no whole number from 1 to %d", name, text, LARGEST);
-    return STATUS_DONE;
+    const enum status status = read_positive(command, name, text, value);
+    if (status != STATUS_DONE || (*value <= LARGEST && *value == floor(*value)))
+        return status;
+    return usage_error(command, "--%s: %s is no whole number up to %d", name, text, LARGEST);
 }
 
 static enum status read_text(const struct command *command, const char *name, const char *text,
