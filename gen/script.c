@@ -231,23 +231,28 @@ static void convert_items(lua_State *L, int index, int table, int depth, struct 
     }
 }
 
+/* In the order of their names, not in that of the keys, which differs from run to run. */
 static void convert_fields(lua_State *L, int index, int table, int depth, struct value *value) {
     struct script *script = script_of(L);
     value->fields = memory_get(script->memory, (size_t)value->field_count * sizeof *value->fields);
-    int at = 0;
+    int count = 0;
     lua_pushnil(L);
     while (lua_next(L, index)) {
-        if (lua_type(L, -2) == LUA_TSTRING) {
-            struct named_value *field = &value->fields[at++];
-            struct place place = value->place;
-            field->name = memory_text(script->memory, lua_tostring(L, -2));
-            int line = entry_line(&script->lines, table, field->name, 0);
-            place.line = line > 0 ? line : place.line;
-            convert(L, -1, place, depth, &field->value);
-        }
+        lua_pop(L, 1);
+        if (lua_type(L, -1) == LUA_TSTRING)
+            value->fields[count++].name = memory_text(script->memory, lua_tostring(L, -1));
+    }
+    qsort(value->fields, (size_t)count, sizeof *value->fields, compare_names);
+    for (int i = 0; i < count; i++) {
+        struct named_value *field = &value->fields[i];
+        struct place place = value->place;
+        int line = entry_line(&script->lines, table, field->name, 0);
+        place.line = line > 0 ? line : place.line;
+        lua_pushstring(L, field->name);
+        lua_rawget(L, index);
+        convert(L, -1, place, depth, &field->value);
         lua_pop(L, 1);
     }
-    qsort(value->fields, (size_t)value->field_count, sizeof *value->fields, compare_names);
 }
 
 static void convert_table(lua_State *L, int index, int depth, struct value *value) {
