@@ -239,6 +239,26 @@ static void check_overridden(const struct reader *reader, const struct value *ta
     }
 }
 
+/* What a table says of turns that the elements do not have. */
+static void warn_of_turns(const struct reader *reader, const struct value *table, const enum field fields[3],
+                          const char *path, const struct beam *beam) {
+    for (int i = 0; table && i < 3; i++) {
+        const char *name = field_rules[fields[i]].name;
+        if (get_value(&reader->check, table, fields[i]) && !beam->keeps[i])
+            warn(reader->check.messages, get_field(table, fields[i])->place,
+                 "%s: the elements have no %s (dofs), it says nothing", path_name(&reader->check, path, name),
+                 name);
+    }
+}
+
+static void look_at_turns(const struct reader *reader, const struct value *damping,
+                          const struct value *curvature, const char *path, const struct beam *beam) {
+    static const enum field dampings[] = {FIELD_DAMPING_psi, FIELD_DAMPING_theta, FIELD_DAMPING_phi},
+                            bends[] = {FIELD_CURVATURE_psi, FIELD_CURVATURE_theta, FIELD_CURVATURE_phi};
+    warn_of_turns(reader, damping, dampings, path_name(&reader->check, path, "damping"), beam);
+    warn_of_turns(reader, curvature, bends, path_name(&reader->check, path, "curvature"), beam);
+}
+
 static void read_segments(const struct reader *reader, const struct value *table,
                           const struct value *segments, const char *path, struct beam *beam) {
     const struct checker *check = &reader->check;
@@ -253,6 +273,9 @@ static void read_segments(const struct reader *reader, const struct value *table
             continue;
         source.own = segments ? &segments->items[i] : NULL;
         source.own_path = path_item(check, list, i);
+        if (source.own)
+            look_at_turns(reader, get_field(source.own, FIELD_SEGMENT_damping),
+                          get_field(source.own, FIELD_SEGMENT_curvature), source.own_path, beam);
         read_segment(&source, beam, &beam->segments[beam->segment_count++]);
     }
 }
@@ -267,6 +290,8 @@ void read_beam(const struct reader *reader, const struct value *table, const cha
                  path);
     if (segments && segments->item_count == 0)
         complain(check->messages, segments->place, "%s.segments: empty, a beam has at least one", path);
+    look_at_turns(reader, get_field(table, FIELD_BEAM_damping), get_field(table, FIELD_BEAM_curvature), path,
+                  beam);
     if (segments)
         check_overridden(reader, table, segments, path);
     read_segments(reader, table, segments, path, beam);

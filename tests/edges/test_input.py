@@ -94,6 +94,7 @@ USAGE = {
     "modes without number": (["modes", "--modes", "1e12"], "--modes: 1e12 is no whole number up to 1000000"),
     "modes in parts": (["modes", "--modes", "2.5"], "--modes: 2.5 is no whole number up to 1000000"),
     "outputs without number": (["sim", "--until", "1", "--every", "1e-300"], "--every 1e-300: 1e+300 outputs, at most 10000000 are taken"),
+    "steps without number": (["sim", "--until", "1", "--step", "1e-12"], "--step 1e-12: 1e+12 steps, at most 1e+10 are taken"),
     "state empty": (["eval", "--state", ""], "--state: the value is empty"),
     "method empty": (["sim", "--until", "1", "--method", ""], "--method: the value is empty"),
 }
@@ -212,6 +213,21 @@ return rd.model { name = "hidden", gravity = { 0, 0, -9.81 }, links = { { "rod",
 """)
     assert refdyn("check", tmp_path / "model.lua").stderr == (
         f"{tmp_path}/model.lua:3: warning: links[1].beam.rfe: each segment has its own, the beam's says nothing beside them\n")
+
+
+def test_turns_that_elements_do_not_have(tmp_path):
+    (tmp_path / "model.lua").write_text("""local rd = require "refdyn"
+return rd.model { name = "plane", gravity = { 0, 0, -9.81 }, links = { { "rod", joint = "theta", beam = {
+  section = rd.round(0.01), E = 2.1e11, nu = 0.3, rho = 7800, dofs = "theta",
+  damping = { psi = 0, theta = 1, phi = 1 }, curvature = { theta = 0.1 },
+  segments = { { length = 1, rfe = 2 },
+               { length = 1, rfe = 3,
+                 curvature = { psi = 0.2 } } } } } } }
+""")
+    told = "the elements have no {0} (dofs), it says nothing"
+    assert refdyn("check", tmp_path / "model.lua").stderr.splitlines() == [
+        f"{tmp_path}/model.lua:4: warning: links[1].beam.damping.phi: " + told.format("phi"),
+        f"{tmp_path}/model.lua:7: warning: links[1].beam.segments[2].curvature.psi: " + told.format("psi")]
 
 
 @pytest.mark.parametrize("path", all_models() + sorted((TESTS / "models").glob("*.lua")), ids=lambda path: path.stem)
