@@ -26,10 +26,6 @@ const char *owner_tag(enum owner owner) {
     return owners[owner].tag;
 }
 
-const char *owner_form(enum owner owner) {
-    return owners[owner].form;
-}
-
 static const char *const row_tags[] = {"position", "velocity", "acceleration"};
 
 int list_tags(const char **tags) {
@@ -177,8 +173,7 @@ static void check_pairs(const struct checker *checker, const struct value *table
     }
 }
 
-/* Nothing in the table is a field of the owner, and it would be told of each: something else was meant. */
-static bool is_stranger(const struct value *table, enum owner owner) {
+bool is_stranger(const struct value *table, enum owner owner) {
     enum { COMPLAINTS = 3 };
     int needed = 0;
     if (item_room(owner) > 0 && table->item_count > 0)
@@ -216,7 +211,7 @@ void check_fields(const struct checker *checker, const struct value *table, enum
                   const char *path) {
     if (!is_made_for(table, owner)) {
         complain(checker->messages, table->place, "%s: made by rd.%s, %s such as %s is needed", path,
-                 table->tag, owner_text(owner), owner_form(owner));
+                 table->tag, owner_text(owner), owners[owner].form);
         return;
     }
     if (is_stranger(table, owner)) {

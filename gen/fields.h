@@ -111,7 +111,6 @@ struct checker {
 };
 
 const char *owner_text(enum owner owner); /* "a link" */
-const char *owner_form(enum owner owner); /* "{ \"arm\", joint = \"z\" }" */
 /* The function of the module that makes such a table, or NULL; rd.position and its like make rows. */
 const char *owner_tag(enum owner owner);
 /* All such functions; there is room for OWNER_COUNT + 3. */
@@ -125,6 +124,9 @@ void check_fields(const struct checker *checker, const struct value *table, enum
                   const char *path);
 /* Has the author made the table, or the function of the module that makes such? OWNER_COUNT: none does. */
 bool is_made_for(const struct value *table, enum owner owner);
+/* Nothing in the table is a field of the owner, and it would be told of each: something else was meant.
+ * check_fields says so. */
+bool is_stranger(const struct value *table, enum owner owner);
 /* Was a field of the table meant to be `name`, and misspelled? check_fields has said so. */
 bool is_misspelled(const struct value *table, enum owner owner, const char *name);
 /* The field's value, or NULL when it is missing or not of its type. */

@@ -284,6 +284,8 @@ void read_beam(const struct reader *reader, const struct value *table, const cha
     const struct checker *check = &reader->check;
     const struct value *segments = get_field(table, FIELD_BEAM_segments);
     beam->exists = true;
+    if (is_stranger(table, OWNER_BEAM))
+        return;
     read_dofs(reader, get_field(table, FIELD_BEAM_dofs), path_name(check, path, "dofs"), beam);
     if (segments && has_field(table, FIELD_BEAM_length))
         complain(check->messages, table->place, "%s.length: beside segments, their own lengths add up to it",

@@ -121,13 +121,12 @@ static void read_shape(const struct reader *reader, const struct shape_rule *rul
                        const char *path, struct solid *solid) {
     const struct checker *check = &reader->check;
     struct graph *g = check->graph;
+    const int errors = check->messages->errors;
     check_fields(check, table, rule->owner, path);
+    const bool is_told = check->messages->errors > errors;
     const struct shape shape = rule->shape(reader, table, path);
     const bool has_density = has_field(table, rule->density), has_mass = has_field(table, rule->mass);
-    const bool is_said =
-        !has_density && !has_mass && /* by check_fields */
-        (is_misspelled(table, rule->owner, "density") || is_misspelled(table, rule->owner, "mass"));
-    if (has_density == has_mass && !is_said)
+    if (has_density == has_mass && (has_mass || !is_told))
         complain(check->messages, table->place, "%s: %s, one of them is needed", path,
                  has_mass ? "both density and mass" : "neither density nor mass");
     solid->mass = has_mass ? get_value(check, table, rule->mass)
