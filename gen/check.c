@@ -5,10 +5,11 @@
  * have been found by the reader, field by field.
  */
 #include "memory.h"
+#include "names.h"
 #include "plausible.h"
 #include "read.h"
+#include "text.h"
 
-#include <ctype.h>
 #include <math.h>
 #include <string.h>
 
@@ -19,86 +20,6 @@ struct check {
 };
 
 /* ---- names ---- */
-
-struct named {
-    const char *name;
-    struct place place;
-};
-
-static bool is_reserved(const char *name) {
-    static const char *const words[] = {
-        "alignas", "alignof", "and", "and_eq", "asm", "auto", "bitand", "bitor", "bool", "break", "case",
-        "catch", "char", "char16_t", "char32_t", "class", "compl", "const", "const_cast", "constexpr",
-        "continue", "decltype", "default", "delete", "do", "double", "dynamic_cast", "else", "enum",
-        "explicit", "export", "extern", "false", "float", "for", "friend", "goto", "if", "inline", "int",
-        "long", "mutable", "namespace", "new", "noexcept", "not", "not_eq", "nullptr", "operator", "or",
-        "or_eq", "private", "protected", "public", "register", "reinterpret_cast", "restrict", "return",
-        "short", "signed", "sizeof", "static", "static_assert", "static_cast", "struct", "switch", "template",
-        "this", "thread_local", "throw", "true", "try", "typedef", "typeid", "typename", "union", "unsigned",
-        "using", "virtual", "void", "volatile", "wchar_t", "while", "xor", "xor_eq",
-        /* macros that a compiler or math.h may define */
-        "errno", "linux", "unix", "NULL", "NAN", "INFINITY", "HUGE_VAL"};
-    for (size_t i = 0; i < sizeof words / sizeof *words; i++)
-        if (strcmp(name, words[i]) == 0)
-            return true;
-    return false;
-}
-
-static bool is_identifier(const char *name) {
-    if (!isalpha((unsigned char)*name))
-        return false;
-    while (isalnum((unsigned char)*name) || *name == '_')
-        name++;
-    return *name == 0;
-}
-
-static void check_name(const struct check *check, const char *kind, const struct named *named) {
-    if (!*named->name)
-        return; /* missing: the reader has said so */
-    if (!check_line(check->messages, named->place, memory_format(check->messages->memory, "name of %s", kind),
-                    named->name))
-        return;
-    if (!is_identifier(named->name))
-        complain(check->messages, named->place,
-                 "%s \"%s\": no identifier of C, a letter and then letters, digits and _ are needed", kind,
-                 named->name);
-    else if (is_reserved(named->name))
-        complain(check->messages, named->place, "%s %s: a reserved word of C or C++, another name is needed",
-                 kind, named->name);
-}
-
-/* Each name once within its kind. */
-static void check_names(const struct check *check, const char *kind, const struct named *list, int count) {
-    for (int i = 0; i < count; i++) {
-        int first = 0;
-        check_name(check, kind, &list[i]);
-        while (strcmp(list[first].name, list[i].name) != 0)
-            first++;
-        if (first < i && *list[i].name)
-            complain(check->messages, list[i].place,
-                     "%s %s: the name is taken by line %d, each %s needs its own", kind, list[i].name,
-                     list[first].place.line, kind);
-    }
-}
-
-/* The model's name is that of its files and the lead of its functions: neither may be someone else's. */
-static void check_model_name(const struct check *check) {
-    static const char *const headers[] = {
-        "assert",    "complex", "ctype",   "fenv",   "float",  "inttypes", "iso646",
-        "limits",    "locale",  "math",    "setjmp", "signal", "stdalign", "stdarg",
-        "stdatomic", "stdbool", "stddef",  "stdint", "stdio",  "stdlib",   "stdnoreturn",
-        "string",    "tgmath",  "threads", "time",   "uchar",  "wchar",    "wctype"};
-    const struct named name = {check->model->name, check->model->place};
-    check_name(check, "model", &name);
-    if (strncmp(name.name, "refdyn", strlen("refdyn")) == 0)
-        complain(check->messages, name.place,
-                 "model %s: names that begin with refdyn are the runtime's, another name is needed",
-                 name.name);
-    for (size_t i = 0; i < sizeof headers / sizeof *headers; i++)
-        if (strcmp(name.name, headers[i]) == 0)
-            complain(check->messages, name.place, "model %s: %s.h is a header of C, another name is needed",
-                     name.name, name.name);
-}
 
 static struct named *new_list(const struct check *check, int count) {
     return memory_get(check->messages->memory, ((size_t)count + 1) * sizeof(struct named));
@@ -114,10 +35,12 @@ static void refuse_ground(const struct check *check, const char *kind, const str
 static void check_link_names(const struct check *check) {
     const struct model *model = check->model;
     struct named *list = new_list(check, model->link_count);
+    int count = 0;
     for (int i = 0; i < model->link_count; i++)
-        list[i] = (struct named){model->links[i].name, model->links[i].place};
-    refuse_ground(check, "link", list, model->link_count);
-    check_names(check, "link", list, model->link_count);
+        if (*model->links[i].name) /* the reader has complained about what is missing */
+            list[count++] = (struct named){model->links[i].name, model->links[i].place};
+    refuse_ground(check, "link", list, count);
+    check_names(check->messages, "link", list, count);
 }
 
 static void check_point_names(const struct check *check) {
@@ -126,7 +49,7 @@ static void check_point_names(const struct check *check) {
     for (int i = 0; i < model->point_count; i++)
         list[i] = (struct named){model->points[i].name, model->points[i].place};
     refuse_ground(check, "point", list, model->point_count);
-    check_names(check, "point", list, model->point_count);
+    check_names(check->messages, "point", list, model->point_count);
 }
 
 static void check_options(const struct check *check) {
@@ -134,11 +57,7 @@ static void check_options(const struct check *check) {
     struct named *list = new_list(check, model->option_count);
     for (int i = 0; i < model->option_count; i++)
         list[i] = (struct named){model->options[i].name, model->options[i].place};
-    check_names(check, "option", list, model->option_count);
-}
-
-static const char *not_finite_text(double value) {
-    return isnan(value) ? "nan" : value > 0 ? "inf" : "-inf";
+    check_names(check->messages, "option", list, model->option_count);
 }
 
 static void check_parameters(const struct check *check) {
@@ -147,15 +66,12 @@ static void check_parameters(const struct check *check) {
     for (int i = 0; i < model->parameter_count; i++) {
         const struct parameter *parameter = &model->parameters[i];
         list[i] = (struct named){parameter->name, parameter->place};
-        if (!isfinite(parameter->value))
-            complain(check->messages, parameter->place, "parameter %s: value %s, a finite number is needed",
-                     parameter->name, not_finite_text(parameter->value));
         if (strcmp(parameter->name, "derived") == 0)
             complain(check->messages, parameter->place,
                      "parameter derived: the struct of parameters has what prepare computes there, another "
                      "name is needed");
     }
-    check_names(check, "parameter", list, model->parameter_count);
+    check_members(check->messages, "parameter", list, model->parameter_count);
 }
 
 static void check_inputs(const struct check *check) {
@@ -168,7 +84,7 @@ static void check_inputs(const struct check *check) {
             complain(check->messages, input->place, "input %s: value %s, a finite number is needed",
                      input->name, not_finite_text(input->value));
     }
-    check_names(check, "input", list, model->input_count);
+    check_members(check->messages, "input", list, model->input_count);
 }
 
 /* ---- bodies ---- */
@@ -211,8 +127,6 @@ static void check_inertia(const struct check *check, const struct link *link, co
         complain(check->messages, link->place,
                  "link %s: inertia: products %.6g %.6g %.6g are too large for its moments, no body has such",
                  link->name, I[3], I[4], I[5]);
-    else if (half > 0 && value_of(check->model, solid->mass) <= 0)
-        complain(check->messages, link->place, "link %s: inertia without mass, a mass is needed", link->name);
 }
 
 /* ---- lists of coordinates ---- */
@@ -221,13 +135,8 @@ static void check_coordinates(const struct check *check, const char *what, struc
                               const char *const *names, int count) {
     const char **known = coordinate_names(check->messages->memory, check->tree);
     for (int i = 0; i < count; i++) {
-        int first = 0;
-        while (strcmp(names[first], names[i]) != 0)
-            first++;
-        if (first < i)
-            complain(check->messages, place, "%s[%d]: \"%s\" is there twice, once is enough", what, i + 1,
-                     names[i]);
-        if (find_coordinate(check->tree, names[i]) >= 0)
+        if (find_coordinate(check->tree, names[i]) >= 0 ||
+            !is_first_mention(check->messages, "coordinate", names[i]))
             continue;
         const char *nearest = nearest_name(names[i], known, check->tree->count);
         complain(check->messages, place, "%s[%d]: unknown coordinate \"%s\", the nearest known one is \"%s\"",
@@ -353,6 +262,8 @@ static void check_course(const struct check *check, const struct course *course)
     if (!check_line(check->messages, course->place, "name in courses", course->name))
         return;
     const char *path = memory_format(check->messages->memory, "courses.%s", course->name);
+    if (!*course->name)
+        complain(check->messages, course->place, "courses: an empty name, that of a column is needed");
     if (strchr(course->name, ','))
         complain(check->messages, course->place,
                  "%s: a comma, which parts the columns of a motion, another name is needed", path);
@@ -414,14 +325,15 @@ static void check_row_names(const struct check *check) {
 
 void check_scene(const struct model *model, struct messages *messages) {
     const struct check check = {.model = model, .messages = messages};
-    check_model_name(&check);
+    if (*model->name) /* else the reader has complained */
+        check_model_name(messages, (struct named){model->name, model->place});
     check_options(&check);
     check_parameters(&check);
     check_inputs(&check);
     check_link_names(&check);
     check_point_names(&check);
     for (int i = 0; i < model->link_count; i++)
-        for (int k = 0; k < model->links[i].solid_count; k++)
+        for (int k = 0; k < model->links[i].solid_count && !model->links[i].is_wrong; k++)
             check_inertia(&check, &model->links[i], &model->links[i].solids[k]);
 }
 

@@ -1,38 +1,16 @@
 /* Options, parameters, inputs and settings: see declare.h. */
 #include "declare.h"
+#include "text.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 void declarations_start(struct declarations *declarations, struct memory *memory, struct graph *graph,
                         const struct read_request *request, struct messages *messages) {
     *declarations =
         (struct declarations){.memory = memory, .graph = graph, .messages = messages, .request = request};
-    declarations->setting_used =
-        memory_get(memory, (size_t)request->setting_count * sizeof *declarations->setting_used + 1);
-}
-
-/* The last setting of that name counts, NULL: none. */
-static const char *setting_of(struct declarations *declarations, const char *name) {
-    const char *value = NULL;
-    for (int i = 0; i < declarations->request->setting_count; i++) {
-        if (strcmp(declarations->request->settings[i].name, name) == 0) {
-            declarations->setting_used[i] = true;
-            value = declarations->request->settings[i].value;
-        }
-    }
-    return value;
-}
-
-/* `value` stays as it is when the text is no finite number. */
-static bool parse_number(const char *text, double *value) {
-    char *end;
-    double parsed = strtod(text, &end);
-    if (end == text || *end != 0 || !isfinite(parsed))
-        return false;
-    *value = parsed;
-    return true;
+    declarations->setting_kind =
+        memory_get(memory, ((size_t)request->setting_count + 1) * sizeof *declarations->setting_kind);
 }
 
 static struct place command_line(const struct declarations *declarations) {
@@ -45,13 +23,37 @@ static void complain_of_setting(const struct declarations *declarations, const c
              value, needed);
 }
 
+/* The last setting of that name counts, NULL: none. One name of several kinds would set more than was meant.
+ */
+static const char *setting_of(struct declarations *declarations, const char *kind, const char *name) {
+    const struct setting *settings = declarations->request->settings;
+    const char *value = NULL;
+    for (int i = 0; i < declarations->request->setting_count; i++) {
+        if (strcmp(settings[i].name, name) != 0)
+            continue;
+        const char *other = declarations->setting_kind[i];
+        if (other && strcmp(other, kind) != 0)
+            complain(declarations->messages, command_line(declarations),
+                     "--set %s: the model has this name as %s and as %s, names of their own are needed", name,
+                     other, kind);
+        declarations->setting_kind[i] = kind;
+        value = settings[i].value;
+    }
+    return value;
+}
+
+/* Is the number one that Lua and C both hold as a whole one? */
+static bool is_whole(double value) {
+    const double largest = 9007199254740992; /* 2^53 */
+    return value == floor(value) && fabs(value) <= largest;
+}
+
 static struct value option_from_text(struct declarations *declarations, const char *name,
                                      const struct value *standard, const char *text) {
     struct value value = *standard;
     if (standard->kind == VALUE_NUMBER) {
-        bool is_number = parse_number(text, &value.number);
-        bool is_allowed = is_number && (!standard->is_whole || value.number == floor(value.number));
-        if (!is_allowed) {
+        bool is_number = number_of_text(text, &value.number);
+        if (!is_number || (standard->is_whole && !is_whole(value.number))) {
             complain_of_setting(declarations, name, text, standard->is_whole ? "a whole number" : "a number");
             return *standard;
         }
@@ -80,7 +82,61 @@ static bool is_choice(struct memory *memory, const struct value *value, const st
     return allowed->item_count == 0;
 }
 
-/* `allowed` is a list of values, or { from = least, to = largest }. */
+/* What is wrong with the values that an option may have, or NULL. */
+static const char *fault_of_list(struct memory *memory, const struct value *standard,
+                                 const struct value *allowed) {
+    for (int i = 0; i < allowed->item_count; i++) {
+        const struct value *item = &allowed->items[i];
+        if (item->kind == VALUE_NOTHING)
+            continue; /* a gap, said before */
+        if (item->kind != standard->kind)
+            return memory_format(memory, "value %d is %s, %s as the default is needed", i + 1,
+                                 kind_text(item->kind), kind_text(standard->kind));
+        for (int j = 0; j < i; j++)
+            if (strcmp(value_text(memory, item), value_text(memory, &allowed->items[j])) == 0)
+                return memory_format(memory, "\"%s\" is there twice, once is enough",
+                                     value_text(memory, item));
+    }
+    return allowed->item_count > 0 ? NULL : "nothing, a list of values or { from = 1, to = 9 } is needed";
+}
+
+static const char *fault_of_range(struct memory *memory, const struct value *standard,
+                                  const struct value *allowed) {
+    const struct value *from = find_field(allowed, "from"), *to = find_field(allowed, "to");
+    if (standard->kind != VALUE_NUMBER)
+        return memory_format(memory, "from or to, for %s a list of values is needed",
+                             kind_text(standard->kind));
+    if ((from && from->kind != VALUE_NUMBER) || (to && to->kind != VALUE_NUMBER))
+        return "from or to is no number, { from = 1, to = 9 } is needed";
+    if (from && to && !(from->number <= to->number))
+        return memory_format(memory, "from %.15g to %.15g, a range that ascends is needed", from->number,
+                             to->number);
+    return NULL;
+}
+
+/* `allowed` is a list of values of the default's kind, or { from = least, to = largest }. */
+static bool is_range_or_list(struct declarations *declarations, const char *name,
+                             const struct value *standard, const struct value *allowed) {
+    static const char *const bounds[] = {"from", "to"};
+    struct memory *memory = declarations->memory;
+    const char *fault = NULL;
+    for (int i = 0; i < allowed->field_count && !fault; i++) {
+        const char *bound = allowed->fields[i].name, *nearest = nearest_name(bound, bounds, 2);
+        if (strcmp(bound, "from") != 0 && strcmp(bound, "to") != 0)
+            fault = memory_format(memory, "unknown field \"%s\"%s%s%s, { from = 1, to = 9 } is needed", bound,
+                                  nearest ? ", the nearest known one is \"" : "", nearest ? nearest : "",
+                                  nearest ? "\"" : "");
+    }
+    if (!fault && allowed->field_count > 0 && allowed->item_count > 0)
+        fault = "both a list of values and a range, one of them is needed";
+    if (!fault)
+        fault = allowed->field_count > 0 ? fault_of_range(memory, standard, allowed)
+                                         : fault_of_list(memory, standard, allowed);
+    if (fault)
+        complain(declarations->messages, allowed->place, "option %s: allowed: %s", name, fault);
+    return !fault;
+}
+
 static bool is_allowed(struct memory *memory, const struct value *value, const struct value *allowed) {
     const struct value *from = find_field(allowed, "from"), *to = find_field(allowed, "to");
     bool is_within = (!from || value->number >= from->number) && (!to || value->number <= to->number);
@@ -103,9 +159,13 @@ static const char *allowed_text(struct memory *memory, const struct value *allow
 struct value declare_option(struct declarations *declarations, struct place place, const char *name,
                             const struct value *standard, const struct value *allowed) {
     struct memory *memory = declarations->memory;
-    const char *text = setting_of(declarations, name);
+    const char *text = setting_of(declarations, "option", name);
     struct value value = text ? option_from_text(declarations, name, standard, text) : *standard;
-    if (allowed && !is_allowed(memory, &value, allowed)) {
+    if (standard->kind == VALUE_NUMBER && !isfinite(standard->number))
+        complain(declarations->messages, place, "option %s: value %s, a finite number is needed", name,
+                 not_finite_text(standard->number));
+    if (allowed && is_range_or_list(declarations, name, standard, allowed) &&
+        !is_allowed(memory, &value, allowed)) {
         complain(declarations->messages, text ? command_line(declarations) : place,
                  "option %s: value \"%s\", %s is needed", name, value_text(memory, &value),
                  allowed_text(memory, allowed));
@@ -135,6 +195,32 @@ double value_at_parameters(struct graph *graph, const struct parameter *paramete
     return evaluate(graph, e, parameter_value, context);
 }
 
+/* Does a value wait for a parameter that is known at the start of a motion only? */
+struct waiting {
+    const struct declarations *declarations;
+    bool waits;
+};
+
+static void note_waiting(void *context, expression e) {
+    struct waiting *waiting = context;
+    const struct declarations *declarations = waiting->declarations;
+    const struct symbol *symbol = as_symbol(declarations->graph, e);
+    waiting->waits |= symbol->kind == SYMBOL_PARAMETER && declarations->parameters[symbol->index].is_late;
+}
+
+static bool waits_for_start(const struct declarations *declarations, expression e) {
+    struct waiting waiting = {.declarations = declarations};
+    visit_symbols(declarations->graph, e, note_waiting, &waiting);
+    return waiting.waits;
+}
+
+bool value_is_known(const struct declarations *declarations, expression e, double *value) {
+    if (declarations->graph->nodes[e].depends & ~ON_PARAMETER || waits_for_start(declarations, e))
+        return false;
+    *value = value_at_parameters(declarations->graph, declarations->parameters, e);
+    return true;
+}
+
 static void set_standard(struct declarations *declarations, struct parameter *parameter,
                          const struct value *standard) {
     struct graph *graph = declarations->graph;
@@ -143,6 +229,7 @@ static void set_standard(struct declarations *declarations, struct parameter *pa
         complain(declarations->messages, parameter->place,
                  "parameter %s: %s, a number or an expression is needed", parameter->name,
                  kind_text(standard->kind));
+        parameter->value = 1;
     } else if (is_number(graph, e, &parameter->value)) {
         return;
     } else if (graph->nodes[e].depends & (ON_TIME | ON_INPUT | ON_STATE | ON_RATE)) {
@@ -151,8 +238,7 @@ static void set_standard(struct declarations *declarations, struct parameter *pa
     } else {
         parameter->is_anchored = true;
         substitute(graph, base_of_start, NULL, &e, &parameter->anchor, 1);
-        if (!(graph->nodes[e].depends & ON_START))
-            parameter->value = value_at_parameters(graph, declarations->parameters, e);
+        parameter->is_late = !value_is_known(declarations, e, &parameter->value);
     }
 }
 
@@ -173,11 +259,17 @@ expression declare_parameter(struct declarations *declarations, struct place pla
     struct parameter parameter = {.name = name, .unit = unit, .place = place};
     check_unit(declarations, place, name, unit);
     set_standard(declarations, &parameter, standard);
-    const char *text = setting_of(declarations, name);
-    if (text && parse_number(text, &parameter.value))
+    const char *text = setting_of(declarations, "parameter", name);
+    if (text && number_of_text(text, &parameter.value))
         parameter.is_given = true;
     else if (text)
         complain_of_setting(declarations, name, text, "a number");
+    parameter.is_late = parameter.is_late && !parameter.is_given;
+    if (!isfinite(parameter.value)) {
+        complain(declarations->messages, place, "parameter %s: value %s, a finite number is needed", name,
+                 not_finite_text(parameter.value));
+        parameter.value = 1; /* so that nothing follows from it */
+    }
     declarations->parameters =
         memory_room(declarations->memory, declarations->parameters, declarations->parameter_count,
                     &declarations->parameter_capacity, sizeof *declarations->parameters);
@@ -185,20 +277,25 @@ expression declare_parameter(struct declarations *declarations, struct place pla
     return parameter_expression(declarations, declarations->parameter_count - 1);
 }
 
-void declare_parameters(struct declarations *declarations, const struct value *list) {
-    for (int i = 0; i < list->item_count; i++) {
-        const struct value *entry = &list->items[i];
-        const struct value *part = entry->items;
-        bool has_name = entry->kind == VALUE_TABLE && entry->item_count >= 2 && part[0].kind == VALUE_TEXT;
-        bool has_unit = has_name && entry->item_count == 3 && part[2].kind == VALUE_TEXT;
-        if (!has_name || (entry->item_count > 2 && !has_unit) || entry->field_count > 0)
-            complain(declarations->messages, entry->place,
-                     "parameters[%d]: %s, { \"name\", value, \"unit\" } is needed", i + 1,
-                     entry->kind == VALUE_TABLE ? "not of that form" : kind_text(entry->kind));
-        else
-            declare_parameter(declarations, entry->place, part[0].text, &part[1],
-                              has_unit ? part[2].text : "");
+static void declare_entry(struct declarations *declarations, const struct value *entry, int index) {
+    const struct value *part = entry->items;
+    const bool has_name = entry->kind == VALUE_TABLE && entry->item_count >= 2 && part[0].kind == VALUE_TEXT;
+    const bool has_unit = has_name && entry->item_count == 3 && part[2].kind == VALUE_TEXT;
+    if (has_name && (entry->item_count == 2 || has_unit) && entry->field_count == 0) {
+        declare_parameter(declarations, entry->place, part[0].text, &part[1], has_unit ? part[2].text : "");
+        return;
     }
+    declarations->lacks_parameters = true;
+    if (entry->kind != VALUE_NOTHING) /* a gap, said before */
+        complain(declarations->messages, entry->place,
+                 "parameters[%d]: %s, { \"name\", value, \"unit\" } is needed", index + 1,
+                 entry->kind == VALUE_TABLE ? "not of that form" : kind_text(entry->kind));
+}
+
+void declare_parameters(struct declarations *declarations, const struct value *list) {
+    for (int i = 0; i < list->item_count; i++)
+        declare_entry(declarations, &list->items[i], i);
+    declarations->lacks_parameters = declarations->lacks_parameters || list->field_count > 0;
     for (int i = 0; i < list->field_count; i++)
         complain(declarations->messages, list->fields[i].value.place,
                  "parameters.%s: a named entry, { \"%s\", value, \"unit\" } is needed", list->fields[i].name,
@@ -209,8 +306,8 @@ expression declare_input(struct declarations *declarations, struct place place, 
                          double standard, const char *unit) {
     struct input input = {.name = name, .unit = unit, .place = place, .value = standard};
     check_unit(declarations, place, name, unit);
-    const char *text = setting_of(declarations, name);
-    if (text && !parse_number(text, &input.value))
+    const char *text = setting_of(declarations, "input", name);
+    if (text && !number_of_text(text, &input.value))
         complain_of_setting(declarations, name, text, "a number");
     declarations->inputs = memory_room(declarations->memory, declarations->inputs, declarations->input_count,
                                        &declarations->input_capacity, sizeof *declarations->inputs);
@@ -234,7 +331,7 @@ static const char *nearest_declared(const struct declarations *declarations, con
 void complain_of_unknown_settings(const struct declarations *declarations) {
     for (int i = 0; i < declarations->request->setting_count; i++) {
         const char *name = declarations->request->settings[i].name;
-        if (declarations->setting_used[i])
+        if (declarations->setting_kind[i] || declarations->lacks_parameters)
             continue;
         const char *nearest = nearest_declared(declarations, name);
         if (nearest)

@@ -17,7 +17,8 @@ struct declarations {
     struct graph *graph;
     struct messages *messages;
     const struct read_request *request;
-    bool *setting_used; /* by setting */
+    const char **setting_kind; /* by setting: what it has set, "option" ..., or NULL */
+    bool lacks_parameters;     /* some could not be read: a name that is not among them is no mistake */
     struct option *options;
     int option_count, option_capacity;
     struct parameter *parameters;
@@ -38,6 +39,9 @@ expression declare_parameter(struct declarations *declarations, struct place pla
 void declare_parameters(struct declarations *declarations, const struct value *list);
 expression declare_input(struct declarations *declarations, struct place place, const char *name,
                          double standard, const char *unit);
+/* The value of an expression that is known while the model is read: of parameters, none of which waits for
+ * the start of a motion. */
+bool value_is_known(const struct declarations *declarations, expression e, double *value);
 /* The expression that stands for parameter number `index`: a number when parameters are folded. */
 expression parameter_expression(const struct declarations *declarations, int index);
 /* To be called when all is declared. */

@@ -1,7 +1,6 @@
-/* Checks that follow from the table of fields: see fields.h. */
-#include "fields.h"
+/* Checks that follow from the table of fields, and look-ups in it: see fields.h. */
+#include "field_types.h"
 
-#include <math.h>
 #include <string.h>
 
 const struct field_rule field_rules[FIELD_COUNT] = {
@@ -12,9 +11,9 @@ const struct field_rule field_rules[FIELD_COUNT] = {
 };
 
 static const struct {
-    const char *text, *tag;
+    const char *text, *tag, *form;
 } owners[] = {
-#define OWNER(name, text, tag) {text, tag},
+#define OWNER(name, text, tag, form) {text, tag, form},
     OWNERS
 #undef OWNER
 };
@@ -27,38 +26,20 @@ const char *owner_tag(enum owner owner) {
     return owners[owner].tag;
 }
 
+static const char *const row_tags[] = {"position", "velocity", "acceleration"};
+
 int list_tags(const char **tags) {
-    static const char *const rows[] = {"position", "velocity", "acceleration"};
     int count = 0;
     for (int i = 0; i < OWNER_COUNT; i++)
         if (owners[i].tag)
             tags[count++] = owners[i].tag;
     for (int i = 0; i < 3; i++)
-        tags[count++] = rows[i];
+        tags[count++] = row_tags[i];
     return count;
 }
 
 bool has_tag(const struct value *value, const char *tag) {
     return value->kind == VALUE_TABLE && value->tag && tag && strcmp(value->tag, tag) == 0;
-}
-
-static const char *type_text(enum field_type type) {
-    static const char *const texts[] = {"a text",
-                                        "a whole number",
-                                        "a number or an expression of parameters",
-                                        "a number or an expression",
-                                        "a list of 3 numbers",
-                                        "a list of { \"x\", angle }",
-                                        "a list of names",
-                                        "a table by joint such as { z = 1 }",
-                                        "the name of a link or point or { on = ..., at = ... }",
-                                        "an axis such as { \"arm\", \"z\" }",
-                                        "\"x\", \"y\", \"z\" or a list of 3 numbers",
-                                        "a list of 3 numbers or expressions",
-                                        "a table",
-                                        "a list of tables",
-                                        "a function"};
-    return texts[type];
 }
 
 const char *range_text(enum field_range range) {
@@ -87,210 +68,6 @@ void complain_of_name(const struct checker *checker, struct place place, const c
     complain(checker->messages, place, "%s: %s, known:%s", path, fact, count > 0 ? list : " none");
 }
 
-/* ---- one value ---- */
-
-static bool is_of_parameters(const struct checker *checker, expression e) {
-    return (checker->graph->nodes[e].depends & ~ON_PARAMETER) == 0;
-}
-
-void check_value(const struct checker *checker, const struct value *value, enum field_range range,
-                 const char *path) {
-    expression e;
-    if (!value_expression(checker->graph, value, &e)) {
-        complain(checker->messages, value->place, "%s: %s, a number or an expression is needed", path,
-                 kind_text(value->kind));
-        return;
-    }
-    if (!is_of_parameters(checker, e)) {
-        complain(checker->messages, value->place,
-                 "%s: depends on the motion, a number or an expression of parameters is needed", path);
-        return;
-    }
-    double x = value_at_parameters(checker->graph, checker->declarations->parameters, e);
-    if (!isfinite(x))
-        complain(checker->messages, value->place, "%s: value %s, a finite number is needed", path,
-                 isnan(x) ? "nan"
-                 : x > 0  ? "inf"
-                          : "-inf");
-    else if (range == RANGE_POSITIVE && x <= 0)
-        complain(checker->messages, value->place, "%s: value %.6g, a positive number is needed", path, x);
-    else if (range == RANGE_NOT_NEGATIVE && x < 0)
-        complain(checker->messages, value->place, "%s: value %.6g, a number not below 0 is needed", path, x);
-    else if (range == RANGE_POISSON && !(x > -1 && x <= 0.5))
-        complain(checker->messages, value->place, "%s: value %.6g, a number above -1 and up to 0.5 is needed",
-                 path, x);
-}
-
-static bool has_three_items(const struct checker *checker, const struct value *value, const char *path) {
-    if (value->item_count == 3 && value->field_count == 0)
-        return true;
-    complain(checker->messages, value->place, "%s: %d numbers, 3 are needed", path, value->item_count);
-    return false;
-}
-
-static void check_vector(const struct checker *checker, const struct value *value, enum field_range range,
-                         const char *path) {
-    has_three_items(checker, value, path);
-    for (int i = 0; i < value->item_count && i < 3; i++)
-        check_value(checker, &value->items[i], range, path_item(checker, path, i));
-}
-
-static void check_free_vector(const struct checker *checker, const struct value *value, const char *path) {
-    expression e;
-    has_three_items(checker, value, path);
-    for (int i = 0; i < value->item_count && i < 3; i++)
-        if (!value_expression(checker->graph, &value->items[i], &e))
-            complain(checker->messages, value->items[i].place, "%s: %s, a number or an expression is needed",
-                     path_item(checker, path, i), kind_text(value->items[i].kind));
-}
-
-/* A direction has a length: one of its components is not 0. */
-static void check_direction(const struct checker *checker, const struct value *value, const char *path) {
-    double largest = 0;
-    if (value->kind == VALUE_TEXT) {
-        if (strlen(value->text) != 1 || !strchr("xyz", *value->text))
-            complain(checker->messages, value->place, "%s: \"%s\" is no axis, x y z are", path, value->text);
-        return;
-    }
-    check_vector(checker, value, RANGE_ANY, path);
-    for (int i = 0; i < value->item_count; i++) {
-        expression e;
-        if (value_expression(checker->graph, &value->items[i], &e) && is_of_parameters(checker, e))
-            largest = fmax(largest,
-                           fabs(value_at_parameters(checker->graph, checker->declarations->parameters, e)));
-    }
-    if (value->item_count == 3 && largest == 0)
-        complain(checker->messages, value->place, "%s: of length 0, a direction is needed", path);
-}
-
-/* More than a whole turn is hardly meant. */
-static void warn_of_degrees(const struct checker *checker, const struct value *value, const char *path) {
-    expression e;
-    if (!value_expression(checker->graph, value, &e) || !is_of_parameters(checker, e))
-        return;
-    const double x = value_at_parameters(checker->graph, checker->declarations->parameters, e);
-    if (fabs(x) > 6.3)
-        warn(checker->messages, value->place,
-             "%s: an angle of %.6g rad: in degrees? rd.pi / 180 makes radians of them", path, x);
-}
-
-static void check_turns(const struct checker *checker, const struct value *value, const char *path) {
-    for (int i = 0; i < value->item_count; i++) {
-        const struct value *turn = &value->items[i];
-        const char *turn_path = path_item(checker, path, i);
-        if (turn->kind != VALUE_TABLE || turn->item_count != 2 || turn->items[0].kind != VALUE_TEXT) {
-            complain(checker->messages, turn->place, "%s: %s, { \"x\", angle } is needed", turn_path,
-                     turn->kind == VALUE_TABLE ? "not of that form" : kind_text(turn->kind));
-            continue;
-        }
-        const char *axis = turn->items[0].text;
-        if (strlen(axis) != 1 || !strchr("xyz", *axis))
-            complain(checker->messages, turn->place, "%s: \"%s\" is no axis, x y z are", turn_path, axis);
-        check_value(checker, &turn->items[1], RANGE_ANY, turn_path);
-        warn_of_degrees(checker, &turn->items[1], turn_path);
-    }
-}
-
-static void check_names(const struct checker *checker, const struct value *value, const char *path) {
-    for (int i = 0; i < value->item_count; i++)
-        if (value->items[i].kind != VALUE_TEXT)
-            complain(checker->messages, value->items[i].place, "%s: %s, a text is needed",
-                     path_item(checker, path, i), kind_text(value->items[i].kind));
-}
-
-static void check_by_joint(const struct checker *checker, const struct value *value, enum field_range range,
-                           const char *path) {
-    if (value->item_count > 0)
-        complain(checker->messages, value->place, "%s: a list, a table by joint such as { z = 1 } is needed",
-                 path);
-    for (int i = 0; i < value->field_count; i++)
-        check_value(checker, &value->fields[i].value, range, path_name(checker, path, value->fields[i].name));
-}
-
-static void check_list(const struct checker *checker, const struct value *value, const char *path) {
-    for (int i = 0; i < value->item_count; i++)
-        if (value->items[i].kind != VALUE_TABLE)
-            complain(checker->messages, value->items[i].place, "%s: %s, a table is needed",
-                     path_item(checker, path, i), kind_text(value->items[i].kind));
-    for (int i = 0; i < value->field_count; i++)
-        complain(checker->messages, value->fields[i].value.place, "%s: a named entry, a list is needed",
-                 path_name(checker, path, value->fields[i].name));
-}
-
-static void check_whole(const struct checker *checker, const struct value *value, const char *path) {
-    enum { LARGEST = 10000 };
-    if (!(value->number >= 1 && value->number <= LARGEST) || value->number != floor(value->number))
-        complain(checker->messages, value->place, "%s: value %.6g, a whole number from 1 to %d is needed",
-                 path, value->number, LARGEST);
-}
-
-static bool has_type(const struct value *value, enum field_type type) {
-    switch (type) {
-    case TYPE_TEXT:
-        return value->kind == VALUE_TEXT;
-    case TYPE_WHOLE:
-        return value->kind == VALUE_NUMBER;
-    case TYPE_VALUE:
-    case TYPE_FREE:
-        return value->kind == VALUE_NUMBER || value->kind == VALUE_EXPRESSION;
-    case TYPE_NAMES:
-    case TYPE_PLACE:
-    case TYPE_DIRECTION:
-        return value->kind == VALUE_TABLE || value->kind == VALUE_TEXT;
-    case TYPE_FUNCTION:
-        return value->kind == VALUE_FUNCTION;
-    default:
-        return value->kind == VALUE_TABLE;
-    }
-}
-
-static void check_field(const struct checker *checker, const struct value *value,
-                        const struct field_rule *rule, const char *path) {
-    if (!has_type(value, rule->type)) {
-        complain(checker->messages, value->place, "%s: %s, %s is needed", path, kind_text(value->kind),
-                 type_text(rule->type));
-        return;
-    }
-    switch (rule->type) {
-    case TYPE_WHOLE:
-        check_whole(checker, value, path);
-        break;
-    case TYPE_VALUE:
-        check_value(checker, value, rule->range, path);
-        break;
-    case TYPE_VECTOR:
-        check_vector(checker, value, rule->range, path);
-        break;
-    case TYPE_FREE_VECTOR:
-        check_free_vector(checker, value, path);
-        break;
-    case TYPE_DIRECTION:
-        check_direction(checker, value, path);
-        break;
-    case TYPE_AXIS:
-        check_fields(checker, value, OWNER_AXIS, path);
-        break;
-    case TYPE_PLACE:
-        if (value->kind == VALUE_TABLE)
-            check_fields(checker, value, OWNER_POINT, path);
-        break;
-    case TYPE_TURNS:
-        check_turns(checker, value, path);
-        break;
-    case TYPE_NAMES:
-        check_names(checker, value, path);
-        break;
-    case TYPE_BY_JOINT:
-        check_by_joint(checker, value, rule->range, path);
-        break;
-    case TYPE_LIST:
-        check_list(checker, value, path);
-        break;
-    default:
-        break;
-    }
-}
-
 /* ---- all fields of a table ---- */
 
 static const struct value *raw_field(const struct value *table, enum field field) {
@@ -301,23 +78,53 @@ static const struct value *raw_field(const struct value *table, enum field field
     return value;
 }
 
-/* Names of the owner's fields; the number of fields that may stand without a name in `items`. */
-static int owner_names(enum owner owner, const char **names, int *items) {
+/* How many fields may stand without a name. */
+static int item_room(enum owner owner) {
+    int room = 0;
+    for (int i = 0; i < FIELD_COUNT; i++)
+        if (field_rules[i].owner == owner && field_rules[i].item > room)
+            room = field_rules[i].item;
+    return room;
+}
+
+/* What such a table looks like, with the function of the module that has made this one. */
+static const char *form_of(const struct checker *checker, const struct value *table, enum owner owner) {
+    return table->tag ? memory_format(checker->memory, "rd.%s %s", table->tag, owners[owner].form)
+                      : owners[owner].form;
+}
+
+/* Names of the owner's fields. */
+static int owner_names(enum owner owner, const char **names) {
     int count = 0;
-    *items = 0;
-    for (int i = 0; i < FIELD_COUNT; i++) {
-        if (field_rules[i].owner != owner)
-            continue;
-        names[count++] = field_rules[i].name;
-        *items = field_rules[i].item > *items ? field_rules[i].item : *items;
-    }
+    for (int i = 0; i < FIELD_COUNT; i++)
+        if (field_rules[i].owner == owner)
+            names[count++] = field_rules[i].name;
     return count;
+}
+
+/* The field of the owner that a name which it does not have is nearest to, or NULL. */
+static const char *meant_field(enum owner owner, const char *name) {
+    const char *known[FIELD_COUNT];
+    const int count = owner_names(owner, known);
+    for (int i = 0; i < count; i++)
+        if (strcmp(known[i], name) == 0)
+            return NULL;
+    return nearest_name(name, known, count);
+}
+
+bool is_misspelled(const struct value *table, enum owner owner, const char *name) {
+    for (int i = 0; i < table->field_count; i++) {
+        const char *meant = meant_field(owner, table->fields[i].name);
+        if (meant && strcmp(meant, name) == 0)
+            return true;
+    }
+    return false;
 }
 
 static void check_unknown(const struct checker *checker, const struct value *table, enum owner owner,
                           const char *path) {
     const char *known[FIELD_COUNT];
-    int items, count = owner_names(owner, known, &items);
+    const int items = item_room(owner), count = owner_names(owner, known);
     for (int i = 0; i < table->field_count; i++) {
         const char *name = table->fields[i].name;
         int at = 0;
@@ -327,30 +134,115 @@ static void check_unknown(const struct checker *checker, const struct value *tab
             complain_of_name(checker, table->fields[i].value.place, path_name(checker, path, name),
                              "unknown field", name, known, count);
     }
-    for (int i = items; i < table->item_count; i++)
-        complain(checker->messages, table->items[i].place, "%s: %s without a name, a field is needed",
-                 path_item(checker, path, i), kind_text(table->items[i].kind));
+    if (items < table->item_count && table->items[items].kind != VALUE_NOTHING)
+        complain(checker->messages, table->items[items].place, "%s: %s without a name, %s is needed",
+                 path_item(checker, path, items), kind_text(table->items[items].kind),
+                 form_of(checker, table, owner));
+}
+
+/* A field by its name and as an item: one of them would be passed over. */
+static void check_doubles(const struct checker *checker, const struct value *table,
+                          const struct field_rule *rule, const char *path) {
+    const struct value *named = find_field(table, rule->name);
+    if (named && rule->item > 0 && rule->item <= table->item_count &&
+        table->items[rule->item - 1].kind != VALUE_NOTHING)
+        complain(checker->messages, named->place, "%s: given twice, by name and as item %d, once is enough",
+                 path, rule->item);
+}
+
+/* What a field says nothing without. */
+static const struct {
+    enum field field, beside;
+} pairs[] = {{FIELD_LINK_rest, FIELD_LINK_spring},          {FIELD_LINK_center, FIELD_LINK_mass},
+             {FIELD_LINK_inertia, FIELD_LINK_mass},         {FIELD_LINK_along, FIELD_LINK_on},
+             {FIELD_DAMPING_mode, FIELD_DAMPING_ratio},     {FIELD_DAMPING_tip_mass, FIELD_DAMPING_ratio},
+             {FIELD_DAMPING_frequency, FIELD_DAMPING_ratio}};
+
+static void check_pairs(const struct checker *checker, const struct value *table, enum owner owner,
+                        const char *path) {
+    enum field told = FIELD_COUNT; /* as missing: one message is enough */
+    for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++) {
+        const char *beside = field_rules[pairs[i].beside].name;
+        const struct value *value = raw_field(table, pairs[i].field);
+        if (field_rules[pairs[i].field].owner != owner || !value || raw_field(table, pairs[i].beside) ||
+            pairs[i].beside == told || is_misspelled(table, owner, beside))
+            continue;
+        told = pairs[i].beside;
+        complain(checker->messages, value->place, "%s: given without %s, %s is needed",
+                 path_name(checker, path, field_rules[pairs[i].field].name), beside, beside);
+    }
+}
+
+bool is_stranger(const struct value *table, enum owner owner) {
+    enum { COMPLAINTS = 3 };
+    int needed = 0;
+    if (item_room(owner) > 0 && table->item_count > 0)
+        return false;
+    for (int i = 0; i < FIELD_COUNT; i++) {
+        if (field_rules[i].owner != owner)
+            continue;
+        if (find_field(table, field_rules[i].name))
+            return false;
+        needed += field_rules[i].need == NEED_NEEDED && !is_misspelled(table, owner, field_rules[i].name);
+    }
+    return table->field_count + table->item_count > 0 &&
+           needed + table->field_count + (table->item_count > 0) >= COMPLAINTS;
+}
+
+static void complain_of_stranger(const struct checker *checker, const struct value *table, enum owner owner,
+                                 const char *path) {
+    const char *names = "";
+    for (int i = 0; i < table->field_count && i < 5; i++)
+        names = memory_format(checker->memory, "%s%s%s", names, i ? " " : "", table->fields[i].name);
+    complain(checker->messages, table->place, "%s: no field of %s%s%s%s, %s is needed", path,
+             owner_text(owner), *names ? " (" : "", names, *names ? ")" : "", form_of(checker, table, owner));
+}
+
+/* Rows of all three levels have the same fields. */
+bool is_made_for(const struct value *table, enum owner owner) {
+    const char *tag = owner == OWNER_COUNT ? NULL : owners[owner].tag;
+    bool is_row = false;
+    for (int i = 0; i < 3; i++)
+        is_row = is_row || has_tag(table, row_tags[i]);
+    return !table->tag || has_tag(table, tag) || (owner == OWNER_ROW && is_row);
 }
 
 void check_fields(const struct checker *checker, const struct value *table, enum owner owner,
                   const char *path) {
+    if (!is_made_for(table, owner)) {
+        complain(checker->messages, table->place, "%s: made by rd.%s, %s such as %s is needed", path,
+                 table->tag, owner_text(owner), owners[owner].form);
+        return;
+    }
+    if (is_stranger(table, owner)) {
+        complain_of_stranger(checker, table, owner, path);
+        return;
+    }
+    const bool has_stray = table->item_count > item_room(owner); /* what is missing may stand there */
     for (int i = 0; i < FIELD_COUNT; i++) {
         const struct field_rule *rule = &field_rules[i];
         if (rule->owner != owner)
             continue;
         const struct value *value = raw_field(table, (enum field)i);
+        const char *own_path = path_name(checker, path, rule->name);
+        check_doubles(checker, table, rule, own_path);
         if (value)
-            check_field(checker, value, rule, path_name(checker, path, rule->name));
-        else if (rule->need == NEED_NEEDED)
-            complain(checker->messages, table->place, "%s: missing, %s needs it",
-                     path_name(checker, path, rule->name), owner_text(owner));
+            check_field(checker, value, rule, own_path);
+        else if (rule->need == NEED_NEEDED && !has_stray && !is_misspelled(table, owner, rule->name))
+            complain(checker->messages, table->place, "%s: missing, %s needs it", own_path,
+                     owner_text(owner));
     }
+    check_pairs(checker, table, owner, path);
     check_unknown(checker, table, owner, path);
 }
 
 const struct value *get_field(const struct value *table, enum field field) {
     const struct value *value = raw_field(table, field);
     return value && has_type(value, field_rules[field].type) ? value : NULL;
+}
+
+const char *made_text(const struct checker *checker, const struct value *value) {
+    return value->tag ? memory_format(checker->memory, "made by rd.%s", value->tag) : kind_text(value->kind);
 }
 
 bool has_field(const struct value *table, enum field field) {

@@ -6,6 +6,7 @@
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
+#include <strings.h>
 
 enum { LONGEST_NAME = 63 };
 
@@ -46,6 +47,17 @@ bool check_line(struct messages *messages, struct place place, const char *what,
     if (*text)
         complain(messages, place, "%s: contains control character %d, a line of text is needed", what, *text);
     return !*text;
+}
+
+bool is_first_mention(struct messages *messages, const char *kind, const char *name) {
+    const char *key = memory_format(messages->memory, "%s %s", kind, name);
+    for (int i = 0; i < messages->mentioned_count; i++)
+        if (strcmp(messages->mentioned[i], key) == 0)
+            return false;
+    messages->mentioned = memory_room(messages->memory, messages->mentioned, messages->mentioned_count,
+                                      &messages->mentioned_capacity, sizeof *messages->mentioned);
+    messages->mentioned[messages->mentioned_count++] = key;
+    return true;
 }
 
 void sort_messages(struct messages *messages) {
@@ -91,6 +103,9 @@ const char *nearest_name(const char *name, const char *const *known, int count) 
         return NULL;
     const char *nearest = NULL;
     int least = (int)length / 3 + 2; /* farther than a third of the letters and one is no slip of the pen */
+    for (int i = 0; i < count; i++)
+        if (strcasecmp(name, known[i]) == 0)
+            return known[i];
     for (int i = 0; i < count; i++) {
         int distance = strlen(known[i]) > LONGEST_NAME ? least : edit_distance(name, known[i]);
         if (distance < least) {

@@ -27,6 +27,8 @@ struct messages {
     struct memory *memory;
     struct message *list;
     int count, capacity, errors;
+    const char **mentioned; /* unknown names that have been complained about */
+    int mentioned_count, mentioned_capacity;
 };
 
 void complain(struct messages *messages, struct place place, const char *format, ...)
@@ -37,6 +39,10 @@ void warn(struct messages *messages, struct place place, const char *format, ...
 /* Is the author's text, which messages, files and comments take as it is, without control characters?
  * Complains when it is not. */
 bool check_line(struct messages *messages, struct place place, const char *what, const char *text);
+
+/* Is this the first complaint about an unknown name? What is missing once is told once, however often it is
+ * named. `kind`: "link", "coordinate" ... */
+bool is_first_mention(struct messages *messages, const char *kind, const char *name);
 
 /* By line; those of one line stay in their order. */
 void sort_messages(struct messages *messages);

@@ -75,6 +75,7 @@ struct attachment {
 struct link {
     const char *name;
     struct place place;
+    bool is_wrong; /* there are complaints about it: what follows from it is not judged */
     struct attachment on;
     struct joint *joints; /* from the parent outward; none: welded on */
     int joint_count;
@@ -103,6 +104,7 @@ struct parameter {
     double value;      /* given, or default */
     bool is_anchored;  /* value at the start of a motion, unless is_given */
     bool is_given;     /* set from outside */
+    bool is_late;      /* anchored, and nothing says its value before the start of a motion */
     expression anchor; /* of t, q, qd, points, inputs and parameters at the start */
 };
 

@@ -2,6 +2,7 @@
 #include "module.h"
 #include "fields.h"
 #include "path.h"
+#include "text.h"
 #include "vocabulary.h"
 
 #include <ctype.h>
@@ -85,16 +86,31 @@ static void run_input(struct module_call *call) {
 
 /* ---- formulas ---- */
 
-static void run_ramp(struct module_call *call) {
+/* Complains where it is known that argument `low` is not below argument `high`. */
+static void order_arguments(struct module_call *call, int low, int high, const char *needed) {
+    double below, above;
+    if (call->fault || !value_is_known(call->declarations, expression_argument(call, low), &below) ||
+        !value_is_known(call->declarations, expression_argument(call, high), &above) || below < above)
+        return;
+    call->fault =
+        memory_format(call->declarations->memory, "rd.%s: from %.6g to %.6g, %s is needed",
+                      module_function_name(call->declarations->memory, call->function), below, above, needed);
+}
+
+static void run_rise(struct module_call *call,
+                     expression rise(struct graph *g, expression t, expression t0, expression t1)) {
     expression t = expression_argument(call, 0), t0 = expression_argument(call, 1),
                t1 = expression_argument(call, 2);
-    give(call, ramp(call->declarations->graph, t, t0, t1));
+    order_arguments(call, 1, 2, "an end behind the beginning");
+    give(call, rise(call->declarations->graph, t, t0, t1));
+}
+
+static void run_ramp(struct module_call *call) {
+    run_rise(call, ramp);
 }
 
 static void run_smoothstep(struct module_call *call) {
-    expression t = expression_argument(call, 0), t0 = expression_argument(call, 1),
-               t1 = expression_argument(call, 2);
-    give(call, smoothstep(call->declarations->graph, t, t0, t1));
+    run_rise(call, smoothstep);
 }
 
 static void give_section(struct module_call *call, struct section section) {
@@ -111,10 +127,14 @@ static void give_section(struct module_call *call, struct section section) {
 static expression size_argument(struct module_call *call, int index, bool may_be_zero) {
     const struct declarations *declarations = call->declarations;
     const expression e = expression_argument(call, index);
-    if (call->fault || declarations->graph->nodes[e].depends & ~ON_PARAMETER)
+    double size;
+    if (call->fault || !value_is_known(declarations, e, &size))
         return e;
-    const double size = value_at_parameters(declarations->graph, declarations->parameters, e);
-    if (size < 0 || (size == 0 && !may_be_zero))
+    if (!isfinite(size))
+        call->fault = memory_format(
+            declarations->memory, "rd.%s: argument %d is %s, a finite number is needed",
+            module_function_name(declarations->memory, call->function), index + 1, not_finite_text(size));
+    else if (size < 0 || (size == 0 && !may_be_zero))
         call->fault = memory_format(declarations->memory, "rd.%s: argument %d is %.6g, a %s is needed",
                                     module_function_name(declarations->memory, call->function), index + 1,
                                     size, may_be_zero ? "number not below 0" : "positive number");
@@ -127,6 +147,7 @@ static void run_round(struct module_call *call) {
 
 static void run_tube(struct module_call *call) {
     expression outer = size_argument(call, 0, false), inner = size_argument(call, 1, true);
+    order_arguments(call, 1, 0, "an outer diameter above the inner one");
     give_section(call, tube_section(call->declarations->graph, outer, inner));
 }
 
@@ -137,15 +158,15 @@ static void run_rectangle(struct module_call *call) {
 
 static void run_friction(struct module_call *call) {
     expression level = expression_argument(call, 0), rate = expression_argument(call, 1),
-               width = expression_argument(call, 2);
+               width = size_argument(call, 2, false);
     give(call, friction(call->declarations->graph, level, rate, width));
 }
 
 /* ---- samples ---- */
 
-/* Entry `column` of sample `row`, which has `least` to 3 numbers; notes a fault when it has not. */
-static double sample(struct module_call *call, int row, int column, int least) {
-    const struct value *list = argument(call, 0), *entry = &list->items[row];
+/* Entry `column` of a sample, which has `least` to 3 numbers; notes a fault when it has not. */
+static double sample(struct module_call *call, const struct value *list, int row, int column, int least) {
+    const struct value *entry = &list->items[row];
     const bool is_list = entry->kind == VALUE_TABLE && entry->field_count == 0;
     const bool has_count =
         is_list && entry->item_count >= least && entry->item_count <= (least == 1 ? 3 : least);
@@ -160,17 +181,25 @@ static double sample(struct module_call *call, int row, int column, int least) {
     return 0;
 }
 
-static int count_samples(struct module_call *call, const char *needed) {
+/* The samples of a list; where there was a gap, which has been said, those that are there. */
+static struct value samples_argument(struct module_call *call, const char *needed) {
     const struct value *list = argument(call, 0);
+    struct value samples = {.kind = VALUE_TABLE};
     if (list->kind != VALUE_TABLE || list->item_count < 2 || list->field_count > 0)
         refuse_argument(call, 0, needed);
-    return call->fault ? 0 : list->item_count;
+    samples.items =
+        memory_get(call->declarations->memory, ((size_t)list->item_count + 1) * sizeof *samples.items);
+    for (int i = 0; i < list->item_count && !call->fault; i++)
+        if (list->items[i].kind != VALUE_NOTHING)
+            samples.items[samples.item_count++] = list->items[i];
+    return samples;
 }
 
-static double *sample_column(struct module_call *call, int column, int least, int count) {
-    double *numbers = memory_get(call->declarations->memory, ((size_t)count + 1) * sizeof *numbers);
-    for (int i = 0; i < count; i++)
-        numbers[i] = sample(call, i, column, least);
+static double *sample_column(struct module_call *call, const struct value *list, int column, int least) {
+    double *numbers =
+        memory_get(call->declarations->memory, ((size_t)list->item_count + 1) * sizeof *numbers);
+    for (int i = 0; i < list->item_count; i++)
+        numbers[i] = sample(call, list, i, column, least);
     return numbers;
 }
 
@@ -180,8 +209,9 @@ static struct value curve(struct module_call *call, const double *knots, const d
 }
 
 static void run_spline(struct module_call *call) {
-    const int count = count_samples(call, "a list of two or more { at, value }");
-    const double *knots = sample_column(call, 0, 2, count), *values = sample_column(call, 1, 2, count);
+    const struct value list = samples_argument(call, "a list of two or more { at, value }");
+    const int count = list.item_count;
+    const double *knots = sample_column(call, &list, 0, 2), *values = sample_column(call, &list, 1, 2);
     for (int i = 0; i < count && !call->fault; i++)
         if (!isfinite(knots[i]) || !isfinite(values[i]) || (i > 0 && !(knots[i] > knots[i - 1])))
             call->fault = memory_format(
@@ -194,9 +224,10 @@ static void run_spline(struct module_call *call) {
 static void run_path(struct module_call *call) {
     static const char *const names[] = {"length", "x", "y", "z"};
     struct memory *memory = call->declarations->memory;
-    const int count = count_samples(call, "a list of two or more { x, y, z }");
-    const double *const points[3] = {sample_column(call, 0, 1, count), sample_column(call, 1, 1, count),
-                                     sample_column(call, 2, 1, count)};
+    const struct value list = samples_argument(call, "a list of two or more { x, y, z }");
+    const int count = list.item_count;
+    const double *const points[3] = {sample_column(call, &list, 0, 1), sample_column(call, &list, 1, 1),
+                                     sample_column(call, &list, 2, 1)};
     for (int i = 0; i < count && !call->fault; i++) {
         double apart = i > 0 ? 0 : 1;
         for (int axis = 0; axis < 3; axis++)

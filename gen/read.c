@@ -60,9 +60,12 @@ static struct joint *find_joint(const struct link *link, const char *name) {
     return NULL;
 }
 
-static void read_joints(const struct reader *reader, const struct value *value, const char *path,
+/* False when the joints that the link has are not known. */
+static bool read_joints(const struct reader *reader, const struct value *table, const char *path,
                         struct link *link) {
     static const char *const free_names[] = {"x", "y", "z", "psi", "theta", "phi"};
+    const struct value *value = get_field(table, FIELD_LINK_joint);
+    const int errors = reader->check.messages->errors;
     const char **names;
     int count = get_names(&reader->check, value, &names);
     const bool is_free = count == 1 && strcmp(names[0], "free") == 0;
@@ -73,16 +76,17 @@ static void read_joints(const struct reader *reader, const struct value *value, 
     link->joints = memory_get(reader->check.memory, (size_t)count * sizeof *link->joints);
     for (int i = 0; i < count; i++) {
         struct place place = value->kind == VALUE_TABLE && !is_free ? value->items[i].place : value->place;
-        const char *joint_path = path_item(&reader->check, path, i);
         if (find_joint(link, names[i]))
-            complain(reader->check.messages, place, "%s: \"%s\" is there twice, a link has each joint once",
-                     joint_path, names[i]);
-        else if (make_joint(names[i], place, &link->joints[link->joint_count]))
+            continue; /* said by check_fields */
+        if (make_joint(names[i], place, &link->joints[link->joint_count]))
             link->joint_count++;
         else
             complain(reader->check.messages, place, "%s: \"%s\" is no joint, x y z phi theta psi are",
-                     joint_path, names[i]);
+                     path_item(&reader->check, path, i), names[i]);
     }
+    const bool is_sound = value && value->field_count == 0 &&
+                          (value->kind == VALUE_TEXT || is_free || count == value->item_count);
+    return (is_sound || !has_field(table, FIELD_LINK_joint)) && reader->check.messages->errors == errors;
 }
 
 /* Which member of a joint a field of a link sets. */
@@ -119,6 +123,18 @@ static void read_by_joint(const struct reader *reader, const struct value *table
     }
 }
 
+/* A rest without a spring at the same joint. */
+static void check_rests(const struct reader *reader, const struct value *table, const char *path,
+                        const struct link *link) {
+    const struct value *rest = get_field(table, FIELD_LINK_rest),
+                       *spring = get_field(table, FIELD_LINK_spring);
+    for (int i = 0; rest && spring && i < rest->field_count; i++)
+        if (find_joint(link, rest->fields[i].name) && !find_field(spring, rest->fields[i].name))
+            complain(reader->check.messages, rest->fields[i].value.place,
+                     "%s.rest.%s: given without spring.%s, which is needed", path, rest->fields[i].name,
+                     rest->fields[i].name);
+}
+
 /* ---- links ---- */
 
 /* A link as read, in the order of the file. */
@@ -136,16 +152,21 @@ static void read_link(const struct reader *reader, const struct value *value, st
     const struct checker *check = &reader->check;
     const struct value *name = get_field(value, FIELD_LINK_name), *beam = get_field(value, FIELD_LINK_beam);
     struct link *link = &entry->link;
+    const int errors = check->messages->errors;
     entry->value = value;
     check_fields(check, value, OWNER_LINK, entry->path);
     link->name = name ? name->text : "";
     link->place = value->place;
-    read_joints(reader, get_field(value, FIELD_LINK_joint), path_name(check, entry->path, "joint"), link);
-    for (size_t i = 0; i < sizeof by_joint / sizeof *by_joint; i++)
+    const bool has_joints = !is_misspelled(value, OWNER_LINK, "joint") &&
+                            read_joints(reader, value, path_name(check, entry->path, "joint"), link);
+    for (size_t i = 0; has_joints && i < sizeof by_joint / sizeof *by_joint; i++)
         read_by_joint(reader, value, by_joint[i], entry->path, link);
+    if (has_joints)
+        check_rests(reader, value, entry->path, link);
     read_solids(reader, value, entry->path, link);
     if (beam)
         read_beam(reader, beam, path_name(check, entry->path, "beam"), &link->beam);
+    link->is_wrong = check->messages->errors > errors;
 }
 
 /* The links stand in the model in the order of the file meanwhile, so that places can be looked up. */
@@ -201,19 +222,23 @@ static void order_links(const struct reader *reader, struct entry *entries, int 
     }
 }
 
-static void read_links(const struct reader *reader, const struct value *list) {
+static void read_links(struct reader *reader, const struct value *list) {
     struct entry *entries = NULL;
     int count = 0;
+    reader->lacks_links = !list || list->field_count > 0;
     if (!list)
         return;
-    if (list->item_count == 0)
+    if (list->item_count == 0 && list->field_count == 0)
         complain(reader->check.messages, list->place, "links: empty, a model has at least one link");
     entries = memory_get(reader->check.memory, ((size_t)list->item_count + 1) * sizeof *entries);
     for (int i = 0; i < list->item_count; i++) {
-        if (list->items[i].kind != VALUE_TABLE)
-            continue;
-        entries[count].path = path_item(&reader->check, "links", i);
-        read_link(reader, &list->items[i], &entries[count++]);
+        struct entry *entry = &entries[count];
+        if (list->items[i].kind == VALUE_TABLE) {
+            entry->path = path_item(&reader->check, "links", i);
+            read_link(reader, &list->items[i], entry);
+            count++;
+        }
+        reader->lacks_links = reader->lacks_links || !entry->link.name || !*entry->link.name;
     }
     reader->model->links = memory_get(reader->check.memory, ((size_t)count + 1) * sizeof(struct link));
     find_parents(reader, entries, count);
@@ -223,27 +248,16 @@ static void read_links(const struct reader *reader, const struct value *list) {
 /* ---- points and names ---- */
 
 static void read_point(const struct reader *reader, const struct named_value *named, struct point *point) {
-    const struct checker *check = &reader->check;
-    const char *path = path_name(check, "points", named->name);
     const struct value *value = &named->value;
     *point = (struct point){.name = named->name, .place = value->place, .at = ground_attachment()};
-    if (value->kind == VALUE_TABLE)
-        check_fields(check, value, OWNER_POINT, path);
     if (value->kind == VALUE_TABLE || value->kind == VALUE_TEXT)
-        read_place(reader, value, path, false, &point->at);
-    else
-        complain(check->messages, value->place,
-                 "%s: %s, the name of a link or { on = ..., at = ... } is needed", path,
-                 kind_text(value->kind));
+        read_place(reader, value, path_name(&reader->check, "points", named->name), false, &point->at);
 }
 
 static void read_points(const struct reader *reader, const struct value *table) {
     struct model *model = reader->model;
     if (!table)
         return;
-    for (int i = 0; i < table->item_count; i++)
-        complain(reader->check.messages, table->items[i].place,
-                 "points[%d]: without a name, E = \"arm\" or the like is needed", i + 1);
     model->points = memory_get(reader->check.memory, (size_t)table->field_count * sizeof *model->points);
     model->point_count = model->marker_count = model->marker_capacity = table->field_count;
     for (int i = 0; i < table->field_count; i++)
@@ -273,7 +287,7 @@ static void read_names(const struct reader *reader, const struct value *root) {
 }
 
 void read_scene(struct script *script, struct model *model) {
-    const struct reader reader = reader_of(script, model);
+    struct reader reader = reader_of(script, model);
     const struct value *root = script_result(script);
     *model = (struct model){.name = "",
                             .file = reader.check.declarations->request->file,
@@ -298,11 +312,20 @@ void read_scene(struct script *script, struct model *model) {
 
 /* ---- forces and rows ---- */
 
+void complain_of_coordinate(const struct reader *reader, struct place place, const char *path,
+                            const char *fact, const char *name) {
+    if (is_first_mention(reader->check.messages, "coordinate", name))
+        complain_of_name(&reader->check, place, path, fact, name,
+                         coordinate_names(reader->check.memory, reader->tree), reader->tree->count);
+}
+
 /* A list in a list, without a tag or names of its own, is part of that list. */
 void read_entries(const struct reader *reader, const struct value *list, const char *path, read_entry *read) {
     for (int i = 0; i < list->item_count; i++) {
         const struct value *value = &list->items[i];
         const char *own_path = path_item(&reader->check, path, i);
+        if (value->kind == VALUE_NOTHING)
+            continue; /* a gap, said before */
         const bool is_list = value->kind == VALUE_TABLE && !value->tag && value->field_count == 0;
         const struct value *first = is_list && value->item_count > 0 ? &value->items[0] : NULL;
         if (is_list && (!first || first->kind == VALUE_TABLE))
@@ -310,6 +333,18 @@ void read_entries(const struct reader *reader, const struct value *list, const c
         else
             read(reader, value, own_path);
     }
+}
+
+bool is_result(const struct reader *reader, const struct value *result, const char *name,
+               const char *needed) {
+    const struct checker *check = &reader->check;
+    if (result->kind != VALUE_TABLE)
+        complain(check->messages, result->place, "%s: the function gives %s, %s is needed", name,
+                 kind_text(result->kind), needed);
+    else if (result->tag)
+        complain(check->messages, result->place, "%s: the function gives rd.%s itself, %s is needed", name,
+                 result->tag, needed);
+    return result->kind == VALUE_TABLE && !result->tag;
 }
 
 void read_programme(struct script *script, const struct tree *tree, struct model *model) {
@@ -321,11 +356,11 @@ void read_programme(struct script *script, const struct tree *tree, struct model
     struct value result;
     reader.tree = tree;
     script_set_names(script, model, coordinate_names(reader.check.memory, tree), tree->count);
-    if (forces && script_call(script, forces, &result))
+    if (forces && script_call(script, forces, "forces", &result))
         read_forces(&reader, &result);
-    if (courses && script_call(script, courses, &result))
+    if (courses && script_call(script, courses, "courses", &result))
         read_courses(&reader, &result);
-    if (constraints && script_call(script, constraints, &result))
+    if (constraints && script_call(script, constraints, "constraints", &result))
         read_rows(&reader, &result);
     copy_declarations(&reader);
     complain_of_unknown_settings(reader.check.declarations);

@@ -16,7 +16,7 @@ struct source {
     const struct value *own, *beam;
     const char *own_path, *beam_path;
     int segment_count;
-    bool *checked; /* by field of the beam: tables that several segments take from it are checked once */
+    bool *has_checked_damping; /* that of the beam, which several segments take from it, is checked once */
 };
 
 /* The same quantity in both tables. */
@@ -44,7 +44,10 @@ static const struct value *choose_table(const struct source *source, struct shar
     *path = path_name(check, is_own ? source->own_path : source->beam_path, name);
     if (is_own || is_beam)
         return is_own ? source->own : source->beam;
-    const bool is_said = source->own && field_rules[field.own].need == NEED_NEEDED; /* by check_fields */
+    const bool is_said = /* by check_fields */
+        (source->own && field_rules[field.own].need == NEED_NEEDED) ||
+        (source->own && is_misspelled(source->own, OWNER_SEGMENT, name)) ||
+        is_misspelled(source->beam, OWNER_BEAM, name);
     if (field_rules[field.beam].need == NEED_SHARED && !is_said)
         complain(check->messages, (source->own ? source->own : source->beam)->place,
                  "%s: missing, a beam needs it",
@@ -66,15 +69,6 @@ static const struct value *shared_table(const struct source *source, struct shar
     return get_field(table, found);
 }
 
-/* Has the table of this field not been checked for an earlier segment? */
-static bool is_unchecked(const struct source *source, struct shared_field field) {
-    if (has_field(source->own, field.own))
-        return true;
-    const bool checked = source->checked[field.beam];
-    source->checked[field.beam] = true;
-    return !checked;
-}
-
 static void read_section(const struct source *source, struct segment *segment) {
     const struct checker *check = &source->reader->check;
     const char *path;
@@ -82,8 +76,6 @@ static void read_section(const struct source *source, struct segment *segment) {
     segment->area = segment->Iy = segment->Iz = segment->It = one(check->graph);
     if (!section)
         return;
-    if (is_unchecked(source, section_field))
-        check_fields(check, section, OWNER_SECTION, path);
     segment->area = get_value(check, section, FIELD_SECTION_area);
     segment->Iy = get_value(check, section, FIELD_SECTION_Iy);
     segment->Iz = get_value(check, section, FIELD_SECTION_Iz);
@@ -136,12 +128,16 @@ static expression mode_frequency(const struct source *source, const struct value
 
 static void check_damping(const struct source *source, const struct value *damping, const char *path) {
     const struct checker *check = &source->reader->check;
+    if (!has_field(source->own, FIELD_SEGMENT_damping)) {
+        const bool has_checked = *source->has_checked_damping;
+        *source->has_checked_damping = true;
+        if (has_checked)
+            return;
+    }
     const bool has_ratio = has_field(damping, FIELD_DAMPING_ratio);
     const bool has_frequency = has_field(damping, FIELD_DAMPING_frequency);
     const struct value *mode = get_field(damping, FIELD_DAMPING_mode);
     const bool has_mode = mode || has_field(damping, FIELD_DAMPING_tip_mass);
-    if ((has_mode || has_frequency) && !has_ratio)
-        complain(check->messages, damping->place, "%s: a mode without its ratio, ratio is needed", path);
     if (has_mode && has_frequency)
         complain(check->messages, damping->place,
                  "%s: both a mode and a frequency, one of them has the ratio", path);
@@ -165,10 +161,7 @@ static void read_damping(const struct source *source, struct segment *segment, c
     segment->eta = shared_value(source, eta_field);
     if (!damping)
         return;
-    if (is_unchecked(source, damping_field)) {
-        check_fields(check, damping, OWNER_DAMPING, path);
-        check_damping(source, damping, path);
-    }
+    check_damping(source, damping, path);
     for (int i = 0; i < 3; i++)
         segment->damping[i] = get_value(check, damping, turns[i]);
     if (!has_field(damping, FIELD_DAMPING_ratio))
@@ -185,11 +178,7 @@ static void read_curvature(const struct source *source, struct segment *segment)
     const struct checker *check = &source->reader->check;
     const char *path;
     const struct value *curvature = shared_table(source, curvature_field, &path);
-    if (!curvature)
-        return;
-    if (is_unchecked(source, curvature_field))
-        check_fields(check, curvature, OWNER_CURVATURE, path);
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; curvature && i < 3; i++)
         segment->curvature[i] = get_value(check, curvature, turns[i]);
 }
 
@@ -227,17 +216,56 @@ static void read_dofs(const struct reader *reader, const struct value *value, co
         else
             beam->keeps[turn] = true;
     }
-    if (value && count == 0)
+    if (value && count == 0 && value->item_count + value->field_count == 0)
         complain(reader->check.messages, value->place,
                  "%s: empty, psi theta phi or some of them are needed (a rigid link has rfe = 1)", path);
+}
+
+/* What each segment says for itself, the beam says for none. */
+static void check_overridden(const struct reader *reader, const struct value *table,
+                             const struct value *segments, const char *path) {
+    static const struct shared_field *const fields[] = {&section_field,   &E_field,   &nu_field,
+                                                        &rho_field,       &eta_field, &damping_field,
+                                                        &curvature_field, &rfe_field};
+    for (size_t k = 0; k < sizeof fields / sizeof *fields; k++) {
+        const struct value *value = get_field(table, fields[k]->beam);
+        int own = 0;
+        for (int i = 0; i < segments->item_count; i++)
+            own += has_field(&segments->items[i], fields[k]->own);
+        if (value && own > 0 && own == segments->item_count)
+            warn(reader->check.messages, value->place,
+                 "%s: each segment has its own, the beam's says nothing beside them",
+                 path_name(&reader->check, path, field_rules[fields[k]->beam].name));
+    }
+}
+
+/* What a table says of turns that the elements do not have. */
+static void warn_of_turns(const struct reader *reader, const struct value *table, const enum field fields[3],
+                          const char *path, const struct beam *beam) {
+    for (int i = 0; table && i < 3; i++) {
+        const char *name = field_rules[fields[i]].name;
+        if (get_value(&reader->check, table, fields[i]) && !beam->keeps[i])
+            warn(reader->check.messages, get_field(table, fields[i])->place,
+                 "%s: the elements have no %s (dofs), it says nothing", path_name(&reader->check, path, name),
+                 name);
+    }
+}
+
+static void look_at_turns(const struct reader *reader, const struct value *damping,
+                          const struct value *curvature, const char *path, const struct beam *beam) {
+    static const enum field dampings[] = {FIELD_DAMPING_psi, FIELD_DAMPING_theta, FIELD_DAMPING_phi},
+                            bends[] = {FIELD_CURVATURE_psi, FIELD_CURVATURE_theta, FIELD_CURVATURE_phi};
+    warn_of_turns(reader, damping, dampings, path_name(&reader->check, path, "damping"), beam);
+    warn_of_turns(reader, curvature, bends, path_name(&reader->check, path, "curvature"), beam);
 }
 
 static void read_segments(const struct reader *reader, const struct value *table,
                           const struct value *segments, const char *path, struct beam *beam) {
     const struct checker *check = &reader->check;
     const char *list = path_name(check, path, "segments");
-    bool checked[FIELD_COUNT] = {false};
-    struct source source = {.reader = reader, .beam = table, .beam_path = path, .checked = checked};
+    bool has_checked_damping = false;
+    struct source source = {
+        .reader = reader, .beam = table, .beam_path = path, .has_checked_damping = &has_checked_damping};
     source.segment_count = segments ? segments->item_count : 1;
     beam->segments = memory_get(check->memory, ((size_t)source.segment_count + 1) * sizeof *beam->segments);
     for (int i = 0; i < source.segment_count; i++) {
@@ -245,6 +273,9 @@ static void read_segments(const struct reader *reader, const struct value *table
             continue;
         source.own = segments ? &segments->items[i] : NULL;
         source.own_path = path_item(check, list, i);
+        if (source.own)
+            look_at_turns(reader, get_field(source.own, FIELD_SEGMENT_damping),
+                          get_field(source.own, FIELD_SEGMENT_curvature), source.own_path, beam);
         read_segment(&source, beam, &beam->segments[beam->segment_count++]);
     }
 }
@@ -252,13 +283,18 @@ static void read_segments(const struct reader *reader, const struct value *table
 void read_beam(const struct reader *reader, const struct value *table, const char *path, struct beam *beam) {
     const struct checker *check = &reader->check;
     const struct value *segments = get_field(table, FIELD_BEAM_segments);
-    check_fields(check, table, OWNER_BEAM, path);
     beam->exists = true;
+    if (is_stranger(table, OWNER_BEAM))
+        return;
     read_dofs(reader, get_field(table, FIELD_BEAM_dofs), path_name(check, path, "dofs"), beam);
     if (segments && has_field(table, FIELD_BEAM_length))
         complain(check->messages, table->place, "%s.length: beside segments, their own lengths add up to it",
                  path);
     if (segments && segments->item_count == 0)
         complain(check->messages, segments->place, "%s.segments: empty, a beam has at least one", path);
+    look_at_turns(reader, get_field(table, FIELD_BEAM_damping), get_field(table, FIELD_BEAM_curvature), path,
+                  beam);
+    if (segments)
+        check_overridden(reader, table, segments, path);
     read_segments(reader, table, segments, path, beam);
 }

@@ -9,14 +9,10 @@ static const double pi = 3.14159265358979323846;
 
 /* ---- mass data ---- */
 
-static void read_inertia(const struct reader *reader, const struct value *inertia, const char *path,
-                         struct solid *solid) {
+static void read_inertia(const struct reader *reader, const struct value *inertia, struct solid *solid) {
     static const enum field entries[] = {FIELD_INERTIA_xx, FIELD_INERTIA_yy, FIELD_INERTIA_zz,
                                          FIELD_INERTIA_xy, FIELD_INERTIA_xz, FIELD_INERTIA_yz};
-    if (!inertia)
-        return;
-    check_fields(&reader->check, inertia, OWNER_INERTIA, path_name(&reader->check, path, "inertia"));
-    for (int i = 0; i < 6; i++)
+    for (int i = 0; inertia && i < 6; i++)
         solid->inertia[i] = get_value(&reader->check, inertia, entries[i]);
 }
 
@@ -28,7 +24,7 @@ static void read_body(const struct reader *reader, const struct value *table, co
     get_vector(check, table, FIELD_BODY_center, solid->center);
     get_vector(check, table, FIELD_BODY_at, solid->placement.position);
     read_turns(reader, get_field(table, FIELD_BODY_turn), &solid->placement);
-    read_inertia(reader, get_field(table, FIELD_BODY_inertia), path, solid);
+    read_inertia(reader, get_field(table, FIELD_BODY_inertia), solid);
 }
 
 /* ---- shapes ---- */
@@ -125,10 +121,12 @@ static void read_shape(const struct reader *reader, const struct shape_rule *rul
                        const char *path, struct solid *solid) {
     const struct checker *check = &reader->check;
     struct graph *g = check->graph;
+    const int errors = check->messages->errors;
     check_fields(check, table, rule->owner, path);
+    const bool is_told = check->messages->errors > errors;
     const struct shape shape = rule->shape(reader, table, path);
     const bool has_density = has_field(table, rule->density), has_mass = has_field(table, rule->mass);
-    if (has_density == has_mass)
+    if (has_density == has_mass && (has_mass || !is_told))
         complain(check->messages, table->place, "%s: %s, one of them is needed", path,
                  has_mass ? "both density and mass" : "neither density nor mass");
     solid->mass = has_mass ? get_value(check, table, rule->mass)
@@ -148,12 +146,7 @@ static void read_listed(const struct reader *reader, const struct value *table, 
         read_shape(reader, &shape_rules[i], table, path, solid);
         return;
     }
-    if (table->tag)
-        complain(reader->check.messages, table->place,
-                 "%s: rd.%s makes no body, rd.box cylinder tube sphere or { mass = ... } do", path,
-                 table->tag);
-    else
-        read_body(reader, table, path, solid);
+    read_body(reader, table, path, solid);
 }
 
 void read_solids(const struct reader *reader, const struct value *table, const char *path,
@@ -166,7 +159,7 @@ void read_solids(const struct reader *reader, const struct value *table, const c
     own->placement = placement_identity();
     own->mass = get_value(check, table, FIELD_LINK_mass);
     get_vector(check, table, FIELD_LINK_center, own->center);
-    read_inertia(reader, get_field(table, FIELD_LINK_inertia), path, own);
+    read_inertia(reader, get_field(table, FIELD_LINK_inertia), own);
     link->solid_count = 1;
     for (int i = 0; i < count; i++)
         if (bodies->items[i].kind == VALUE_TABLE)

@@ -15,8 +15,7 @@ static void read_coordinate_force(const struct reader *reader, const struct name
     struct force force = {.coordinate = find_coordinate(reader->tree, named->name),
                           .place = named->value.place};
     if (force.coordinate < 0)
-        complain_of_name(check, force.place, path, "unknown coordinate", named->name,
-                         coordinate_names(check->memory, reader->tree), reader->tree->count);
+        complain_of_coordinate(reader, force.place, path, "unknown coordinate", named->name);
     else if (!value_expression(check->graph, &named->value, &force.value))
         complain(check->messages, force.place, "%s: %s, a number or an expression is needed", path,
                  kind_text(named->value.kind));
@@ -150,17 +149,26 @@ static struct vector ground_components(const struct reader *reader, const struct
 static void read_force(const struct reader *reader, const struct value *value, const char *path) {
     struct attachment at;
     const struct vector F = ground_components(reader, value, FIELD_FORCE_value, FIELD_FORCE_axes, path);
-    if (read_place_field(reader, value, FIELD_FORCE_at, path, &at))
-        add_load(reader, &at, false, F, value, path);
+    if (!read_place_field(reader, value, FIELD_FORCE_at, path, &at))
+        return;
+    if (at.link < 0)
+        complain(reader->check.messages, value->place, "%s: acts on the ground, a link that moves is needed",
+                 path);
+    add_load(reader, &at, false, F, value, path);
 }
 
 static void read_torque(const struct reader *reader, const struct value *value, const char *path) {
     struct graph *g = reader->check.graph;
     struct attachment on, against;
     const struct vector T = ground_components(reader, value, FIELD_TORQUE_value, FIELD_TORQUE_axes, path);
-    if (read_place_field(reader, value, FIELD_TORQUE_on, path, &on))
+    const bool has_on = read_place_field(reader, value, FIELD_TORQUE_on, path, &on);
+    const bool has_against = read_place_field(reader, value, FIELD_TORQUE_against, path, &against);
+    if (has_on && on.link < 0 && against.link < 0 && has_against == has_field(value, FIELD_TORQUE_against))
+        complain(reader->check.messages, value->place, "%s: acts on the ground, a link that moves is needed",
+                 path);
+    if (has_on)
         add_load(reader, &on, true, T, value, path);
-    if (read_place_field(reader, value, FIELD_TORQUE_against, path, &against))
+    if (has_against)
         add_load(reader, &against, true, vector_scale(g, neg(g, one(g)), T), value, path);
 }
 
@@ -190,18 +198,13 @@ static void read_listed(const struct reader *reader, const struct value *value, 
              "%s: %s, the name of a coordinate before it, or rd.spring damper actuator force torque energy { "
              "... } "
              "is needed",
-             path, kind_text(value->kind));
+             path, made_text(&reader->check, value));
 }
 
 void read_forces(const struct reader *reader, const struct value *result) {
     struct model *model = reader->model;
-    if (result->kind == VALUE_NOTHING)
+    if (!is_result(reader, result, "forces", "a table such as { arm_psi = 1 }, {} for none,"))
         return;
-    if (result->kind != VALUE_TABLE) {
-        complain(reader->check.messages, result->place,
-                 "forces: the function gives %s, a table by coordinate is needed", kind_text(result->kind));
-        return;
-    }
     model->forces = memory_get(reader->check.memory, (size_t)result->field_count * sizeof *model->forces);
     for (int i = 0; i < result->field_count; i++)
         read_coordinate_force(reader, &result->fields[i]);
@@ -221,12 +224,10 @@ static void read_course(const struct reader *reader, const struct named_value *n
 }
 
 void read_courses(const struct reader *reader, const struct value *table) {
-    if (table->kind != VALUE_TABLE || table->item_count > 0) {
-        complain(reader->check.messages, table->place,
-                 "courses: the function gives %s, a table of values by name is needed",
-                 table->item_count > 0 ? "a list" : kind_text(table->kind));
+    static const char needed[] = "a table of values by name such as { speed = s.qd.arm_psi }";
+    if (!is_result(reader, table, "courses", needed) ||
+        !has_no_items(&reader->check, table, "courses", needed))
         return;
-    }
     reader->model->courses =
         memory_get(reader->check.memory, (size_t)table->field_count * sizeof *reader->model->courses);
     for (int i = 0; i < table->field_count; i++)

@@ -100,6 +100,8 @@ static const struct point *find_point(const struct model *model, const char *nam
 static void complain_of_carrier(const struct reader *reader, struct place place, const char *path,
                                 const char *name, bool may_be_point) {
     const struct model *model = reader->model;
+    if (reader->lacks_links || !is_first_mention(reader->check.messages, "link", name))
+        return;
     const int points = may_be_point ? model->point_count : 0, count = model->link_count + points;
     const char **known = memory_get(reader->check.memory, ((size_t)count + 1) * sizeof *known);
     for (int i = 0; i < points; i++)
@@ -111,8 +113,8 @@ static void complain_of_carrier(const struct reader *reader, struct place place,
     complain_of_name(&reader->check, place, path, fact, name, known, count);
 }
 
-/* What `text` names: "arm", "arm.tip", "ground", or a point of interest. */
-static void find_carrier(const struct reader *reader, const struct value *value, const char *path,
+/* What `text` names: "arm", "arm.tip", "ground", or a point of interest; false when nothing is called so. */
+static bool find_carrier(const struct reader *reader, const struct value *value, const char *path,
                          bool may_be_point, struct attachment *at) {
     const struct checker *check = &reader->check;
     const char *text = value->text, *dot = strchr(text, '.');
@@ -120,18 +122,20 @@ static void find_carrier(const struct reader *reader, const struct value *value,
     const struct point *point = may_be_point ? find_point(reader->model, text) : NULL;
     *at = point ? point->at : ground_attachment();
     if (point || strcmp(text, "ground") == 0)
-        return;
+        return true;
     at->link = find_link(reader->model, name);
-    if (at->link < 0) {
+    const struct link *link = at->link < 0 ? NULL : &reader->model->links[at->link];
+    if (!link) {
         complain_of_carrier(reader, value->place, path, name, may_be_point);
     } else if (dot && strcmp(dot, ".tip") != 0) {
         complain(check->messages, value->place, "%s: \"%s\", only \"%s.tip\", the end of a beam, is known",
                  path, text, name);
-    } else if (dot && !reader->model->links[at->link].beam.exists) {
+    } else if (dot && !link->beam.exists && !link->is_wrong) {
         complain(check->messages, value->place, "%s: \"%s\" is no beam, only a beam has a tip", path, name);
     } else if (dot) {
         at->where = AT_TIP;
     }
+    return link && (!dot || at->where == AT_TIP);
 }
 
 static double beam_length(const struct reader *reader, const struct beam *beam) {
@@ -146,6 +150,8 @@ static void read_along(const struct reader *reader, const struct value *along, c
     const struct checker *check = &reader->check;
     const struct link *link = at->link < 0 ? NULL : &reader->model->links[at->link];
     const bool is_beam = link && link->beam.exists;
+    if (link && link->is_wrong)
+        return;
     if (!is_beam || at->where != AT_FRAME) {
         complain(check->messages, along->place, "%s: %s, only a beam has places along it", path,
                  is_beam ? "beside the tip of the beam" : "on what is no beam");
@@ -159,29 +165,27 @@ static void read_along(const struct reader *reader, const struct value *along, c
                  value_now(reader, at->along), length);
 }
 
-void read_attachment(const struct reader *reader, const struct value *table,
+bool read_attachment(const struct reader *reader, const struct value *table,
                      const struct place_fields *fields, const char *path, bool may_be_point,
                      struct attachment *at) {
     const struct checker *check = &reader->check;
     const struct value *on = get_field(table, fields->on), *along = get_field(table, fields->along);
     struct placement own = placement_identity();
     *at = ground_attachment();
-    const int errors = check->messages->errors;
-    if (on)
-        find_carrier(reader, on, path_name(check, path, "on"), may_be_point, at);
-    if (along && check->messages->errors == errors)
+    const bool is_found = on ? find_carrier(reader, on, path_name(check, path, "on"), may_be_point, at)
+                             : field_rules[fields->on].need != NEED_NEEDED;
+    if (along && on && is_found)
         read_along(reader, along, path_name(check, path, "along"), at);
     get_vector(check, table, fields->at, own.position);
     read_turns(reader, get_field(table, fields->turn), &own);
     at->placement = placement_compose(check->graph, &at->placement, &own);
+    return is_found;
 }
 
-void read_place(const struct reader *reader, const struct value *value, const char *path, bool may_be_point,
+bool read_place(const struct reader *reader, const struct value *value, const char *path, bool may_be_point,
                 struct attachment *at) {
-    if (value->kind == VALUE_TABLE)
-        read_attachment(reader, value, &point_place, path, may_be_point, at);
-    else
-        find_carrier(reader, value, path, may_be_point, at);
+    return value->kind == VALUE_TABLE ? read_attachment(reader, value, &point_place, path, may_be_point, at)
+                                      : find_carrier(reader, value, path, may_be_point, at);
 }
 
 bool read_place_field(const struct reader *reader, const struct value *table, enum field field,
@@ -192,9 +196,8 @@ bool read_place_field(const struct reader *reader, const struct value *table, en
         return false;
     const int errors = reader->check.messages->errors;
     const char *own_path = path_name(&reader->check, path, field_rules[field].name);
-    if (field_rules[field].type == TYPE_AXIS)
-        read_attachment(reader, value, &axis_place, own_path, true, at);
-    else
-        read_place(reader, value, own_path, true, at);
-    return reader->check.messages->errors == errors;
+    const bool is_found = field_rules[field].type == TYPE_AXIS
+                              ? read_attachment(reader, value, &axis_place, own_path, true, at)
+                              : read_place(reader, value, own_path, true, at);
+    return is_found && reader->check.messages->errors == errors;
 }

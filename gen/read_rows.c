@@ -190,6 +190,9 @@ static void read_loop(const struct reader *reader, const struct value *value, co
             complain(reader->check.messages, keep->place, "%s.keep: \"%s\" is no axis, x y z are", path,
                      names[i]);
     }
+    if (keep && count == 0 && keep->item_count + keep->field_count == 0)
+        complain(reader->check.messages, keep->place, "%s.keep: empty, x y z or some of them are needed",
+                 path);
     const bool has_a = read_place_field(reader, value, FIELD_LOOP_a, path, &a);
     if (!read_place_field(reader, value, FIELD_LOOP_b, path, &b) || !has_a)
         return;
@@ -278,40 +281,55 @@ static void read_distance(const struct reader *reader, const struct value *value
 
 /* ---- joints ---- */
 
+/* Kinds of joints that are closed; turns about x, y, z behind slides along them. */
+enum closing_kind { CLOSING_X, CLOSING_Z = 2, CLOSING_PHI, CLOSING_BALL = 6, CLOSING_WELD, CLOSING_COUNT };
+
 /* What a joint that is closed leaves free. */
 struct closing {
     bool slides[3];
     int turns[3], turn_count; /* axes, in order */
 };
 
+/* What is wrong with the kind of joint `kind` behind those that are noted, or NULL. */
+static const char *closing_fault(const struct closing *closing, int kind, int count) {
+    if (kind == CLOSING_COUNT)
+        return "is no joint, x y z phi theta psi ball weld are";
+    if (kind == CLOSING_WELD && count > 1)
+        return "leaves nothing free, it stands alone";
+    if (kind <= CLOSING_Z && closing->turn_count > 0)
+        return "slides after a turn, slides come first";
+    if (kind > CLOSING_Z && kind != CLOSING_WELD && closing->turn_count + (kind == CLOSING_BALL ? 3 : 1) > 3)
+        return "is a turn too many, ball has all three";
+    return NULL;
+}
+
 static bool read_closing(const struct reader *reader, const struct value *joint, const char *path,
                          struct closing *closing) {
     static const char *const kinds[] = {"x", "y", "z", "phi", "theta", "psi", "ball", "weld"};
+    const struct checker *check = &reader->check;
     const char **names;
-    const int count = get_names(&reader->check, joint, &names);
+    const int count = get_names(check, joint, &names);
     *closing = (struct closing){.turn_count = 0};
     for (int i = 0; i < count; i++) {
-        int kind = 0;
-        while (kind < 8 && strcmp(kinds[kind], names[i]) != 0)
+        int kind = CLOSING_X;
+        while (kind < CLOSING_COUNT && strcmp(kinds[kind], names[i]) != 0)
             kind++;
-        if (kind < 3 && closing->turn_count > 0) {
-            complain(reader->check.messages, joint->place, "%s: slide \"%s\" after a turn, slides come first",
-                     path, names[i]);
+        const char *fault = closing_fault(closing, kind, count);
+        if (fault) {
+            complain(check->messages, joint->place, "%s: \"%s\" %s", path, names[i], fault);
             return false;
         }
-        if (kind < 3)
+        if (kind <= CLOSING_Z)
             closing->slides[kind] = true;
-        else if (kind < 6 && closing->turn_count < 3)
-            closing->turns[closing->turn_count++] = kind - 3;
-        else if (kind == 6)
+        else if (kind == CLOSING_BALL)
             closing->turn_count = 3;
-        if (kind == 8) {
-            complain(reader->check.messages, joint->place,
-                     "%s: \"%s\" is no joint, x y z phi theta psi ball weld are", path, names[i]);
-            return false;
-        }
+        else if (kind != CLOSING_WELD)
+            closing->turns[closing->turn_count++] = kind - CLOSING_PHI;
     }
-    return true;
+    if (closing->turn_count < 3 || !closing->slides[0] || !closing->slides[1] || !closing->slides[2])
+        return true;
+    complain(check->messages, joint->place, "%s: leaves all free, something to close is needed", path);
+    return false;
 }
 
 static void add_closed_positions(const struct group *group, const struct closing *closing,
@@ -363,9 +381,9 @@ static int find_named_coordinate(const struct reader *reader, const struct value
     const struct checker *check = &reader->check;
     const int found = name ? find_coordinate(reader->tree, name->text) : -1;
     if (name && found < 0)
-        complain_of_name(check, name->place, path_name(check, path, "coordinate"),
-                         memory_format(check->memory, "unknown coordinate \"%s\"", name->text), name->text,
-                         coordinate_names(check->memory, reader->tree), reader->tree->count);
+        complain_of_coordinate(reader, name->place, path_name(check, path, "coordinate"),
+                               memory_format(check->memory, "unknown coordinate \"%s\"", name->text),
+                               name->text);
     return found;
 }
 
@@ -447,19 +465,12 @@ static void read_row(const struct reader *reader, const struct value *value, con
     complain(reader->check.messages, value->place,
              "%s: %s, rd.position, velocity, acceleration, loop, parallel, perpendicular, on_line, on_plane, "
              "distance, close, drive or lock { ... } is needed",
-             path, kind_text(value->kind));
+             path, made_text(&reader->check, value));
 }
 
 void read_rows(const struct reader *reader, const struct value *result) {
-    if (result->kind == VALUE_NOTHING)
-        return;
-    if (result->kind != VALUE_TABLE) {
-        complain(reader->check.messages, result->place,
-                 "constraints: the function gives %s, a list of rows is needed", kind_text(result->kind));
-        return;
-    }
-    for (int i = 0; i < result->field_count; i++)
-        complain(reader->check.messages, result->fields[i].value.place,
-                 "constraints.%s: a named entry, a list of rows is needed", result->fields[i].name);
-    read_entries(reader, result, "constraints", read_row);
+    static const char needed[] = "a list of rows such as { rd.position { expression } }, {} for none,";
+    if (is_result(reader, result, "constraints", needed) &&
+        has_no_names(&reader->check, result, "constraints", needed))
+        read_entries(reader, result, "constraints", read_row);
 }

@@ -14,6 +14,7 @@ struct reader {
     struct checker check;
     struct model *model;
     const struct tree *tree; /* while forces and rows are read */
+    bool lacks_links;        /* some could not be read: what names a link is not judged */
 };
 
 /* ---- read_place.c ---- */
@@ -24,12 +25,13 @@ struct place_fields {
 };
 extern const struct place_fields link_place, point_place, axis_place;
 
-/* Place of a table with such fields; `may_be_point`: `on` may name a point of interest. */
-void read_attachment(const struct reader *reader, const struct value *table,
+/* Place of a table with such fields; `may_be_point`: `on` may name a point of interest. False when what
+ * carries it is not known, as these two. */
+bool read_attachment(const struct reader *reader, const struct value *table,
                      const struct place_fields *fields, const char *path, bool may_be_point,
                      struct attachment *at);
 /* The name of a link or point, or a table of OWNER_POINT. */
-void read_place(const struct reader *reader, const struct value *value, const char *path, bool may_be_point,
+bool read_place(const struct reader *reader, const struct value *value, const char *path, bool may_be_point,
                 struct attachment *at);
 /* The field `field` of `table`, a place or the name of one; false when it is missing or wrong. */
 bool read_place_field(const struct reader *reader, const struct value *table, enum field field,
@@ -47,9 +49,15 @@ void read_beam(const struct reader *reader, const struct value *table, const cha
 
 /* ---- read_forces.c, read_rows.c ---- */
 
+/* Is what the function `name` gives a table of the author? Complains when it is not. */
+bool is_result(const struct reader *reader, const struct value *result, const char *name, const char *needed);
 void read_forces(const struct reader *reader, const struct value *result);
 void read_courses(const struct reader *reader, const struct value *table);
 void read_rows(const struct reader *reader, const struct value *result);
+
+/* Complains about an unknown coordinate, once for each name. */
+void complain_of_coordinate(const struct reader *reader, struct place place, const char *path,
+                            const char *fact, const char *name);
 
 /* Calls `read` for each entry of a list, and of lists within it. */
 typedef void read_entry(const struct reader *reader, const struct value *value, const char *path);

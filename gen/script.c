@@ -159,6 +159,7 @@ static int index_view(lua_State *L) {
     if (lua_type(L, 2) != LUA_TSTRING)
         return luaL_error(L, "index of type %s, a name is needed", luaL_typename(L, 2));
     struct view_result result = view_field(&script->names, *view, lua_tostring(L, 2));
+    script->is_told = result.fault && result.is_told;
     if (result.fault)
         return luaL_error(L, "%s", result.fault);
     if (result.is_view)
@@ -213,7 +214,8 @@ static void count_entries(lua_State *L, int index, struct value *value) {
         lua_pop(L, 1);
     lua_pop(L, 1);
     complain(messages, value->place, "item %d of a list is nil, lists have no gaps", gap);
-    value->item_count = gap - 1;
+    const bool is_sparse = largest / 2 > value->item_count;
+    value->item_count = is_sparse ? gap - 1 : (int)largest; /* gaps become VALUE_NOTHING */
 }
 
 static void convert_items(lua_State *L, int index, int table, int depth, struct value *value) {
@@ -229,23 +231,28 @@ static void convert_items(lua_State *L, int index, int table, int depth, struct 
     }
 }
 
+/* In the order of their names, not in that of the keys, which differs from run to run. */
 static void convert_fields(lua_State *L, int index, int table, int depth, struct value *value) {
     struct script *script = script_of(L);
     value->fields = memory_get(script->memory, (size_t)value->field_count * sizeof *value->fields);
-    int at = 0;
+    int count = 0;
     lua_pushnil(L);
     while (lua_next(L, index)) {
-        if (lua_type(L, -2) == LUA_TSTRING) {
-            struct named_value *field = &value->fields[at++];
-            struct place place = value->place;
-            field->name = memory_text(script->memory, lua_tostring(L, -2));
-            int line = entry_line(&script->lines, table, field->name, 0);
-            place.line = line > 0 ? line : place.line;
-            convert(L, -1, place, depth, &field->value);
-        }
+        lua_pop(L, 1);
+        if (lua_type(L, -1) == LUA_TSTRING)
+            value->fields[count++].name = memory_text(script->memory, lua_tostring(L, -1));
+    }
+    qsort(value->fields, (size_t)count, sizeof *value->fields, compare_names);
+    for (int i = 0; i < count; i++) {
+        struct named_value *field = &value->fields[i];
+        struct place place = value->place;
+        int line = entry_line(&script->lines, table, field->name, 0);
+        place.line = line > 0 ? line : place.line;
+        lua_pushstring(L, field->name);
+        lua_rawget(L, index);
+        convert(L, -1, place, depth, &field->value);
         lua_pop(L, 1);
     }
-    qsort(value->fields, (size_t)value->field_count, sizeof *value->fields, compare_names);
 }
 
 static void convert_table(lua_State *L, int index, int depth, struct value *value) {
@@ -340,20 +347,38 @@ static void push_value(lua_State *L, const struct value *value) {
     }
 }
 
-/* Upvalues: number of the function, and the tag function of that name or nil (rd.tube: a section or a body).
- */
+/* Gives the table itself, with a tag. */
+static int tag_argument(lua_State *L, const char *tag) {
+    if (lua_type(L, 1) != LUA_TTABLE)
+        return luaL_error(L, "rd.%s: argument 1 is %s, a table is needed", tag, luaL_typename(L, 1));
+    if (lua_gettop(L) > 1)
+        return luaL_error(L, "rd.%s: number of arguments is %d, 1 is needed", tag, lua_gettop(L));
+    get_note(L, script_of(L)->tags, 1);
+    if (!lua_isnil(L, -1))
+        return luaL_error(L, "rd.%s: argument 1 is made by rd.%s, a table of its own is needed", tag,
+                          lua_tostring(L, -1));
+    lua_pushstring(L, tag);
+    set_note(L, script_of(L)->tags, 1);
+    lua_settop(L, 1);
+    return 1;
+}
+
+/* rd.model, rd.position ... */
+static int tag_table(lua_State *L) {
+    return tag_argument(L, lua_tostring(L, lua_upvalueindex(1)));
+}
+
+/* Upvalues: number of the function, and whether a function of that name makes tables, too (rd.tube: a section
+ * or a body). */
 static int call_module(lua_State *L) {
-    if (lua_istable(L, 1) && !lua_isnil(L, lua_upvalueindex(2))) {
-        lua_pushvalue(L, lua_upvalueindex(2));
-        lua_insert(L, 1);
-        lua_call(L, lua_gettop(L) - 1, 1);
-        return 1;
-    }
+    const int function = (int)lua_tointeger(L, lua_upvalueindex(1));
+    if (lua_istable(L, 1) && lua_toboolean(L, lua_upvalueindex(2)))
+        return tag_argument(L, module_function_name(script_of(L)->memory, function));
     enum { MOST_ARGUMENTS = 8 };
     struct value arguments[MOST_ARGUMENTS];
     struct module_call call = {.declarations = &script_of(L)->declarations,
                                .place = current_place(L),
-                               .function = (int)lua_tointeger(L, lua_upvalueindex(1)),
+                               .function = function,
                                .arguments = arguments,
                                .argument_count = lua_gettop(L)};
     for (int i = 0; i < call.argument_count && i < MOST_ARGUMENTS; i++)
@@ -362,17 +387,6 @@ static int call_module(lua_State *L) {
     if (call.fault)
         return luaL_error(L, "%s", call.fault);
     push_value(L, &call.result);
-    return 1;
-}
-
-/* rd.model, rd.position ...: the table itself, with a tag. */
-static int tag_table(lua_State *L) {
-    if (lua_type(L, 1) != LUA_TTABLE)
-        return luaL_error(L, "rd.%s: argument 1 is %s, a table is needed",
-                          lua_tostring(L, lua_upvalueindex(1)), luaL_typename(L, 1));
-    lua_settop(L, 1);
-    lua_pushvalue(L, lua_upvalueindex(1));
-    set_note(L, script_of(L)->tags, 1);
     return 1;
 }
 
@@ -394,7 +408,8 @@ static void push_module(lua_State *L) {
     for (int i = 0; i < module_function_count(); i++) {
         const char *name = module_function_name(memory, i);
         lua_pushinteger(L, i);
-        lua_getfield(L, -2, name);
+        lua_pushboolean(L, lua_getfield(L, -2, name) != LUA_TNIL);
+        lua_remove(L, -2);
         lua_pushcclosure(L, call_module, 2);
         lua_setfield(L, -2, name);
     }
@@ -503,6 +518,7 @@ static void report(struct script *script, const char *text) {
 struct job {
     struct script *script;
     const struct value *function;
+    const char *name; /* of the function */
     struct value *result;
 };
 
@@ -570,6 +586,15 @@ static int compile_beside(lua_State *L) {
     return 1;
 }
 
+/* The one value on the stack, nil when there is none. */
+static void convert_result(lua_State *L, struct place place, const char *what, struct value *result) {
+    const int count = lua_gettop(L);
+    if (count > 1)
+        complain(script_of(L)->messages, place, "%s %d values, one is needed", what, count);
+    lua_settop(L, 1);
+    convert(L, 1, place, 0, result);
+}
+
 static int run_file(lua_State *L) {
     struct job *job = job_of(L);
     struct script *script = job->script;
@@ -581,8 +606,8 @@ static int run_file(lua_State *L) {
     lua_setglobal(L, TABLE_MARK);
     load_source(L, 0);
     lua_sethook(L, count_steps, LUA_MASKCOUNT, STEPS_BETWEEN_CHECKS);
-    lua_call(L, 0, 1);
-    convert(L, -1, (struct place){.file = script->file}, 0, &script->result);
+    lua_call(L, 0, LUA_MULTRET);
+    convert_result(L, (struct place){.file = script->file}, "the file returns", &script->result);
     return 0;
 }
 
@@ -590,8 +615,9 @@ static int run_function(lua_State *L) {
     struct job *job = job_of(L);
     lua_rawgeti(L, LUA_REGISTRYINDEX, job->function->function);
     push_view(L, (struct view){.kind = VIEW_STATE});
-    lua_call(L, 1, 1);
-    convert(L, -1, job->function->place, 0, job->result);
+    lua_call(L, 1, LUA_MULTRET);
+    const char *what = memory_format(job->script->memory, "%s: the function gives", job->name);
+    convert_result(L, job->function->place, what, job->result);
     return 0;
 }
 
@@ -640,8 +666,9 @@ void script_set_names(struct script *script, struct model *model, const char *co
     script->names.coordinate_count = coordinate_count;
 }
 
-bool script_call(struct script *script, const struct value *function, struct value *result) {
-    struct job job = {.script = script, .function = function, .result = result};
+bool script_call(struct script *script, const struct value *function, const char *name,
+                 struct value *result) {
+    struct job job = {.script = script, .function = function, .name = name, .result = result};
     return run_protected(&job, run_function);
 }
 

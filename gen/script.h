@@ -18,7 +18,8 @@ struct messages *script_messages(struct script *script);
 /* The names that the author's functions may use from now on. */
 void script_set_names(struct script *script, struct model *model, const char *const *coordinates,
                       int coordinate_count);
-/* Calls an author's function with the state `s`; false when it failed (messages say why). */
-bool script_call(struct script *script, const struct value *function, struct value *result);
+/* Calls an author's function, which messages call `name`, with the state `s`; false when it failed (messages
+ * say why). */
+bool script_call(struct script *script, const struct value *function, const char *name, struct value *result);
 
 #endif

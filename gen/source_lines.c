@@ -2,6 +2,7 @@
 #include "source_lines.h"
 #include "scanner.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 /* An open bracket or block; fields of a table are looked for only while the table is innermost. */
@@ -68,22 +69,40 @@ static void pop(struct marker *marker, const struct token *token) {
     write_out(marker, "))", closed->is_argument ? 2 : 1);
 }
 
+/* Of `[key] = value`, `bracket` being behind its `[`: the key where it is a text or a number as such. */
+static bool read_key(struct memory *memory, struct scanner bracket, struct table_entry *entry) {
+    const struct token key = scan(&bracket), closing = scan(&bracket);
+    const int length = (int)(key.end - key.start);
+    if (!token_is(&closing, "]") || length < 1)
+        return false;
+    if (key.kind == TOKEN_NUMBER) {
+        entry->index = atoi(memory_format(memory, "%.*s", length, key.start));
+        entry->has_number = true;
+    } else if (key.kind == TOKEN_STRING && *key.start != '[' && !memchr(key.start, '\\', (size_t)length)) {
+        entry->name = memory_format(memory, "%.*s", length - 2, key.start + 1);
+    }
+    return entry->name || entry->index > 0;
+}
+
 /* `token` begins an entry of the innermost table. */
 static void note_entry(struct marker *marker, struct nesting *nesting, const struct token *token) {
     struct scanner ahead = marker->scanner;
     struct token after = scan(&ahead);
     struct table_source *table = &marker->lines->tables[nesting->table];
-    nesting->at_field = false;
-    if (token->kind == TOKEN_SYMBOL && *token->start == '[')
-        return; /* [key] = value: the line of its table has to do */
     struct table_entry entry = {.line = token->line};
-    if (token->kind == TOKEN_NAME && token_is(&after, "="))
+    nesting->at_field = false;
+    if (token->kind == TOKEN_SYMBOL && *token->start == '[') {
+        if (!read_key(marker->memory, marker->scanner, &entry))
+            return; /* a key that is computed: the line of its table has to do */
+    } else if (token->kind == TOKEN_NAME && token_is(&after, "=")) {
         entry.name = memory_format(marker->memory, "%.*s", (int)(token->end - token->start), token->start);
-    else
+    } else {
         entry.index = ++nesting->items;
+    }
     table->entries =
         memory_room(marker->memory, table->entries, table->count, &table->capacity, sizeof *table->entries);
     table->entries[table->count++] = entry;
+    table->numbers += entry.has_number;
 }
 
 static void follow_word(struct marker *marker, const struct token *token) {
@@ -110,25 +129,30 @@ static void follow_symbol(struct marker *marker, const struct token *token, cons
     }
 }
 
-/* The line of an earlier entry with the same name, or 0. */
+static bool is_same_entry(const struct table_entry *a, const struct table_entry *b) {
+    return a->name ? b->name && strcmp(a->name, b->name) == 0 : !b->name && a->index == b->index;
+}
+
+/* The line of an earlier entry of the same name or number, or 0. */
 static int earlier_line(const struct table_source *table, int entry) {
-    const char *name = table->entries[entry].name;
-    for (int i = 0; name && i < entry; i++)
-        if (table->entries[i].name && strcmp(table->entries[i].name, name) == 0)
+    const struct table_entry *own = &table->entries[entry];
+    for (int i = 0; (own->name || table->numbers > 0) && i < entry; i++)
+        if (is_same_entry(&table->entries[i], own))
             return table->entries[i].line;
     return 0;
 }
 
-static void complain_of_doubles(struct messages *messages, const char *file, const struct source_lines *lines,
-                                int first_table) {
+static void complain_of_doubles(struct memory *memory, struct messages *messages, const char *file,
+                                const struct source_lines *lines, int first_table) {
     for (int i = first_table; i < lines->count; i++) {
         const struct table_source *table = &lines->tables[i];
         for (int j = 0; j < table->count; j++) {
-            int first = earlier_line(table, j);
+            const struct table_entry *entry = &table->entries[j];
+            const int first = earlier_line(table, j);
             if (first > 0)
-                complain(messages, (struct place){.file = file, .line = table->entries[j].line},
-                         "%s: given twice in one table, the first time in line %d", table->entries[j].name,
-                         first);
+                complain(messages, (struct place){.file = file, .line = entry->line},
+                         "%s: given twice in one table, the first time in line %d",
+                         entry->name ? entry->name : memory_format(memory, "item %d", entry->index), first);
         }
     }
 }
@@ -158,7 +182,7 @@ void mark_tables(struct memory *memory, struct messages *messages, const char *f
         previous = token;
     }
     copy_up_to(&marker, source + length);
-    complain_of_doubles(messages, file, lines, first_table);
+    complain_of_doubles(memory, messages, file, lines, first_table);
 }
 
 int entry_line(const struct source_lines *lines, int table, const char *name, int index) {

@@ -14,10 +14,13 @@
 
 #define TABLE_MARK "__at"
 
-/* An entry of a constructor: `name = ...`, or the list item `index` (from 1) when name is NULL. */
+/* An entry of a constructor: `name = ...` or `["name"] = ...`, or the list item `index` (from 1) when name is
+ * NULL.
+ */
 struct table_entry {
     const char *name;
     int index;
+    bool has_number; /* written as [index] = ... */
     int line;
 };
 
@@ -25,7 +28,7 @@ struct table_source {
     const char *file;
     int line;
     struct table_entry *entries;
-    int count, capacity;
+    int count, capacity, numbers; /* numbers: how many entries are written as [index] = ... */
 };
 
 struct source_lines {
@@ -35,7 +38,7 @@ struct source_lines {
     size_t length;
 };
 
-/* Numbers go on where those of an earlier source ended. A name given twice in one constructor is complained
+/* Numbers go on where those of an earlier source ended. What is given twice in one constructor is complained
  * about: Lua would silently take the last. */
 void mark_tables(struct memory *memory, struct messages *messages, const char *file, const char *source,
                  size_t length, struct source_lines *lines);

@@ -53,6 +53,20 @@ const char *number_text(double value, char buffer[32]) {
     return buffer;
 }
 
+const char *not_finite_text(double value) {
+    return isnan(value) ? "nan" : value > 0 ? "inf" : "-inf";
+}
+
+/* strtod takes blanks, hexadecimal digits, inf and nan as well. */
+bool number_of_text(const char *text, double *value) {
+    char *end;
+    const double parsed = strtod(text, &end);
+    if (end == text || *end || text[strspn(text, "+-.0123456789eE")] || !isfinite(parsed))
+        return false;
+    *value = parsed;
+    return true;
+}
+
 static bool is_plain(char c) {
     return c >= ' ' && c <= '~';
 }

@@ -1,10 +1,11 @@
 /*
- * Growing text in the generator's arena, numbers with the fewest digits that read back exactly, and authors'
- * texts as C takes them.
+ * Growing text in the generator's arena, numbers with the fewest digits that read back exactly, numbers that
+ * users write, and authors' texts as C takes them.
  */
 #ifndef REFDYN_GEN_TEXT_H
 #define REFDYN_GEN_TEXT_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 struct memory;
@@ -21,6 +22,13 @@ size_t text_column(const struct text *text);
 
 /* 15, 16 or 17 digits; always with a point or an exponent, so that C reads a double. buffer: 32 bytes. */
 const char *number_text(double value, char buffer[32]);
+
+/* What messages call a number that is none: "nan", "inf" or "-inf". */
+const char *not_finite_text(double value);
+
+/* A finite number in decimal digits, as "-1.5e3", and nothing beside; `value` stays as it is when the text is
+ * none. */
+bool number_of_text(const char *text, double *value);
 
 /* An author's text as a literal of C, quotes included: the same bytes, whatever they are. */
 const char *literal_text(struct memory *memory, const char *text);

@@ -22,7 +22,8 @@ static struct view_result no_field(const struct view_names *names, const char *p
                                                 path, field, kind, nearest)
                                 : memory_format(memory, "%s.%s: unknown %s, known:%s", path, field, kind,
                                                 count > 0 ? list : " none");
-    return (struct view_result){.fault = fault};
+    const bool is_told = !is_first_mention(names->declarations->messages, kind, field);
+    return (struct view_result){.fault = fault, .is_told = is_told};
 }
 
 static struct view_result no_acceleration(void) {
@@ -163,6 +164,8 @@ static struct view_result parameter_field(const struct view_names *names, const 
     for (int i = 0; i < count; i++)
         known[i] = declarations->parameters[i].name;
     int index = index_of(field, known, count);
+    if (index < 0 && declarations->lacks_parameters)
+        return (struct view_result){.expression = one(declarations->graph)};
     if (index < 0)
         return no_field(names, "p", field, "parameter", known, count);
     return (struct view_result){.expression = parameter_expression(declarations, index)};

@@ -43,6 +43,7 @@ struct view_result {
     struct view view;
     expression expression;
     const char *fault; /* NULL, or a message that names what is known */
+    bool is_told;      /* the same fault has been complained about before */
 };
 
 struct view_result view_field(const struct view_names *names, struct view view, const char *field);

@@ -1,6 +1,8 @@
 /* Sampled inputs from a CSV file: see inputs.h. */
 #include "inputs.h"
+#include "message.h"
 #include "output.h"
+#include "text.h"
 
 #include <errno.h>
 #include <math.h>
@@ -22,10 +24,10 @@ static const char byte_order_mark[] = "\xEF\xBB\xBF"; /* UTF-8's, which spreadsh
 
 enum { ROLE_NONE = -1, ROLE_TIME = -2 };
 
-static bool complain(const struct reading *reading, const char *format, ...)
+static bool refuse(const struct reading *reading, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
 
-static bool complain(const struct reading *reading, const char *format, ...) {
+static bool refuse(const struct reading *reading, const char *format, ...) {
     va_list list;
     va_start(list, format);
     fprintf(stderr, "%s:%ld: inputs: ", reading->inputs->path, reading->line);
@@ -51,14 +53,14 @@ static char *next_field(char **rest) {
 static bool no_input(const struct reading *reading) {
     const struct refdyn_model *model = reading->model;
     if (model->input_count == 0)
-        return complain(reading, "the model has no inputs");
+        return refuse(reading, "the model has no inputs");
     char *names = text_format("%s", model->inputs[0].name);
     for (int i = 1; i < model->input_count; i++) {
         char *longer = text_format("%s, %s", names, model->inputs[i].name);
         free(names);
         names = longer;
     }
-    complain(reading, "no column is an input, those of the model are %s", names);
+    refuse(reading, "no column is an input, those of the model are %s", names);
     free(names);
     return false;
 }
@@ -70,28 +72,55 @@ static bool is_listed(const struct inputs *inputs, int place) {
     return false;
 }
 
-static bool read_header(struct reading *reading, char *line) {
+/* A column that is no input is passed over; one that was meant to be an input is told of. */
+static void warn_of_passed(const struct reading *reading, const char *const *columns) {
+    const struct refdyn_model *model = reading->model;
+    const char **missing = allocate((size_t)model->input_count, sizeof *missing);
+    int count = 0;
+    for (int i = 0; i < model->input_count; i++)
+        if (!is_listed(reading->inputs, i))
+            missing[count++] = model->inputs[i].name;
+    for (int i = 0; i < reading->column_count; i++) {
+        const char *near = reading->role[i] == ROLE_NONE ? nearest_name(columns[i], missing, count) : NULL;
+        if (near)
+            fprintf(stderr, "%s:%ld: warning: inputs: column %s is passed over, the nearest input is %s\n",
+                    reading->inputs->path, reading->line, columns[i], near);
+    }
+    free(missing);
+}
+
+static bool read_columns(struct reading *reading, char *line, const char **columns) {
     struct inputs *inputs = reading->inputs;
     const struct refdyn_model *model = reading->model;
     bool has_time = false;
-    reading->role = allocate(strlen(line) + 1, sizeof *reading->role);
-    inputs->place = allocate((size_t)model->input_count, sizeof *inputs->place);
-    if (strncmp(line, byte_order_mark, strlen(byte_order_mark)) == 0)
-        line += strlen(byte_order_mark);
     for (char *rest = line; rest;) {
         const char *name = next_field(&rest);
         const int place = refdyn_find_name(model->inputs, model->input_count, name);
         const bool is_time = strcmp(name, "t") == 0;
         if (is_time ? has_time : is_listed(inputs, place))
-            return complain(reading, "two columns are called %s", name);
+            return refuse(reading, "two columns are called %s", name);
         has_time |= is_time;
+        columns[reading->column_count] = name;
         reading->role[reading->column_count++] = is_time ? ROLE_TIME : place < 0 ? ROLE_NONE : inputs->width;
         if (!is_time && place >= 0)
             inputs->place[inputs->width++] = place;
     }
     if (!has_time)
-        return complain(reading, "no column is called t, the time of each sample is needed");
+        return refuse(reading, "no column is called t, the time of each sample is needed");
+    warn_of_passed(reading, columns);
     return inputs->width > 0 || no_input(reading);
+}
+
+static bool read_header(struct reading *reading, char *line) {
+    const size_t room = strlen(line) + 1;
+    const char **columns = allocate(room, sizeof *columns);
+    reading->role = allocate(room, sizeof *reading->role);
+    reading->inputs->place = allocate((size_t)reading->model->input_count, sizeof *reading->inputs->place);
+    if (strncmp(line, byte_order_mark, strlen(byte_order_mark)) == 0)
+        line += strlen(byte_order_mark);
+    const bool is_good = read_columns(reading, line, columns);
+    free(columns);
+    return is_good;
 }
 
 static void add_room(struct inputs *inputs) {
@@ -111,10 +140,8 @@ static void add_room(struct inputs *inputs) {
 }
 
 static bool read_value(const struct reading *reading, const char *field, double *value) {
-    char *end;
-    *value = strtod(field, &end);
-    if (end == field || *end || !isfinite(*value))
-        return complain(reading, "'%s' is no finite number", field);
+    if (!number_of_text(field, value))
+        return refuse(reading, "'%s' is no finite number", field);
     return true;
 }
 
@@ -136,9 +163,9 @@ static bool read_row(struct reading *reading, char *line) {
             inputs->values[inputs->count * inputs->width + role] = value;
     }
     if (column != reading->column_count)
-        return complain(reading, "%d fields under %d names", column, reading->column_count);
+        return refuse(reading, "%d fields under %d names", column, reading->column_count);
     if (inputs->count > 0 && !(inputs->t[inputs->count] > inputs->t[inputs->count - 1]))
-        return complain(reading, "t = %g does not lie behind the sample before", inputs->t[inputs->count]);
+        return refuse(reading, "t = %g does not lie behind the sample before", inputs->t[inputs->count]);
     inputs->count++;
     return true;
 }
@@ -161,7 +188,7 @@ static bool read_lines(struct reading *reading, FILE *file) {
     free(line);
     if (is_good && reading->inputs->count == 0) {
         reading->line += reading->line == 0;
-        is_good = complain(reading, "no sample, a header and at least one line of numbers are needed");
+        is_good = refuse(reading, "no sample, a header and at least one line of numbers are needed");
     }
     return is_good;
 }

@@ -57,6 +57,17 @@ static enum status check(struct scene *scene) {
     return refuse_acceleration_rows(scene);
 }
 
+/* What a state says of its rates is passed over. */
+static void warn_of_rates(const struct scene *scene, const char *path) {
+    for (int i = 0; scene->state.qd && i < scene->model->n; i++) {
+        if (scene->state.qd[i] == 0)
+            continue;
+        fprintf(stderr, "%s: warning: qd: modes are those of small motions from rest, rates are taken as 0\n",
+                path);
+        return;
+    }
+}
+
 /* q of --at, qd = 0, parameters as in a motion that starts there. */
 static enum status place(struct analysis *analysis, const struct options *options) {
     struct scene *scene = analysis->scene;
@@ -68,6 +79,7 @@ static enum status place(struct analysis *analysis, const struct options *option
         equilibrium_release(&equilibrium);
     } else
         status = choose_held(scene, options, analysis->held);
+    warn_of_rates(scene, options->at);
     memset(scene->qd, 0, (size_t)scene->model->n * sizeof *scene->qd);
     refdyn_anchor(&scene->work, scene->state.t, scene->q, scene->qd, scene->given);
     return status;
@@ -229,8 +241,6 @@ static enum status analyse(struct scene *scene, const struct options *options) {
 
 enum status run_modes(const struct options *options) {
     struct scene scene;
-    if (options->modes != floor(options->modes))
-        return usage_error(options->command, "--modes: %g is no whole number", options->modes);
     enum status status = scene_open(
         &scene, options, NEEDS_STATICS | NEEDS_POINTS | NEEDS_TANGENT | NEEDS_LINEAR, state_path(options));
     if (status == STATUS_DONE)

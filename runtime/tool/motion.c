@@ -14,6 +14,8 @@ static const double end_slack = 1e-9;
 /* alpha h = beta h of --stabilise baumgarte-auto: larger ones let the stages of a step disturb each other. */
 static const double automatic_share = 0.05;
 
+static const double steps_max = 1e10; /* some hours of the smallest model */
+
 enum {
     DEFAULT_OUTPUTS = 200,
     OUTPUTS_MAX = 10000000,
@@ -173,6 +175,9 @@ enum status motion_check_times(const struct scene *scene, const struct options *
     if (options->every > 0 && span / options->every > OUTPUTS_MAX)
         return usage_error(options->command, "--every %g: %.3g outputs, at most %d are taken", options->every,
                            span / options->every, OUTPUTS_MAX);
+    if (options->step > 0 && span / options->step > steps_max)
+        return usage_error(options->command, "--step %g: %.3g steps, at most %.3g are taken", options->step,
+                           span / options->step, steps_max);
     return STATUS_DONE;
 }
 

@@ -4,6 +4,7 @@
 #include "by_gsl.h"
 #include "message.h"
 #include "refdyn.h"
+#include "text.h"
 
 #include <errno.h>
 #include <getopt.h>
@@ -14,7 +15,18 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum kind { KIND_FLAG, KIND_TEXT, KIND_POSITIVE, KIND_SETTING, KIND_STOP, KIND_HELP };
+/* A list has names or numbers between commas, each once; one that frees may be empty. */
+enum kind {
+    KIND_FLAG,
+    KIND_TEXT,
+    KIND_LIST,
+    KIND_FREEING_LIST,
+    KIND_POSITIVE,
+    KIND_COUNT,
+    KIND_SETTING,
+    KIND_STOP,
+    KIND_HELP
+};
 
 struct rule {
     const char *name, *argument;
@@ -27,7 +39,7 @@ struct rule {
 
 static const struct rule rules[] = {
     {"output", "FILE", KIND_TEXT, FIELD(output), "where results go"},
-    {"emit", "M,h,...", KIND_TEXT, FIELD(emit), "these quantities only; all: every one but derivatives; implicit: the tangent of implicit steps"},
+    {"emit", "M,h,...", KIND_LIST, FIELD(emit), "these quantities only; all: every one but derivatives; implicit: the tangent of implicit steps"},
     {"state", "STATE.json", KIND_TEXT, FIELD(state),
      "t, q, qd, inputs, parameters; what is left out is the model's"},
     {"until", "T", KIND_POSITIVE, FIELD(until), "end of the motion [s]"},
@@ -44,20 +56,20 @@ static const struct rule rules[] = {
     {"every", "DT", KIND_POSITIVE, FIELD(every), "time between outputs [s] (default T/200)"},
     {"from", "WHERE", KIND_TEXT, FIELD(from), "initial (default), statics, or a STATE.json"},
     {"at", "WHERE", KIND_TEXT, FIELD(at), "statics (default), initial, or a STATE.json; rates are 0"},
-    {"modes", "K", KIND_POSITIVE, FIELD(modes), "the K slowest modes only"},
+    {"modes", "K", KIND_COUNT, FIELD(modes), "the K slowest modes only"},
     {"stabilise", "HOW", KIND_TEXT, FIELD(stabilise),
      "none, baumgarte (default with rk4), baumgarte-auto (gains from the step) or project (default with the "
      "others)"},
     {"singular", "HOW", KIND_TEXT, FIELD(singular),
      "where the constraint rows lose rank: stop (default), or pass where a branch can be followed"},
     {"start", "HOW", KIND_TEXT, FIELD(start), "as-is (default) or project: moved onto the programme first"},
-    {"hold", "a,b", KIND_TEXT, FIELD(hold),
+    {"hold", "a,b", KIND_FREEING_LIST, FIELD(hold),
      "coordinates held in statics and modes, instead of the model's ('' frees all)"},
     {"summary", "FILE.json", KIND_TEXT, FIELD(summary), "the summary as JSON"},
-    {"methods", "a,b,c", KIND_TEXT, FIELD(methods), "methods to compare (default: all)"},
-    {"tols", "a,b,c", KIND_TEXT, FIELD(tols),
+    {"methods", "a,b,c", KIND_LIST, FIELD(methods), "methods to compare (default: all)"},
+    {"tols", "a,b,c", KIND_LIST, FIELD(tols),
      "tolerances of the methods that find their steps (default: each power of ten from 1e-2 to 1e-12)"},
-    {"steps", "a,b,c", KIND_TEXT, FIELD(steps),
+    {"steps", "a,b,c", KIND_LIST, FIELD(steps),
      "steps of those with fixed ones [s] (default: from the largest stable one downward)"},
     {"seconds", "S", KIND_POSITIVE, FIELD(seconds), "time for all runs together [s] (default 60)"},
     {"vary", "OPTION=V1,V2", KIND_TEXT, FIELD(vary),
@@ -71,7 +83,7 @@ static const struct rule rules[] = {
     {"help", NULL, KIND_HELP, 0, "this text"},
 };
 
-enum { RULE_COUNT = sizeof rules / sizeof rules[0] };
+enum { RULE_OUTPUT, RULE_COUNT = sizeof rules / sizeof rules[0] };
 
 /* Whether `list` (blanks between, '!' behind needed ones) has `name`; *needed tells of the mark. */
 static bool list_has(const char *list, const char *name, bool *needed) {
@@ -219,11 +231,45 @@ static enum status wrong_option(const struct command *command, const struct opti
 
 static enum status read_positive(const struct command *command, const char *name, const char *text,
                                  double *value) {
-    char *end;
-    *value = strtod(text, &end);
-    if (end == text || *end || !isfinite(*value) || *value <= 0)
+    if (!number_of_text(text, value) || *value <= 0)
         return usage_error(command, "--%s: '%s' is no positive number", name, text);
     return STATUS_DONE;
+}
+
+static enum status read_count(const struct command *command, const char *name, const char *text,
+                              double *value) {
+    enum { LARGEST = 1000000 };
+    const enum status status = read_positive(command, name, text, value);
+    if (status != STATUS_DONE || (*value <= LARGEST && *value == floor(*value)))
+        return status;
+    return usage_error(command, "--%s: %s is no whole number up to %d", name, text, LARGEST);
+}
+
+static enum status read_text(const struct command *command, const char *name, const char *text,
+                             const char **value) {
+    *value = text;
+    return *text ? STATUS_DONE : usage_error(command, "--%s: the value is empty", name);
+}
+
+/* Is item `item` of the list, which has `length` letters, the same as one before it? */
+static bool is_repeated(const char *list, const char *item, size_t length) {
+    for (const char *at = list; at < item; at += strcspn(at, ",") + 1)
+        if (strcspn(at, ",") == length && strncmp(at, item, length) == 0)
+            return true;
+    return false;
+}
+
+enum status check_list(const struct command *command, const char *name, const char *list) {
+    for (const char *at = list;; at++) {
+        const size_t length = strcspn(at, ",");
+        if (length == 0)
+            return usage_error(command, "--%s: '%s' has an empty item", name, list);
+        if (is_repeated(list, at, length))
+            return usage_error(command, "--%s: '%.*s' is there twice, once is enough", name, (int)length, at);
+        at += length;
+        if (!*at)
+            return STATUS_DONE;
+    }
 }
 
 static enum status add_setting(struct options *options, char *text) {
@@ -231,32 +277,64 @@ static enum status add_setting(struct options *options, char *text) {
     if (!equals || equals == text)
         return usage_error(options->command, "--set: '%s' is not of the form NAME=VALUE", text);
     *equals = '\0'; /* argv may be changed; the name ends here */
+    for (int i = 0; i < options->setting_count; i++)
+        if (strcmp(options->settings[i].name, text) == 0)
+            return usage_error(options->command, "--set %s: given twice, as '%s' and as '%s'", text,
+                               options->settings[i].value, equals + 1);
     options->settings[options->setting_count++] = (struct assignment){.name = text, .value = equals + 1};
     return STATUS_DONE;
 }
 
-static enum status take_option(struct options *options, const struct rule *rule) {
+static enum status add_stop(struct options *options, const char *text) {
+    for (int i = 0; i < options->stop_count; i++)
+        if (strcmp(options->stops[i], text) == 0)
+            return usage_error(options->command, "--stop: '%s' is there twice, once is enough", text);
+    options->stops[options->stop_count++] = text;
+    return STATUS_DONE;
+}
+
+static enum status take_value(struct options *options, const struct rule *rule) {
+    const struct command *command = options->command;
     char *field = (char *)options + rule->offset;
+    enum status status = STATUS_DONE;
     switch (rule->kind) {
     case KIND_FLAG:
         *(bool *)field = true;
         return STATUS_DONE;
+    case KIND_LIST:
+        status = check_list(command, rule->name, optarg);
+        break;
+    case KIND_FREEING_LIST:
+        status = *optarg ? check_list(command, rule->name, optarg) : STATUS_DONE;
+        break;
     case KIND_TEXT:
-        *(const char **)field = optarg;
-        return STATUS_DONE;
+        return read_text(command, rule->name, optarg, (const char **)field);
     case KIND_POSITIVE:
-        return read_positive(options->command, rule->name, optarg, (double *)field);
+        return read_positive(command, rule->name, optarg, (double *)field);
+    case KIND_COUNT:
+        return read_count(command, rule->name, optarg, (double *)field);
     case KIND_STOP:
-        options->stops[options->stop_count++] = optarg;
-        return STATUS_DONE;
+        return add_stop(options, optarg);
     default:
         return add_setting(options, optarg);
     }
+    *(const char **)field = optarg;
+    return status;
+}
+
+/* An option that is no list of its own counts once. */
+static enum status take_option(struct options *options, const struct rule *rule, bool *is_taken) {
+    const bool may_repeat = rule->kind == KIND_SETTING || rule->kind == KIND_STOP;
+    if (*is_taken && !may_repeat)
+        return usage_error(options->command, "%s%s is given twice", strlen(shown_name(rule)) == 2 ? "" : "--",
+                           shown_name(rule));
+    *is_taken = true;
+    return take_value(options, rule);
 }
 
 static bool is_given(const struct options *options, const struct rule *rule) {
     const char *field = (const char *)options + rule->offset;
-    return rule->kind == KIND_TEXT ? *(const char *const *)field != NULL : *(const double *)field > 0;
+    return rule->kind == KIND_POSITIVE ? *(const double *)field > 0 : *(const char *const *)field != NULL;
 }
 
 /* Operands and needed options. */
@@ -265,6 +343,9 @@ static enum status check_complete(const struct options *options) {
     bool many = strstr(command->operands, "...") != NULL;
     if (options->operand_count == 0)
         return usage_error(command, "%s is missing", command->operands);
+    for (int i = 0; i < options->operand_count; i++)
+        if (!*options->operands[i])
+            return usage_error(command, "%s is an empty text", command->operands);
     if (options->operand_count > 1 && !many)
         return usage_error(command, "'%s' is too much, one %s is taken", options->operands[1],
                            command->operands);
@@ -280,6 +361,7 @@ static enum status check_complete(const struct options *options) {
 /* Reads the options behind the command's name; true when the command is to run. */
 static bool read_command(int argc, char **argv, struct options *options, enum status *status) {
     struct option table[RULE_COUNT + 1];
+    bool is_taken[RULE_COUNT] = {false};
     option_table(options->command, table);
     bool needed, has_output = list_has(options->command->options, "output", &needed);
     *status = STATUS_DONE;
@@ -289,14 +371,14 @@ static bool read_command(int argc, char **argv, struct options *options, enum st
         if (answer == -1)
             break;
         if (answer == 'o')
-            options->output = optarg;
-        else if (answer == '?' || answer == ':')
+            answer = RULE_OUTPUT + 1;
+        if (answer == '?' || answer == ':')
             *status = wrong_option(options->command, table, argv, answer);
         else if (rules[answer - 1].kind == KIND_HELP) {
             print_command_help(options->command);
             return false;
         } else
-            *status = take_option(options, &rules[answer - 1]);
+            *status = take_option(options, &rules[answer - 1], &is_taken[answer - 1]);
     }
     options->operands = (const char **)argv + optind;
     options->operand_count = argc - optind;

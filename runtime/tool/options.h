@@ -20,7 +20,7 @@ struct options {
     const struct command *command;
     const char **operands; /* model or run files */
     int operand_count;
-    struct assignment *settings; /* later ones win */
+    struct assignment *settings; /* each name once; where commands add to them, later ones win */
     int setting_count;
     const char **stops; /* --stop NAME<VALUE */
     int stop_count;
@@ -49,6 +49,8 @@ extern const struct command commands[];
 /* True when the command is to run; otherwise *status is the exit status (help and version were printed). */
 bool options_read(int argc, char **argv, struct options *options, enum status *status);
 void options_release(struct options *options);
+/* A list "a,b" of option `name` has no empty item, and none twice. */
+enum status check_list(const struct command *command, const char *name, const char *list);
 /* Complains on stderr as `refdyn COMMAND: ...` with the usage line; returns STATUS_USAGE. */
 enum status usage_error(const struct command *command, const char *format, ...)
     __attribute__((format(printf, 2, 3)));

@@ -2,6 +2,7 @@
 #include "diagram.h"
 #include "findings.h"
 #include "output.h"
+#include "text.h"
 #include "page.h"
 #include "timing.h"
 
@@ -32,19 +33,30 @@ static int by_descent(const void *a, const void *b) {
     return (x < y) - (x > y);
 }
 
-/* A list "a,b,c" of positive numbers below `most`, sorted from the loosest setting on. */
+/* Item number `index` of a list "a,b,c" whose form is checked; NULL behind the last one. */
+static char *list_item(const char *list, int index) {
+    for (; index > 0 && list; index--)
+        list = strchr(list, ',') ? strchr(list, ',') + 1 : NULL;
+    return list ? text_format("%.*s", (int)strcspn(list, ","), list) : NULL;
+}
+
+/* A list of positive numbers below `most`, sorted from the loosest setting on. */
 static enum status read_numbers(const struct options *options, const char *name, const char *text,
                                 double most, double numbers[static SETTINGS_MAX], int *count) {
-    for (const char *at = text; *at;) {
-        char *end;
-        const double number = strtod(at, &end);
-        if (end == at || !(number > 0 && number < most) || (*end && *end != ',') || *count == SETTINGS_MAX)
+    char *item;
+    for (int i = 0; (item = list_item(text, i)); i++) {
+        double number = 0;
+        const bool is_good = number_of_text(item, &number) && number > 0 && number < most && i < SETTINGS_MAX;
+        free(item);
+        if (!is_good)
             return usage_error(options->command, "--%s: '%s' is no list of up to %d numbers between 0 and %g",
                                name, text, SETTINGS_MAX, most);
         numbers[(*count)++] = number;
-        at = end + (*end == ',');
     }
     qsort(numbers, (size_t)*count, sizeof *numbers, by_descent);
+    for (int i = 1; i < *count; i++)
+        if (numbers[i] == numbers[i - 1])
+            return usage_error(options->command, "--%s: '%s' has one number twice", name, text);
     return STATUS_DONE;
 }
 
@@ -59,16 +71,14 @@ static enum status read_methods(const struct options *options, struct study_plan
     char known[METHODS_LENGTH];
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
         plan->methods[method] = !options->methods;
-    for (const char *at = options->methods; at && *at;) {
-        const size_t length = strcspn(at, ",");
-        char *name = text_format("%.*s", (int)length, at);
+    char *name;
+    for (int i = 0; options->methods && (name = list_item(options->methods, i)); i++) {
         const int method = refdyn_method_find(name);
         free(name);
         if (method < 0)
             return usage_error(options->command, "--methods: '%s' is no list of %s", options->methods,
                                known_methods(known, false));
         plan->methods[method] = true;
-        at += length + (at[length] == ',');
     }
     return STATUS_DONE;
 }
@@ -94,14 +104,19 @@ static enum status read_vary(struct report *report) {
     if (!equals || equals == text || !equals[1])
         return usage_error(report->options->command, "--vary: '%s' is not of the form OPTION=V1,V2", text);
     report->vary_name = text_format("%.*s", (int)(equals - text), text);
-    for (const char *at = equals + 1; *at;) {
-        size_t length = strcspn(at, ",");
-        if (report->variant_count == VARIANTS_MAX)
+    for (int i = 0; i < report->options->setting_count; i++)
+        if (strcmp(report->options->settings[i].name, report->vary_name) == 0)
+            return usage_error(report->options->command, "--vary: --set gives a value to %s, too",
+                               report->vary_name);
+    char *value;
+    for (int i = 0; (value = list_item(equals + 1, i)); i++) {
+        if (i == VARIANTS_MAX) {
+            free(value);
             return usage_error(report->options->command, "--vary: more than %d values", VARIANTS_MAX);
-        report->values[report->variant_count++] = text_format("%.*s", (int)length, at);
-        at += length + (at[length] == ',');
+        }
+        report->values[report->variant_count++] = value;
     }
-    return STATUS_DONE;
+    return check_list(report->options->command, "vary", equals + 1);
 }
 
 static bool has_option(const struct model *model, const char *name) {

@@ -139,31 +139,41 @@ static void read_member(struct reading *reading, struct state *state, const char
                      sizeof keys / sizeof keys[0]);
 }
 
-/* The whole file as text, or NULL with a complaint. */
-static char *read_text(const char *path) {
+/* The whole file as text, with a 0 behind its `length` bytes, or NULL with a complaint. */
+static char *read_text(const char *path, size_t *length) {
     char *text = NULL;
-    size_t size = 0;
-    errno = 0;
+    size_t room = 0;
+    *length = 0;
     FILE *file = fopen(path, "r");
-    if (file && (getdelim(&text, &size, '\0', file) >= 0 || !ferror(file))) {
-        fclose(file);
-        return text ? text : allocate(1, 1);
+    while (file && !ferror(file) && !feof(file)) {
+        room = 2 * room + 4096;
+        char *longer = allocate(room, 1);
+        if (text)
+            memcpy(longer, text, *length);
+        free(text);
+        text = longer;
+        *length += fread(text + *length, 1, room - *length - 1, file);
     }
-    fprintf(stderr, "%s: state: %s, a readable file is needed\n", path, strerror(errno));
+    const bool is_read = file && !ferror(file);
+    if (!is_read)
+        fprintf(stderr, "%s: state: %s, a readable file is needed\n", path, strerror(errno));
     if (file)
         fclose(file);
+    if (is_read)
+        return text;
     free(text);
     return NULL;
 }
 
 bool state_read(struct state *state, const char *path, const struct generation *generation) {
     *state = (struct state){.t = 0};
-    char *text = read_text(path);
+    size_t length;
+    char *text = read_text(path, &length);
     if (!text)
         return false;
     struct reading reading = {.path = path, .text = text, .generation = generation, .is_good = true};
     json_error_t error;
-    json_t *root = json_loads(text, JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL, &error);
+    json_t *root = json_loadb(text, length, JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL, &error);
     const char *key;
     json_t *value;
     if (!root)

@@ -2,6 +2,7 @@
 #include "stops.h"
 #include "message.h"
 #include "output.h"
+#include "text.h"
 
 #include <float.h>
 #include <math.h>
@@ -24,9 +25,8 @@ static enum status wrong_column(const struct stops *stops, const struct options 
 static enum status read_stop(struct stops *stops, const struct options *options, const char *text) {
     const size_t length = strcspn(text, "<>");
     const char *number = text + length + (text[length] != '\0');
-    char *end;
-    struct stop stop = {.text = text, .is_below = text[length] == '<', .value = strtod(number, &end)};
-    if (length == 0 || end == number || *end || !isfinite(stop.value))
+    struct stop stop = {.text = text, .is_below = text[length] == '<'};
+    if (length == 0 || !number_of_text(number, &stop.value))
         return usage_error(options->command, "--stop: '%s' is not of the form NAME<VALUE or NAME>VALUE",
                            text);
     char *name = text_format("%.*s", (int)length, text);

@@ -14,22 +14,28 @@
 
 enum { ROOM = 1 << 17 };
 
-/* By enum field_type. */
-static const char *const types[] = {"string",
-                                    "integer",
-                                    "refdyn.expression|number",
-                                    "refdyn.expression|number",
-                                    "(refdyn.expression|number)[]",
-                                    "table[]",
-                                    "string|string[]",
-                                    "table<string, refdyn.expression|number>",
-                                    "string|table",
-                                    "table",
-                                    "string|number[]",
-                                    "(refdyn.expression|number)[]",
-                                    "table",
-                                    "table[]",
-                                    "fun(s: table): table"};
+static const char *const types[TYPE_COUNT] = {
+    [TYPE_TEXT] = "string",
+    [TYPE_WHOLE] = "integer",
+    [TYPE_VALUE] = "refdyn.expression|number",
+    [TYPE_FREE] = "refdyn.expression|number",
+    [TYPE_VECTOR] = "(refdyn.expression|number)[]",
+    [TYPE_TURNS] = "table[]",
+    [TYPE_NAMES] = "string|string[]",
+    [TYPE_BY_JOINT] = "table<string, refdyn.expression|number>",
+    [TYPE_PLACE] = "string|table",
+    [TYPE_AXIS] = "table",
+    [TYPE_INERTIA] = "table",
+    [TYPE_BEAM] = "table",
+    [TYPE_SECTION] = "table",
+    [TYPE_DAMPING] = "table",
+    [TYPE_CURVATURE] = "table",
+    [TYPE_DIRECTION] = "string|number[]",
+    [TYPE_FREE_VECTOR] = "(refdyn.expression|number)[]",
+    [TYPE_POINTS] = "table",
+    [TYPE_LIST] = "table[]",
+    [TYPE_FUNCTION] = "fun(s: table): table",
+};
 
 static char text[ROOM];
 
@@ -45,7 +51,7 @@ static void put_lower(const char *piece) {
 }
 
 static const char *const owner_names[] = {
-#define OWNER(name, text, tag) #name,
+#define OWNER(name, text, tag, form) #name,
     OWNERS
 #undef OWNER
 };

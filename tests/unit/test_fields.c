@@ -10,11 +10,29 @@
 
 enum { ROW_ROOM = 1000 };
 
-/* As the page calls the types, by enum field_type. */
-static const char *const types[] = {"text",     "whole number",   "value",     "expression",
-                                    "3 values", "turns",          "names",     "values by joint",
-                                    "place",    "axis",           "direction", "3 expressions",
-                                    "table",    "list of tables", "function"};
+/* As the page calls the types. */
+static const char *const types[TYPE_COUNT] = {
+    [TYPE_TEXT] = "text",
+    [TYPE_WHOLE] = "whole number",
+    [TYPE_VALUE] = "value",
+    [TYPE_FREE] = "expression",
+    [TYPE_VECTOR] = "3 values",
+    [TYPE_TURNS] = "turns",
+    [TYPE_NAMES] = "names",
+    [TYPE_BY_JOINT] = "values by joint",
+    [TYPE_PLACE] = "place",
+    [TYPE_AXIS] = "axis",
+    [TYPE_INERTIA] = "table",
+    [TYPE_BEAM] = "table",
+    [TYPE_SECTION] = "table",
+    [TYPE_DAMPING] = "table",
+    [TYPE_CURVATURE] = "table",
+    [TYPE_DIRECTION] = "direction",
+    [TYPE_FREE_VECTOR] = "3 expressions",
+    [TYPE_POINTS] = "table",
+    [TYPE_LIST] = "list of tables",
+    [TYPE_FUNCTION] = "function",
+};
 
 static void write_row(const struct field_rule *rule, char *row) {
     const char *range = range_text(rule->range);

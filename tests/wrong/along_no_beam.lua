@@ -1,5 +1,5 @@
 -- expect: 8: links[2].along: on what is no beam, only a beam has places along it
--- expect: 9: links[3].along: on what is no beam, only a beam has places along it
+-- expect: 9: links[3].along: given without on, on is needed
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

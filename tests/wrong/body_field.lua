@@ -1,6 +1,5 @@
--- expect: 10: links[1].bodies[1].diameter: missing, a cylinder needs it
--- expect: 10: links[1].bodies[1].diametre: unknown field, the nearest known one is "diameter"
--- expect: 10: links[1].bodies[1].radius: unknown field, the nearest known one is "axis"
+-- expect: 9: links[1].bodies[1].diametre: unknown field, the nearest known one is "diameter"
+-- expect: 9: links[1].bodies[1].radius: unknown field, the nearest known one is "axis"
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

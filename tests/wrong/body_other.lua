@@ -1,4 +1,4 @@
--- expect: 10: links[1].bodies[1]: rd.spring makes no body, rd.box cylinder tube sphere or { mass = ... } do
+-- expect: 10: links[1].bodies[1]: made by rd.spring, a body such as rd.box { ... } or { mass = 1 } is needed
 -- expect: 11: links[1].bodies[2].mass: missing, a body needs it
 -- expect: 12: links[1].bodies[3]: a number, a table is needed
 local rd = require "refdyn"

@@ -1,5 +1,5 @@
 -- expect: 13: constraints[1].joint: "hinge" is no joint, x y z phi theta psi ball weld are
--- expect: 14: constraints[2].joint: slide "x" after a turn, slides come first
+-- expect: 14: constraints[2].joint: "x" slides after a turn, slides come first
 -- expect: 15: constraints[3].joint: missing, rd.close needs it
 local rd = require "refdyn"
 return rd.model {

@@ -1,4 +1,4 @@
--- expect: 8: courses: the function gives a list, a table of values by name is needed
+-- expect: 8: courses: has entries without a name, a table of values by name such as { speed = s.qd.arm_psi } is needed
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 9: links[1].beam.damping: a mode without its ratio, ratio is needed
+-- expect: 9: links[1].beam.damping.mode: given without ratio, ratio is needed
 -- expect: 9: links[1].beam.damping: both a mode and a frequency, one of them has the ratio
 local rd = require "refdyn"
 return rd.model {

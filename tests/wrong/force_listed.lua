@@ -1,5 +1,5 @@
 -- expect: 13: forces[1]: a table, the name of a coordinate before it, or rd.spring damper actuator force torque energy { ... } is needed
--- expect: 14: forces[2]: a table, the name of a coordinate before it, or rd.spring damper actuator force torque energy { ... } is needed
+-- expect: 14: forces[2]: made by rd.loop, the name of a coordinate before it, or rd.spring damper actuator force torque energy { ... } is needed
 -- expect: 15: forces[3]: a number, the name of a coordinate before it, or rd.spring damper actuator force torque energy { ... } is needed
 local rd = require "refdyn"
 return rd.model {

@@ -1,4 +1,4 @@
--- expect: 8: forces: the function gives a number, a table by coordinate is needed
+-- expect: 8: forces: the function gives a number, a table such as { arm_psi = 1 }, {} for none, is needed
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

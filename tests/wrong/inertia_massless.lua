@@ -1,4 +1,4 @@
--- expect: 6: link a: inertia without mass, a mass is needed
+-- expect: 6: links[1].inertia: given without mass, mass is needed
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,4 +1,4 @@
--- expect: 6: links[1].joint[2]: "x" is there twice, a link has each joint once
+-- expect: 6: links[1].joint[2]: "x" is there twice, once is enough
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

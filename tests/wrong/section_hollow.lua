@@ -1,7 +1,4 @@
--- expect: 9: links[1].beam.section.area: value -0.000235619, a positive number is needed
--- expect: 9: links[1].beam.section.Iy: value -7.36311e-09, a positive number is needed
--- expect: 9: links[1].beam.section.Iz: value -7.36311e-09, a positive number is needed
--- expect: 9: links[1].beam.section.It: value -1.47262e-08, a positive number is needed
+-- expect: 6: rd.tube: from 0.02 to 0.01, an outer diameter above the inner one is needed
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

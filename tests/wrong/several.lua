@@ -2,7 +2,7 @@
 -- expect: 11: links[2].centre: unknown field, the nearest known one is "center"
 -- expect: 11: links[2].joint[1]: "q" is no joint, x y z phi theta psi are
 -- expect: 11: links[2].on: no link "aa", the nearest known one is "a"
--- expect: 13: hold: a number, a list of names is needed
+-- expect: 13: hold: a number, a list of names such as { "a", "b" } is needed
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,5 +1,4 @@
--- expect: 7: links[1].turn[1]: a text, { "x", angle } is needed
--- expect: 7: links[1].turn[2]: a number, { "x", angle } is needed
+-- expect: 6: links[1].turn: one turn by itself, a list of turns such as { { "x", 1.57 } } is needed
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,5 +1,4 @@
--- expect: 8: links[1].beam.lenght: unknown field, the nearest known one is "length"
--- expect: 8: links[1].beam.length: missing, a beam needs it
+-- expect: 7: links[1].beam.lenght: unknown field, the nearest known one is "length"
 local rd = require "refdyn"
 return rd.model {
   name = "wrong", gravity = { 0, 0, -9.81 },

@@ -1,5 +1,5 @@
 -- expect: 8: links[1].mass: a text, a number or an expression of parameters is needed
--- expect: 8: links[1].center: a number, a list of 3 numbers is needed
+-- expect: 8: links[1].center: a number, a list of 3 numbers such as { 0, 0, 1 } is needed
 -- expect: 10: forces: a table, a function is needed
 local rd = require "refdyn"
 return rd.model {

@@ -1,0 +1,235 @@
+"""No setting, number, option or entry of a state is passed over without a word; what is wrong has a place or the usage line."""
+import json
+import re
+
+import pytest
+
+from program import TESTS, all_models, refdyn
+
+MODEL = """local rd = require "refdyn"
+local n, wide = rd.option("n_rfe", 2, { from = 1, to = 64 }), rd.option("wide", true)
+local p = rd.parameters { { "m", 2, "kg" }, { "t1", 3, "s" } }
+local push, turn = rd.input("push", 0.5), rd.input("turn", 0)
+return rd.model { name = "input", gravity = { 0, 0, -9.81 }, hold = { "arm_z" },
+  links = { { "arm", joint = "z, psi", mass = p.m, inertia = { zz = 1 }, spring = { z = 100, psi = 50 } } },
+  points = { E = { on = "arm", at = { 1, 0, 0 } } },
+  forces = function(s) return { arm_z = push * rd.ramp(s.t, 0, p.t1), arm_psi = turn * n } end,
+}
+"""
+
+
+@pytest.fixture
+def model(tmp_path):
+    path = tmp_path / "model.lua"
+    path.write_text(MODEL)
+    return path
+
+
+SETTINGS = {
+    "n_rfe=4.5": "a whole number", "n_rfe=1e300": "a whole number", "n_rfe=-1e17": "a whole number", "n_rfe= 4": "a whole number",
+    "n_rfe=4 ": "a whole number", "n_rfe=\t4": "a whole number", "n_rfe=0x4": "a whole number", "n_rfe=": "a whole number",
+    "n_rfe=inf": "a whole number", "n_rfe=four": "a whole number", "n_rfe=4,5": "a whole number", "n_rfe=4..": "a whole number",
+    "m= 1": "a number", "m=1 ": "a number", "m=1kg": "a number", "m=0x1p3": "a number", "m=nan": "a number",
+    "m=-inf": "a number", "m=infinity": "a number", "m=1e400": "a number", "m=": "a number", "m=1e": "a number",
+    "m=1,5": "a number", "push=nan": "a number", "push=1 N": "a number", "wide=yes": "true or false", "wide=True": "true or false",
+    "wide=": "true or false",
+}
+
+
+@pytest.mark.parametrize("setting", SETTINGS)
+def test_setting_that_is_no_value(setting, model):
+    name, value = setting.split("=", 1)
+    done = refdyn("check", model, "--set", setting, status=1)
+    assert done.stderr == f'{model}: --set {name}: value "{value}", {SETTINGS[setting]} is needed\n' and done.stdout == ""
+
+
+def test_settings_out_of_range(model):
+    """Relations between values are judged at the values that are set."""
+    facts = {"n_rfe=65": 'option n_rfe: value "65", a number from 1 up to 64 is needed', "m=-1": "links[1].mass: value -1, a positive number is needed",
+             "t1=-2": "rd.ramp: from 0 to -2, an end behind the beginning is needed", "t1=0": "rd.ramp: from 0 to 0, an end behind the beginning is needed"}
+    for setting, fact in facts.items():
+        assert refdyn("check", model, "--set", setting, status=1).stderr.rstrip("\n").endswith(": " + fact)
+    for setting in ("n_rfe=64", "n_rfe=+4", "n_rfe=1e1", "m=1e-3", "m=.5", "t1=1E2", "push=-0.5", "wide=false"):
+        assert refdyn("check", model, "--set", setting).stderr == ""
+
+
+def test_names_of_settings(model):
+    facts = {"n_rf=4": 'the nearest known one is "n_rfe"', " n_rfe=4": 'the nearest known one is "n_rfe"',
+             "n_rfe =4": 'the nearest known one is "n_rfe"', "M=1": 'the nearest known one is "m"', "gravity=1": "no option or parameter of that name"}
+    for setting, fact in facts.items():
+        done = refdyn("check", model, "--set", setting, status=1)
+        assert fact in done.stderr and done.stderr.count("\n") == 1, done.stderr
+
+
+USAGE = {
+    "option twice": (["sim", "--until", "1", "--until", "2"], "--until is given twice"),
+    "flag twice": (["check", "--fold", "--fold"], "--fold is given twice"),
+    "output twice": (["gen", "-o", "a", "--output", "b"], "-o is given twice"),
+    "setting twice": (["check", "--set", "m=1", "--set", "n_rfe=2", "--set", "m=2"], "--set m: given twice, as '1' and as '2'"),
+    "setting twice alike": (["check", "--set", "m=1", "--set", "m=1"], "--set m: given twice, as '1' and as '1'"),
+    "setting without a name": (["check", "--set", "=1"], "--set: '=1' is not of the form NAME=VALUE"),
+    "stop twice": (["sim", "--until", "1", "--stop", "arm_z<1", "--stop", "arm_z<1"], "--stop: 'arm_z<1' is there twice, once is enough"),
+    "stop in hexadecimal": (["sim", "--until", "1", "--stop", "arm_z<0x1"], "--stop: 'arm_z<0x1' is not of the form NAME<VALUE or NAME>VALUE"),
+    "stop behind a blank": (["sim", "--until", "1", "--stop", "arm_z< 1"], "--stop: 'arm_z< 1' is not of the form NAME<VALUE or NAME>VALUE"),
+    "held twice": (["statics", "--hold", "arm_z,arm_z"], "--hold: 'arm_z' is there twice, once is enough"),
+    "held empty": (["statics", "--hold", "arm_z,,arm_psi"], "--hold: 'arm_z,,arm_psi' has an empty item"),
+    "held with a comma behind": (["modes", "--hold", "arm_z,"], "--hold: 'arm_z,' has an empty item"),
+    "held with a blank": (["statics", "--hold", "arm_z, arm_psi"], "--hold: the model has no coordinate ' arm_psi', the nearest is arm_psi"),
+    "emitted twice": (["gen", "-o", "a", "--emit", "M,h,M"], "--emit: 'M' is there twice, once is enough"),
+    "emitted empty": (["gen", "-o", "a", "--emit", ""], "--emit: '' has an empty item"),
+    "methods twice": (["report", "--until", "1", "-o", "a", "--methods", "rk8,rk8"], "--methods: 'rk8' is there twice, once is enough"),
+    "methods empty": (["report", "--until", "1", "-o", "a", "--methods", ""], "--methods: '' has an empty item"),
+    "tolerances twice": (["report", "--until", "1", "-o", "a", "--tols", "1e-3,0.001"], "--tols: '1e-3,0.001' has one number twice"),
+    "tolerances in words": (["report", "--until", "1", "-o", "a", "--tols", "1e-3,nan"], "--tols: '1e-3,nan' is no list of up to"),
+    "steps empty": (["report", "--until", "1", "-o", "a", "--steps", ",1e-3"], "--steps: ',1e-3' has an empty item"),
+    "varied twice": (["report", "--until", "1", "-o", "a", "--vary", "n_rfe=1,1"], "--vary: '1' is there twice, once is enough"),
+    "varied and set": (["report", "--until", "1", "-o", "a", "--set", "n_rfe=1", "--vary", "n_rfe=1,2"], "--vary: --set gives a value to n_rfe, too"),
+    "time behind a blank": (["sim", "--until", " 1"], "--until: ' 1' is no positive number"),
+    "time before a blank": (["sim", "--until", "1 "], "--until: '1 ' is no positive number"),
+    "time in hexadecimal": (["sim", "--until", "0x10"], "--until: '0x10' is no positive number"),
+    "time without end": (["sim", "--until", "inf"], "--until: 'inf' is no positive number"),
+    "time beyond numbers": (["sim", "--until", "1e400"], "--until: '1e400' is no positive number"),
+    "time with a unit": (["sim", "--until", "1s"], "--until: '1s' is no positive number"),
+    "time empty": (["sim", "--until", ""], "--until: '' is no positive number"),
+    "modes without number": (["modes", "--modes", "1e12"], "--modes: 1e12 is no whole number up to 1000000"),
+    "modes in parts": (["modes", "--modes", "2.5"], "--modes: 2.5 is no whole number up to 1000000"),
+    "outputs without number": (["sim", "--until", "1", "--every", "1e-300"], "--every 1e-300: 1e+300 outputs, at most 10000000 are taken"),
+    "steps without number": (["sim", "--until", "1", "--step", "1e-12"], "--step 1e-12: 1e+12 steps, at most 1e+10 are taken"),
+    "state empty": (["eval", "--state", ""], "--state: the value is empty"),
+    "method empty": (["sim", "--until", "1", "--method", ""], "--method: the value is empty"),
+}
+
+
+@pytest.mark.parametrize("which", USAGE)
+def test_wrong_usage(which, model, tmp_path):
+    (command, *arguments), fact = USAGE[which]
+    done = refdyn(command, model, *arguments, status=2, cwd=tmp_path)
+    lines = done.stderr.splitlines()
+    assert lines[0].startswith(f"refdyn {command}: {fact}") and lines[-1].startswith(f"usage: refdyn {command} "), done.stderr
+    assert done.stdout == "" and [path.name for path in tmp_path.iterdir()] == ["model.lua"]
+
+
+def test_an_empty_operand():
+    assert refdyn("check", "", status=2).stderr.startswith("refdyn check: MODEL.lua is an empty text\nusage:")
+
+
+STATES = {
+    "unknown key": ('{\n"t": 0,\n"qdd": [1, 2]\n}', 3, "qdd: no key of a state (t, q, qd, inputs, parameters) is called so, the nearest is qd"),
+    "key in capitals": ('{"t": 0,\n"Q": [1, 2]}', 2, "Q: no key of a state (t, q, qd, inputs, parameters) is called so, the nearest is q"),
+    "key twice": ('{"q": [1, 2],\n"q": [1, 3]}', 2, "state: duplicate object key near '\"q\"', one JSON object of finite numbers is needed"),
+    "input twice": ('{"inputs": {"push": 1,\n"push": 2}}', 2, "state: duplicate object key near '\"push\"', one JSON object of finite numbers is needed"),
+    "unknown input": ('{"inputs":\n{"pusch": 1}}', 2, "pusch: no input is called so, the nearest is push"),
+    "unknown parameter": ('{"parameters": {"m": 1,\n"t2": 1}}', 2, "t2: no parameter is called so, the nearest is t1"),
+    "too short": ('{\n"q": [1]}', 2, "q: has 1 values, 2 are needed, one per coordinate from arm_z to arm_psi"),
+    "too long": ('{"q": [1, 2],\n"qd": [1, 2, 3]}', 2, "qd: has 3 values, 2 are needed, one per coordinate from arm_z to arm_psi"),
+    "by name": ('{"q": {"arm_z": 1}}', 1, "q: an object, an array of 2 numbers is needed"),
+    "a text in an array": ('{"q": [0,\n"1"]}', 2, "q[1] (arm_psi): a text, a number is needed"),
+    "an array in an array": ('{"q": [0,\n[1]]}', 2, "q[1] (arm_psi): an array, a number is needed"),
+    "null": ('{"t": null}', 1, "t: null, a number is needed"),
+    "a number for inputs": ('{\n\n"inputs": 1}', 3, "inputs: a number, an object of numbers is needed"),
+    "a number beyond numbers": ('{"t":\n1e400}', 2, "state: real number overflow near '1e400', one JSON object of finite numbers is needed"),
+    "a number without end": ('{"q": [1,\nInfinity]}', 2, "state: invalid token near 'Infinity', one JSON object of finite numbers is needed"),
+    "no number": ('{"q": [1, NaN]}', 1, "state: invalid token near 'NaN', one JSON object of finite numbers is needed"),
+    "a number in hexadecimal": ('{"t": 0x1}', 1, "state: '}' expected near 'x', one JSON object of finite numbers is needed"),
+    "more behind": ('{"t": 0}\n{"t": 1}', 2, "state: end of file expected near '{', one JSON object of finite numbers is needed"),
+    "more behind a zero byte": ('{"t": 0}\0{"t": 1}', 1, "state: end of file expected near end of file, one JSON object of finite numbers is needed"),
+    "a comma behind": ('{"t": 0,\n}', 2, "state: string or '}' expected near '}', one JSON object of finite numbers is needed"),
+    "cut off": ('{"t": 0,\n"q": [1', 2, "state: ']' expected near end of file, one JSON object of finite numbers is needed"),
+    "empty": ("", 1, "state: '[' or '{' expected near end of file, one JSON object of finite numbers is needed"),
+    "an array": ("[0]", 1, "state: an array, an object is needed"),
+}
+
+
+@pytest.mark.parametrize("which", STATES)
+def test_wrong_state(which, model, tmp_path):
+    text, line, fact = STATES[which]
+    state = tmp_path / "state.json"
+    state.write_text(text)
+    for command in (["eval", "--state"], ["sim", "--until", "1", "--from"], ["modes", "--at"]):
+        done = refdyn(command[0], model, *command[1:], state, status=1)
+        assert done.stderr == f"{state}:{line}: {fact}\n" and done.stdout == ""
+
+
+def test_a_state_of_impossible_values(model, tmp_path):
+    """Relations between values are judged at the values of the state."""
+    state = tmp_path / "state.json"
+    facts = {"t1": (-1, "rd.ramp: from 0 to -1, an end behind the beginning is needed"), "m": (0, "links[1].mass: value 0, a positive number is needed")}
+    for name, (value, fact) in facts.items():
+        state.write_text(json.dumps({"parameters": {name: value}}))
+        assert re.fullmatch(rf"{re.escape(str(model))}:\d+: {re.escape(fact)}\n", refdyn("eval", model, "--state", state, status=1).stderr)
+
+
+def test_rates_of_a_state_for_modes(model, tmp_path):
+    """Small motions are those from rest."""
+    state = tmp_path / "state.json"
+    for qd, warning in ([0, 0.5], f"{state}: warning: qd: modes are those of small motions from rest, rates are taken as 0\n"), ([0, 0], ""):
+        state.write_text(json.dumps({"q": [-0.2, 0], "qd": qd}))
+        errors = refdyn("modes", model, "--at", state).stderr
+        assert "".join(line for line in errors.splitlines(True) if "qd" in line) == warning
+
+
+def test_columns_of_sampled_inputs(model, tmp_path):
+    """Other columns are passed over, so that the CSV of a motion serves; one that is nearly an input is told of."""
+    samples = tmp_path / "samples.csv"
+    warning = f"{samples}:1: warning: inputs: column pusch is passed over, the nearest input is push\n"
+    for text, expected in {"t,pusch,turn\n0,1,2\n": warning, "t,pusch,push,turn\n0,1,2,3\n": "", "t,energy,turn\n0,1,2\n": ""}.items():
+        samples.write_text(text)
+        done = refdyn("sim", model, "--until", "0.1", "--inputs", samples, "-o", tmp_path / "run.csv")
+        assert "".join(line for line in done.stderr.splitlines(True) if "samples.csv" in line) == expected
+    for number in ("0x1", "inf", "nan", "1e400", "", "1 N", "1;2"):
+        samples.write_text(f"t,push\n0,1\n1,{number}\n")
+        done = refdyn("sim", model, "--until", "0.1", "--inputs", samples, "-o", tmp_path / "run.csv", status=1)
+        assert done.stderr == f"{samples}:3: inputs: '{number}' is no finite number\n"
+
+
+def test_a_file_beside_the_model_gives_one_value(tmp_path):
+    (tmp_path / "parts.lua").write_text('return { "a", joint = "z", mass = 1, spring = { z = 1 } }, { mass = 2 }\n')
+    (tmp_path / "model.lua").write_text('local rd = require "refdyn"\nlocal part = require "parts"\n'
+                                        'return rd.model { name = "two", links = { part } }\n')
+    done = refdyn("check", tmp_path / "model.lua", status=1)
+    assert done.stderr == f'{tmp_path}/model.lua:2: require: "parts" returns two values, one is needed\n'
+
+
+def test_files_of_another_model_are_not_written_over(tmp_path):
+    """Part 2 of the model `arm` has the name of the model `arm_2`."""
+    model, out = tmp_path / "model.lua", tmp_path / "out"
+    model.write_text(MODEL.replace('"input"', 'rd.option("name", "arm")'))
+    refdyn("gen", model, "-o", out)
+    part = (out / "arm.c").read_text().replace("arm, part 1", "arm, part 2")
+    (out / "arm_2.c").write_text(part)
+    done = refdyn("gen", model, "--set", "name=arm_2", "-o", out, status=1)
+    assert done.stderr == f"{out}/arm_2.c: is of another model, another folder is needed\n"
+    assert sorted(path.name for path in out.iterdir()) == ["arm.c", "arm.h", "arm_2.c"] and (out / "arm_2.c").read_text() == part
+    refdyn("gen", model, "--set", "name=arm_2", "-o", tmp_path / "other")
+    refdyn("gen", model, "--set", "name=arm_2", "-o", tmp_path / "other")
+
+
+def test_segments_beside_a_value_of_their_beam(tmp_path):
+    """What each segment says for itself hides what the beam says."""
+    (tmp_path / "model.lua").write_text("""local rd = require "refdyn"
+return rd.model { name = "hidden", gravity = { 0, 0, -9.81 }, links = { { "rod", joint = "theta", beam = {
+  section = rd.round(0.01), E = 2.1e11, nu = 0.3, rho = 7800, rfe = 4,
+  segments = { { length = 1, rfe = 2 }, { length = 1, rfe = 3, rho = 2700 } } } } } }
+""")
+    assert refdyn("check", tmp_path / "model.lua").stderr == (
+        f"{tmp_path}/model.lua:3: warning: links[1].beam.rfe: each segment has its own, the beam's says nothing beside them\n")
+
+
+def test_turns_that_elements_do_not_have(tmp_path):
+    (tmp_path / "model.lua").write_text("""local rd = require "refdyn"
+return rd.model { name = "plane", gravity = { 0, 0, -9.81 }, links = { { "rod", joint = "theta", beam = {
+  section = rd.round(0.01), E = 2.1e11, nu = 0.3, rho = 7800, dofs = "theta",
+  damping = { psi = 0, theta = 1, phi = 1 }, curvature = { theta = 0.1 },
+  segments = { { length = 1, rfe = 2 },
+               { length = 1, rfe = 3,
+                 curvature = { psi = 0.2 } } } } } } }
+""")
+    told = "the elements have no {0} (dofs), it says nothing"
+    assert refdyn("check", tmp_path / "model.lua").stderr.splitlines() == [
+        f"{tmp_path}/model.lua:4: warning: links[1].beam.damping.phi: " + told.format("phi"),
+        f"{tmp_path}/model.lua:7: warning: links[1].beam.segments[2].curvature.psi: " + told.format("psi")]
+
+
+@pytest.mark.parametrize("path", all_models() + sorted((TESTS / "models").glob("*.lua")), ids=lambda path: path.stem)
+def test_good_models_are_taken(path):
+    refdyn("check", path)

@@ -1,0 +1,4 @@
+-- expect: 3: rd.parameters: number of arguments is 2, 1 is needed
+local rd = require "refdyn"
+local p = rd.parameters({ { "m", 1 } }, { { "k", 2 } })
+return rd.model { name = "wrong", links = { { "a", joint = "z", mass = p.m } } }

@@ -1,0 +1,14 @@
+-- expect: 11: rd.position: number of arguments is 2, 1 is needed
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "arm", joint = "z", mass = 1 },
+    { "hand", on = "arm", joint = "psi", mass = 1, inertia = { zz = 1 } },
+  },
+  constraints = function(s)
+    return {
+      rd.position({ s.q.arm_z }, 5),
+    }
+  end,
+}

@@ -1,0 +1,10 @@
+-- expect: 9: courses: has entries without a name, a table of values by name such as { speed = s.qd.arm_psi } is needed
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "arm", joint = "z", mass = 1 },
+    { "hand", on = "arm", joint = "psi", mass = 1, inertia = { zz = 1 } },
+  },
+  courses = function(s) return { s.q.arm_z, speed = s.qd.arm_z } end,
+}

@@ -1,0 +1,6 @@
+-- expect: 4: links: has named entries (arm hand), a list of tables is needed
+local rd = require "refdyn"
+return rd.model { name = "wrong",
+  links = { arm = { joint = "z", mass = 1 }, hand = { on = "arm", mass = 1 } },
+  points = { E = "hand" },
+}

@@ -1,0 +1,20 @@
+-- expect: 14: constraints[1].keep[2]: "x" is there twice, once is enough
+-- expect: 15: constraints[2].keep: empty, x y z or some of them are needed
+-- expect: 16: constraints[3].keep: has named entries (x), a list of names such as { "a", "b" } is needed
+-- expect: 17: constraints[4].keep: "x,,y" has an empty name, names between commas are needed
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "arm", joint = "z", mass = 1 },
+    { "hand", on = "arm", joint = "psi", mass = 1, inertia = { zz = 1 } },
+  },
+  constraints = function(s)
+    return {
+      rd.loop { "arm", "hand", keep = "x,x" },
+      rd.loop { "arm", "hand", keep = {} },
+      rd.loop { "arm", "hand", keep = { x = true } },
+      rd.loop { "arm", "hand", keep = "x,,y" },
+    }
+  end,
+}

@@ -1,0 +1,14 @@
+-- expect: 11: forces: the function gives rd.spring itself, a table such as { arm_psi = 1 }, {} for none, is needed
+-- expect: 12: courses: the function gives a text, a table of values by name such as { speed = s.qd.arm_psi } is needed
+-- expect: 13: constraints: the function gives rd.position itself, a list of rows such as { rd.position { expression } }, {} for none, is needed
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "arm", joint = "z", mass = 1 },
+    { "hand", on = "arm", joint = "psi", mass = 1, inertia = { zz = 1 } },
+  },
+  forces = function(s) return rd.spring { "ground", "arm", stiffness = 1 } end,
+  courses = function(s) return "arm" end,
+  constraints = function(s) return rd.position { s.q.arm_z } end,
+}

@@ -1,0 +1,22 @@
+-- expect: 15: constraints[1][2]: an expression without a name, rd.position { expression } for each row is needed
+-- expect: 16: constraints[2][2]: an expression without a name, rd.velocity { expression } for each row is needed
+-- expect: 17: constraints[3][3]: a number without a name, rd.lock { "arm_psi" } is needed
+-- expect: 18: constraints[4][4]: a number without a name, rd.distance { "a", "b", expression } is needed
+-- expect: 19: constraints[5].residual: given twice, by name and as item 1, once is enough
+local rd = require "refdyn"
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "arm", joint = "z", mass = 1 },
+    { "hand", on = "arm", joint = "psi", mass = 1, inertia = { zz = 1 } },
+  },
+  constraints = function(s)
+    return {
+      rd.position { s.q.arm_z, s.q.hand_psi },
+      rd.velocity { s.qd.arm_z, s.qd.hand_psi, alpha = 1 },
+      rd.lock { "arm_z", 1, 2 },
+      rd.distance { "arm", "ground", 1, 2 },
+      rd.position { s.q.arm_z, residual = s.q.hand_psi },
+    }
+  end,
+}

@@ -1,0 +1,31 @@
+-- expect: 0: --set a: value "4.5", a whole number is needed
+-- expect: 0: --set b: value "1e300", a whole number is needed
+-- expect: 0: --set c: value " 4", a whole number is needed
+-- expect: 0: --set d: value "0x10", a number is needed
+-- expect: 0: --set e: value "inf", a number is needed
+-- expect: 0: --set f: value "", a number is needed
+-- expect: 0: --set g: value "1e400", a number is needed
+-- expect: 0: --set h: value "2,5", a number is needed
+-- expect: 0: --set i: value "nan", a number is needed
+-- expect: 0: --set k: value "yes", true or false is needed
+-- set: a=4.5
+-- set: b=1e300
+-- set: c= 4
+-- set: d=0x10
+-- set: e=inf
+-- set: f=
+-- set: g=1e400
+-- set: h=2,5
+-- set: i=nan
+-- set: k=yes
+local rd = require "refdyn"
+for _, name in ipairs { "a", "b", "c" } do rd.option(name, 1) end
+local p = rd.parameters { { "d", 1 }, { "e", 1 }, { "f", 1 }, { "g", 1 } }
+local h, i, k = rd.input("h", 1), rd.input("i", 1), rd.option("k", true)
+return rd.model {
+  name = "wrong", gravity = { 0, 0, -9.81 },
+  links = {
+    { "arm", joint = "z", mass = 1 },
+    { "hand", on = "arm", joint = "psi", mass = 1, inertia = { zz = 1 } },
+  },
+}
