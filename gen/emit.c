@@ -41,8 +41,7 @@ static void open_source(struct emission *x, struct text *text, int part) {
     x->has_sincos = false;
     *text = (struct text){.memory = x->plan->memory};
     text_add(text, "%s", part_lead(x->plan->memory, x->name, part));
-    text_add(text, "#include \"%s.h\"\n\n#include <float.h>\n#include <math.h>\n#include <string.h>\n\n",
-             x->name);
+    text_add(text, "#include \"%s.h\"\n\n#include <math.h>\n#include <string.h>\n\n", x->name);
     emit_refusal(x, text, part);
 }
 

@@ -75,30 +75,31 @@ static void put_reduced(const struct emission *x, struct text *text) {
 }
 
 /*
- * From version 12 on gcc says whether it may reorder sums; its __builtin_assoc_barrier does not help where it may, since
- * loops that become vectors lose it. clang has an operation for it that costs nothing where sums are not reordered.
- * Elsewhere the bits pass a mask of ones that the compiler does not know.
+ * From version 12 on gcc says whether it may reorder sums; its __builtin_assoc_barrier does not help where it
+ * may, since loops that become vectors lose it. clang has an operation for it that costs nothing where sums
+ * are not reordered. Elsewhere the bits pass a mask of ones that the compiler does not know.
  */
 static void put_rounded(const struct emission *x, struct text *text) {
-    text_add(text,
-             "#ifdef __has_builtin\n#define HAS_BUILTIN(name) __has_builtin(name)\n"
-             "#else\n#define HAS_BUILTIN(name) 0\n#endif\n"
-             "/* A sum as it is rounded, also where the compiler may reorder sums. */\n"
-             "static double %s_rounded(double sum, unsigned long long ones) {\n"
-             "#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12 && !defined(__ASSOCIATIVE_MATH__)\n"
-             "    (void)ones;\n"
-             "    return sum;\n"
-             "#elif HAS_BUILTIN(__arithmetic_fence) && defined(__x86_64__)\n"
-             "    (void)ones;\n"
-             "    return __arithmetic_fence(sum);\n"
-             "#else\n"
-             "    unsigned long long bits;\n"
-             "    memcpy(&bits, &sum, sizeof bits);\n"
-             "    bits &= ones;\n"
-             "    memcpy(&sum, &bits, sizeof bits);\n"
-             "    return sum;\n"
-             "#endif\n}\n\n",
-             x->name);
+    text_add(
+        text,
+        "#ifdef __has_builtin\n#define HAS_BUILTIN(name) __has_builtin(name)\n"
+        "#else\n#define HAS_BUILTIN(name) 0\n#endif\n"
+        "/* A sum as it is rounded, also where the compiler may reorder sums. */\n"
+        "static double %s_rounded(double sum, unsigned long long ones) {\n"
+        "#if defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12 && !defined(__ASSOCIATIVE_MATH__)\n"
+        "    (void)ones;\n"
+        "    return sum;\n"
+        "#elif HAS_BUILTIN(__arithmetic_fence) && defined(__x86_64__)\n"
+        "    (void)ones;\n"
+        "    return __arithmetic_fence(sum);\n"
+        "#else\n"
+        "    unsigned long long bits;\n"
+        "    memcpy(&bits, &sum, sizeof bits);\n"
+        "    bits &= ones;\n"
+        "    memcpy(&sum, &bits, sizeof bits);\n"
+        "    return sum;\n"
+        "#endif\n}\n\n",
+        x->name);
 }
 
 static void put_libm(const struct emission *x, struct text *text) {
@@ -147,11 +148,13 @@ static void put_block(const struct emission *x, struct text *text) {
 /* FLT_EVAL_METHOD is 0 where doubles are rounded to doubles, and 1 or 16 where that holds for all but
  * narrower types. */
 static void put_pass(const struct emission *x, struct text *text) {
-    text_add(text, "#if FLT_EVAL_METHOD == 0 || FLT_EVAL_METHOD == 1 || FLT_EVAL_METHOD == 16\n");
+    text_add(text,
+             "#if defined(__FLT_EVAL_METHOD__) && \\\n"
+             "    (__FLT_EVAL_METHOD__ == 0 || __FLT_EVAL_METHOD__ == 1 || __FLT_EVAL_METHOD__ == 16)\n");
     put_rounded(x, text);
     put_block(x, text);
     text_add(text,
-             "#else /* sums are kept longer than doubles */\n"
+             "#else /* sums may be kept longer than doubles */\n"
              "static void %s_sincos_%d(const double *angle, double *sine, double *cosine) {\n"
              "    %s_sincos_libm(angle, sine, cosine);\n}\n#endif\n\n",
              x->name, FEWEST_ANGLES, x->name);
