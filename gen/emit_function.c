@@ -22,17 +22,13 @@ static bool is_prepare(const struct writer *w) {
     return w->function == &w->x->plan->prepare;
 }
 
-static bool has_fields(const struct function *function) {
-    return function->field_count > 1;
-}
-
 static const char *result_name(const struct function *function) {
-    return has_fields(function) ? "out" : function->fields[0].name;
+    return is_struct_result(function) ? "out" : function->fields[0].name;
 }
 
 static void emit_result_type(struct emission *x, struct text *text, const struct function *function) {
     const struct field *field = &function->fields[0];
-    if (has_fields(function))
+    if (is_struct_result(function))
         text_add(text, "struct %s_%s_result *out", x->name, function->quantity);
     else if (field->columns)
         text_add(text, "double %s[%d * %d]", field->name, field->count / field->columns, field->columns);
@@ -521,7 +517,7 @@ static void find_carried(struct writer *w) {
 
 /* Does the part write into its place itself? Else what it gives is copied from where it is. */
 static bool writes_in_place(const struct part *part) {
-    return part->from->field_count == 1 && !part->is_added;
+    return !is_struct_result(part->from) && !part->is_added;
 }
 
 static void emit_part_call(struct writer *w, const struct part *part) {
@@ -533,18 +529,18 @@ static void emit_part_call(struct writer *w, const struct part *part) {
         text_add(w->text, ");\n");
         return;
     }
-    if (has_fields(from))
+    if (is_struct_result(from))
         text_add(w->text, "    struct %s_%s_result %s;\n", name, from->quantity, from->quantity);
     else
         text_add(w->text, "    double %s[%d];\n", from->quantity, from->out_count);
-    text_add(w->text, "    %s_%s(%s, %s%s);\n", name, from->quantity, arguments, has_fields(from) ? "&" : "",
-             from->quantity);
+    text_add(w->text, "    %s_%s(%s, %s%s);\n", name, from->quantity, arguments,
+             is_struct_result(from) ? "&" : "", from->quantity);
 }
 
 /* "terms.u": where a part stands that is copied from there. */
 static const char *source_text(const struct writer *w, const struct part *part) {
     const char *from = part->from->quantity;
-    return has_fields(part->from)
+    return is_struct_result(part->from)
                ? memory_format(w->x->plan->memory, "%s.%s", from, part->from->fields[part->from_field].name)
                : from;
 }

@@ -105,7 +105,7 @@ static void emit_input_struct(struct emission *x, struct text *text) {
 }
 
 static void emit_result_struct(struct emission *x, struct text *text, const struct function *function) {
-    if (function->field_count < 2)
+    if (!is_struct_result(function))
         return;
     text_add(text, "struct %s_%s_result {\n", x->name, function->quantity);
     for (int i = 0; i < function->field_count; i++) {
@@ -117,7 +117,7 @@ static void emit_result_struct(struct emission *x, struct text *text, const stru
 
 static void emit_prototype(struct emission *x, struct text *text, const struct function *function) {
     text_add(text, "/* %s", function->about);
-    if (function->field_count == 1)
+    if (!is_struct_result(function))
         text_add(text, ": %s", function->fields[0].about);
     text_add(text, " */\n");
     emit_signature(x, text, function);

@@ -18,7 +18,7 @@ static int columns_of(const struct field *field) {
 
 const char *field_text(struct emission *x, const struct function *function, int field, const char *local) {
     const bool is_result = field < function->field_count;
-    const char *before = !is_result ? local : function->field_count > 1 ? "out->" : "";
+    const char *before = !is_result ? local : is_struct_result(function) ? "out->" : "";
     return memory_format(x->plan->memory, "%s%s", before, function->fields[field].name);
 }
 

@@ -187,7 +187,7 @@ static void emit_adapters(struct emission *x, struct text *text) {
         for (int i = 0; i < GIVEN_ARRAYS; i++)
             if (given[i].count)
                 text_add(text, "qd + %d, ", given[i].place);
-        if (function->field_count > 1)
+        if (is_struct_result(function))
             text_add(text, "(struct %s_%s_result *)(void *)", x->name, function->quantity);
         text_add(text, "out);\n}\n\n");
     }

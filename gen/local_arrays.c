@@ -45,7 +45,7 @@ long local_bytes(const struct emission *x, const struct function *function) {
         if (i > 0 && function->parts[i - 1].from == from)
             continue;
         bytes += local_bytes(x, from);
-        if (from->field_count > 1)
+        if (is_struct_result(from))
             bytes += from->out_count * (long)sizeof(double);
     }
     return bytes;

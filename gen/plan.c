@@ -19,6 +19,10 @@ bool is_output_copied(const struct field *field, int entry) {
     return !field->symmetric || entry / field->symmetric >= entry % field->symmetric;
 }
 
+bool is_struct_result(const struct function *function) {
+    return function->field_count > 1 || function->has_blocks;
+}
+
 int count_fields(const struct function *function) {
     return function->field_count + function->local_count;
 }

@@ -76,6 +76,7 @@ enum given {
 struct function {
     const char *quantity, *about;
     enum given given;
+    bool has_blocks;      /* its result is a struct even with one part, whose name is that of an argument */
     struct field *fields; /* parts of the result, then local arrays, which loops read */
     int field_count, local_count, field_capacity;
     int out_count, local_out_count; /* entries of all fields */
@@ -167,6 +168,8 @@ void mark_statements(struct plan *plan, const struct function *function);
 bool is_output_copied(const struct field *field, int entry); /* false in the mirrored upper half */
 /* Are there so many zeros in a field that one loop writes all of it before the others are written? */
 bool is_cleared(const struct plan *plan, const struct function *function, int field);
+/* Is the result a struct of its parts, not an array? */
+bool is_struct_result(const struct function *function);
 /* Results and local arrays. */
 int count_fields(const struct function *function);
 /* Entries of all fields. */

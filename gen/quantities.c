@@ -686,7 +686,8 @@ static const struct membership *called_group(const struct derivation *d, const s
 
 static struct function *build_quantity(struct derivation *d, const struct quantity *quantity) {
     struct function *function = &d->plan->functions[d->plan->function_count++];
-    *function = (struct function){.quantity = quantity->name, .about = quantity->about};
+    *function = (struct function){
+        .quantity = quantity->name, .about = quantity->about, .has_blocks = quantity->use == IN_BLOCKS};
     const struct membership *membership = called_group(d, quantity);
     d->wanted_blocks = wanted_blocks(d, quantity);
     for (int i = 0; membership && membership->parts[i]; i++)

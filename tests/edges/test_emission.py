@@ -1,0 +1,236 @@
+"""What a header tells its callers, and quantities that are there for every model or by parts."""
+import ctypes
+import re
+import shutil
+import subprocess
+
+import numpy
+import pytest
+
+from program import MODELS, REFERENCE, SOURCE, TESTS, all_models, refdyn
+
+STRICT = ["-Wall", "-Wextra", "-Wpedantic", "-Wshadow", "-Wconversion", "-Werror"]
+PENDULUM = MODELS / "pendulum.lua"  # without rows
+DERIVATIVES = ("d_qdd", "d_qdd_free", "d_force", "d_statics", "d_rows")
+BLOCKS = ("q", "qd", "t", "x", "p")
+
+
+def emit(folder, model, *arguments):
+    """Name of the model, and the text of its header."""
+    done = refdyn("gen", model, "-o", folder, *arguments)
+    shutil.copy(SOURCE / "runtime" / "refdyn_model.h", folder)
+    name = re.match(r"\w+", done.stdout).group()
+    return name, (folder / f"{name}.h").read_text()
+
+
+def compile_and_run(folder, name, text, language=("-x", "c", "-std=c11")):
+    (folder / "caller.c").write_text(text)
+    subprocess.run(["gcc", *language, *STRICT, "caller.c", *sorted(path.name for path in folder.glob(f"{name}*.c")), "-o", "caller", "-lm"],
+                   cwd=folder, check=True)
+    return subprocess.run([folder / "caller"], capture_output=True, text=True, check=True).stdout
+
+
+# ---- constants ----
+
+TABLES = {"COORDINATE": ("coordinates[%s].name", "n"), "PARAMETER": ("parameters[%s].name", "parameter_count"),
+          "INPUT": ("inputs[%s].name", "input_count"), "POINT": ("points[%s]", "point_count"), "ROW": ("rows[%s].name", "m"),
+          "COURSE": ("courses[%s]", "course_count")}
+
+
+def places(header, name):
+    """Names of all constants of places, those of long runs written out by the preprocessor."""
+    done = subprocess.run(["gcc", "-E", "-P", "-"], input=header.replace('#include "refdyn_model.h"', ""), capture_output=True, text=True,
+                          check=True)
+    return re.findall(rf"\b{name}_({'|'.join(TABLES)})_(\w+) = ", done.stdout)
+
+
+def check_constants(folder, model, *arguments):
+    """Each constant leads to the entry of its name, and there is one for each entry."""
+    name, header = emit(folder, model, *arguments)
+    found = places(header, name)
+    table = f"{name}_model"
+    lines = [f'printf("%s %s\\n", "{kind} {entry}", {table}.{TABLES[kind][0] % f"{name}_{kind}_{entry}"});' for kind, entry in found]
+    sizes = ["n", "m", "parameter_count", "derived_count", "input_count", "point_count", "course_count"]
+    lines += [f'if ({name}_{size} != {table}.{size}) return 1;' for size in sizes]
+    counts = [f'if ({name}_{TABLES[kind][1]} != {sum(k == kind for k, _ in found)}) return 2;' for kind in TABLES]
+    struct = [f"if ({name}_parameter_bytes != (int)sizeof(struct {name}_parameters)) return 3;"] if "_defaults(" in header else []
+    text = f'#include "{name}.h"\n#include <stdio.h>\nint main(void) {{\n' + "\n".join(lines + counts + struct) + "\nreturn 0;\n}\n"
+    for line in compile_and_run(folder, name, text).splitlines():
+        _, constant, entry = line.split(" ", 2)
+        plain = re.sub(rb"\W", b"_", entry.encode()).decode()
+        assert constant == plain or re.fullmatch(re.escape(plain) + r"_\d+", constant), line
+    return found
+
+
+@pytest.mark.parametrize("model", all_models(), ids=lambda path: path.stem)
+def test_constants_of_every_model(model, tmp_path):
+    assert check_constants(tmp_path, model)
+
+
+@pytest.mark.parametrize("rfe", [2, 3, 9, 40])
+def test_constants_of_long_beams(rfe, tmp_path):
+    """Each element has its own, whether they are listed or made by one line for all of them."""
+    found = check_constants(tmp_path, REFERENCE, "--set", f"n_rfe={rfe}", "--set", "drive=input")
+    assert ("COORDINATE", f"arm_phi_{rfe - 1}") in found and ("INPUT", "tau") in found and ("POINT", "E") in found
+    assert sum(kind == "COORDINATE" for kind, _ in found) == 4 + 3 * (rfe - 1)
+
+
+def test_constants_of_any_name(tmp_path):
+    """Names of rows and courses are any text; constants stay different."""
+    (tmp_path / "odd.lua").write_text("""local rd = require "refdyn"
+return rd.model { name = "odd", gravity = { 0, 0, -9.81 }, links = {
+  { "a", joint = { "x", "psi" }, mass = 1, inertia = { zz = 1 } }, { "b", on = "a", joint = { "y", "z" }, mass = 1 } },
+  points = { terms = "b", row = "a" },
+  courses = function(s) return { ["a b"] = s.t, ["a-b"] = 2 * s.t, ["länge"] = s.t, ["1"] = s.t } end,
+  constraints = function(s) return { rd.position { s.q.a_x, name = "x & y" }, rd.position { s.q.b_y, name = "x | y" },
+    rd.velocity { s.qd.b_z, name = "x___y_2" } } end }
+""")
+    found = check_constants(tmp_path, tmp_path / "odd.lua")
+    assert [entry for kind, entry in found if kind == "ROW"] == ["x___y", "x___y_2", "x___y_2_2"]
+    name, header = emit(tmp_path, tmp_path / "odd.lua")
+    compile_and_run(tmp_path, name, f'#include "{name}.h"\nint main(void) {{ return 0; }}\n', ("-x", "c++", "-std=c++17"))
+
+
+# ---- local arrays ----
+
+def stack_usage(folder, name):
+    """Bytes of the stack frame of each function and of what is put into it, as gcc says it."""
+    subprocess.run(["gcc", "-std=c11", "-O0", "-fstack-usage", "-c", f"{name}.c"], cwd=folder, check=True)
+    usage = {}
+    for line in (folder / f"{name}.su").read_text().splitlines():
+        place, size, _ = line.split("\t")
+        usage[place.split(":")[-1]] = int(size)
+    return usage
+
+
+@pytest.mark.parametrize("settings", [["n_rfe=4"], ["n_rfe=40"], ["n_rfe=16", "program=none"]], ids=" ".join)
+def test_bytes_of_local_arrays(settings, tmp_path):
+    """What the header says is in the frames: those of the function, of its pieces and of what it calls."""
+    arguments = [word for setting in settings for word in ("--set", setting)]
+    name, header = emit(tmp_path, REFERENCE, *arguments, "--emit", "all,tangent,d_qdd")
+    table = {row[0]: int(row[1]) for row in re.findall(r"^ \*   (\w+) +\d+ +\d+ +\d+ +\d+ +(\d+)$", header, re.M)}
+    usage = stack_usage(tmp_path, name)
+    text = (tmp_path / f"{name}.c").read_text()
+    assert len(table) > 10 and max(table.values()) > 1000
+
+    def frames(function):
+        body = text[re.search(rf"^(static )?(void|double) {function}\([^;]*\{{$", text, re.M).end():]
+        body = body[:body.index("\n}\n")]
+        return usage[function] + sum(frames(called) for called in set(re.findall(rf"\b({name}_\w+)\(", body)))
+
+    for quantity, told in table.items():
+        real = frames(f"{name}_{quantity}")
+        assert told <= real, f"{quantity}: {told} bytes told, frames of {real}"
+        scalars = 0.6 * real + 4000  # at -O0 every named value has a place, too
+        assert told >= real - scalars, f"{quantity}: {told} bytes told, frames of {real}"
+
+
+# ---- qdd with rows and without ----
+
+def load(folder, name):
+    library = folder / f"{name}.so"
+    subprocess.run(["gcc", "-std=c11", "-O1", "-ffp-contract=off", "-fPIC", "-shared", *sorted(folder.glob(f"{name}*.c")), "-o", library,
+                    "-lm"], check=True)
+    return ctypes.CDLL(str(library))
+
+
+def call(library, name, quantity, n, count, parameters, inputs=0):
+    rng = numpy.random.default_rng(8)
+    q, qd, out = rng.uniform(-0.7, 0.7, n), rng.uniform(-1, 1, n), numpy.full(count, numpy.nan)
+    p, x = numpy.zeros(parameters + 1), rng.uniform(-1, 1, inputs + 1)
+    pointer = lambda array: array.ctypes.data_as(ctypes.c_void_p)
+    if parameters:
+        getattr(library, f"{name}_defaults")(pointer(p))
+    getattr(library, f"{name}_{quantity}")(pointer(p), pointer(x), ctypes.c_double(0.3), pointer(q), pointer(qd), pointer(out))
+    return out
+
+
+def constant(header, name, what):
+    return int(re.search(rf"{name}_{what} = (\d+)", header).group(1))
+
+
+@pytest.mark.parametrize("arguments", [["--emit", "qdd"], ["--emit", "qdd", "--fold"], ["--emit", "qdd,qdd_free"], []], ids=" ".join)
+def test_qdd_without_rows(arguments, tmp_path):
+    name, header = emit(tmp_path, PENDULUM, *arguments)
+    n, doubles = constant(header, name, "n"), constant(header, name, "parameter_bytes") // 8
+    library = load(tmp_path, name)
+    qdd = call(library, name, "qdd", n, n, doubles)
+    assert numpy.all(numpy.isfinite(qdd)) and numpy.array_equal(qdd, call(library, name, "qdd_free", n, n, doubles))
+
+
+@pytest.mark.parametrize("model", all_models(), ids=lambda path: path.stem)
+def test_qdd_of_every_model(model, tmp_path):
+    name, header = emit(tmp_path, model, "--emit", "qdd")
+    assert re.search(rf"^void {name}_qdd\(", header, re.M) and re.search(r"SET\(qdd\) \w+_qdd_doubles", (tmp_path / f"{name}.c").read_text())
+
+
+@pytest.mark.parametrize("emit_list, reason", [
+    ("u", "no constraints: u"), ("force,k", "no constraints: k force"), ("d_force", "no constraints in the corrected form: d_force"),
+    ("course", "no courses: course"), ("row_terms", "no constraints: row_terms"), ("d_qdd.x", "no variables of that kind: d_qdd"),
+    ("d_statics.qd", "no variables of that kind: d_statics"), ("constrained,d_rows", "no constraints: d_rows constrained")])
+def test_nothing_to_emit(emit_list, reason, tmp_path):
+    done = refdyn("gen", PENDULUM, "--emit", emit_list, "-o", tmp_path / "out", status=1)
+    assert done.stderr.splitlines() == [f"{PENDULUM}:10: --emit {emit_list}: nothing to emit, the model has {reason}"]
+    assert not (tmp_path / "out").exists() and done.stdout == ""
+
+
+def test_what_is_left_out_is_said(tmp_path):
+    done = refdyn("gen", PENDULUM, "--emit", "qdd,u,force", "-o", tmp_path)
+    assert "left out: no constraints: u force\n" in done.stdout
+
+
+# ---- derivatives by parts ----
+
+def parts_of(header, name, quantity):
+    """Names and sizes of the parts of a result."""
+    struct = re.search(rf"struct {name}_{quantity}_result {{\n(.*?)}};", header, re.S).group(1)
+    return [(part, int(size)) for part, size in re.findall(r"double (\w+)\[(\d+)\]", struct)]
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("whole")
+    name, header = emit(folder, REFERENCE, "--set", "n_rfe=2", "--set", "drive=input", "--emit", ",".join(DERIVATIVES))
+    return name, header, load(folder, name)
+
+
+@pytest.mark.parametrize("block", BLOCKS)
+@pytest.mark.parametrize("quantity", DERIVATIVES)
+def test_a_part_is_that_of_the_whole(whole, quantity, block, tmp_path):
+    name, header, library = whole
+    wanted = parts_of(header, name, quantity)
+    n, doubles = constant(header, name, "n"), constant(header, name, "parameter_bytes") // 8
+    all_values, at, expected = call(library, name, quantity, n, sum(size for _, size in wanted), doubles, 1), 0, []
+    for part, size in wanted:
+        if part.split("_")[-1] == block:
+            expected.append(all_values[at:at + size])
+        at += size
+    emission = [REFERENCE, "--set", "n_rfe=2", "--set", "drive=input", "--emit", f"{quantity}.{block}"]
+    if not expected:
+        refdyn("gen", *emission, "-o", tmp_path, status=1)
+        return
+    _, own_header = emit(tmp_path, *emission)
+    if block == "p":  # the parameters that this emission reads have a column each
+        order, own = ([entry for kind, entry in places(text, name) if kind == "PARAMETER"] for text in (header, own_header))
+        columns = [order.index(entry) for entry in own]
+        values = [part.reshape(-1, len(order))[:, columns].ravel() for part in expected]
+    else:
+        values = [part for part in expected]
+    values = numpy.concatenate(values)
+    found = call(load(tmp_path, name), name, quantity, n, len(values), constant(own_header, name, "parameter_bytes") // 8, 1)
+    assert numpy.max(abs(found - values)) <= 1e-12 * max(1, numpy.max(abs(values)))
+
+
+def test_a_part_costs_less(tmp_path):
+    counts = {}
+    for asked in ("d_qdd", "d_qdd.q", "d_qdd.x"):
+        out = refdyn("gen", REFERENCE, "--set", "drive=input", "--emit", asked, "-o", tmp_path / asked).stdout
+        counts[asked] = sum(map(int, re.search(r"^d_qdd +(\d+) +(\d+)", out, re.M).groups()))
+    assert counts["d_qdd.q"] < 0.6 * counts["d_qdd"] and counts["d_qdd.x"] < 0.15 * counts["d_qdd"]
+
+
+@pytest.mark.parametrize("word", ["d_qdd.z", "d_qdd.", ".q", "tangent.K", "qdd.q", "d_qdd.q.x", "d_qdd_free.Q", "d_rows.phi"])
+def test_no_such_part(word, tmp_path):
+    done = refdyn("gen", REFERENCE, "--emit", word, "-o", tmp_path / "out", status=2)
+    assert done.stderr.splitlines()[0] == (
+        f"refdyn gen: --emit: '{word}' is no part of a quantity: d_qdd d_qdd_free d_force d_statics d_rows have .q .qd .t .x .p")
