@@ -55,9 +55,6 @@ static bool is_identifier(const char *name) {
 static void check_name(const struct check *check, const char *kind, const struct named *named) {
     if (!*named->name)
         return; /* missing: the reader has said so */
-    if (!check_line(check->messages, named->place, memory_format(check->messages->memory, "name of %s", kind),
-                    named->name))
-        return;
     if (!is_identifier(named->name))
         complain(check->messages, named->place,
                  "%s \"%s\": no identifier of C, a letter and then letters, digits and _ are needed", kind,
@@ -350,8 +347,6 @@ static void check_potential(const struct check *check, const struct potential *p
 }
 
 static void check_course(const struct check *check, const struct course *course) {
-    if (!check_line(check->messages, course->place, "name in courses", course->name))
-        return;
     const char *path = memory_format(check->messages->memory, "courses.%s", course->name);
     if (strchr(course->name, ','))
         complain(check->messages, course->place,

@@ -163,15 +163,9 @@ expression parameter_expression(const struct declarations *declarations, int ind
     return symbol(declarations->graph, SYMBOL_PARAMETER, index, 0);
 }
 
-static void check_unit(const struct declarations *declarations, struct place place, const char *name,
-                       const char *unit) {
-    check_line(declarations->messages, place, memory_format(declarations->memory, "unit of %s", name), unit);
-}
-
 expression declare_parameter(struct declarations *declarations, struct place place, const char *name,
                              const struct value *standard, const char *unit) {
     struct parameter parameter = {.name = name, .unit = unit, .place = place};
-    check_unit(declarations, place, name, unit);
     set_standard(declarations, &parameter, standard);
     const char *text = setting_of(declarations, name);
     if (text && parse_number(text, &parameter.value))
@@ -208,7 +202,6 @@ void declare_parameters(struct declarations *declarations, const struct value *l
 expression declare_input(struct declarations *declarations, struct place place, const char *name,
                          double standard, const char *unit) {
     struct input input = {.name = name, .unit = unit, .place = place, .value = standard};
-    check_unit(declarations, place, name, unit);
     const char *text = setting_of(declarations, name);
     if (text && !parse_number(text, &input.value))
         complain_of_setting(declarations, name, text, "a number");

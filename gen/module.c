@@ -282,6 +282,13 @@ const char *module_function_name(struct memory *memory, int function) {
     return name;
 }
 
+bool module_has(struct memory *memory, const char *name) {
+    for (int i = 0; i < module_function_count(); i++)
+        if (strcmp(module_function_name(memory, i), name) == 0)
+            return true;
+    return false;
+}
+
 const char *module_unknown(struct memory *memory, const char *name) {
     const int functions_count = module_function_count();
     const char **known = memory_get(memory, (OWNER_COUNT + 4 + (size_t)functions_count) * sizeof *known);

@@ -20,6 +20,7 @@ struct module_call {
 
 int module_function_count(void);
 const char *module_function_name(struct memory *memory, int function);
+bool module_has(struct memory *memory, const char *name);
 /* What to say of a name that the module does not have. */
 const char *module_unknown(struct memory *memory, const char *name);
 void module_run(struct module_call *call);

@@ -144,6 +144,8 @@ void mark_tables(struct memory *memory, struct messages *messages, const char *f
                             .scanner = scanner_start(source, length),
                             .copied = source};
     struct token previous = {.kind = TOKEN_END};
+    write_out(&marker, "local " TABLE_MARK " <const> = ...; ",
+              strlen("local " TABLE_MARK " <const> = ...; "));
     for (;;) {
         struct token token = scan(&marker.scanner);
         if (token.kind == TOKEN_END)
