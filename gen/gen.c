@@ -23,6 +23,8 @@ static _Noreturn void out_of_memory(void *context) {
  * more. */
 static enum gen_status no_memory(struct generation *gen, const char *to_what_end) {
     const int megabytes = (int)(gen->memory.bound >> 20);
+    if (gen->messages.are_too_many)
+        return GEN_MODEL_ERROR;
     if (!gen->memory.is_over_bound)
         return GEN_NO_MEMORY;
     gen->memory.bound = 0;

@@ -10,7 +10,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { LONGEST_NAME = 63, LONGEST_TEXT = 2000 };
+enum { LONGEST_NAME = 40, LONGEST_TEXT = 2000 };
 
 /* ---- texts of authors ---- */
 
@@ -100,11 +100,9 @@ static void complain_of_character(struct messages *messages, struct place place,
         complain(messages, place, "%s: contains control character %d, a line of text is needed", what,
                  (int)code);
     else
-        complain(
-            messages, place,
-            "%s: contains U+%04X, which turns the direction of reading, a line of text that shows what it is "
-            "is needed",
-            what, code);
+        complain(messages, place,
+                 "%s: contains U+%04X, which turns the direction of reading, a line of plain text is needed",
+                 what, code);
 }
 
 bool check_line(struct messages *messages, struct place place, const char *what, const char *text,
@@ -124,21 +122,31 @@ static void put(struct messages *messages, struct place place, const char *text,
     messages->list[messages->count++] = (struct message){.place = place, .text = text, .is_error = is_error};
 }
 
+/* Says that there are more messages. An error ends the reading: the guesses of what was meant alone would
+ * take minutes for a million of them. */
+static void leave_out(struct messages *messages, struct place place, bool is_error) {
+    if (is_error || messages->count == MESSAGES_BOUND)
+        put(messages, (struct place){.file = place.file},
+            memory_format(messages->memory, "%smore than %d messages, the rest is left out",
+                          is_error ? "" : "warning: ", MESSAGES_BOUND),
+            is_error);
+    messages->are_too_many = is_error;
+    if (is_error)
+        messages->memory->fail(messages->memory->context);
+}
+
 static void keep(struct messages *messages, struct place place, bool is_error, const char *format,
                  va_list list) {
     char text[LONGEST_TEXT + 2];
     const char *lead = is_error ? "" : "warning: ";
     messages->errors += is_error;
-    if (messages->count > MESSAGES_BOUND)
-        return;
-    if (messages->count == MESSAGES_BOUND) {
-        put(messages, (struct place){.file = place.file}, "more messages than 2000, the rest is left out",
-            is_error);
-        return;
+    if (messages->count < MESSAGES_BOUND) {
+        snprintf(text, sizeof text, "%s", lead);
+        vsnprintf(text + strlen(lead), sizeof text - strlen(lead), format, list);
+        put(messages, place, safe_text(messages->memory, text, strlen(text)), is_error);
+    } else {
+        leave_out(messages, place, is_error);
     }
-    snprintf(text, sizeof text, "%s", lead);
-    vsnprintf(text + strlen(lead), sizeof text - strlen(lead), format, list);
-    put(messages, place, safe_text(messages->memory, text, strlen(text)), is_error);
 }
 
 void complain(struct messages *messages, struct place place, const char *format, ...) {
@@ -171,27 +179,39 @@ static int smaller(int a, int b) {
     return a < b ? a : b;
 }
 
-/* Least number of letters put in, left out, replaced or swapped with their neighbour that leads from a to b.
- */
-static int edit_distance(const char *a, const char *b) {
+/* What two names begin and end with alike is no part of their distance. */
+static void strip(const char **a, int *length_a, const char **b, int *length_b) {
+    while (*length_a > 0 && *length_b > 0 && **a == **b)
+        ++*a, ++*b, --*length_a, --*length_b;
+    while (*length_a > 0 && *length_b > 0 && (*a)[*length_a - 1] == (*b)[*length_b - 1])
+        --*length_a, --*length_b;
+}
+
+/* Least number of letters put in, left out, replaced or swapped with their neighbour that leads from a to b;
+ * `limit` where it is not less than that. */
+static int edit_distance(const char *a, const char *b, int limit) {
     int length_a = (int)strlen(a), length_b = (int)strlen(b);
+    strip(&a, &length_a, &b, &length_b);
     int rows[3][LONGEST_NAME + 1]; /* before the last, last and current row of the table of distances */
     int *before = rows[0], *last = rows[1], *now = rows[2];
     for (int j = 0; j <= length_b; j++)
         last[j] = j;
     for (int i = 1; i <= length_a; i++) {
-        now[0] = i;
+        int least = now[0] = i;
         for (int j = 1; j <= length_b; j++) {
             now[j] = smaller(smaller(last[j], now[j - 1]) + 1, last[j - 1] + (a[i - 1] != b[j - 1]));
             if (i > 1 && j > 1 && a[i - 1] == b[j - 2] && a[i - 2] == b[j - 1])
                 now[j] = smaller(now[j], before[j - 2] + 1);
+            least = smaller(least, now[j]);
         }
+        if (least > limit) /* a swap may take 1 from the row before */
+            return limit;
         int *oldest = before;
         before = last;
         last = now;
         now = oldest;
     }
-    return last[length_b];
+    return smaller(last[length_b], limit);
 }
 
 const char *nearest_name(const char *name, const char *const *known, int count) {
@@ -201,7 +221,9 @@ const char *nearest_name(const char *name, const char *const *known, int count) 
     const char *nearest = NULL;
     int least = (int)length / 3 + 2; /* farther than a third of the letters and one is no slip of the pen */
     for (int i = 0; i < count; i++) {
-        int distance = strlen(known[i]) > LONGEST_NAME ? least : edit_distance(name, known[i]);
+        const long apart = (long)strlen(known[i]) - (long)length;
+        const bool is_far = strlen(known[i]) > LONGEST_NAME || apart >= least || -apart >= least;
+        const int distance = is_far ? least : edit_distance(name, known[i], least);
         if (distance < least) {
             least = distance;
             nearest = known[i];

@@ -3,7 +3,8 @@
  *
  * Each is one line `FILE:LINE: what: fact, what is allowed`, `FILE: what ...` where it is about no line;
  * warnings start their text with `warning: `. Whatever an author's texts and file names hold, a message is a
- * line that can be shown. After MESSAGES_BOUND of them a last one says that there are more.
+ * line that can be shown. After MESSAGES_BOUND of them no more are kept, and an error ends the reading by
+ * memory.fail.
  */
 #ifndef REFDYN_GEN_MESSAGE_H
 #define REFDYN_GEN_MESSAGE_H
@@ -13,7 +14,7 @@
 
 struct memory;
 
-enum { MESSAGES_BOUND = 2000 };
+enum { MESSAGES_BOUND = 1000 };
 
 /* Where something stands in a model file; line 0: the file as a whole. */
 struct place {
@@ -31,6 +32,7 @@ struct messages {
     struct memory *memory;
     struct message *list;
     int count, capacity, errors;
+    bool are_too_many;
 };
 
 void complain(struct messages *messages, struct place place, const char *format, ...)

@@ -282,6 +282,20 @@ const char *module_function_name(struct memory *memory, int function) {
     return name;
 }
 
+bool module_evaluates(int function) {
+    static void (*const evaluating[])(struct module_call *) = {run_parameters, run_parameter, run_round,
+                                                               run_tube, run_rectangle};
+    for (size_t i = 0; function < FUNCTION_COUNT && i < sizeof evaluating / sizeof *evaluating; i++)
+        if (functions[function].run == evaluating[i])
+            return true;
+    return false;
+}
+
+bool module_takes_samples(int function) {
+    return function < FUNCTION_COUNT &&
+           (functions[function].run == run_spline || functions[function].run == run_path);
+}
+
 bool module_has(struct memory *memory, const char *name) {
     for (int i = 0; i < module_function_count(); i++)
         if (strcmp(module_function_name(memory, i), name) == 0)

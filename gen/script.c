@@ -34,10 +34,11 @@
 enum {
     STEPS_BETWEEN_CHECKS = 100,
     VALUE_BOUND = 1000000,
+    ENTRY_BOUND = 10000, /* of a table: names are compared with each other */
     DEPTH_BOUND = 32,
     TEXT_MEGABYTES = 4,
     ARGUMENTS_BOUND = 250, /* of a function with `...`, which any step may copy */
-    EXPRESSION_BOUND = 200000
+    EXPRESSION_BOUND = 100000
 };
 
 struct script {
@@ -55,6 +56,7 @@ struct script {
     int marks, tags; /* references of tables that give a table's number in `lines` and its tag */
     int events;      /* reference of a table that gives the copy that Lua uses of an author's metatable */
     int value_count;
+    bool has_samples; /* the list that is converted may be long */
     bool is_short_of_memory, is_text_too_long;
     bool is_told;             /* the reason of an error is in messages */
     struct place error_place; /* of the innermost line of the model's files when an error arose */
@@ -63,6 +65,14 @@ struct script {
 
 static struct script *script_of(lua_State *L) {
     return *(struct script **)lua_getextraspace(L);
+}
+
+/* Ends the script once it has done more than a model may. */
+static void stop_at_bound(lua_State *L) {
+    if (!work_is_over(&script_of(L)->work))
+        return;
+    lua_pushfstring(L, "more than %d million steps to read the model, a loop has no end?", WORK_MILLIONS);
+    lua_error(L);
 }
 
 /* Where the Lua function that called us stands. */
@@ -213,14 +223,16 @@ static void push_view(lua_State *L, struct view view) {
     luaL_setmetatable(L, VIEW);
 }
 
+static int name_count(const struct script *script) {
+    const struct declarations *declared = &script->declarations;
+    return declared->option_count + declared->parameter_count + declared->input_count;
+}
+
 /* Steps to look a name up among all that there are. */
 static double names_in(const struct script *script) {
-    const struct declarations *declared = &script->declarations;
     const struct model *model = script->names.model;
     const int in_model = model ? model->link_count + model->point_count + script->names.coordinate_count : 0;
-    return (declared->parameter_count + declared->input_count + in_model +
-            (double)script->graph->symbol_count) /
-           8;
+    return (name_count(script) + in_model + (double)script->graph->symbol_count) / 8;
 }
 
 static int index_view(lua_State *L) {
@@ -255,14 +267,18 @@ static int compare_texts(const void *a, const void *b) {
     return strcmp(*(const char *const *)a, *(const char *const *)b);
 }
 
-static int compare_names(const void *a, const void *b) {
-    const struct named_value *left = a, *right = b;
-    return strcmp(left->name, right->name);
+/* Complains about keys that are neither names nor positions, in the order of the types. */
+static void refuse_keys(lua_State *L, struct place place, const bool *has_type) {
+    for (int type = 0; type < LUA_NUMTYPES; type++)
+        if (has_type[type])
+            complain(script_of(L)->messages, place, "a table has a key of type %s, names and 1, 2, 3 ... are",
+                     lua_typename(L, type));
 }
 
 /* Counts list items and named entries; complains about what is neither. */
 static void count_entries(lua_State *L, int index, struct value *value) {
     struct messages *messages = script_of(L)->messages;
+    bool has_type[LUA_NUMTYPES] = {false}; /* of keys that are refused */
     lua_Integer largest = 0;
     lua_pushnil(L);
     while (lua_next(L, index)) {
@@ -273,10 +289,10 @@ static void count_entries(lua_State *L, int index, struct value *value) {
             value->item_count++;
             largest = lua_tointeger(L, -1) > largest ? lua_tointeger(L, -1) : largest;
         } else {
-            complain(messages, value->place, "a table has a key of type %s, names and 1, 2, 3 ... are",
-                     luaL_typename(L, -1));
+            has_type[lua_type(L, -1)] = true;
         }
     }
+    refuse_keys(L, value->place, has_type);
     if (largest == value->item_count)
         return;
     int gap = 1;
@@ -315,23 +331,52 @@ static void convert_items(lua_State *L, int index, int table, int depth, struct 
     }
 }
 
-static void convert_fields(lua_State *L, int index, int table, int depth, struct value *value) {
-    struct script *script = script_of(L);
-    value->fields = memory_get(script->memory, (size_t)value->field_count * sizeof *value->fields);
+/* A name as the table has it: the table keeps its text. */
+struct raw_name {
+    const char *text;
+    size_t length;
+};
+
+static int compare_raw_names(const void *a, const void *b) {
+    const struct raw_name *left = a, *right = b;
+    const int order =
+        memcmp(left->text, right->text, left->length < right->length ? left->length : right->length);
+    return order ? order : (left->length > right->length) - (left->length < right->length);
+}
+
+/* Lua's order is random; `count` names, in scratch. */
+static struct raw_name *sorted_names(lua_State *L, int index, int count) {
+    struct raw_name *names = memory_scratch(script_of(L)->memory, ((size_t)count + 1) * sizeof *names);
     int at = 0;
     lua_pushnil(L);
     while (lua_next(L, index)) {
-        if (lua_type(L, -2) == LUA_TSTRING) {
-            struct named_value *field = &value->fields[at++];
-            struct place place = value->place;
-            field->name = take_text(L, -2, value->place, "name");
-            int line = entry_line(&script->lines, table, field->name, 0);
-            place.line = line > 0 ? line : place.line;
-            convert(L, -1, place, depth, &field->value);
-        }
+        lua_pop(L, 1);
+        if (lua_type(L, -1) != LUA_TSTRING)
+            continue;
+        names[at].text = lua_tolstring(L, -1, &names[at].length);
+        at++;
+    }
+    qsort(names, (size_t)count, sizeof *names, compare_raw_names);
+    return names;
+}
+
+static void convert_fields(lua_State *L, int index, int table, int depth, struct value *value) {
+    struct script *script = script_of(L);
+    const struct memory_mark mark = memory_mark(script->memory);
+    const struct raw_name *names = sorted_names(L, index, value->field_count);
+    value->fields = memory_get(script->memory, (size_t)value->field_count * sizeof *value->fields);
+    for (int i = 0; i < value->field_count; i++) {
+        struct named_value *field = &value->fields[i];
+        struct place place = value->place;
+        lua_pushlstring(L, names[i].text, names[i].length);
+        field->name = take_text(L, -1, value->place, "name");
+        lua_rawget(L, index);
+        int line = entry_line(&script->lines, table, field->name, 0);
+        place.line = line > 0 ? line : place.line;
+        convert(L, -1, place, depth, &field->value);
         lua_pop(L, 1);
     }
-    qsort(value->fields, (size_t)value->field_count, sizeof *value->fields, compare_names);
+    memory_back(script->memory, mark);
 }
 
 static void convert_table(lua_State *L, int index, int depth, struct value *value) {
@@ -348,6 +393,8 @@ static void convert_table(lua_State *L, int index, int depth, struct value *valu
         value->tag = memory_text(script->memory, lua_tostring(L, -1));
     lua_pop(L, 1);
     count_entries(L, index, value);
+    if (value->item_count + value->field_count > ENTRY_BOUND && !script->has_samples)
+        stop_at(L, value->place, "more entries in a table than", ENTRY_BOUND);
     convert_items(L, index, table, depth + 1, value);
     convert_fields(L, index, table, depth + 1, value);
 }
@@ -442,10 +489,16 @@ static int call_module(lua_State *L) {
                                .function = (int)lua_tointeger(L, lua_upvalueindex(1)),
                                .arguments = arguments,
                                .argument_count = lua_gettop(L)};
-    work_add(&script_of(L)->work, names_in(script_of(L)) + script_of(L)->graph->count / 8.0);
+    struct script *script = script_of(L);
+    script->has_samples = module_takes_samples(call.function);
     for (int i = 0; i < call.argument_count && i < MOST_ARGUMENTS; i++)
         convert(L, i + 1, call.place, 0, &arguments[i]);
+    script->has_samples = false;
+    const int names = name_count(script);
     module_run(&call);
+    work_add(&script->work, (1.0 + name_count(script) - names) * names_in(script));
+    work_add(&script->work, module_evaluates(call.function) ? script->graph->count / 8.0 : 0);
+    stop_at_bound(L);
     if (call.fault)
         return luaL_error(L, "%s", call.fault);
     push_value(L, &call.result);
@@ -503,14 +556,6 @@ static void push_module(lua_State *L) {
 }
 
 /* ---- work ---- */
-
-/* Ends the script once it has done more than a model may. */
-static void stop_at_bound(lua_State *L) {
-    if (!work_is_over(&script_of(L)->work))
-        return;
-    lua_pushfstring(L, "more than %d million steps to read the model, a loop has no end?", WORK_MILLIONS);
-    lua_error(L);
-}
 
 /* Each call counts by its arguments, each return by its results. Any step of a function with `...` may copy
  * those. */
@@ -570,8 +615,13 @@ static double pattern_work(lua_State *L) {
     if (!lua_isstring(L, 1) || !lua_isstring(L, 2))
         return 0;
     const char *pattern = lua_tolstring(L, 2, &length);
-    const size_t replacement = lua_type(L, 3) == LUA_TSTRING ? lua_rawlen(L, 3) : 0;
-    return pattern_steps(lua_rawlen(L, 1), pattern, length, replacement);
+    return pattern_steps(lua_rawlen(L, 1), pattern, length);
+}
+
+/* Each place may be replaced: by a text that is read, by an entry of a table, by what a function gives. */
+static double replace_work(lua_State *L) {
+    const double replacement = lua_type(L, 3) == LUA_TSTRING ? (double)lua_rawlen(L, 3) / 10 : 0;
+    return pattern_work(L) + ((double)lua_rawlen(L, 1) + 1) * (8 + replacement);
 }
 
 static double find_work(lua_State *L) {
@@ -586,7 +636,7 @@ static double repeat_work(lua_State *L) {
 
 /* Of a format, and a number of 400 digits for each argument. */
 static double format_work(lua_State *L) {
-    return (double)lua_rawlen(L, 1) + 64.0 * lua_gettop(L);
+    return (double)lua_rawlen(L, 1) + 128.0 * lua_gettop(L);
 }
 
 static double text_work(lua_State *L) {
@@ -729,7 +779,7 @@ static const struct library_entry {
     {"string", "find", find_work, NULL},
     {"string", "format", format_work, NULL},
     {"string", "gmatch", pattern_work, NULL},
-    {"string", "gsub", pattern_work, NULL},
+    {"string", "gsub", replace_work, NULL},
     {"string", "len", NULL, NULL},
     {"string", "lower", text_work, NULL},
     {"string", "match", pattern_work, NULL},
@@ -799,6 +849,7 @@ static void check_math(lua_State *L, const char *name) {
 static int call_library(lua_State *L) {
     const struct library_entry *entry = lua_touserdata(L, lua_upvalueindex(1));
     struct work *work = &script_of(L)->work;
+    const bool is_global = strcmp(entry->library, LUA_GNAME) == 0;
     if (strcmp(entry->library, "math") == 0)
         check_math(L, entry->name);
     else if (strcmp(entry->library, "table") == 0)
@@ -807,9 +858,9 @@ static int call_library(lua_State *L) {
         check_format(L);
     work_add(work, entry->work ? entry->work(L) : 0);
     if (work_is_over(work))
-        return luaL_error(L,
-                          "%s.%s: more work than the %d million steps that a model may take while it is read",
-                          entry->library, entry->name, WORK_MILLIONS);
+        return luaL_error(
+            L, "%s%s%s: more work than the %d million steps that a model may take while it is read",
+            is_global ? "" : entry->library, is_global ? "" : ".", entry->name, WORK_MILLIONS);
     return lua_tocfunction(L, lua_upvalueindex(2))(L);
 }
 
@@ -1162,6 +1213,15 @@ static void fail_in_lua(void *context) {
     lua_error(script->L);
 }
 
+/* What Lua's own message leaves open. */
+static const char *hint_for(const char *text) {
+    if (strncmp(text, "bad 'for' ", 10) == 0 && strstr(text, "got " EXPRESSION))
+        return ": its value is not known while the model is read, that of an option (rd.option) is";
+    if (strncmp(text, "C stack overflow", 16) == 0)
+        return ": calls, parentheses, tables or blocks are nested too deep";
+    return "";
+}
+
 /*
  * Where an error arose: the place that its text begins with, else the innermost line of the model's files.
  * Texts of our own Lua lose the place there.
@@ -1174,13 +1234,7 @@ static void report(struct script *script, const char *text, size_t length) {
         rest = rest ? rest + 2 : text;
     }
     const char *safe = safe_text(script->memory, rest, length - (size_t)(rest - text));
-    const bool is_limit = strncmp(safe, "'for' ", 6) == 0 && strstr(safe, " must be a number");
-    complain(
-        script->messages, place, "%s%s", safe,
-        is_limit
-            ? ": parameters and expressions are not known while the model is read, rd.option gives a number "
-              "that is"
-            : "");
+    complain(script->messages, place, "%s%s", safe, hint_for(safe));
 }
 
 /* Lua calls it with an error before it leaves the functions that were running. */
@@ -1203,13 +1257,15 @@ static int note_place(lua_State *L) {
 /* An error that is no text, or memory. */
 static void report_error(struct script *script, int status) {
     lua_State *L = script->L;
+    size_t length;
+    const char *text = lua_tolstring(L, -1, &length); /* also of a number */
     if (script->is_text_too_long)
-        complain(script->messages, (struct place){.file = script->file}, "more than %d MB in one text",
-                 TEXT_MEGABYTES);
+        complain(script->messages, (struct place){.file = script->file},
+                 "a text of more than %d MB, shorter ones are needed", TEXT_MEGABYTES);
     else if (script->is_short_of_memory || status == LUA_ERRMEM)
         script->memory->fail(script->memory->context);
-    else if (lua_isstring(L, -1))
-        report(script, lua_tostring(L, -1), lua_rawlen(L, -1));
+    else if (text)
+        report(script, text, length);
     else if (!script->is_told)
         complain(script->messages, script->error_place,
                  "error(...) with a value of type %s, a text is needed", luaL_typename(L, -1));

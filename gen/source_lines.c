@@ -2,6 +2,7 @@
 #include "source_lines.h"
 #include "scanner.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 /* An open bracket or block; fields of a table are looked for only while the table is innermost. */
@@ -110,26 +111,33 @@ static void follow_symbol(struct marker *marker, const struct token *token, cons
     }
 }
 
-/* The line of an earlier entry with the same name, or 0. */
-static int earlier_line(const struct table_source *table, int entry) {
-    const char *name = table->entries[entry].name;
-    for (int i = 0; name && i < entry; i++)
-        if (table->entries[i].name && strcmp(table->entries[i].name, name) == 0)
-            return table->entries[i].line;
-    return 0;
+/* List items by number, then names; entries of one name by line. */
+static int compare_entries(const void *a, const void *b) {
+    const struct table_entry *left = a, *right = b;
+    if (!left->name || !right->name)
+        return left->name ? 1 : right->name ? -1 : left->index - right->index;
+    const int order = strcmp(left->name, right->name);
+    return order ? order : left->line - right->line;
 }
 
-static void complain_of_doubles(struct messages *messages, const char *file, const struct source_lines *lines,
-                                int first_table) {
-    for (int i = first_table; i < lines->count; i++) {
-        const struct table_source *table = &lines->tables[i];
-        for (int j = 0; j < table->count; j++) {
-            int first = earlier_line(table, j);
-            if (first > 0)
-                complain(messages, (struct place){.file = file, .line = table->entries[j].line},
-                         "%s: given twice in one table, the first time in line %d", table->entries[j].name,
-                         first);
-        }
+static void sort_entries(struct source_lines *lines, int first_table) {
+    for (int i = first_table; i < lines->count; i++)
+        if (lines->tables[i].count > 1)
+            qsort(lines->tables[i].entries, (size_t)lines->tables[i].count, sizeof(struct table_entry),
+                  compare_entries);
+}
+
+static void complain_of_doubles(struct messages *messages, const char *file,
+                                const struct table_source *table) {
+    const struct table_entry *first = table->entries;
+    for (int i = 1; i < table->count; i++) {
+        const struct table_entry *entry = &table->entries[i];
+        const bool is_double = entry->name && first->name && strcmp(entry->name, first->name) == 0;
+        if (is_double)
+            complain(messages, (struct place){.file = file, .line = entry->line},
+                     "%s: given twice in one table, the first time in line %d", entry->name, first->line);
+        else
+            first = entry;
     }
 }
 
@@ -160,17 +168,28 @@ void mark_tables(struct memory *memory, struct messages *messages, const char *f
         previous = token;
     }
     copy_up_to(&marker, source + length);
-    complain_of_doubles(messages, file, lines, first_table);
+    sort_entries(lines, first_table);
+    for (int i = first_table; i < lines->count; i++)
+        complain_of_doubles(messages, file, &lines->tables[i]);
 }
 
 int entry_line(const struct source_lines *lines, int table, const char *name, int index) {
     if (table < 0 || table >= lines->count)
         return 0;
     const struct table_source *source = &lines->tables[table];
-    for (int i = 0; i < source->count; i++) {
-        const struct table_entry *entry = &source->entries[i];
-        if (name ? entry->name && strcmp(entry->name, name) == 0 : !entry->name && entry->index == index)
-            return entry->line;
+    int low = 0, high = source->count; /* the first entry that is not less is among these */
+    const struct table_entry sought = {.name = name, .index = index};
+    while (low < high) {
+        const int middle = low + (high - low) / 2;
+        if (compare_entries(&source->entries[middle], &sought) < 0)
+            low = middle + 1;
+        else
+            high = middle;
     }
-    return 0;
+    if (low == source->count)
+        return 0;
+    const struct table_entry *found = &source->entries[low];
+    const bool is_it =
+        name ? found->name && strcmp(found->name, name) == 0 : !found->name && found->index == index;
+    return is_it ? found->line : 0;
 }

@@ -24,7 +24,7 @@ struct table_entry {
 struct table_source {
     const char *file;
     int line;
-    struct table_entry *entries;
+    struct table_entry *entries; /* list items in order, then names sorted */
     int count, capacity;
 };
 

@@ -10,7 +10,7 @@
 #include <string.h>
 
 /* What a step costs more for each so many bytes of the longest text, and where remainders are taken. */
-enum { TEXT_PER_STEP = 64, STEPS_OF_REMAINDER = 32 };
+enum { TEXT_PER_STEP = 64, STEPS_OF_REMAINDER = 48 };
 enum { STEPS_OF_CALL = 6, STEPS_OF_PIECE = 4, BYTES_PER_STEP = 32 };
 
 void work_add(struct work *work, double steps) {
@@ -25,7 +25,7 @@ void work_add_steps(struct work *work, int count) {
 
 void work_add_call(struct work *work, int count) {
     work_add_steps(work, 1);
-    work->steps += STEPS_OF_CALL + count;
+    work->steps += STEPS_OF_CALL + 2 * (double)count;
 }
 
 void work_add_memory(struct work *work, size_t bytes) {
@@ -36,13 +36,37 @@ void work_add_text(struct work *work, size_t length) {
     work->longest_text = length > work->longest_text ? length : work->longest_text;
 }
 
-/* Labels are looked for among all before them. */
+/* Blocks that are open while a source is scanned, to count functions within functions. Lua allows no more. */
+enum { BLOCKS = 200, STEPS_OF_OUTER = 30 };
+
+struct blocks {
+    bool is_function[BLOCKS];
+    int depth, functions;
+};
+
+static void follow_blocks(struct blocks *blocks, const struct token *token) {
+    const bool is_function = token_is(token, "function");
+    if ((is_function || token_is(token, "do") || token_is(token, "if")) && blocks->depth < BLOCKS) {
+        blocks->is_function[blocks->depth++] = is_function;
+        blocks->functions += is_function;
+    } else if (token_is(token, "end") && blocks->depth > 0) {
+        blocks->functions -= blocks->is_function[--blocks->depth];
+    }
+}
+
+/* Lua looks for a label among all before it, and for a name among the locals of all functions around it. */
 void work_add_source(struct work *work, const char *source, size_t length) {
     struct scanner scanner = scanner_start(source, length);
+    struct blocks blocks = {.depth = 0};
     double labels = 0;
     for (struct token token = scan(&scanner); token.kind != TOKEN_END; token = scan(&scanner)) {
-        labels += token.kind == TOKEN_SYMBOL && token_is(&token, "::");
-        work->has_remainders = work->has_remainders || (token.kind == TOKEN_SYMBOL && token_is(&token, "%"));
+        const bool is_symbol = token.kind == TOKEN_SYMBOL;
+        labels += is_symbol && token_is(&token, "::");
+        work->has_remainders = work->has_remainders || (is_symbol && token_is(&token, "%"));
+        if (token.kind == TOKEN_NAME)
+            work->steps += STEPS_OF_OUTER * blocks.functions;
+        else if (token.kind == TOKEN_WORD)
+            follow_blocks(&blocks, &token);
     }
     work->steps += (double)length + labels * labels / 10;
 }
@@ -65,10 +89,9 @@ static int repetitions(const char *pattern, size_t length) {
     return count;
 }
 
-double pattern_steps(size_t length, const char *pattern, size_t pattern_length, size_t replacement) {
+double pattern_steps(size_t length, const char *pattern, size_t pattern_length) {
     const double places = (double)length + 1;
-    return pow(places, 1 + repetitions(pattern, pattern_length)) * (8 + (double)pattern_length) / 80 +
-           places * (double)replacement / 10;
+    return pow(places, 1 + repetitions(pattern, pattern_length)) * (8 + (double)pattern_length) / 80;
 }
 
 double search_steps(size_t length, size_t searched) {

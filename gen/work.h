@@ -32,9 +32,8 @@ bool work_is_over(const struct work *work);
 /* A source that will be compiled, before that. */
 void work_add_source(struct work *work, const char *source, size_t length);
 
-/* Steps that the search for a pattern in a text of `length` bytes may take, when each match is replaced by
- * `replacement` bytes. */
-double pattern_steps(size_t length, const char *pattern, size_t pattern_length, size_t replacement);
+/* Steps that the search for a pattern in a text of `length` bytes may take. */
+double pattern_steps(size_t length, const char *pattern, size_t pattern_length);
 /* The same for a text that is searched as it is. */
 double search_steps(size_t length, size_t searched);
 

@@ -1,0 +1,5 @@
+-- Tries a call that adds an argument each time.
+local rd = require "refdyn"
+local function grow(...) return grow(1, ...) end
+grow()
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

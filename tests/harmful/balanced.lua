@@ -1,0 +1,5 @@
+-- Tries %b without a closing bracket, from every place of a long text.
+local rd = require "refdyn"
+local s = ("("):rep(1e6)
+s:find("%b()")
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

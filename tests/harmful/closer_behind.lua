@@ -1,0 +1,6 @@
+-- Tries to set the function that closes behind setmetatable.
+local rd = require "refdyn"
+local events = {}
+local last = setmetatable({}, events)
+events.__close = function() while true do end end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

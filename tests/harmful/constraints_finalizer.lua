@@ -1,0 +1,8 @@
+-- Tries a finalizer in constraints.
+local rd = require "refdyn"
+
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } },
+  constraints = function(s)
+    setmetatable({}, { __gc = function() while true do end end })
+    return {}
+  end }

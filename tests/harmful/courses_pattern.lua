@@ -1,0 +1,8 @@
+-- Tries a pattern without end in courses.
+local rd = require "refdyn"
+
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } },
+  courses = function(s)
+    local found = (("a"):rep(30)):find(("a?"):rep(30) .. ("a"):rep(30) .. "b")
+    return {}
+  end }

@@ -1,0 +1,6 @@
+-- Tries to take the globals away.
+local rd = require "refdyn"
+local _ENV = {}
+local t = { 1, 2 }
+local n = string.rep
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

@@ -1,0 +1,6 @@
+-- Tries an equality that compares again.
+local rd = require "refdyn"
+local events = {}
+events.__eq = function(a, b) return setmetatable({}, events) == setmetatable({}, events) end
+local same = setmetatable({}, events) == setmetatable({}, events)
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

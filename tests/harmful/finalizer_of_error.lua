@@ -1,0 +1,6 @@
+-- Tries to run a finalizer when an error ends the model.
+local rd = require "refdyn"
+local events = { __gc = false }
+setmetatable({}, events)
+error("done")
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

@@ -1,0 +1,5 @@
+-- Tries to search a long text in a longer one of the same letter.
+local rd = require "refdyn"
+local s, what = ("a"):rep(1e6), ("a"):rep(5e5) .. "b"
+for i = 1, 1e6 do s:find(what, 1, true) end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

@@ -1,0 +1,4 @@
+-- Tries a loop over all integers.
+local rd = require "refdyn"
+for i = math.mininteger, math.maxinteger do end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

@@ -1,0 +1,4 @@
+-- Tries to change the events of the globals.
+local rd = require "refdyn"
+setmetatable(_G, nil)
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

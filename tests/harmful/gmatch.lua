@@ -1,0 +1,5 @@
+-- Tries a search of quadratic time in a loop that looks harmless.
+local rd = require "refdyn"
+local s = ("a"):rep(1e5)
+for a in s:gmatch("a-b") do end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

@@ -1,0 +1,5 @@
+-- Tries to build nothing from a long replacement at every place.
+local rd = require "refdyn"
+local s, by = ("x"):rep(1e5), ("%1"):rep(1e5)
+s:gsub("()", by)
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

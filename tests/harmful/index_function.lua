@@ -1,0 +1,6 @@
+-- Tries an index by a function that looks again.
+local rd = require "refdyn"
+local t = {}
+setmetatable(t, { __index = function(t, k) return t[k + 1] end })
+local n = t[1]
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

@@ -1,0 +1,6 @@
+-- Tries an order that compares again.
+local rd = require "refdyn"
+local events = {}
+events.__lt = function(a, b) return a < b end
+local less = setmetatable({}, events) < setmetatable({}, events)
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

@@ -1,0 +1,4 @@
+-- Tries __pairs, which would run in no order of ours.
+local rd = require "refdyn"
+setmetatable({}, { __pairs = function() while true do end end })
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

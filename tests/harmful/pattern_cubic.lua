@@ -1,0 +1,5 @@
+-- Tries a pattern whose parts can share a text in many ways.
+local rd = require "refdyn"
+local s = ("a"):rep(3000)
+s:match(".-.-.-b")
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

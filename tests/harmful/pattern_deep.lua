@@ -1,0 +1,5 @@
+-- Tries to let the matching of a pattern recurse too deep.
+local rd = require "refdyn"
+local s = ("a"):rep(1e5)
+s:match(("(a)"):rep(30) .. ("a?"):rep(1e4))
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

@@ -1,0 +1,6 @@
+-- Tries to sort by an order that contradicts itself.
+local rd = require "refdyn"
+local t = {}
+for i = 1, 1e6 do t[i] = i end
+table.sort(t, function(a, b) return true end)
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

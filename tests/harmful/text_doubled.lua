@@ -1,0 +1,5 @@
+-- Tries a text that doubles.
+local rd = require "refdyn"
+local s = "x"
+while true do s = s .. s end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

@@ -1,0 +1,5 @@
+-- Tries a text that grows by a letter.
+local rd = require "refdyn"
+local s = ""
+while true do s = s .. "x" end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

@@ -1,0 +1,5 @@
+-- Tries to order a long text and itself.
+local rd = require "refdyn"
+local a, n = ("x"):rep(3e6), 0
+for i = 1, 1e7 do if a < a then n = n + 1 end end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

@@ -1,0 +1,5 @@
+-- Tries many texts of some kB.
+local rd = require "refdyn"
+local t = {}
+for i = 1, 1e9 do t[i] = ("x"):rep(4000) .. i end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

@@ -1,0 +1,6 @@
+-- Tries a text that asks for itself.
+local rd = require "refdyn"
+local events = {}
+events.__tostring = function(t) return tostring(t) end
+tostring(setmetatable({}, events))
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

@@ -1,0 +1,7 @@
+-- expect: 6: attempt to perform arithmetic on a nil value
+local rd = require "refdyn"
+local p = rd.parameters { { "n", 3 } }
+return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },
+  forces = function(s)
+    return { a_x = tonumber(s.t) + 1 }
+  end }

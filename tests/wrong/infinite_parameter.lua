@@ -1,0 +1,5 @@
+-- expect: 4: parameter m: value inf, a finite number is needed
+-- expect: 5: links[1].mass: value inf, a finite number is needed
+local rd = require "refdyn"
+local p = rd.parameters { { "m", 1e400, "kg" } }
+return rd.model { name = "wrong", links = { { "a", joint = "x", mass = p.m } } }
