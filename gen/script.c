@@ -210,11 +210,6 @@ static int refuse_event(lua_State *L) {
     return luaL_error(L, refused_events[lua_tointeger(L, lua_upvalueindex(1))].fault);
 }
 
-static int name_expression(lua_State *L) {
-    lua_pushliteral(L, EXPRESSION);
-    return 1;
-}
-
 /* ---- what functions see as s and p ---- */
 
 static void push_view(lua_State *L, struct view view) {
@@ -593,7 +588,7 @@ static double range_steps(lua_State *L, int first, int last) {
 }
 
 static double concat_steps(lua_State *L) {
-    return range_steps(L, 3, 4);
+    return 4 * range_steps(L, 3, 4);
 }
 
 static double unpack_steps(lua_State *L) {
@@ -636,7 +631,7 @@ static double repeat_work(lua_State *L) {
 
 /* Of a format, and a number of 400 digits for each argument. */
 static double format_work(lua_State *L) {
-    return (double)lua_rawlen(L, 1) + 128.0 * lua_gettop(L);
+    return (double)lua_rawlen(L, 1) + 256.0 * lua_gettop(L);
 }
 
 static double text_work(lua_State *L) {
@@ -688,7 +683,6 @@ static void check_format(lua_State *L) {
         luaL_error(L, "string.format: %%p shows an address, which differs from run to run");
 }
 
-static void check_math(lua_State *L, const char *name);
 static void check_length(lua_State *L, const char *name) {
     if (lua_type(L, 1) == LUA_TTABLE && luaL_getmetafield(L, 1, "__len") != LUA_TNIL)
         luaL_error(L, "table.%s: the table has __len, one without is needed", name);
@@ -833,34 +827,43 @@ static const struct library_entry {
 
 enum { LIBRARY_COUNT = sizeof library / sizeof *library };
 
-/* math.* of an expression would fail with a puzzle: names the function to use. */
-static void check_math(lua_State *L, const char *name) {
+static const char *full_name(lua_State *L, const struct library_entry *entry) {
+    const bool is_global = strcmp(entry->library, LUA_GNAME) == 0;
+    return is_global ? entry->name
+                     : memory_format(script_of(L)->memory, "%s.%s", entry->library, entry->name);
+}
+
+static bool takes_numbers(const struct library_entry *entry) {
+    return strcmp(entry->library, LUA_MATHLIBNAME) == 0 || strcmp(entry->name, "tonumber") == 0 ||
+           strcmp(entry->name, "tostring") == 0;
+}
+
+/* A function of numbers, given an expression, would fail with a puzzle: names the function to use. */
+static void check_expressions(lua_State *L, const struct library_entry *entry) {
     expression e;
     for (int i = 1; i <= lua_gettop(L); i++)
         if (lua_type(L, i) == LUA_TUSERDATA && get_expression(L, i, &e))
             luaL_error(L,
-                       module_has(script_of(L)->memory, name)
-                           ? "math.%s of an expression: use rd.%s"
-                           : "math.%s of an expression: its value is not known while the model is read",
-                       name, name);
+                       module_has(script_of(L)->memory, entry->name)
+                           ? "%s of an expression: use rd.%s"
+                           : "%s of an expression: its value is not known while the model is read",
+                       full_name(L, entry), entry->name);
 }
 
 /* Upvalues: the entry of the table above, and the function. */
 static int call_library(lua_State *L) {
     const struct library_entry *entry = lua_touserdata(L, lua_upvalueindex(1));
     struct work *work = &script_of(L)->work;
-    const bool is_global = strcmp(entry->library, LUA_GNAME) == 0;
-    if (strcmp(entry->library, "math") == 0)
-        check_math(L, entry->name);
-    else if (strcmp(entry->library, "table") == 0)
+    if (takes_numbers(entry))
+        check_expressions(L, entry);
+    else if (strcmp(entry->library, LUA_TABLIBNAME) == 0)
         check_length(L, entry->name);
     else if (entry->work == format_work)
         check_format(L);
     work_add(work, entry->work ? entry->work(L) : 0);
     if (work_is_over(work))
-        return luaL_error(
-            L, "%s%s%s: more work than the %d million steps that a model may take while it is read",
-            is_global ? "" : entry->library, is_global ? "" : ".", entry->name, WORK_MILLIONS);
+        return luaL_error(L, "%s: more work than the %d million steps that a model may take while it is read",
+                          full_name(L, entry), WORK_MILLIONS);
     return lua_tocfunction(L, lua_upvalueindex(2))(L);
 }
 
@@ -1150,8 +1153,6 @@ static void make_expressions(lua_State *L) {
     } operators[] = {{"__add", OP_ADD}, {"__sub", OP_SUB}, {"__mul", OP_MUL},
                      {"__div", OP_DIV}, {"__unm", OP_NEG}, {"__pow", OP_POW}};
     new_metatable(L, EXPRESSION);
-    lua_pushcfunction(L, name_expression);
-    lua_setfield(L, -2, "__tostring");
     for (size_t i = 0; i < sizeof refused_events / sizeof *refused_events; i++) {
         lua_pushinteger(L, (lua_Integer)i);
         lua_pushcclosure(L, refuse_event, 1);
@@ -1372,6 +1373,17 @@ static bool read_main(struct script *script) {
     return !fault;
 }
 
+/* Values of --set are texts of the model, too. */
+static void check_settings(const struct read_request *request, struct messages *messages) {
+    for (int i = 0; i < request->setting_count; i++) {
+        const struct setting *setting = &request->settings[i];
+        const char *shown = safe_text(messages->memory, setting->value, strlen(setting->value));
+        check_line(messages, (struct place){.file = request->file},
+                   memory_format(messages->memory, "--set %s \"%s\"", setting->name, shown), setting->value,
+                   strlen(setting->value));
+    }
+}
+
 struct script *script_open(struct memory *memory, struct graph *graph, const struct read_request *request,
                            struct messages *messages) {
     struct script *script = memory_get(memory, sizeof *script);
@@ -1379,6 +1391,7 @@ struct script *script_open(struct memory *memory, struct graph *graph, const str
     script->pool = (struct pool){.memory = memory};
     declarations_start(&script->declarations, memory, graph, request, messages);
     script->names.declarations = &script->declarations;
+    check_settings(request, messages);
     if (!read_main(script))
         return NULL;
     script->L = lua_newstate(allocate, script);

@@ -9,23 +9,24 @@
 #include <math.h>
 #include <string.h>
 
-/* What a step costs more for each so many bytes of the longest text, and where remainders are taken. */
-enum { TEXT_PER_STEP = 64, STEPS_OF_REMAINDER = 48 };
-enum { STEPS_OF_CALL = 6, STEPS_OF_PIECE = 4, BYTES_PER_STEP = 32 };
+/* What a step costs more for each so many bytes of the longest text, beyond a short one, and where remainders
+ * are taken. */
+enum { SHORT_TEXT = 512, TEXT_PER_STEP = 64, STEPS_OF_REMAINDER = 48 };
+enum { STEPS_OF_CALL = 6, STEPS_OF_PIECE = 4, BYTES_PER_STEP = 16 };
 
 void work_add(struct work *work, double steps) {
     work->steps += steps;
 }
 
 void work_add_steps(struct work *work, int count) {
-    const double price = 1 + (double)(work->longest_text / TEXT_PER_STEP) +
-                         (work->has_remainders ? (double)STEPS_OF_REMAINDER : 0);
-    work->steps += count * price;
+    const size_t length = work->longest_text > SHORT_TEXT ? work->longest_text - SHORT_TEXT : 0;
+    const double remainder = work->has_remainders ? STEPS_OF_REMAINDER : 0;
+    work->steps += count * (1 + remainder + (double)(length / TEXT_PER_STEP));
 }
 
 void work_add_call(struct work *work, int count) {
     work_add_steps(work, 1);
-    work->steps += STEPS_OF_CALL + 2 * (double)count;
+    work->steps += STEPS_OF_CALL + 4 * (double)count;
 }
 
 void work_add_memory(struct work *work, size_t bytes) {

@@ -1,3 +1,4 @@
+-- expect: 7: a function is called with more than 250 arguments for `...`, a table can hold them
 -- Tries a function that copies its many arguments at every step.
 local rd = require "refdyn"
 local t = {}

@@ -1,3 +1,4 @@
+-- expect: 8: more different expressions in the model than 100000
 -- Tries a thousand courses in time with kinks.
 local rd = require "refdyn"
 

@@ -1,3 +1,4 @@
+-- expect: 5: setmetatable: __call is of type table, a function is needed
 -- Tries a chain of 100,000 tables that call each other.
 local rd = require "refdyn"
 local f = function() end

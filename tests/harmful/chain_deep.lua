@@ -1,3 +1,4 @@
+-- expect: 8: more different expressions in the model than 100000
 -- Tries an expression 190,000 deep.
 local rd = require "refdyn"
 

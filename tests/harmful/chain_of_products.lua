@@ -1,3 +1,4 @@
+-- expect: 8: more different expressions in the model than 100000
 -- Tries an expression 90,000 deep of products.
 local rd = require "refdyn"
 

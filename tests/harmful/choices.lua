@@ -1,3 +1,4 @@
+-- expect: 4: more entries in a table than 10000
 -- Tries an option of 100,000 choices.
 local rd = require "refdyn"
 local t = {}

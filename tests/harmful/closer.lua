@@ -1,3 +1,4 @@
+-- expect: 5: setmetatable: __close is not allowed in a model
 -- Tries to run an endless function when a variable goes out of scope.
 local rd = require "refdyn"
 do

@@ -1,3 +1,4 @@
+-- expect: 6: deep
 -- Tries to keep Lua busy while an error unwinds 150,000 calls.
 local rd = require "refdyn"
 local function deep(n)

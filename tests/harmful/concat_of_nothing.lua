@@ -1,3 +1,4 @@
+-- expect: 6: table.concat: more work than the 100 million steps that a model may take while it is read
 -- Tries to let table.concat pass through a million empty texts again and again.
 local rd = require "refdyn"
 local t = {}

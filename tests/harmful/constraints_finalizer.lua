@@ -1,3 +1,4 @@
+-- expect: 7: setmetatable: __gc is not allowed in a model
 -- Tries a finalizer in constraints.
 local rd = require "refdyn"
 

@@ -1,3 +1,4 @@
+-- expect: 8: more different expressions in the model than 100000
 -- Tries 100,000 courses.
 local rd = require "refdyn"
 

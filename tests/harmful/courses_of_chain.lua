@@ -1,3 +1,4 @@
+-- expect: 8: more different expressions in the model than 100000
 -- Tries 300 courses of one deep expression.
 local rd = require "refdyn"
 

@@ -1,3 +1,4 @@
+-- expect: 7: string.find: more work than the 100 million steps that a model may take while it is read
 -- Tries a pattern without end in courses.
 local rd = require "refdyn"
 

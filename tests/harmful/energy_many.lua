@@ -1,3 +1,4 @@
+-- expect of gen: 0: more than 448 MB of memory to derive its equations
 -- Tries 3,000 energies.
 local rd = require "refdyn"
 

@@ -1,3 +1,4 @@
+-- expect: 6: attempt to index a nil value (global 'string')
 -- Tries to take the globals away.
 local rd = require "refdyn"
 local _ENV = {}

@@ -1,3 +1,4 @@
+-- expect: 5: attempt to index a string value
 -- Tries to reach the events of expressions.
 local rd = require "refdyn"
 local p = rd.parameters { { "m", 1 } }

@@ -1,3 +1,4 @@
+-- expect: 6: more different expressions in the model than 100000
 -- Tries expressions without end.
 local rd = require "refdyn"
 local p = rd.parameters { { "m", 1 } }

@@ -1,3 +1,4 @@
+-- expect: 4: more entries in a table than 10000
 -- Tries a table of 100,000 unknown fields.
 local rd = require "refdyn"
 local t = { "a", joint = "x", mass = 1 }

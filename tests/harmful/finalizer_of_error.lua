@@ -1,3 +1,4 @@
+-- expect: 5: setmetatable: __gc is not allowed in a model
 -- Tries to run a finalizer when an error ends the model.
 local rd = require "refdyn"
 local events = { __gc = false }

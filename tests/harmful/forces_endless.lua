@@ -1,3 +1,4 @@
+-- expect: 7: more than 100 million steps to read the model, a loop has no end?
 -- Tries to run forces without end.
 local rd = require "refdyn"
 

@@ -1,3 +1,4 @@
+-- expect: 8: more different expressions in the model than 100000
 -- Tries expressions without end in forces.
 local rd = require "refdyn"
 

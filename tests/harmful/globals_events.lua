@@ -1,3 +1,4 @@
+-- expect: 4: setmetatable: the metatable of the globals cannot be changed
 -- Tries to change the events of the globals.
 local rd = require "refdyn"
 setmetatable(_G, nil)

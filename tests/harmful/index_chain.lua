@@ -1,3 +1,4 @@
+-- expect: 7: C stack overflow: calls, parentheses, tables or blocks are nested too deep
 -- Tries a chain of 2,000 tables that look in each other.
 local rd = require "refdyn"
 local base = {}

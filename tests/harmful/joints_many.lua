@@ -1,3 +1,4 @@
+-- expect: 4: more entries in a table than 10000
 -- Tries a link of 100,000 joints.
 local rd = require "refdyn"
 local t = {}

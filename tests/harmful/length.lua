@@ -1,3 +1,4 @@
+-- expect: 6: more than 100 million steps to read the model, a loop has no end?
 -- Tries the length of a list in a loop.
 local rd = require "refdyn"
 local t, n = {}, 0

@@ -1,3 +1,4 @@
+-- expect: 5: C stack overflow: calls, parentheses, tables or blocks are nested too deep
 -- Tries a length that asks for itself.
 local rd = require "refdyn"
 local events = {}

@@ -1,3 +1,4 @@
+-- expect: 0: more than 256 MB of memory to read the model
 -- Tries tables of tables.
 local rd = require "refdyn"
 local t = {}

@@ -1,3 +1,4 @@
+-- expect: 6: table.move: more work than the 100 million steps that a model may take while it is read
 -- Tries to move a million entries to and fro.
 local rd = require "refdyn"
 local t = {}

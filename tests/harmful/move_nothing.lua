@@ -1,3 +1,4 @@
+-- expect: 5: table.move: more work than the 100 million steps that a model may take while it is read
 -- Tries to move entries that are not there.
 local rd = require "refdyn"
 local t = {}

@@ -1,3 +1,4 @@
+-- expect: 4: more entries in a table than 10000
 -- Tries 100,000 names that are not there.
 local rd = require "refdyn"
 local t = {}

@@ -1,3 +1,4 @@
+-- expect: 6: C stack overflow: calls, parentheses, tables or blocks are nested too deep
 -- Tries a table that writes to itself.
 local rd = require "refdyn"
 local t = {}

@@ -1,3 +1,4 @@
+-- expect: 4: setmetatable: __pairs is not allowed in a model
 -- Tries __pairs, which would run in no order of ours.
 local rd = require "refdyn"
 setmetatable({}, { __pairs = function() while true do end end })

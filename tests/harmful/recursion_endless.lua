@@ -1,3 +1,4 @@
+-- expect: 4: stack overflow
 -- Tries a function that calls itself.
 local rd = require "refdyn"
 local function f(n) return 1 + f(n + 1) end

@@ -1,3 +1,4 @@
+-- expect: 5: math.fmod: more work than the 100 million steps that a model may take while it is read
 -- Tries the same by math.fmod.
 local rd = require "refdyn"
 local x, f = 0, math.fmod

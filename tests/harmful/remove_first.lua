@@ -1,3 +1,4 @@
+-- expect: 6: table.remove: more work than the 100 million steps that a model may take while it is read
 -- Tries to take entries from the front of a long list.
 local rd = require "refdyn"
 local t = {}

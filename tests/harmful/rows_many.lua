@@ -1,3 +1,4 @@
+-- expect: 7: more entries in a table than 10000
 -- Tries 20,000 rows.
 local rd = require "refdyn"
 

@@ -1,3 +1,4 @@
+-- expect: 4: more entries in a table than 10000
 -- Tries a beam of 100,000 segments.
 local rd = require "refdyn"
 local t = {}

@@ -1,3 +1,4 @@
+-- expect: 4: tables nested deeper than 32
 -- Tries a table that holds itself many times.
 local rd = require "refdyn"
 local t = {}

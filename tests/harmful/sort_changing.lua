@@ -1,3 +1,4 @@
+-- expect: 6: attempt to compare number with nil
 -- Tries to change a list while it is sorted.
 local rd = require "refdyn"
 local t = {}

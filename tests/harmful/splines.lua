@@ -1,3 +1,4 @@
+-- expect: 4: more values in the model than 1000000
 -- Tries splines without end.
 local rd = require "refdyn"
 local t = {}

@@ -1,3 +1,4 @@
+-- expect: 8: more different expressions in the model than 100000
 -- Tries a sum of 60,000 terms.
 local rd = require "refdyn"
 

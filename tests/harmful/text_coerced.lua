@@ -1,3 +1,4 @@
+-- expect: 5: attempt to perform bitwise operation on a string value (local 'a')
 -- Tries to take a long text for a number.
 local rd = require "refdyn"
 local a, n = "0x" .. ("f"):rep(1e6), 0

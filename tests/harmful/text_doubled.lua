@@ -1,3 +1,4 @@
+-- expect: 0: a text of more than 4 MB, shorter ones are needed
 -- Tries a text that doubles.
 local rd = require "refdyn"
 local s = "x"
