@@ -180,6 +180,16 @@ def test_file_name_in_messages(tmp_path):
     assert said == f"mo\\n\\u{{202E}}del\\x1B[31m.lua:5: {STEPS}\n"
 
 
+def test_bytes_of_a_file(tmp_path):
+    """A file in another encoding than UTF-8: its texts are refused where they are read."""
+    work = work_folder(tmp_path)
+    (work / "model.lua").write_bytes(b"""local rd = require "refdyn"
+local p = rd.parameters { { "m", 1, "k\xe9g" } } -- \xe9
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = p.m } } }
+""")
+    refuse(tmp_path, "model.lua", ':2: text "k\\xE9g": contains byte 233, which is not UTF-8, a line of text is needed')
+
+
 def test_settings_are_texts(tmp_path):
     """What --set gives an option passes the same checks as a text of the file."""
     work = work_folder(tmp_path)
