@@ -1,7 +1,7 @@
 /*
  * The part of the sandbox of model files that is written in Lua. Runs once, with the module, a function that
- * compiles a file beside the model, one that marks tables, which such a file takes, and table.sort as arguments;
- * what it leaves in its globals, script.c gives to the model.
+ * compiles a file beside the model, one that marks tables, which such a file takes, and table.sort as
+ * arguments; what it leaves in its globals, script.c gives to the model.
  *
  * `pairs` goes through a table in one order on every run: numbers upward, then names.
  */
@@ -30,7 +30,8 @@ static const char sandbox_source[] =
     "\n"
     "function pairs(t)\n"
     "  local kind = type(t)\n"
-    "  if kind == 'userdata' then error('pairs: an expression or a group of values, a table is needed', 0) end\n"
+    "  if kind == 'userdata' then error('pairs: an expression or a group of values, a table is needed', 0) "
+    "end\n"
     "  if kind ~= 'table' then error('pairs: ' .. kind .. ', a table is needed', 0) end\n"
     "  local keys, at = sorted_keys(t), 0\n"
     "  return function()\n"
