@@ -259,8 +259,6 @@ static void check_potential(const struct check *check, const struct potential *p
 }
 
 static void check_course(const struct check *check, const struct course *course) {
-    if (!check_line(check->messages, course->place, "name in courses", course->name))
-        return;
     const char *path = memory_format(check->messages->memory, "courses.%s", course->name);
     if (!*course->name)
         complain(check->messages, course->place, "courses: an empty name, that of a column is needed");

@@ -161,9 +161,11 @@ struct value declare_option(struct declarations *declarations, struct place plac
     struct memory *memory = declarations->memory;
     const char *text = setting_of(declarations, "option", name);
     struct value value = text ? option_from_text(declarations, name, standard, text) : *standard;
-    if (standard->kind == VALUE_NUMBER && !isfinite(standard->number))
+    if (standard->kind == VALUE_NUMBER && !isfinite(standard->number)) {
         complain(declarations->messages, place, "option %s: value %s, a finite number is needed", name,
                  not_finite_text(standard->number));
+        value.number = text ? value.number : 1; /* what follows from it is not told again */
+    }
     if (allowed && is_range_or_list(declarations, name, standard, allowed) &&
         !is_allowed(memory, &value, allowed)) {
         complain(declarations->messages, text ? command_line(declarations) : place,
@@ -249,15 +251,9 @@ expression parameter_expression(const struct declarations *declarations, int ind
     return symbol(declarations->graph, SYMBOL_PARAMETER, index, 0);
 }
 
-static void check_unit(const struct declarations *declarations, struct place place, const char *name,
-                       const char *unit) {
-    check_line(declarations->messages, place, memory_format(declarations->memory, "unit of %s", name), unit);
-}
-
 expression declare_parameter(struct declarations *declarations, struct place place, const char *name,
                              const struct value *standard, const char *unit) {
     struct parameter parameter = {.name = name, .unit = unit, .place = place};
-    check_unit(declarations, place, name, unit);
     set_standard(declarations, &parameter, standard);
     const char *text = setting_of(declarations, "parameter", name);
     if (text && number_of_text(text, &parameter.value))
@@ -305,7 +301,6 @@ void declare_parameters(struct declarations *declarations, const struct value *l
 expression declare_input(struct declarations *declarations, struct place place, const char *name,
                          double standard, const char *unit) {
     struct input input = {.name = name, .unit = unit, .place = place, .value = standard};
-    check_unit(declarations, place, name, unit);
     const char *text = setting_of(declarations, "input", name);
     if (text && !number_of_text(text, &input.value))
         complain_of_setting(declarations, name, text, "a number");

@@ -2,6 +2,7 @@
 #include "doubts.h"
 #include "scanner.h"
 
+#include <stdint.h>
 #include <string.h>
 
 /* A name that stands for an expression, or for a group of them. */
@@ -16,8 +17,8 @@ struct search {
     const char *file;
     struct token *tokens; /* the last is TOKEN_END */
     int count, capacity;
-    struct known *known;
-    int known_count, known_capacity;
+    struct known *known; /* a hash table, twice as long as there are tokens; without a name: empty */
+    size_t known_size;
 };
 
 static bool is(const struct search *search, int index, const char *text) {
@@ -33,19 +34,26 @@ static bool same_text(const struct token *a, const struct token *b) {
     return length == (size_t)(b->end - b->start) && memcmp(a->start, b->start, length) == 0;
 }
 
+/* Where the name stands in the table, or would. */
+static struct known *place_of(const struct search *search, const struct token *name) {
+    uint32_t hash = 2166136261u; /* FNV-1a */
+    for (const char *c = name->start; c < name->end; c++)
+        hash = (hash ^ (unsigned char)*c) * 16777619u;
+    size_t place = hash % search->known_size;
+    while (search->known[place].name && !same_text(search->known[place].name, name))
+        place = (place + 1) % search->known_size;
+    return &search->known[place];
+}
+
 static const struct known *find_known(const struct search *search, int index) {
-    for (int i = 0; is_name(search, index) && i < search->known_count; i++)
-        if (same_text(search->known[i].name, &search->tokens[index]))
-            return &search->known[i];
-    return NULL;
+    const struct known *known = is_name(search, index) ? place_of(search, &search->tokens[index]) : NULL;
+    return known && known->name ? known : NULL;
 }
 
 static void add_known(struct search *search, int index, bool is_group) {
     if (!is_name(search, index) || find_known(search, index))
         return;
-    search->known = memory_room(search->memory, search->known, search->known_count, &search->known_capacity,
-                                sizeof *search->known);
-    search->known[search->known_count++] =
+    *place_of(search, &search->tokens[index]) =
         (struct known){.name = &search->tokens[index], .is_group = is_group};
 }
 
@@ -123,6 +131,7 @@ static void look_at_condition(const struct search *search, int index) {
 
 void warn_of_doubts(struct memory *memory, struct messages *messages, const char *file, const char *source,
                     size_t length) {
+    const struct memory_mark mark = memory_mark(memory);
     struct search search = {.memory = memory, .messages = messages, .file = file};
     struct scanner scanner = scanner_start(source, length);
     do {
@@ -130,9 +139,12 @@ void warn_of_doubts(struct memory *memory, struct messages *messages, const char
             memory_room(memory, search.tokens, search.count, &search.capacity, sizeof *search.tokens);
         search.tokens[search.count] = scan(&scanner);
     } while (search.tokens[search.count++].kind != TOKEN_END);
+    search.known_size = 2 * (size_t)search.count;
+    search.known = memory_scratch(memory, search.known_size * sizeof *search.known);
     for (int i = 0; i < search.count; i++) {
         learn(&search, i);
         look_at_comparison(&search, i);
         look_at_condition(&search, i);
     }
+    memory_back(memory, mark);
 }

@@ -10,9 +10,29 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+/* What a model may take in all while it is read, and until its C is there. Beside it stand the program and
+ * what the system keeps of it: some 20 MB. */
+static const size_t bound_of_reading = (size_t)256 << 20, bound_of_all = (size_t)448 << 20;
+
 static _Noreturn void out_of_memory(void *context) {
     struct generation *generation = context;
     longjmp(generation->out_of_memory, 1);
+}
+
+/* A model that wants more than the bound is at fault, whatever the machine has. The message takes a little
+ * more. */
+static enum gen_status no_memory(struct generation *gen, const char *to_what_end) {
+    const int megabytes = (int)(gen->memory.bound >> 20);
+    if (gen->messages.are_too_many)
+        return GEN_MODEL_ERROR;
+    if (!gen->memory.is_over_bound)
+        return GEN_NO_MEMORY;
+    gen->memory.bound = 0;
+    if (setjmp(gen->out_of_memory))
+        return GEN_NO_MEMORY;
+    complain(&gen->messages, (struct place){.file = gen->model.file}, "more than %d MB of memory to %s",
+             megabytes, to_what_end);
+    return GEN_MODEL_ERROR;
 }
 
 static void read_model(struct generation *gen, const struct read_request *request) {
@@ -30,27 +50,30 @@ static void read_model(struct generation *gen, const struct read_request *reques
         place_points(&gen->memory, &gen->model, &gen->tree);
     if (!messages->errors)
         check_programme(&gen->model, &gen->tree, messages);
-    script_close(script);
 }
 
 enum gen_status gen_read(struct generation *gen, const struct read_request *request, long allowance) {
     memset(gen, 0, sizeof *gen);
     gen->memory.allowance = allowance;
+    gen->memory.bound = bound_of_reading;
     gen->memory.fail = out_of_memory;
     gen->memory.context = gen;
     gen->messages.memory = &gen->memory;
+    gen->model.file = request->file;
     if (setjmp(gen->out_of_memory))
-        return GEN_NO_MEMORY;
+        return no_memory(gen, "read the model");
     graph_start(&gen->graph, &gen->memory);
     gen->model.graph = &gen->graph;
     read_model(gen, request);
+    gen->memory.bound = bound_of_all;
+    gen->memory.is_over_bound = false; /* Lua may have found room all the same */
     sort_messages(&gen->messages);
     return gen->messages.errors ? GEN_MODEL_ERROR : GEN_OK;
 }
 
 enum gen_status gen_plan(struct generation *gen, const char *emit) {
     if (setjmp(gen->out_of_memory))
-        return GEN_NO_MEMORY;
+        return no_memory(gen, "derive its equations");
     struct plan *plan = gen->plan = memory_get(&gen->memory, sizeof *plan);
     *plan = (struct plan){.memory = &gen->memory,
                           .g = &gen->graph,
@@ -160,7 +183,7 @@ static bool remove_stale_parts(struct generation *gen, const char *directory) {
 
 enum gen_status gen_write(struct generation *gen, const char *directory) {
     if (setjmp(gen->out_of_memory))
-        return GEN_NO_MEMORY;
+        return no_memory(gen, "write it");
     if (!make_directory(gen, directory))
         return GEN_NOT_WRITTEN;
     for (int i = 0; i < gen->plan->file_count; i++)

@@ -27,7 +27,8 @@ struct generation {
 
 enum gen_status { GEN_OK, GEN_MODEL_ERROR, GEN_NO_MEMORY, GEN_NOT_WRITTEN };
 
-/* Reads, checks and expands. `allowance` as in memory.h; -1 outside of tests. gen_release in any case. */
+/* Reads, checks and expands. `allowance` as in memory.h; -1 outside of tests. gen_release in any case. A
+ * model that takes more memory than one may is GEN_MODEL_ERROR, also of gen_plan and gen_write. */
 enum gen_status gen_read(struct generation *generation, const struct read_request *request, long allowance);
 /* What is wrong with a list of quantities and what is allowed, or NULL: before gen_plan. */
 const char *gen_wrong_emit(struct generation *generation, const char *emit);

@@ -17,12 +17,17 @@ static const size_t header_size = (sizeof(struct memory_block) + ALIGNMENT - 1) 
 
 static struct memory_block *new_block(struct memory *memory, size_t size) {
     struct memory_block *block = NULL;
-    if (memory->allowance != 0 && size < (size_t)1 << 40)
+    if (memory->bound > 0 && (size > memory->bound || memory->taken > memory->bound - size)) {
+        memory->is_over_bound = true;
+        return NULL;
+    }
+    if (memory->allowance != 0)
         block = malloc(header_size + size);
     if (memory->allowance > 0)
         memory->allowance--;
     if (!block)
         return NULL;
+    memory->taken += size;
     block->used = 0;
     block->size = size;
     return block;
@@ -68,8 +73,9 @@ struct memory_mark memory_mark(const struct memory *memory) {
     return (struct memory_mark){memory->scratch, memory->scratch ? memory->scratch->used : 0};
 }
 
-static void free_last(struct memory_block **list) {
+static void free_last(struct memory *memory, struct memory_block **list) {
     struct memory_block *next = (*list)->next;
+    memory->taken -= (*list)->size;
     free(*list);
     *list = next;
 }
@@ -77,7 +83,7 @@ static void free_last(struct memory_block **list) {
 /* The first block stays: most steps are small, and take nothing from malloc. */
 void memory_back(struct memory *memory, struct memory_mark mark) {
     while (memory->scratch != mark.block && memory->scratch->next)
-        free_last(&memory->scratch);
+        free_last(memory, &memory->scratch);
     if (memory->scratch)
         memory->scratch->used = mark.block ? mark.used : 0;
 }
@@ -115,7 +121,7 @@ char *memory_format(struct memory *memory, const char *format, ...) {
 
 void memory_release(struct memory *memory) {
     while (memory->blocks)
-        free_last(&memory->blocks);
+        free_last(memory, &memory->blocks);
     while (memory->scratch)
-        free_last(&memory->scratch);
+        free_last(memory, &memory->scratch);
 }

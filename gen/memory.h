@@ -3,18 +3,22 @@
  *
  * Takes sizes, gives zeroed memory that lives until memory_release, and scratch, a stack beside it.
  * A request that cannot be met calls `fail`, which must not return (it jumps back to gen_* or, while Lua
- * runs, raises a Lua error); no caller checks for NULL. `allowance` counts allocations down and fails at
- * zero, so that a test can fail each one.
+ * runs, raises a Lua error); no caller checks for NULL. `bound` is what all blocks together may take, so that
+ * a model that wants more is refused at the same place on each machine. `allowance` counts allocations down
+ * and fails at zero, so that a test can fail each one.
  */
 #ifndef REFDYN_GEN_MEMORY_H
 #define REFDYN_GEN_MEMORY_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 struct memory_block;
 
 struct memory {
     struct memory_block *blocks, *scratch;
+    size_t taken, bound;         /* bytes of all blocks, and how many they may be; 0: no bound */
+    bool is_over_bound;          /* a request was refused because of the bound */
     long allowance;              /* blocks that may still be taken from malloc; negative: no limit */
     void (*fail)(void *context); /* called when memory is short; does not return */
     void *context;

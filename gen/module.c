@@ -313,6 +313,27 @@ const char *module_function_name(struct memory *memory, int function) {
     return name;
 }
 
+bool module_evaluates(int function) {
+    static void (*const evaluating[])(struct module_call *) = {run_parameters, run_parameter, run_round,
+                                                               run_tube, run_rectangle};
+    for (size_t i = 0; function < FUNCTION_COUNT && i < sizeof evaluating / sizeof *evaluating; i++)
+        if (functions[function].run == evaluating[i])
+            return true;
+    return false;
+}
+
+bool module_takes_samples(int function) {
+    return function < FUNCTION_COUNT &&
+           (functions[function].run == run_spline || functions[function].run == run_path);
+}
+
+bool module_has(struct memory *memory, const char *name) {
+    for (int i = 0; i < module_function_count(); i++)
+        if (strcmp(module_function_name(memory, i), name) == 0)
+            return true;
+    return false;
+}
+
 const char *module_unknown(struct memory *memory, const char *name) {
     const int functions_count = module_function_count();
     const char **known = memory_get(memory, (OWNER_COUNT + 4 + (size_t)functions_count) * sizeof *known);

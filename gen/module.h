@@ -20,6 +20,11 @@ struct module_call {
 
 int module_function_count(void);
 const char *module_function_name(struct memory *memory, int function);
+/* Does it take the values of expressions, which takes a pass through all of them? */
+bool module_evaluates(int function);
+/* Does it take samples, of which there may be more than entries in other lists? */
+bool module_takes_samples(int function);
+bool module_has(struct memory *memory, const char *name);
 /* What to say of a name that the module does not have. */
 const char *module_unknown(struct memory *memory, const char *name);
 void module_run(struct module_call *call);

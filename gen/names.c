@@ -150,8 +150,6 @@ static const char *macro_of(struct memory *memory, const char *name) {
 }
 
 static bool check_name(struct messages *messages, const char *kind, const struct named *named) {
-    if (!check_line(messages, named->place, memory_format(messages->memory, "name of %s", kind), named->name))
-        return false;
     const bool is_free = !is_among(named->name, keywords, false);
     if (!is_identifier(named->name))
         complain(messages, named->place,

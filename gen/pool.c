@@ -26,18 +26,12 @@ static size_t class_size(int index) {
 }
 
 static void *take(struct pool *pool, size_t size) {
-    if (size > pool->bound - pool->in_use) {
-        pool->is_over_bound = true;
-        return NULL;
-    }
     int index = class_of(size);
     struct pool_piece *piece = pool->free[index];
     if (piece)
         pool->free[index] = piece->next;
     else
         piece = memory_try(pool->memory, class_size(index));
-    if (piece)
-        pool->in_use += size;
     return piece;
 }
 
@@ -45,23 +39,16 @@ static void give(struct pool *pool, void *data, size_t size) {
     struct pool_piece *piece = data;
     piece->next = pool->free[class_of(size)];
     pool->free[class_of(size)] = piece;
-    pool->in_use -= size;
 }
 
 void *pool_resize(struct pool *pool, void *data, size_t old, size_t size) {
     if (!data)
         return size > 0 ? take(pool, size) : NULL;
-    if (size > 0 && class_of(old) == class_of(size) && size <= old + (pool->bound - pool->in_use)) {
-        pool->in_use = pool->in_use - old + size;
+    if (size > 0 && class_of(old) == class_of(size))
         return data;
-    }
     void *moved = size > 0 ? take(pool, size) : NULL;
-    if (size > 0 && !moved) {
-        if (size > old)
-            return NULL;
-        pool->in_use = pool->in_use - old + size; /* Lua relies on shrinking: the piece stays where it is */
-        return data;
-    }
+    if (size > 0 && !moved)
+        return size > old ? NULL : data; /* Lua relies on shrinking: the piece stays where it is */
     if (moved)
         memcpy(moved, data, old < size ? old : size);
     give(pool, data, old);

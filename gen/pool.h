@@ -7,8 +7,6 @@
 
 #include "memory.h"
 
-#include <stdbool.h>
-
 enum { POOL_CLASSES = 96 };
 
 struct pool_piece;
@@ -16,8 +14,6 @@ struct pool_piece;
 struct pool {
     struct memory *memory;
     struct pool_piece *free[POOL_CLASSES];
-    size_t in_use, bound; /* bytes */
-    bool is_over_bound;   /* a request was refused because of the bound */
 };
 
 /* As Lua's allocator: `old` bytes at `data` become `size` bytes; NULL when memory is short or for size 0. */

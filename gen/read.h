@@ -25,8 +25,8 @@ struct script;
 
 /*
  * Opens the file and runs it up to the model's table; NULL when that failed (messages say why). Complaints
- * that leave something to read leave a script too. What it takes lives in `memory`, so that it may be left
- * unclosed.
+ * that leave something to read leave a script too. It is never closed: what it takes lives in `memory` and
+ * goes with it, and no code of the model runs any more.
  */
 struct script *script_open(struct memory *memory, struct graph *graph, const struct read_request *request,
                            struct messages *messages);
@@ -35,7 +35,6 @@ struct script *script_open(struct memory *memory, struct graph *graph, const str
 void read_scene(struct script *script, struct model *model);
 /* Of a model and a tree without complaints; complains about unknown settings too. */
 void read_programme(struct script *script, const struct tree *tree, struct model *model);
-void script_close(struct script *script);
 
 /* Checks that need no Lua: names, values at the parameters' defaults, references. */
 void check_scene(const struct model *model, struct messages *messages);

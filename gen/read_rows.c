@@ -41,8 +41,6 @@ static struct group start_group(const struct reader *reader, const struct value 
                                 const enum field gains[3], const char *name) {
     const struct checker *check = &reader->check;
     const struct value *given = get_field(value, gains[2]);
-    if (given)
-        check_line(check->messages, given->place, path_name(check, path, "name"), given->text);
     return (struct group){.reader = reader,
                           .value = value,
                           .path = path,

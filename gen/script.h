@@ -2,7 +2,7 @@
  * Lua as a server: runs a model file in a sandbox and gives plain values. The only file behind it, script.c,
  * is the only one that knows Lua.
  *
- * script_open and script_close are declared in read.h. Errors of the script become complaints.
+ * script_open is declared in read.h. Errors of the script become complaints.
  */
 #ifndef REFDYN_GEN_SCRIPT_H
 #define REFDYN_GEN_SCRIPT_H

@@ -7,6 +7,9 @@
 
 #include <stdbool.h>
 
+/* What the files of one model may be: one file of 4 MB describes 40,000 links. */
+enum { SOURCES_BOUND = 100, SOURCE_MEGABYTES = 4 };
+
 struct source_file {
     const char *path;
     const char *text;
@@ -16,16 +19,18 @@ struct source_file {
 struct sources {
     struct source_file *list; /* the first is the model */
     int count, capacity;
+    size_t length; /* of all */
 };
 
 /* What Lua calls the files in its messages, with their number behind it. */
 #define SOURCE_CHUNK "model"
 
-/* Reads one more; false, with errno set, when the file cannot be read. */
-bool add_source(struct memory *memory, struct sources *sources, const char *path);
+/* Reads one more; NULL, or why it cannot be read. Only regular files are: others may have no end, or wait. */
+const char *add_source(struct memory *memory, struct sources *sources, const char *path);
 /* The path of NAME.lua in the folder of the file `beside`. */
 const char *source_path(struct memory *memory, const char *beside, const char *name);
-/* Place of "model0:LINE: text", `rest` becomes the text; without such a lead, the model as a whole. */
-struct place source_place(const struct sources *sources, const char *text, const char **rest);
+/* Takes "model0:LINE: text"; gives the place, and in `rest` the text. Leaves `place` as it is, and gives
+ * false, for a text without such a lead. */
+bool source_place(const struct sources *sources, const char *text, struct place *place, const char **rest);
 
 #endif

@@ -77,7 +77,6 @@ static bool read_key(struct memory *memory, struct scanner bracket, struct table
         return false;
     if (key.kind == TOKEN_NUMBER) {
         entry->index = atoi(memory_format(memory, "%.*s", length, key.start));
-        entry->has_number = true;
     } else if (key.kind == TOKEN_STRING && *key.start != '[' && !memchr(key.start, '\\', (size_t)length)) {
         entry->name = memory_format(memory, "%.*s", length - 2, key.start + 1);
     }
@@ -102,7 +101,6 @@ static void note_entry(struct marker *marker, struct nesting *nesting, const str
     table->entries =
         memory_room(marker->memory, table->entries, table->count, &table->capacity, sizeof *table->entries);
     table->entries[table->count++] = entry;
-    table->numbers += entry.has_number;
 }
 
 static void follow_word(struct marker *marker, const struct token *token) {
@@ -129,31 +127,38 @@ static void follow_symbol(struct marker *marker, const struct token *token, cons
     }
 }
 
+/* List items by number, then names; entries of one name by line. */
+static int compare_entries(const void *a, const void *b) {
+    const struct table_entry *left = a, *right = b;
+    const bool are_names = left->name && right->name;
+    if (!are_names && (left->name || right->name))
+        return left->name ? 1 : -1;
+    const int order = are_names ? strcmp(left->name, right->name) : left->index - right->index;
+    return order ? order : left->line - right->line;
+}
+
+static void sort_entries(struct source_lines *lines, int first_table) {
+    for (int i = first_table; i < lines->count; i++)
+        if (lines->tables[i].count > 1)
+            qsort(lines->tables[i].entries, (size_t)lines->tables[i].count, sizeof(struct table_entry),
+                  compare_entries);
+}
+
 static bool is_same_entry(const struct table_entry *a, const struct table_entry *b) {
     return a->name ? b->name && strcmp(a->name, b->name) == 0 : !b->name && a->index == b->index;
 }
 
-/* The line of an earlier entry of the same name or number, or 0. */
-static int earlier_line(const struct table_source *table, int entry) {
-    const struct table_entry *own = &table->entries[entry];
-    for (int i = 0; (own->name || table->numbers > 0) && i < entry; i++)
-        if (is_same_entry(&table->entries[i], own))
-            return table->entries[i].line;
-    return 0;
-}
-
 static void complain_of_doubles(struct memory *memory, struct messages *messages, const char *file,
-                                const struct source_lines *lines, int first_table) {
-    for (int i = first_table; i < lines->count; i++) {
-        const struct table_source *table = &lines->tables[i];
-        for (int j = 0; j < table->count; j++) {
-            const struct table_entry *entry = &table->entries[j];
-            const int first = earlier_line(table, j);
-            if (first > 0)
-                complain(messages, (struct place){.file = file, .line = entry->line},
-                         "%s: given twice in one table, the first time in line %d",
-                         entry->name ? entry->name : memory_format(memory, "item %d", entry->index), first);
-        }
+                                const struct table_source *table) {
+    const struct table_entry *first = table->entries;
+    for (int i = 1; i < table->count; i++) {
+        const struct table_entry *entry = &table->entries[i];
+        if (is_same_entry(entry, first))
+            complain(messages, (struct place){.file = file, .line = entry->line},
+                     "%s: given twice in one table, the first time in line %d",
+                     entry->name ? entry->name : memory_format(memory, "item %d", entry->index), first->line);
+        else
+            first = entry;
     }
 }
 
@@ -168,6 +173,8 @@ void mark_tables(struct memory *memory, struct messages *messages, const char *f
                             .scanner = scanner_start(source, length),
                             .copied = source};
     struct token previous = {.kind = TOKEN_END};
+    write_out(&marker, "local " TABLE_MARK " <const> = ...; ",
+              strlen("local " TABLE_MARK " <const> = ...; "));
     for (;;) {
         struct token token = scan(&marker.scanner);
         if (token.kind == TOKEN_END)
@@ -182,17 +189,28 @@ void mark_tables(struct memory *memory, struct messages *messages, const char *f
         previous = token;
     }
     copy_up_to(&marker, source + length);
-    complain_of_doubles(memory, messages, file, lines, first_table);
+    sort_entries(lines, first_table);
+    for (int i = first_table; i < lines->count; i++)
+        complain_of_doubles(memory, messages, file, &lines->tables[i]);
 }
 
 int entry_line(const struct source_lines *lines, int table, const char *name, int index) {
     if (table < 0 || table >= lines->count)
         return 0;
     const struct table_source *source = &lines->tables[table];
-    for (int i = 0; i < source->count; i++) {
-        const struct table_entry *entry = &source->entries[i];
-        if (name ? entry->name && strcmp(entry->name, name) == 0 : !entry->name && entry->index == index)
-            return entry->line;
+    int low = 0, high = source->count; /* the first entry that is not less is among these */
+    const struct table_entry sought = {.name = name, .index = index};
+    while (low < high) {
+        const int middle = low + (high - low) / 2;
+        if (compare_entries(&source->entries[middle], &sought) < 0)
+            low = middle + 1;
+        else
+            high = middle;
     }
-    return 0;
+    if (low == source->count)
+        return 0;
+    const struct table_entry *found = &source->entries[low];
+    const bool is_it =
+        name ? found->name && strcmp(found->name, name) == 0 : !found->name && found->index == index;
+    return is_it ? found->line : 0;
 }

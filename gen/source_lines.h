@@ -2,9 +2,9 @@
  * Lines of the tables in a Lua source.
  *
  * Lua forgets where a table was written. The source is rewritten so that each constructor `{...}` becomes
- * `__at(NUMBER, {...})` (`f{...}` becomes `f(__at(NUMBER, {...}))`), without a line break added, so that the
- * lines of Lua's own messages stay; `tables[NUMBER]` says where the table and its entries begin. The source
- * must be free of syntax errors.
+ * `__at(NUMBER, {...})` (`f{...}` becomes `f(__at(NUMBER, {...}))`), with a local `__at`, the argument of the
+ * chunk, in front of it, but without a line break added, so that the lines of Lua's own messages stay;
+ * `tables[NUMBER]` says where the table and its entries begin. The source must be free of syntax errors.
  */
 #ifndef REFDYN_GEN_SOURCE_LINES_H
 #define REFDYN_GEN_SOURCE_LINES_H
@@ -20,15 +20,14 @@
 struct table_entry {
     const char *name;
     int index;
-    bool has_number; /* written as [index] = ... */
     int line;
 };
 
 struct table_source {
     const char *file;
     int line;
-    struct table_entry *entries;
-    int count, capacity, numbers; /* numbers: how many entries are written as [index] = ... */
+    struct table_entry *entries; /* list items in order, then names sorted */
+    int count, capacity;
 };
 
 struct source_lines {

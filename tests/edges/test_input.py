@@ -27,7 +27,7 @@ def model(tmp_path):
 
 SETTINGS = {
     "n_rfe=4.5": "a whole number", "n_rfe=1e300": "a whole number", "n_rfe=-1e17": "a whole number", "n_rfe= 4": "a whole number",
-    "n_rfe=4 ": "a whole number", "n_rfe=\t4": "a whole number", "n_rfe=0x4": "a whole number", "n_rfe=": "a whole number",
+    "n_rfe=4 ": "a whole number", "n_rfe=0x4": "a whole number", "n_rfe=": "a whole number",
     "n_rfe=inf": "a whole number", "n_rfe=four": "a whole number", "n_rfe=4,5": "a whole number", "n_rfe=4..": "a whole number",
     "m= 1": "a number", "m=1 ": "a number", "m=1kg": "a number", "m=0x1p3": "a number", "m=nan": "a number",
     "m=-inf": "a number", "m=infinity": "a number", "m=1e400": "a number", "m=": "a number", "m=1e": "a number",

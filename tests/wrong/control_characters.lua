@@ -1,7 +1,8 @@
--- expect: 9: unit of m: contains control character 10, a line of text is needed
--- expect: 10: unit of F: contains control character 9, a line of text is needed
--- expect: 13: name of link: contains control character 13, a line of text is needed
--- expect: 14: name of point: contains control character 127, a line of text is needed
+-- expect: 10: text "k\ng": contains control character 10, a line of text is needed
+-- expect: 11: text "N\x09": contains control character 9, a line of text is needed
+-- expect: 14: text "a\x0Db": contains control character 13, a line of text is needed
+-- expect: 15: name "E\x7F": contains control character 127, a line of text is needed
+-- expect: 15: text "a\x0Db": contains control character 13, a line of text is needed
 -- Names and units stand in lines: of messages, of motions, of comments in C.
 local rd = require "refdyn"
 local p

@@ -1,3 +1,3 @@
--- expect: 3: attempt to call a nil value (global 'next')
+-- expect: 3: undefined global "next": a model has no such function or library, models/README.md names what it has
 local rd = require "refdyn"
 next(error)

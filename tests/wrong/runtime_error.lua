@@ -1,4 +1,4 @@
--- expect: 3: attempt to index a nil value (global 'nothing')
+-- expect: 3: undefined global "nothing", the nearest known one is "string"
 local rd = require "refdyn"
 local mass = nothing.mass
 return rd.model {

@@ -1,3 +1,3 @@
--- expect: 3: attempt to index a nil value (global 'debug')
+-- expect: 3: undefined global "debug": a model has no such function or library, models/README.md names what it has
 local rd = require "refdyn"
 debug.sethook()

@@ -1,0 +1,26 @@
+/* The names that a Lua source declares: see locals.h. */
+#include "locals.h"
+#include "scanner.h"
+
+/* Is `token` the next name behind `local`, `local function` or `function`, or behind a comma of such a list?
+ */
+static bool declares(const struct token *token, bool *is_list) {
+    if (token->kind == TOKEN_WORD) {
+        *is_list = token_is(token, "local") || token_is(token, "function");
+        return false;
+    }
+    if (token->kind == TOKEN_NAME)
+        return *is_list;
+    *is_list = *is_list && token->kind == TOKEN_SYMBOL && (token_is(token, ",") || token_is(token, "("));
+    return false;
+}
+
+int list_locals(struct memory *memory, const char *source, size_t length, const char **names, int room) {
+    struct scanner scanner = scanner_start(source, length);
+    bool is_list = false;
+    int count = 0;
+    for (struct token token = scan(&scanner); token.kind != TOKEN_END && count < room; token = scan(&scanner))
+        if (declares(&token, &is_list))
+            names[count++] = memory_format(memory, "%.*s", (int)(token.end - token.start), token.start);
+    return count;
+}

@@ -1,0 +1,10 @@
+/* The names that a Lua source declares, so that the one that was meant can be found. */
+#ifndef REFDYN_GEN_LOCALS_H
+#define REFDYN_GEN_LOCALS_H
+
+#include "memory.h"
+
+/* Lists up to `room` names of local variables and functions; gives how many. */
+int list_locals(struct memory *memory, const char *source, size_t length, const char **names, int room);
+
+#endif

@@ -1,0 +1,6 @@
+-- expect: 4: a function is called with more than 250 arguments for `...`, a table can hold them
+-- Tries a call that adds an argument each time.
+local rd = require "refdyn"
+local function grow(...) return grow(1, ...) end
+grow()
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

@@ -1,0 +1,7 @@
+-- expect: 0: setmetatable: __close was changed behind it, it has to be in the metatable before
+-- Tries to set the function that closes behind setmetatable.
+local rd = require "refdyn"
+local events = {}
+local last = setmetatable({}, events)
+events.__close = function() while true do end end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

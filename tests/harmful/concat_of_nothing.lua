@@ -1,0 +1,7 @@
+-- expect: 6: table.concat: more work than the 100 million steps that a model may take while it is read
+-- Tries to let table.concat pass through a million empty texts again and again.
+local rd = require "refdyn"
+local t = {}
+for i = 1, 1e6 do t[i] = "" end
+for i = 1, 1e6 do table.concat(t) end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

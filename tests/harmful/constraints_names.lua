@@ -1,0 +1,9 @@
+-- expect: 8: more than 100 million steps to read the model, a loop has no end?
+-- Tries to look up names without end in constraints.
+local rd = require "refdyn"
+
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } },
+  constraints = function(s)
+    local x
+    while true do x = s.q.a_x end
+  end }

@@ -1,0 +1,7 @@
+-- expect: 6: more different expressions in the model than 100000
+-- Tries expressions without end.
+local rd = require "refdyn"
+local p = rd.parameters { { "m", 1 } }
+local x = p.m
+while true do x = x * x + x end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

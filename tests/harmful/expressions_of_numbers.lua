@@ -1,0 +1,7 @@
+-- expect: 6: more different expressions in the model than 100000
+-- Tries an expression for each number.
+local rd = require "refdyn"
+local p = rd.parameters { { "m", 1 } }
+local n = 0
+while true do n = n + 1; local x = p.m + n end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

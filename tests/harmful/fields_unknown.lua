@@ -1,0 +1,6 @@
+-- expect: 4: more entries in a table than 10000
+-- Tries a table of 100,000 unknown fields.
+local rd = require "refdyn"
+local t = { "a", joint = "x", mass = 1 }
+for i = 1, 1e5 do t["field" .. i] = 1 end
+return rd.model { name = "harmful", links = { t } }

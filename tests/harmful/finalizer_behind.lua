@@ -1,0 +1,7 @@
+-- expect: 0: setmetatable: __gc was changed behind it, it has to be in the metatable before
+-- Tries to give a metatable its finalizer when the table has it already.
+local rd = require "refdyn"
+local events = {}
+local kept = setmetatable({}, events)
+events.__gc = function() while true do end end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

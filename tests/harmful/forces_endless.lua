@@ -1,0 +1,8 @@
+-- expect: 7: more than 100 million steps to read the model, a loop has no end?
+-- Tries to run forces without end.
+local rd = require "refdyn"
+
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } },
+  forces = function(s)
+    while true do end
+  end }

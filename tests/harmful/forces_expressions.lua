@@ -1,0 +1,9 @@
+-- expect: 8: more different expressions in the model than 100000
+-- Tries expressions without end in forces.
+local rd = require "refdyn"
+
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } },
+  forces = function(s)
+    local x = s.q.a_x
+    while true do x = rd.sin(x) * x end
+  end }

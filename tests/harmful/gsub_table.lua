@@ -1,0 +1,6 @@
+-- expect: 5: string.gsub: more work than the 100 million steps that a model may take while it is read
+-- Tries a million look-ups by gsub, many times.
+local rd = require "refdyn"
+local s = ("x"):rep(1e6)
+for i = 1, 1e6 do s:gsub(".", { x = "y" }) end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

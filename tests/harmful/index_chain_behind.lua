@@ -1,0 +1,9 @@
+-- expect: 0: setmetatable: __index was changed behind it, it has to be in the metatable before
+-- Tries to build such a chain behind setmetatable.
+local rd = require "refdyn"
+local first = {}
+local events = { __index = {} }
+setmetatable(first, events)
+events.__index = first
+local n = first.x
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

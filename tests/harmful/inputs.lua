@@ -1,0 +1,6 @@
+-- expect: 5: more than 100 million steps to read the model, a loop has no end?
+-- Tries inputs without end.
+local rd = require "refdyn"
+local n = 0
+while true do n = n + 1; rd.input("i" .. n, 0) end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

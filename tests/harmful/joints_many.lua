@@ -1,0 +1,6 @@
+-- expect: 4: more entries in a table than 10000
+-- Tries a link of 100,000 joints.
+local rd = require "refdyn"
+local t = {}
+for i = 1, 1e5 do t[i] = "x" end
+return rd.model { name = "harmful", links = { { "a", joint = t, mass = 1 } } }

@@ -1,0 +1,7 @@
+-- expect: 5: C stack overflow: calls, parentheses, tables or blocks are nested too deep
+-- Tries a length that asks for itself.
+local rd = require "refdyn"
+local events = {}
+events.__len = function(t) return #t end
+local n = #setmetatable({}, events)
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

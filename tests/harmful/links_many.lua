@@ -1,0 +1,6 @@
+-- expect: 4: more entries in a table than 10000
+-- Tries a list of 200,000 links.
+local rd = require "refdyn"
+local t = {}
+for i = 1, 2e5 do t[i] = { "a" .. i, joint = "x", mass = 1 } end
+return rd.model { name = "harmful", links = t }

@@ -1,0 +1,8 @@
+-- expect: 6: more than 100 million steps to read the model, a loop has no end?
+-- Tries to take memory in pieces of one size after another.
+local rd = require "refdyn"
+for size = 4, 21 do
+  local t = {}
+  for i = 1, 2e8 // 2 ^ size // 4 do t[i] = ("x"):rep(2 ^ size | 0) .. i end
+end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

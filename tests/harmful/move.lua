@@ -1,0 +1,7 @@
+-- expect: 6: table.move: more work than the 100 million steps that a model may take while it is read
+-- Tries to move a million entries to and fro.
+local rd = require "refdyn"
+local t = {}
+for i = 1, 1e6 do t[i] = i end
+for i = 1, 1e6 do table.move(t, 1, 1e6, 2) end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

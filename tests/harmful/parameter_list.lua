@@ -1,0 +1,7 @@
+-- expect: 4: more entries in a table than 10000
+-- Tries a list of 200,000 parameters.
+local rd = require "refdyn"
+local t = {}
+for i = 1, 2e5 do t[i] = { "p" .. i, i } end
+local p = rd.parameters(t)
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

@@ -1,0 +1,10 @@
+-- expect: 8: more than 100 million steps to read the model, a loop has no end?
+-- Tries directions without end.
+local rd = require "refdyn"
+
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } },
+  forces = function(s)
+    local x = 0
+    for i = 1, 1e9 do x = s.axes.a.x.x end
+    return {}
+  end }

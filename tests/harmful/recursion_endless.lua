@@ -1,0 +1,6 @@
+-- expect: 4: stack overflow
+-- Tries a function that calls itself.
+local rd = require "refdyn"
+local function f(n) return 1 + f(n + 1) end
+f(1)
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

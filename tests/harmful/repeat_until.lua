@@ -1,0 +1,5 @@
+-- expect: 4: more than 100 million steps to read the model, a loop has no end?
+-- Tries a loop of repeat.
+local rd = require "refdyn"
+repeat until false
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

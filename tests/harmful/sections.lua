@@ -1,0 +1,8 @@
+-- expect: 6: more different expressions in the model than 100000
+-- Tries sections of a long expression, each of which is evaluated.
+local rd = require "refdyn"
+local p = rd.parameters { { "m", 1 } }
+local x = p.m
+for i = 1, 50000 do x = rd.sin(x) + 2 end
+for i = 1, 1e6 do rd.round(x + i) end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

@@ -1,0 +1,7 @@
+-- expect: 4: more values in the model than 1000000
+-- Tries splines without end.
+local rd = require "refdyn"
+local t = {}
+for i = 1, 1000 do t[i] = { i, i * i } end
+while true do rd.spline(t) end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

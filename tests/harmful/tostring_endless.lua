@@ -1,0 +1,7 @@
+-- expect: 5: C stack overflow: calls, parentheses, tables or blocks are nested too deep
+-- Tries a text that asks for itself.
+local rd = require "refdyn"
+local events = {}
+events.__tostring = function(t) return tostring(t) end
+tostring(setmetatable({}, events))
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

@@ -1,0 +1,6 @@
+-- expect: 4: more entries in a table than 10000
+-- Tries a link of 100,000 turns.
+local rd = require "refdyn"
+local t = {}
+for i = 1, 1e5 do t[i] = { "x", i } end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1, turn = t } } }

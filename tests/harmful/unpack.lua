@@ -1,0 +1,7 @@
+-- expect: 6: table.unpack: more work than the 100 million steps that a model may take while it is read
+-- Tries to unpack a long list again and again.
+local rd = require "refdyn"
+local t = {}
+for i = 1, 2e5 do t[i] = i end
+for i = 1, 1e6 do local a = table.unpack(t) end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

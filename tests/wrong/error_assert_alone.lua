@@ -1,0 +1,3 @@
+-- expect: 3: assertion failed!
+local rd = require "refdyn"
+assert(nil)

@@ -1,0 +1,6 @@
+-- expect: 0: setmetatable: __eq was changed behind it, it has to be in the metatable before
+local rd = require "refdyn"
+local V = {}
+local v = setmetatable({}, V)
+function V.__eq(a, b) return true end
+return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } } }

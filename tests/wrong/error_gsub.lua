@@ -1,0 +1,3 @@
+-- expect: 3: invalid replacement value (a table)
+local rd = require "refdyn"
+local s = ("x"):gsub("x", function() return {} end)

@@ -1,0 +1,3 @@
+-- expect: 3: 12
+local rd = require "refdyn"
+error(12)

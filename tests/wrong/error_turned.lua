@@ -1,0 +1,3 @@
+-- expect: 3: turned \u{202E}back\u{2066}
+local rd = require "refdyn"
+error("turned \u{202E}back\u{2066}")

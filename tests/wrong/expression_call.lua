@@ -1,0 +1,7 @@
+-- expect: 6: call of an expression: it is a value, * multiplies it, and functions are called as rd.sin(x)
+local rd = require "refdyn"
+local p = rd.parameters { { "n", 3 } }
+return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },
+  forces = function(s)
+    return { a_x = p.n(2) }
+  end }

@@ -1,0 +1,9 @@
+-- expect: 5: bad 'for' initial value (number expected, got expression): its value is not known while the model is read, that of an option (rd.option) is
+local rd = require "refdyn"
+local p = rd.parameters { { "n", 3 } }
+local x = 0
+for i = p.n, 2 do x = x + i end
+return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },
+  forces = function(s)
+    return { a_x = x }
+  end }

@@ -1,0 +1,9 @@
+-- expect: 5: pairs: an expression or a group of values, a table is needed
+local rd = require "refdyn"
+local p = rd.parameters { { "n", 3 } }
+local x = 0
+for name, v in pairs(p) do x = x + v end
+return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },
+  forces = function(s)
+    return { a_x = x }
+  end }

@@ -1,0 +1,7 @@
+-- expect: 6: undefined global "P", the nearest known one is "p"
+local rd = require "refdyn"
+local p = rd.parameters { { "n", 3 } }
+return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },
+  forces = function(s)
+    return { a_x = P.n * s.t }
+  end }

@@ -1,0 +1,8 @@
+-- expect: 4: undefined global "coroutine": a model has no such function or library, models/README.md names what it has
+local rd = require "refdyn"
+local p = rd.parameters { { "n", 3 } }
+coroutine.wrap(function() end)
+return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },
+  forces = function(s)
+    return { a_x = 1 }
+  end }

@@ -1,0 +1,7 @@
+-- expect: 6: undefined global "quite_another_name_altogether", a name that is set before is needed
+local rd = require "refdyn"
+local p = rd.parameters { { "n", 3 } }
+return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },
+  forces = function(s)
+    return { a_x = quite_another_name_altogether }
+  end }

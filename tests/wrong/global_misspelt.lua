@@ -1,0 +1,8 @@
+-- expect: 7: undefined global "ampltude", the nearest known one is "amplitude"
+local rd = require "refdyn"
+local p = rd.parameters { { "n", 3 } }
+local amplitude = 2
+return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },
+  forces = function(s)
+    return { a_x = s.t + ampltude }
+  end }

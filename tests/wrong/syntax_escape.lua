@@ -1,0 +1,3 @@
+-- expect: 3: invalid escape sequence near '"\q'
+local rd = require "refdyn"
+local x = "\q"

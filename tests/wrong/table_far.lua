@@ -1,0 +1,7 @@
+-- expect: 6: table.quite_another: unknown function, models/README.md names what a model can use
+local rd = require "refdyn"
+local p = rd.parameters { { "n", 3 } }
+return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } },
+  forces = function(s)
+    return { a_x = table.quite_another() }
+  end }

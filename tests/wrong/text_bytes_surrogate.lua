@@ -1,0 +1,4 @@
+-- expect: 3: text "\xED\xA0\x80": contains byte 237, which is not UTF-8, a line of text is needed
+local rd = require "refdyn"
+local p = rd.parameters { { "m", 1, "\xED\xA0\x80" } }
+return rd.model { name = "wrong", links = { { "a", joint = "x", mass = 1 } } }

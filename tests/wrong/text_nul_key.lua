@@ -1,0 +1,4 @@
+-- expect: 4: name "gravity\x00": contains control character 0, a line of text is needed
+-- expect: 4: gravity_x00: unknown field, the nearest known one is "gravity"
+local rd = require "refdyn"
+return rd.model { name = "wrong", ["gravity\0"] = { 0, 0, 0 }, links = { { "a", joint = "x", mass = 1 } } }
