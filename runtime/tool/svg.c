@@ -1,5 +1,7 @@
-/* An SVG file made small: see svg.h. */
+/* An SVG file finished: see svg.h. */
 #include "svg.h"
+#include "escape.h"
+#include "output.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -78,7 +80,68 @@ static size_t superfluous(const char *at) {
     return empty_group(at);
 }
 
-void svg_shrink(const char *text, FILE *out) {
+/* ---- Texts ---- */
+
+/* Characters for private use. */
+static const unsigned long first_placeholder = 0xE000, filler = 0xF8FF;
+
+enum { TEXTS_MOST = 6000 /* fewer than there are placeholders */, SHOWN_MOST = 100 /* characters of a text */ };
+
+static char *shorten(const char *text, int *length) {
+    char *shown;
+    size_t size;
+    FILE *out = text_stream(&shown, &size);
+    for (*length = 0; *text && *length < SHOWN_MOST; ++*length)
+        put_utf8(out, utf8_next(&text));
+    if (*text)
+        fputs("...", out);
+    fclose(out);
+    return shown;
+}
+
+static void keep(struct svg_texts *texts, char *text) {
+    if (texts->count == texts->room) {
+        texts->room = 2 * texts->room + 16;
+        char **list = allocate((size_t)texts->room, sizeof *list);
+        if (texts->count)
+            memcpy(list, texts->list, (size_t)texts->count * sizeof *list);
+        free(texts->list);
+        texts->list = list;
+    }
+    texts->list[texts->count++] = text;
+}
+
+void svg_put_placeholders(FILE *out, struct svg_texts *texts, const char *text) {
+    int length;
+    if (texts->count == TEXTS_MOST || !*text)
+        return;
+    keep(texts, shorten(text, &length));
+    put_utf8(out, first_placeholder + (unsigned long)texts->count - 1);
+    while (--length > 0)
+        put_utf8(out, filler);
+}
+
+/* The text of a placeholder at *at, which then stands behind it; false: there is none. */
+static bool put_own_text(const char **at, const struct svg_texts *texts, FILE *out) {
+    const char *behind = *at;
+    const unsigned long point = (unsigned char)**at < 0x80 ? 0 : utf8_next(&behind);
+    if (point == filler)
+        *at = behind;
+    if (point < first_placeholder || point >= first_placeholder + (unsigned long)texts->count)
+        return point == filler;
+    put_xml_text(out, texts->list[point - first_placeholder]);
+    *at = behind;
+    return true;
+}
+
+void svg_texts_release(struct svg_texts *texts) {
+    for (int i = 0; i < texts->count; i++)
+        free(texts->list[i]);
+    free(texts->list);
+    *texts = (struct svg_texts){.count = 0};
+}
+
+void svg_finish(const char *text, const struct svg_texts *texts, FILE *out) {
     static const char top[] = "<svg", shapes_end[] = "</defs>", path[] = " d='";
     const char *body = strstr(text, shapes_end); /* shapes of marks before it are scaled, and stay exact */
     while (*text) {
@@ -91,7 +154,7 @@ void svg_shrink(const char *text, FILE *out) {
         } else if (strncmp(text, top, sizeof top - 1) == 0) {
             fprintf(out, "%s%s", top, line_style);
             text += sizeof top - 1;
-        } else
+        } else if (!put_own_text(&text, texts, out))
             fputc(*text++, out);
     }
 }
