@@ -131,8 +131,8 @@ static void disturb(struct scene *scene) {
     scene->state.t = 2.385;
 }
 
-/* Numbers of the largest result: the equations, the points' columns, the derivatives, vectors of joints, values
- * that the model names. */
+/* Numbers of the largest result: the equations, the points' columns, the derivatives, vectors of joints,
+ * values that the model names. */
 static size_t result_size(const struct refdyn_model *model) {
     size_t n = (size_t)model->n, m = (size_t)model->m, points = (size_t)model->point_count;
     size_t variables = 2 * n + 1 + (size_t)model->input_count + (size_t)model->parameter_count;

@@ -36,8 +36,7 @@ bool toolchain_find(struct toolchain *chain) {
         chain->words[chain->word_count++] = chain->text;
     } else {
         char *rest = NULL;
-        for (char *word = strtok_r(chain->text, blanks, &rest); word;
-             word = strtok_r(NULL, blanks, &rest))
+        for (char *word = strtok_r(chain->text, blanks, &rest); word; word = strtok_r(NULL, blanks, &rest))
             chain->words[chain->word_count++] = word;
     }
     chain->program = process_find(chain->words[0]);
@@ -191,7 +190,8 @@ bool build_run(struct build *build, const struct toolchain *chain, const struct 
     struct build_cost own = {.seconds = 0};
     struct job *jobs = allocate((size_t)count, sizeof *jobs);
     int job_count = 0;
-    bool is_good = write_text(build->scratch.path, "refdyn_model.h", refdyn_model_header, refdyn_model_header_size);
+    bool is_good =
+        write_text(build->scratch.path, "refdyn_model.h", refdyn_model_header, refdyn_model_header_size);
     build->library = text_format("%s/model.so", build->scratch.path);
     for (int i = 0; i < count && is_good; i++) {
         is_good = write_text(build->scratch.path, files[i].name, files[i].text, files[i].length);

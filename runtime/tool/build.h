@@ -32,8 +32,8 @@ struct build {
     char *library;          /* the linked library in it */
 };
 
-/* Its folder is PREFIXxxxxxx in `parent`. Complains on stderr when it cannot be made; else build_release in any
- * case. */
+/* Its folder is PREFIXxxxxxx in `parent`. Complains on stderr when it cannot be made; else build_release in
+ * any case. */
 bool build_start(struct build *build, const char *parent, const char *prefix);
 /* Complains on stderr, with the compiler's own output, and returns false when it fails. cost may be NULL. */
 bool build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,

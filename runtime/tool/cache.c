@@ -24,8 +24,9 @@ static bool is_ours(const struct stat *status) {
     return status->st_uid == geteuid() && (status->st_mode & (S_IWGRP | S_IWOTH)) == 0;
 }
 
-/* A folder above in which everybody may rename what is not his: one that all may write, without the sticky bit. Other
- * rights there do no harm, since the folder itself and the libraries are checked as they are opened. */
+/* A folder above in which everybody may rename what is not his: one that all may write, without the sticky
+ * bit. Other rights there do no harm, since the folder itself and the libraries are checked as they are
+ * opened. */
 static char *find_open_parent(const char *path) {
     char *parent = text_format("%s", path);
     for (char *slash; (slash = strrchr(parent, '/'));) {
@@ -67,7 +68,8 @@ static bool open_folder(struct cache *cache, const char *path, int flags, char *
     }
     cache->path = realpath(path, NULL);
     cache->folder = cache->path ? open(path, O_RDONLY | O_DIRECTORY | O_CLOEXEC | flags) : -1;
-    *reason = cache->folder < 0 ? text_format("%s", strerror(errno)) : find_danger(cache->path, cache->folder);
+    *reason =
+        cache->folder < 0 ? text_format("%s", strerror(errno)) : find_danger(cache->path, cache->folder);
     if (!*reason)
         return true;
     cache_close(cache);
@@ -141,7 +143,8 @@ static bool make_seal(int file, off_t length, char seal[static SEAL_LENGTH]) {
     SHA256Init(&sha);
     for (off_t at = 0; at < length;) {
         const off_t left = length - at;
-        const ssize_t count = pread(file, block, left < (off_t)sizeof block ? (size_t)left : sizeof block, at);
+        const ssize_t count =
+            pread(file, block, left < (off_t)sizeof block ? (size_t)left : sizeof block, at);
         if (count <= 0)
             return false;
         SHA256Update(&sha, block, (size_t)count);

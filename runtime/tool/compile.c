@@ -1,4 +1,5 @@
-/* Emitted C to a loaded library: see compile.h. What a library is named by; build.c compiles, cache.c keeps. */
+/* Emitted C to a loaded library: see compile.h. What a library is named by; build.c compiles, cache.c keeps.
+ */
 #include "compile.h"
 #include "build.h"
 #include "cache.h"

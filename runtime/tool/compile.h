@@ -1,8 +1,8 @@
 /*
  * Emitted C becomes functions to call: compiled with $CC into a cache, loaded with dlopen.
  *
- * A library in the cache (cache.h) is named by the SHA-256 of all that went into it: the texts, the compiler's
- * file, size and time, the flags.
+ * A library in the cache (cache.h) is named by the SHA-256 of all that went into it: the texts, the
+ * compiler's file, size and time, the flags.
  */
 #ifndef REFDYN_TOOL_COMPILE_H
 #define REFDYN_TOOL_COMPILE_H

@@ -138,11 +138,13 @@ static bool check_names(struct csv *csv) {
     qsort(csv->fields, (size_t)csv->count, sizeof *csv->fields, by_text);
     for (int i = 1; i < csv->count && is_good; i++)
         if (strcmp(csv->fields[i - 1], csv->fields[i]) == 0)
-            is_good = csv_complain(csv, "two columns are called '%s', each needs a name of its own", csv->fields[i]);
+            is_good = csv_complain(csv, "two columns are called '%s', each needs a name of its own",
+                                   csv->fields[i]);
     for (int i = 0; i < csv->count && is_good; i++)
         for (const char *at = csv->names[i]; *at && is_good; at++)
             if ((unsigned char)*at < ' ' || *at == 0x7F)
-                is_good = csv_complain(csv, "column %d: a control character in its name, a text is needed", i + 1);
+                is_good =
+                    csv_complain(csv, "column %d: a control character in its name, a text is needed", i + 1);
     return is_good;
 }
 
@@ -178,8 +180,10 @@ bool csv_number(const struct csv *csv, int i, double *value) {
     if (end != field && !*end && is_decimal && isfinite(*value))
         return true;
     if (!*field)
-        return csv_complain(csv, "%.*s: the field is empty, a finite number is needed", SHOWN_MOST, csv->names[i]);
-    return csv_complain(csv, "%.*s: '%.*s' is no finite number", SHOWN_MOST, csv->names[i], SHOWN_MOST, field);
+        return csv_complain(csv, "%.*s: the field is empty, a finite number is needed", SHOWN_MOST,
+                            csv->names[i]);
+    return csv_complain(csv, "%.*s: '%.*s' is no finite number", SHOWN_MOST, csv->names[i], SHOWN_MOST,
+                        field);
 }
 
 void csv_close(struct csv *csv) {

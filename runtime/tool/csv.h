@@ -1,7 +1,7 @@
 /*
- * CSV files of users, line by line: one header line of names, then one line of numbers for each sample. Fields are
- * parted by commas, without quotes; blanks around them, a byte order mark, CR before LF and empty lines are passed
- * over.
+ * CSV files of users, line by line: one header line of names, then one line of numbers for each sample.
+ * Fields are parted by commas, without quotes; blanks around them, a byte order mark, CR before LF and empty
+ * lines are passed over.
  *
  * All complaints go to stderr as FILE:LINE: WHAT: fact.
  */
@@ -17,7 +17,7 @@ struct csv {
     char *text; /* the present line, cut into fields */
     size_t size;
     long line;
-    bool is_cut; /* the present line is the last one and has no end */
+    bool is_cut;  /* the present line is the last one and has no end */
     char *header; /* the names lie in it */
     char **names;
     char **fields; /* (count) of the present line */

@@ -155,9 +155,8 @@ static enum status evaluate_state(struct scene *scene) {
 
 enum status run_eval(const struct options *options) {
     struct scene scene;
-    enum status status =
-        scene_open(&scene, options, NEEDS_RESULT | NEEDS_STATE | NEEDS_POINTS | NEEDS_POINT_RATES,
-                   options->state);
+    enum status status = scene_open(
+        &scene, options, NEEDS_RESULT | NEEDS_STATE | NEEDS_POINTS | NEEDS_POINT_RATES, options->state);
     if (status == STATUS_DONE)
         status = evaluate_state(&scene);
     scene_close(&scene);

@@ -9,16 +9,17 @@
 #include <stdbool.h>
 #include <sys/types.h>
 
-/* mkdir -p: `mode` is that of the last one. False with errno when it is not there at the end. made, unless NULL,
- * becomes a list of those that were made, outermost first, which ends with NULL. */
+/* mkdir -p: `mode` is that of the last one. False with errno when it is not there at the end. made, unless
+ * NULL, becomes a list of those that were made, outermost first, which ends with NULL. */
 bool folder_make(const char *path, mode_t mode, char ***made);
 /* Removes those of the list that are empty, and the list. */
 void folder_unmake(char **made);
 
 /*
- * A temporary folder, and a group of processes that work in it. A guard, a process of its own, waits for the end
- * of this one, whatever ends it: then it kills the group and removes the folder. A lock on the folder tells others
- * that it is in use; folders that nobody has locked are what a guard that was killed, too, has left.
+ * A temporary folder, and a group of processes that work in it. A guard, a process of its own, waits for the
+ * end of this one, whatever ends it: then it kills the group and removes the folder. A lock on the folder
+ * tells others that it is in use; folders that nobody has locked are what a guard that was killed, too, has
+ * left.
  */
 struct scratch {
     char *path;

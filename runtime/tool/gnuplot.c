@@ -15,7 +15,8 @@ const char *const plot_dashes[DASH_COUNT] = {"1", "(9,4)", "(2,3)", "(9,3,2,3)",
 bool gnuplot_is_there(void) {
     char *file = process_find("gnuplot");
     if (!file)
-        fputs("refdyn: gnuplot draws the figures and is not installed (Debian: apt install gnuplot-nox)\n", stderr);
+        fputs("refdyn: gnuplot draws the figures and is not installed (Debian: apt install gnuplot-nox)\n",
+              stderr);
     free(file);
     return file != NULL;
 }
@@ -63,8 +64,8 @@ static void show_log(const char *path) {
 static bool draw(struct gnuplot *gnuplot) {
     const char *argv[] = {"gnuplot", "-d", NULL};
     struct process process;
-    const int error = process_start(&process, &gnuplot->scratch, argv, gnuplot->script_path, gnuplot->svg_path,
-                                    gnuplot->log_path);
+    const int error = process_start(&process, &gnuplot->scratch, argv, gnuplot->script_path,
+                                    gnuplot->svg_path, gnuplot->log_path);
     if (error) {
         fprintf(stderr, "refdyn: gnuplot could not be started: %s\n", strerror(error));
         return false;

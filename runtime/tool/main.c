@@ -67,7 +67,8 @@ const struct command commands[] = {
     {.name = "sim",
      .run = run_sim,
      .operands = "MODEL.lua",
-     .options = "until! from method step tol step-max accuracy verify inputs stop every stabilise singular start hold "
+     .options = "until! from method step tol step-max accuracy verify inputs stop every stabilise singular "
+                "start hold "
                 "output summary set fold",
      .output = "RUN.csv",
      .purpose = "one motion, as CSV",
@@ -190,8 +191,8 @@ enum status run_check(const struct options *options) {
     return status;
 }
 
-/* A standard descriptor that is closed would become that of the next file, into which messages then went. It is opened
- * so that it is taken and its use still fails. */
+/* A standard descriptor that is closed would become that of the next file, into which messages then went. It
+ * is opened so that it is taken and its use still fails. */
 static void take_descriptors(void) {
     for (int i = STDIN_FILENO; i <= STDERR_FILENO; i++)
         if (fcntl(i, F_GETFD) < 0 && open("/dev/null", i == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0)

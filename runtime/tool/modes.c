@@ -229,9 +229,9 @@ enum status run_modes(const struct options *options) {
     struct scene scene;
     if (options->modes != floor(options->modes))
         return usage_error(options->command, "--modes: %g is no whole number", options->modes);
-    enum status status =
-        scene_open(&scene, options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS | NEEDS_TANGENT | NEEDS_LINEAR,
-                   state_path(options));
+    enum status status = scene_open(
+        &scene, options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS | NEEDS_TANGENT | NEEDS_LINEAR,
+        state_path(options));
     if (status == STATUS_DONE)
         status = check(&scene);
     if (status == STATUS_DONE)

@@ -36,7 +36,8 @@ bool document_close(struct document *document, FILE *file) {
     if (is_fit)
         fwrite(document->text, 1, document->size, file);
     else
-        fprintf(stderr, "refdyn: the result has numbers that are not finite, under \"%s\"\n", document->unfit);
+        fprintf(stderr, "refdyn: the result has numbers that are not finite, under \"%s\"\n",
+                document->unfit);
     free(document->unfit);
     free(document->text);
     return is_fit;

@@ -13,8 +13,8 @@ enum { NUMBER_LENGTH = 32 };
 const char *exact_text(double value, char text[static NUMBER_LENGTH]);
 void print_number(FILE *out, double value);
 
-/* A JSON document: one entry a line at the outermost level, all else in line. It grows in memory, and is written
- * when it is complete. */
+/* A JSON document: one entry a line at the outermost level, all else in line. It grows in memory, and is
+ * written when it is complete. */
 struct document {
     FILE *out; /* into text */
     char *text;
@@ -29,7 +29,8 @@ struct document {
 /* key NULL: in an array or at the top */
 void put_open(struct document *document, const char *key, char bracket);
 void put_close(struct document *document, char bracket);
-void put_number(struct document *document, const char *key, double value); /* null when not finite, which makes the document unfit */
+void put_number(struct document *document, const char *key,
+                double value); /* null when not finite, which makes the document unfit */
 void put_whole(struct document *document, const char *key, long value);
 void put_text(struct document *document, const char *key, const char *text);
 void put_truth(struct document *document, const char *key, bool value);
@@ -37,8 +38,8 @@ void put_null(struct document *document, const char *key);
 void put_array(struct document *document, const char *key, const double *values, int count);
 void put_matrix(struct document *document, const char *key, const double *values, int rows, int columns);
 void document_open(struct document *document);
-/* Writes it to `file`, unless one of its numbers is not finite: then it is no result, which is told on stderr. Returns
- * whether it was written; the document ends here in any case. */
+/* Writes it to `file`, unless one of its numbers is not finite: then it is no result, which is told on
+ * stderr. Returns whether it was written; the document ends here in any case. */
 bool document_close(struct document *document, FILE *file);
 
 /* A copy of text in heap memory made like printf; ends the program with a message when memory is short. */

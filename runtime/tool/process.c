@@ -87,8 +87,7 @@ static int spawn(struct process *process, const struct scratch *scratch, const c
     char **environment = make_environment(scratch->path);
     error = set_group(&attributes, scratch->group);
     if (!error) /* posix_spawnp does not write to argv */
-        error =
-            posix_spawnp(&process->pid, argv[0], actions, &attributes, (char *const *)argv, environment);
+        error = posix_spawnp(&process->pid, argv[0], actions, &attributes, (char *const *)argv, environment);
     free(environment[0]);
     free(environment);
     posix_spawnattr_destroy(&attributes);

@@ -1,5 +1,6 @@
 /*
- * Other programs, without a shell: started in the group of a temporary folder, waited for with what they used.
+ * Other programs, without a shell: started in the group of a temporary folder, waited for with what they
+ * used.
  */
 #ifndef REFDYN_TOOL_PROCESS_H
 #define REFDYN_TOOL_PROCESS_H

@@ -270,8 +270,8 @@ static bool draw(const struct report *report, char **figure) {
 }
 
 static bool write_page(const struct report *report, const char *figure) {
-    char *title = text_format("%s: error against run time%s", report->model_name,
-                              interrupted ? ", interrupted" : "");
+    char *title =
+        text_format("%s: error against run time%s", report->model_name, interrupted ? ", interrupted" : "");
     page_write(report->page->file, title, report->studies, report->done, figure);
     free(title);
     return target_finish(report->page);
@@ -295,8 +295,8 @@ static enum status write_report(const struct report *report) {
     return is_written ? STATUS_DONE : STATUS_FAULT;
 }
 
-/* After an interruption: the last study counts when its reference is complete, for there is nothing to compare with
- * otherwise. */
+/* After an interruption: the last study counts when its reference is complete, for there is nothing to
+ * compare with otherwise. */
 static void forget_unfinished(struct report *report) {
     if (report->done > 0 && report->studies[report->done - 1].reference_count < REFERENCES)
         report->done--;

@@ -125,7 +125,8 @@ bool run_read(struct run *run, const char *path) {
     if (!csv_open(&run->csv, path, "run"))
         return false;
     if (strcmp(run->csv.names[0], "t") != 0 || run->csv.count < 2)
-        return csv_complain(&run->csv, "the header does not begin with t and a name, a CSV file of refdyn sim is needed");
+        return csv_complain(
+            &run->csv, "the header does not begin with t and a name, a CSV file of refdyn sim is needed");
     get_room(run);
     find_columns(run);
     if (!read_rows(run))

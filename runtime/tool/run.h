@@ -12,9 +12,9 @@ enum { RUN_ROWS_MOST = 4000 /* of those that are kept: more cannot be seen */ };
 
 struct run {
     const char *path;
-    const char *name; /* without folders */
-    struct csv csv;   /* its names */
-    char **columns;   /* of csv */
+    const char *name;         /* without folders */
+    struct csv csv;           /* its names */
+    char **columns;           /* of csv */
     double *kept;             /* (kept_count x column_count) rows at equal distances, and the last one */
     long kept_count, stride;  /* every stride-th row is kept */
     double *largest;          /* absolute value in each column */

@@ -55,7 +55,8 @@ enum status scene_open(struct scene *scene, const struct options *options, unsig
                        const char *state_path);
 void scene_close(struct scene *scene);
 
-/* Targets may be none of the files that the command has read until now: the model with all that it requires. */
+/* Targets may be none of the files that the command has read until now: the model with all that it requires.
+ */
 void scene_spare_sources(const struct scene *scene, struct targets *targets);
 /* The document, which ends here, becomes the result: STATUS_NUMBERS when a number of it is not finite. */
 enum status scene_finish(struct scene *scene, struct document *document);

@@ -76,7 +76,8 @@ static bool keep_part(struct target *target, bool has_rows) {
     if (!target_close_part(target))
         return false;
     if (target->part)
-        fprintf(stderr, "refdyn: what was computed until then is in %s; its last row is the whole last state\n",
+        fprintf(stderr,
+                "refdyn: what was computed until then is in %s; its last row is the whole last state\n",
                 target->part);
     return true;
 }

@@ -82,10 +82,16 @@ static size_t superfluous(const char *at) {
 
 /* ---- Texts ---- */
 
-/* Characters for private use. */
-static const unsigned long first_placeholder = 0xE000, filler = 0xF8FF;
+/* A placeholder is this control character, which no other text has, its number in two digits, and fillers. */
+static const char lead = '\001', filler = '\002';
+static const char digits[] = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz+-";
 
-enum { TEXTS_MOST = 6000 /* fewer than there are placeholders */, SHOWN_MOST = 100 /* characters of a text */ };
+enum {
+    BASE = sizeof digits - 1,
+    TEXTS_MOST = BASE * BASE,
+    PLACEHOLDER_LENGTH = 3,
+    SHOWN_MOST = 100 /* characters of a text */
+};
 
 static char *shorten(const char *text, int *length) {
     char *shown;
@@ -115,22 +121,24 @@ void svg_put_placeholders(FILE *out, struct svg_texts *texts, const char *text) 
     int length;
     if (texts->count == TEXTS_MOST || !*text)
         return;
+    fprintf(out, "%c%c%c", lead, digits[texts->count / BASE], digits[texts->count % BASE]);
     keep(texts, shorten(text, &length));
-    put_utf8(out, first_placeholder + (unsigned long)texts->count - 1);
-    while (--length > 0)
-        put_utf8(out, filler);
+    for (; length > PLACEHOLDER_LENGTH; length--)
+        fputc(filler, out);
 }
 
 /* The text of a placeholder at *at, which then stands behind it; false: there is none. */
 static bool put_own_text(const char **at, const struct svg_texts *texts, FILE *out) {
-    const char *behind = *at;
-    const unsigned long point = (unsigned char)**at < 0x80 ? 0 : utf8_next(&behind);
-    if (point == filler)
-        *at = behind;
-    if (point < first_placeholder || point >= first_placeholder + (unsigned long)texts->count)
-        return point == filler;
-    put_xml_text(out, texts->list[point - first_placeholder]);
-    *at = behind;
+    if (**at == filler)
+        return ++*at;
+    if (**at != lead || !(*at)[1] || !(*at)[2])
+        return false;
+    const char *high = strchr(digits, (*at)[1]), *low = strchr(digits, (*at)[2]);
+    const long number = high && low ? (high - digits) * BASE + (low - digits) : -1;
+    if (number < 0 || number >= texts->count)
+        return false;
+    put_xml_text(out, texts->list[number]);
+    *at += PLACEHOLDER_LENGTH;
     return true;
 }
 

@@ -1,16 +1,16 @@
 /*
  * gnuplot's SVG finished: texts put in for their placeholders, and what it repeats in every group left out.
  *
- * Coordinates of curves become relative: the SVG is then less than half as long, and the picture stays the same to
- * a tenth of a pixel.
+ * Coordinates of curves become relative: the SVG is then less than half as long, and the picture stays the
+ * same to a tenth of a pixel.
  */
 #ifndef REFDYN_TOOL_SVG_H
 #define REFDYN_TOOL_SVG_H
 
 #include <stdio.h>
 
-/* Texts of one drawing. A text's placeholder is a character of its own, from those that no text uses (U+E000 on),
- * and then one filler for each further character, so that it takes the text's room. */
+/* Texts of one drawing. What stands for a text takes as much room as it; texts beyond some thousand are left
+ * out. */
 struct svg_texts {
     char **list;
     int count, room;

@@ -103,8 +103,8 @@ static const char *find_owner(const struct targets *targets, const struct target
 }
 
 static bool refuse_owned(const struct target *target, const char *path, const char *owner) {
-    char *fact = text_format("%s is the file %s, which this command reads or writes, too; another name is needed",
-                             path, owner);
+    char *fact = text_format(
+        "%s is the file %s, which this command reads or writes, too; another name is needed", path, owner);
     refuse(target->name, fact);
     free(fact);
     return false;

@@ -2,9 +2,9 @@
  * The files that a command writes: opened before the work, so that what cannot be written is said first, and
  * complete under their names at the end, or not there.
  *
- * A file grows as NAME.part, which is locked: two programs never write one file. A link is followed, so that it
- * stays a link. What is no plain file (/dev/null, a pipe) is written itself. No output may be a file that the
- * command reads, or another of its outputs, under whatever name.
+ * A file grows as NAME.part, which is locked: two programs never write one file. A link is followed, so that
+ * it stays a link. What is no plain file (/dev/null, a pipe) is written itself. No output may be a file that
+ * the command reads, or another of its outputs, under whatever name.
  */
 #ifndef REFDYN_TOOL_TARGET_H
 #define REFDYN_TOOL_TARGET_H
@@ -14,11 +14,11 @@
 #include <stdio.h>
 
 struct target {
-    FILE *file;       /* the work writes here; NULL once it is closed */
-    char *name;       /* as the user gave it; "stdout" */
-    char *path;       /* where it will be; NULL: it is written itself */
+    FILE *file; /* the work writes here; NULL once it is closed */
+    char *name; /* as the user gave it; "stdout" */
+    char *path; /* where it will be; NULL: it is written itself */
     char *part;
-    int lock;         /* of the part, until it has its name; -1: none */
+    int lock;     /* of the part, until it has its name; -1: none */
     bool is_used; /* by a command that came to its end: it stays, whole or in part */
     struct undo undo;
     struct target *next;
