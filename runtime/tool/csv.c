@@ -10,7 +10,7 @@
 #include <string.h>
 
 /* What is larger is no file of this kind, but might take all memory. */
-enum { LINE_MOST = 16 << 20, TEXT_MOST = 256 << 20, FIRST_ROOM = 4096, SHOWN_MOST = 40 };
+enum { LINE_MOST = 16 << 20, TEXT_MOST = 256 << 20, FIRST_ROOM = 4096, SHOWN_MOST = 40, SHOWN_TEXT = 300 };
 
 static const char byte_order_mark[] = "\xEF\xBB\xBF"; /* UTF-8's, which spreadsheets write */
 
@@ -19,6 +19,13 @@ void complain_line(const char *path, long line, const char *text) {
     if (line > 0)
         fprintf(stderr, ":%ld", line);
     fputs(": ", stderr);
+    if (strlen(text) > 2 * SHOWN_TEXT) {
+        char *begin = text_format("%.*s", SHOWN_TEXT, text);
+        put_plain_text(stderr, begin);
+        fputs(" ... ", stderr);
+        text += strlen(text) - SHOWN_TEXT;
+        free(begin);
+    }
     put_plain_text(stderr, text);
     fputc('\n', stderr);
 }

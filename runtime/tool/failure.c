@@ -69,7 +69,7 @@ void print_residuals(struct refdyn_workspace *work, double t, const double *q, c
     double below = INFINITY;
     if (work->m == 0 || refdyn_equations(work, t, q, qd) != REFDYN_OK)
         return;
-    fprintf(stderr, "refdyn: %s: largest residuals", where);
+    fprintf(stderr, "refdyn: %s is off the programme by", where);
     for (int k = 0; k < SHOWN_ROWS && k < work->m; k++) {
         int largest = -1;
         for (int a = 0; a < work->m; a++)

@@ -68,7 +68,7 @@ static void on_start(const struct task *task, const struct motion *motion) {
 }
 
 /* The partial file stays, under its own name, if there are rows in it. */
-static bool keep_part(struct target *target, bool has_rows) {
+static bool keep_part(struct target *target, bool has_rows, bool has_last) {
     if (!has_rows) {
         target_drop_part(target);
         return true;
@@ -76,9 +76,8 @@ static bool keep_part(struct target *target, bool has_rows) {
     if (!target_close_part(target))
         return false;
     if (target->part)
-        fprintf(stderr,
-                "refdyn: what was computed until then is in %s; its last row is the whole last state\n",
-                target->part);
+        fprintf(stderr, "refdyn: what was computed until then is in %s%s\n", target->part,
+                has_last ? "; its last row is the whole last state" : "");
     return true;
 }
 
@@ -95,12 +94,14 @@ static void print_refused(const struct refdyn_refused_passage *refused) {
 }
 
 /* How far the start is from the programme, and how near its projection came. */
-static void print_start_residuals(const struct scene *scene, const struct refdyn_drive *drive) {
-    struct refdyn_workspace *work = drive->work;
-    if (!work || !drive->options.project_start || drive->cause == REFDYN_OK)
+static void print_start_residuals(const struct trial *trial) {
+    const struct scene *scene = trial->motion.scene;
+    const struct refdyn_drive *drive = &trial->motion.drive;
+    if (trial->result != REFDYN_NO_CONVERGENCE && trial->result != REFDYN_ROWS_INCONSISTENT)
         return;
-    print_residuals(work, scene->state.t, scene->q, scene->qd, "the start");
-    print_residuals(work, scene->state.t, drive->q, drive->qd, "where the projection ended");
+    print_residuals(drive->work, scene->state.t, scene->q, scene->qd, "the start");
+    if (memcmp(scene->q, drive->q, (size_t)scene->model->n * sizeof *drive->q) != 0)
+        print_residuals(drive->work, scene->state.t, drive->q, drive->qd, "where the projection ended");
 }
 
 static void print_failure(const struct trial *trial) {
@@ -112,7 +113,7 @@ static void print_failure(const struct trial *trial) {
         fprintf(stderr, "refdyn: column %s is infinite or no number\n", trial->unfit);
     if (!trial->is_started) {
         numbers_failed(scene, trial->result, scene->state.t, scene->q, scene->qd);
-        print_start_residuals(scene, drive);
+        print_start_residuals(trial);
     } else if (trial->result == MOTION_INTERRUPTED || trial->result == MOTION_NOT_WRITTEN)
         fprintf(stderr, "refdyn: %s at t = %s s\n",
                 trial->result == MOTION_INTERRUPTED ? "interrupted" : "the rows could no longer be written",
@@ -122,14 +123,11 @@ static void print_failure(const struct trial *trial) {
             fprintf(stderr, "refdyn: at t = %s s: %s\n", exact_text(drive->failed_t, text),
                     refdyn_status_text(drive->cause));
         numbers_failed(scene, trial->result, drive->t, drive->q, drive->qd);
-        if (drive->cause == REFDYN_NO_CONVERGENCE || drive->cause == REFDYN_ROWS_INCONSISTENT)
-            print_residuals(drive->work, drive->failed_t, drive->q, drive->qd,
-                            "what the next positions have to meet");
         if (print_condition(drive->work, drive->t, drive->q, drive->qd) &&
             drive->options.singular == REFDYN_STOP)
             fputs("refdyn: --singular pass leads through where a branch can be followed\n", stderr);
         print_refused(&drive->refused);
-        if (trial->result > REFDYN_OK)
+        if (trial->result > REFDYN_OK && !trial->unfit)
             fputs("refdyn: a smaller --step or --tol may help\n", stderr);
     }
 }
@@ -139,7 +137,7 @@ static enum status stop(const struct trial *trial, struct target *target) {
     print_failure(trial);
     if (trial->is_started)
         summary_print(&summary);
-    const bool is_kept = keep_part(target, trial->is_started);
+    const bool is_kept = keep_part(target, trial->is_started, !trial->unfit);
     return is_kept && trial->result != MOTION_NOT_WRITTEN ? STATUS_NUMBERS : STATUS_FAULT;
 }
 
@@ -206,7 +204,7 @@ static enum status simulate(const struct task *task, const struct refdyn_options
     trial_run(&trial, task, drive, target->file);
     enum status status = trial.usage;
     if (status != STATUS_DONE)
-        keep_part(target, false);
+        keep_part(target, false, false);
     else if (trial.result != REFDYN_OK)
         status = stop(&trial, target);
     else {
@@ -248,7 +246,7 @@ static enum status not_reached(const struct search *search, const struct options
     if (best->has_estimate)
         fprintf(stderr, ", the best estimated error is %.2g", best->estimate.largest.error);
     fputs("\n", stderr);
-    return keep_part(target, true) ? STATUS_NUMBERS : STATUS_FAULT;
+    return keep_part(target, true, false) ? STATUS_NUMBERS : STATUS_FAULT;
 }
 
 static enum status search(const struct task *task, const struct refdyn_options *drive) {
@@ -265,7 +263,7 @@ static enum status search(const struct task *task, const struct refdyn_options *
     } else if (status == STATUS_NUMBERS)
         status = not_reached(&search, task->options, target);
     else
-        keep_part(target, false);
+        keep_part(target, false, false);
     search_release(&search);
     return status;
 }

@@ -100,11 +100,12 @@ static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
               stderr);
     if (answer == REFDYN_OK)
         return STATUS_DONE;
+    const enum status status = numbers_failed(scene, answer, 0, scene->q, NULL);
+    if (answer != REFDYN_NOT_FINITE)
+        print_imbalance(scene, equilibrium);
     fprintf(stderr, "refdyn: equilibrium reached under %.3g of the load only\n", result.load);
     if (answer == REFDYN_TANGENT_SINGULAR)
         fputs("refdyn: --hold keeps coordinates at their start\n", stderr);
-    const enum status status = numbers_failed(scene, answer, 0, scene->q, NULL);
-    print_imbalance(scene, equilibrium);
     return status;
 }
 
