@@ -74,7 +74,7 @@ static void take_row(struct run *run, const double *row) {
         run->lowest[i] = run->rows ? fmin(run->lowest[i], row[i]) : row[i];
         run->highest[i] = run->rows ? fmax(run->highest[i], row[i]) : row[i];
     }
-    if (run->rows++ % run->stride == 0 && ++run->kept_count == RUN_ROWS_MOST)
+    if (run->rows++ % run->stride == 0 && ++run->kept_count == run->room)
         thin_out(run);
 }
 
@@ -116,7 +116,11 @@ static void get_room(struct run *run) {
     run->largest = allocate(width, sizeof *run->largest);
     run->lowest = allocate(width, sizeof *run->lowest);
     run->highest = allocate(width, sizeof *run->highest);
-    run->kept = allocate((RUN_ROWS_MOST + 1) * width, sizeof *run->kept);
+    run->room = RUN_NUMBERS_MOST / run->column_count;
+    run->room = run->room > RUN_ROWS_MOST    ? RUN_ROWS_MOST
+                : run->room < RUN_ROWS_LEAST ? RUN_ROWS_LEAST
+                                             : run->room;
+    run->kept = allocate((size_t)(run->room + 1) * width, sizeof *run->kept);
 }
 
 bool run_read(struct run *run, const char *path) {

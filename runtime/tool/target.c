@@ -68,6 +68,14 @@ static bool find_path(struct target *target) {
     return S_ISDIR(status.st_mode) ? refuse(target->name, "is a folder, a file is needed") : true;
 }
 
+/* A folder with the sticky bit, in which files belong to their users. */
+static bool is_in_common_folder(const char *path, struct stat *folder) {
+    char *copy = text_format("%s", path);
+    const bool is_sticky = stat(dirname(copy), folder) == 0 && (folder->st_mode & S_ISVTX);
+    free(copy);
+    return is_sticky;
+}
+
 /* What renaming will meet: a file that may not be replaced. */
 static bool check_present(const struct target *target) {
     struct stat status, folder;
@@ -75,10 +83,8 @@ static bool check_present(const struct target *target) {
         return true;
     if (faccessat(AT_FDCWD, target->path, W_OK, AT_EACCESS) != 0)
         return refuse_for(target->name, "is there and may not be written");
-    char *copy = text_format("%s", target->path);
-    const bool is_sticky = stat(dirname(copy), &folder) == 0 && (folder.st_mode & S_ISVTX);
-    free(copy);
-    if (is_sticky && geteuid() != 0 && status.st_uid != geteuid() && folder.st_uid != geteuid())
+    if (is_in_common_folder(target->path, &folder) && geteuid() != 0 && status.st_uid != geteuid() &&
+        folder.st_uid != geteuid())
         return refuse(target->name, "is another user's, in a folder in which files belong to their users");
     return true;
 }
@@ -132,14 +138,15 @@ static bool is_still(const char *path, int file) {
 /* A descriptor of NAME.part, locked; -1 with a complaint. */
 static int open_part(const struct target *target) {
     for (int i = 0; i < TRIES; i++) {
-        struct stat status;
+        struct stat status, folder;
         const int file =
             open(target->part, O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK | O_NOCTTY, 0666);
         if (file < 0 || fstat(file, &status) != 0) {
             refuse_for(target->part, "cannot be written");
             return -1;
         }
-        const bool is_plain = S_ISREG(status.st_mode) && status.st_uid == geteuid();
+        const bool is_plain = S_ISREG(status.st_mode) &&
+                              (status.st_uid == geteuid() || !is_in_common_folder(target->part, &folder));
         const bool is_busy = is_plain && flock(file, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK;
         if (is_plain && !is_busy && is_still(target->part, file))
             return file;
@@ -194,7 +201,7 @@ static bool open_stdout(struct target *target) {
 }
 
 static bool open_itself(struct target *target) {
-    const int file = open(target->name, O_WRONLY | O_TRUNC | O_CLOEXEC | O_NOCTTY);
+    const int file = open(target->name, O_WRONLY | O_APPEND | O_CLOEXEC | O_NOCTTY);
     target->file = file < 0 ? NULL : fdopen(file, "w");
     return target->file || refuse_for(target->name, "cannot be written");
 }

@@ -152,6 +152,25 @@ def test_some_of_them_fail(tmp_path):
         assert 3 in ends and (0 in ends or command[0] == "modes"), (command, ends)
 
 
+SLIDES = """local rd = require "refdyn"
+local p = rd.parameters { { "l", 1, "m" } }
+return rd.model { name = "slides", points = { E = "c" }, links = { { "a", joint = "x", mass = 1, spring = { x = 1 } },
+  { "b", on = "a", at = { 0, p.l, 0 }, mass = 1 }, { "c", on = "b", at = { 0, p.l, 0 } } } }
+"""
+
+
+@pytest.mark.parametrize("command, section", [(["eval"], "points"), (["statics"], "points"), (["modes"], "points"), (["modes", "--at", "initial"], "points"),
+                                              (["eval", "--state", "fast.json"], "energy")], ids=lambda words: words if isinstance(words, str) else " ".join(words))
+def test_results_that_overflow(command, section, tmp_path):
+    """The equations hold, and yet a number of the result does not fit: nothing is given out."""
+    (tmp_path / "slides.lua").write_text(SLIDES)
+    (tmp_path / "fast.json").write_text('{"qd": [1e200]}')
+    values = [] if section == "energy" else ["--set", "l=1.7e308"]
+    done = refdyn(command[0], "slides.lua", *command[1:], *values, "-o", "result.json", status=3, cwd=tmp_path)
+    assert f'refdyn: the result has numbers that are not finite, under "{section}"\nrefdyn: slides: t = 0 s: ' in done.stderr, done.stderr
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["fast.json", "slides.lua"] and done.stdout == ""
+
+
 @pytest.mark.parametrize("course, start", [("rd.sqrt(0.5 - s.t)", 0.5), ("1/(s.t - 0.25)", 0.25), ("rd.log(0.3 - s.t)", 0.3), ("1/s.t", 0), ("rd.exp(1e4*s.t)", 0.07)])
 def test_columns_that_lose_their_value(course, start, tmp_path):
     """Also where the equations go on: the motion ends there, and says in which column."""

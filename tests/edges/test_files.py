@@ -475,6 +475,23 @@ def test_names_of_the_cache(name, tmp_path):
     assert {path.split("/")[0] for path in files_in(tmp_path)} == {name}
 
 
+@pytest.mark.parametrize("name", ["-o", "@file", "a b", "$(touch canary)"])
+def test_names_of_the_temporary_folder(name, tmp_path):
+    (tmp_path / name).mkdir()
+    (tmp_path / "given.csv").write_text("t,a_psi,a_psi_d,energy\n0,1,2,3\n1,2,3,4\n")
+    for arguments in (["bench", PENDULUM, "--emit", "M"], ["plot", "given.csv", "-o", "f.svg"]):
+        assert run(*arguments, cwd=tmp_path, env={**os.environ, "TMPDIR": name}, stdout=subprocess.DEVNULL).returncode == 0
+    assert files_in(tmp_path) == ["f.svg", "given.csv"] and not list((tmp_path / name).iterdir())
+
+
+def test_devices_are_appended_to(tmp_path):
+    """/dev/stdout is what the shell has opened, which may have something in it."""
+    (tmp_path / "log").write_text("before\n")
+    with open(tmp_path / "log", "a") as log:
+        assert run("eval", PENDULUM, "-o", "/dev/stdout", stdout=log).returncode == 0
+    assert (tmp_path / "log").read_text().startswith("before\n{")
+
+
 @pytest.mark.parametrize("command", ["cc -O1", "cc\t-O1", " cc ", "cc\n-O1", "env cc"])
 def test_words_of_the_compiler(command, tmp_path):
     done = run("eval", PENDULUM, env={**os.environ, "REFDYN_CACHE": str(tmp_path), "CC": command}, stdout=subprocess.PIPE)

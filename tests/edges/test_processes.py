@@ -112,6 +112,7 @@ def test_the_limit_on_sizes_of_files(place):
     place.run("eval", PENDULUM)
     place.run("sim", PENDULUM, "--until", "0.1")
     said = place.run("sim", PENDULUM, *LONG, "-o", "run.csv", status=-signal.SIGXFSZ, preexec_fn=limit)
+    assert "could no longer be written at t = " in said and "not all could be written: File too large" in said
     assert "limit on the size of files" in said and files_in(place.work) == ["run.csv.part"]
     text = (place.work / "run.csv.part").read_text()
     rows = text[:text.rindex("\n")].split("\n")
