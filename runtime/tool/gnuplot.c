@@ -72,6 +72,8 @@ static bool draw(struct gnuplot *gnuplot) {
     }
     if (process_wait(&process, 1) == 0 && process.result == 0)
         return true;
+    if (interrupt_is_new())
+        return false;
     fprintf(stderr, "refdyn: gnuplot failed:\n");
     show_log(gnuplot->log_path);
     return false;

@@ -24,6 +24,7 @@ enum { SIGNAL_COUNT = sizeof signals / sizeof signals[0] };
 
 volatile sig_atomic_t interrupted;
 static volatile sig_atomic_t is_deferring;
+static bool is_accepted;
 static struct undo *volatile undos;
 
 static int place_of(int number) {
@@ -77,6 +78,14 @@ void interrupt_catch(void) {
 
 void interrupt_defer(bool is_deferred) {
     is_deferring = is_deferred;
+}
+
+bool interrupt_is_new(void) {
+    return interrupted && !is_accepted;
+}
+
+void interrupt_accept(void) {
+    is_accepted = true;
 }
 
 void undo_add(struct undo *undo, void (*call)(void *what), void *what) {

@@ -24,6 +24,10 @@ struct undo {
 /* At the start of the program. */
 void interrupt_catch(void);
 void interrupt_defer(bool is_deferred);
+/* Whether one was noted and not yet accepted: what works for the program ends. */
+bool interrupt_is_new(void);
+/* It ended what it had to; what works from now on brings things in order. */
+void interrupt_accept(void);
 void undo_add(struct undo *undo, void (*call)(void *what), void *what);
 /* One that was not added, or is forgotten already, is no matter. */
 void undo_forget(struct undo *undo);

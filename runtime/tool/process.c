@@ -12,6 +12,7 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
+#include <time.h>
 #include <unistd.h>
 
 extern char **environ;
@@ -124,17 +125,18 @@ static bool has_running(const struct process *processes, int count) {
     return false;
 }
 
+/* By looks, since a signal that came before a call that waits would not end it. */
 int process_wait(struct process *processes, int count) {
-    const int noted = interrupted;
-    while (has_running(processes, count)) {
+    const struct timespec pause = {.tv_nsec = 2000000}; /* short beside any of these programs */
+    while (has_running(processes, count) && !interrupt_is_new()) {
         int status;
         struct rusage usage;
-        pid_t pid = wait4(-1, &status, 0, &usage);
-        if (pid < 0 && errno == EINTR && interrupted == noted)
-            continue;
-        if (pid < 0)
+        const pid_t pid = wait4(-1, &status, WNOHANG, &usage);
+        const int i = pid > 0 ? find(processes, count, pid) : -1;
+        if (pid < 0 && errno != EINTR)
             return -1;
-        int i = find(processes, count, pid);
+        if (pid <= 0)
+            nanosleep(&pause, NULL);
         if (i < 0)
             continue;
         processes[i].pid = 0;

@@ -24,7 +24,8 @@ char *process_find(const char *name);
  */
 int process_start(struct process *process, const struct scratch *scratch, const char *const *argv,
                   const char *input, const char *output, const char *errors);
-/* Waits until one of the running ones ends and returns its index, -1 when none runs or a signal was noted. */
+/* Waits until one of the running ones ends and returns its index, -1 when none runs or a new signal was
+ * noted. */
 int process_wait(struct process *processes, int count);
 
 #endif

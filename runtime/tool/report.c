@@ -323,6 +323,7 @@ enum status run_report(const struct options *options) {
     enum status status = plan_report(report);
     if (status == STATUS_DONE)
         status = run_all(report);
+    interrupt_accept(); /* what was measured is written, whatever comes */
     if (interrupted)
         forget_unfinished(report);
     if (status == STATUS_DONE || (interrupted && report->done > 0))

@@ -82,6 +82,13 @@ static void make_room(struct runs *runs, long outputs) {
     runs->reference = allocate(count, sizeof *runs->reference);
 }
 
+static bool is_track_finite(const struct runs *runs) {
+    for (long i = 0; i < runs->study->outputs * runs->study->tracked; i++)
+        if (!isfinite(runs->track[i]))
+            return false;
+    return true;
+}
+
 /* One motion from a start on the programme, with the energy balance, as `refdyn sim` runs it. */
 static void run_once(struct runs *runs, struct trial *trial) {
     struct refdyn_options drive = refdyn_options_default(trial->method);
@@ -99,6 +106,8 @@ static void run_once(struct runs *runs, struct trial *trial) {
             trial->result = motion_to(&motion, i, &runs->progress);
         put_track(runs, &motion, i);
     }
+    if (is_done(trial) && !is_track_finite(runs))
+        trial->result = REFDYN_NOT_FINITE;
     keep_facts(trial, &motion);
     motion_release(&motion);
 }
@@ -256,8 +265,6 @@ static void run_next(struct runs *runs, struct series *series, double limit) {
         series->count--; /* how far it came says nothing of the method */
         return;
     }
-    if (is_done(trial) && !isfinite(trial->error))
-        trial->result = REFDYN_NOT_FINITE;
     repeat_short(runs, trial);
     if (series->is_fixed && runs->plan->step_count == 0)
         forget_before_edge(runs->study, series);

@@ -246,9 +246,20 @@ void targets_spare(struct targets *targets, const char *path) {
     targets->spared = longer;
 }
 
+/* When a signal ends the program. */
+static void remove_folders(void *what) {
+    const struct targets *targets = what;
+    int count = 0;
+    while (targets->folders[count])
+        count++;
+    while (count > 0)
+        rmdir(targets->folders[--count]); /* fails where something is in it, as it should */
+}
+
 bool targets_make_folder(struct targets *targets, const char *path) {
     if (!folder_make(path, 0777, &targets->folders))
         return refuse_for(*path ? path : "''", "the folder cannot be made");
+    undo_add(&targets->undo, remove_folders, targets);
     return faccessat(AT_FDCWD, path, W_OK | X_OK, AT_EACCESS) == 0 ||
            refuse_for(path, "the folder cannot be written into");
 }
@@ -305,6 +316,7 @@ void targets_release(struct targets *targets) {
         release(targets->first);
         targets->first = next;
     }
+    undo_forget(&targets->undo);
     folder_unmake(targets->folders);
     for (int i = 0; i < targets->spared_count; i++)
         free(targets->spared[i]);

@@ -28,7 +28,8 @@ struct targets {
     struct target *first;
     char **spared; /* files that are read */
     int spared_count;
-    char **folders; /* that were made for them; NULL: none */
+    char **folders;   /* that were made for them; NULL: none */
+    struct undo undo; /* of these */
 };
 
 /* No target may be this file. */

@@ -1,14 +1,13 @@
 """Files that are written and that are trusted: what cannot be written is said before anything is computed, and nothing is lost."""
 import fcntl
+import hashlib
 import json
 import os
 import re
-import resource
 import shutil
-import signal
 import stat
 import subprocess
-import sys
+import tempfile
 import time
 
 import pytest
@@ -260,7 +259,6 @@ def as_other():
 @pytest.fixture
 def ours(tmp_path_factory):
     """A folder that as_other owns, in one where it may go."""
-    import tempfile
     with tempfile.TemporaryDirectory(dir="/tmp") as folder:
         os.chmod(folder, 0o755)
         mine = os.path.join(folder, "mine")
@@ -381,7 +379,6 @@ def test_what_is_no_plain_library(what, tmp_path):
 
 def plant(path, canary):
     """A library of that name that runs something when it is loaded, sealed as the program seals its own."""
-    import hashlib
     source = path.parent / "planted.c"
     source.write_text(f'#include <fcntl.h>\n__attribute__((constructor)) static void act(void) {{ open("{canary}", O_CREAT | O_WRONLY, 0600); }}\n')
     subprocess.run(["cc", "-shared", "-fPIC", source, "-o", path], check=True)

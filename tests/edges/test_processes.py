@@ -1,5 +1,6 @@
 """Signals, and other programs: what was begun is ended and removed, what was computed stays readable."""
 import csv
+import fcntl
 import os
 import pathlib
 import re
@@ -190,6 +191,15 @@ def test_a_compilation_that_is_ended(command, number, place):
         assert not files_in(place.work)
 
 
+def test_a_generation_that_is_ended(place):
+    """Neither a folder that was made for it stays, nor a part of a file."""
+    process = place.start("gen", REFERENCE, "--set", "n_rfe=64", "--loops", "never", "--emit", "all,d_qdd", "-o", "deep/out")
+    wait_for(lambda: (place.work / "deep" / "out").exists())
+    process.send_signal(signal.SIGTERM)
+    process.communicate(timeout=60 * SLOWNESS)
+    assert process.returncode == -signal.SIGTERM and not list(place.work.iterdir())
+
+
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGKILL], ids=lambda number: number.name)
 def test_a_compiler_that_does_not_listen(number, place):
     numbers = place.program("slow", STUBBORN)
@@ -225,7 +235,6 @@ def test_a_compiler_that_ends_leaves_nothing(place):
 
 def test_what_dead_programs_have_left(place):
     """Folders that nobody has locked are removed at the next start; one that is in use, and what is not ours, stays."""
-    import fcntl
     for folder in (place.cache / "build-AAAAAA", place.cache / "build-BBBBBB", place.tmp / "refdyn-plot-CCCCCC"):
         (folder / "deep").mkdir(parents=True)
         (folder / "deep" / "file").write_text("left")
