@@ -18,7 +18,7 @@ struct target {
     char *name; /* as the user gave it; "stdout" */
     char *path; /* where it will be; NULL: it is written itself */
     char *part;
-    int lock;     /* of the part, until it has its name; -1: none */
+    int lock;     /* of the part, kept until it has its name: nobody writes it in between; -1: none */
     bool is_used; /* by a command that came to its end: it stays, whole or in part */
     struct undo undo;
     struct target *next;
