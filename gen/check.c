@@ -344,7 +344,7 @@ static void warn_of_columns(const struct check *check) {
             const char *column = memory_format(check->messages->memory, "%s_%s", point->name, axes[axis]);
             if (find_coordinate(check->tree, column) >= 0)
                 warn(check->messages, point->place,
-                     "points.%s: a motion has two columns %s, of the point and of the coordinate",
+                     "points.%s: its columns in a motion are called point_%s ..., since a coordinate is called so",
                      point->name, column);
         }
 }

@@ -7,7 +7,6 @@
 
 #include <errno.h>
 #include <string.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 /* What a model may take in all while it is read, and until its C is there. Beside it stand the program and
@@ -50,6 +49,7 @@ static void read_model(struct generation *gen, const struct read_request *reques
         place_points(&gen->memory, &gen->model, &gen->tree);
     if (!messages->errors)
         check_programme(&gen->model, &gen->tree, messages);
+    gen->model.sources = script_sources(script);
 }
 
 enum gen_status gen_read(struct generation *gen, const struct read_request *request, long allowance) {
@@ -107,22 +107,6 @@ const struct operation_count *gen_count(const struct generation *gen, const char
     return &function->operations;
 }
 
-/* Writes beside the target and renames, so that no half-written file ever has the final name. */
-static bool write_file(struct generation *gen, const char *directory, const struct emitted_file *file) {
-    const char *path = memory_format(&gen->memory, "%s/%s", directory, file->name);
-    const char *beside = memory_format(&gen->memory, "%s.part", path);
-    FILE *out = fopen(beside, "wb");
-    bool written = out && fwrite(file->text, 1, file->length, out) == file->length;
-    if (out && fclose(out))
-        written = false;
-    if (written && !rename(beside, path))
-        return true;
-    complain(&gen->messages, (struct place){path, 0}, "not written: %s", strerror(errno));
-    if (out)
-        unlink(beside);
-    return false;
-}
-
 /* Was the file made for a model of another name? Part 2 of the model `arm` has the name of the model `arm_2`.
  */
 static bool is_of_other_model(struct generation *gen, const char *path) {
@@ -141,18 +125,13 @@ static bool is_of_other_model(struct generation *gen, const char *path) {
     return true;
 }
 
-/* mkdir -p */
-static bool make_directory(struct generation *gen, const char *directory) {
-    char *path = memory_text(&gen->memory, directory);
-    for (char *slash = strchr(path + 1, '/'); slash; slash = strchr(slash + 1, '/')) {
-        *slash = 0;
-        mkdir(path, 0777);
-        *slash = '/';
-    }
-    if (!mkdir(path, 0777) || errno == EEXIST)
-        return true;
-    complain(&gen->messages, (struct place){directory, 0}, "folder not made: %s", strerror(errno));
-    return false;
+enum gen_status gen_check_folder(struct generation *gen, const char *directory) {
+    if (setjmp(gen->out_of_memory))
+        return no_memory(gen, "write it");
+    for (int i = 0; i < gen->plan->file_count; i++)
+        if (is_of_other_model(gen, memory_format(&gen->memory, "%s/%s", directory, gen->plan->files[i].name)))
+            return GEN_NOT_WRITTEN;
+    return GEN_OK;
 }
 
 static bool begins_with(FILE *file, const char *lead) {
@@ -161,8 +140,9 @@ static bool begins_with(FILE *file, const char *lead) {
     return !*lead;
 }
 
-/* Parts of a longer emission before this one would be compiled with it. What else has such a name stays. */
-static bool remove_stale_parts(struct generation *gen, const char *directory) {
+enum gen_status gen_remove_stale_parts(struct generation *gen, const char *directory) {
+    if (setjmp(gen->out_of_memory))
+        return GEN_NO_MEMORY;
     const char *model = gen->model.name;
     for (int part = gen->plan->file_count;; part++) { /* NAME.h and all parts before it */
         const char *path =
@@ -170,29 +150,15 @@ static bool remove_stale_parts(struct generation *gen, const char *directory) {
         const char *lead = part_lead(&gen->memory, model, part);
         FILE *file = fopen(path, "rb");
         if (!file)
-            return true;
+            return GEN_OK;
         const bool is_stale = begins_with(file, lead);
         fclose(file);
         if (!is_stale || !unlink(path))
             continue;
         complain(&gen->messages, (struct place){path, 0}, "a part of an earlier emission, not removed: %s",
                  strerror(errno));
-        return false;
-    }
-}
-
-enum gen_status gen_write(struct generation *gen, const char *directory) {
-    if (setjmp(gen->out_of_memory))
-        return no_memory(gen, "write it");
-    if (!make_directory(gen, directory))
         return GEN_NOT_WRITTEN;
-    for (int i = 0; i < gen->plan->file_count; i++)
-        if (is_of_other_model(gen, memory_format(&gen->memory, "%s/%s", directory, gen->plan->files[i].name)))
-            return GEN_NOT_WRITTEN;
-    for (int i = 0; i < gen->plan->file_count; i++)
-        if (!write_file(gen, directory, &gen->plan->files[i]))
-            return GEN_NOT_WRITTEN;
-    return remove_stale_parts(gen, directory) ? GEN_OK : GEN_NOT_WRITTEN;
+    }
 }
 
 void gen_release(struct generation *gen) {

@@ -35,16 +35,18 @@ const char *gen_wrong_emit(struct generation *generation, const char *emit);
 /* Derives and plans the functions named in `emit` (comma-separated quantities, "all" or NULL: all that the
  * scene has, but derivatives). A complaint when the scene has none of them. */
 enum gen_status gen_plan(struct generation *generation, const char *emit);
-/* Writes NAME.h, NAME.c ... into folder `directory` (made when missing); files appear complete or not at all.
- * Parts NAME_2.c ... of an earlier emission that are no more are removed. */
-enum gen_status gen_write(struct generation *generation, const char *directory);
+/* Complains about a file in the folder that has the name of one of ours and is of another model. */
+enum gen_status gen_check_folder(struct generation *generation, const char *directory);
+/* Parts NAME_2.c ... of a longer emission before this one, in folder `directory`: they would be compiled with
+ * it. What else has such a name stays. */
+enum gen_status gen_remove_stale_parts(struct generation *generation, const char *directory);
 /* What was emitted: coordinates, operation counts, what was left out. */
 void gen_print_summary(const struct generation *generation, FILE *out);
 /* The tree of links, coordinates, constraints and parameters, as `refdyn check` shows it. */
 void gen_print_model(const struct generation *generation, FILE *out);
 void gen_release(struct generation *generation);
 
-/* The files gen_write writes, as text: for the compile cache and for tests. */
+/* The files of the emitted C, as text. */
 struct emitted_file {
     const char *name; /* without folder */
     const char *text;

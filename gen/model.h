@@ -167,6 +167,7 @@ enum accelerations { ACCELERATIONS_AUTO, ACCELERATIONS_RECURSIVE, ACCELERATIONS_
 struct model {
     const char *name;
     const char *file;
+    const struct sources *sources; /* all files that it was read from: source_file.h */
     struct place place;
     struct graph *graph;
     bool printed_form; /* h and Q as the chapter prints them */

@@ -35,6 +35,8 @@ struct script *script_open(struct memory *memory, struct graph *graph, const str
 void read_scene(struct script *script, struct model *model);
 /* Of a model and a tree without complaints; complains about unknown settings too. */
 void read_programme(struct script *script, const struct tree *tree, struct model *model);
+/* The files that it was read from; they outlive the script. */
+const struct sources *script_sources(const struct script *script);
 
 /* Checks that need no Lua: names, values at the parameters' defaults, references. */
 void check_scene(const struct model *model, struct messages *messages);

@@ -1428,6 +1428,10 @@ const struct value *script_result(const struct script *script) {
     return &script->result;
 }
 
+const struct sources *script_sources(const struct script *script) {
+    return &script->sources;
+}
+
 struct declarations *script_declarations(struct script *script) {
     return &script->declarations;
 }

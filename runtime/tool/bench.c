@@ -87,11 +87,13 @@ static double tenths(double ns) {
     return round(10 * ns) / 10;
 }
 
-static void print_quantity(FILE *out, const char *name, const struct subject *subject,
+static bool print_quantity(FILE *out, const char *name, const struct subject *subject,
                            const struct operation_count *count) {
-    struct document document = {.out = out, .one_line = true};
+    struct document document;
     double ns[BATCHES];
     measure(subject, ns);
+    document_open(&document);
+    document.one_line = true;
     put_open(&document, NULL, '{');
     put_text(&document, "quantity", name);
     put_whole(&document, "n", subject->scene->model->n);
@@ -104,6 +106,7 @@ static void print_quantity(FILE *out, const char *name, const struct subject *su
     put_number(&document, "ns_low", tenths(ns[LOW_BATCH]));
     put_number(&document, "ns_high", tenths(ns[HIGH_BATCH]));
     put_close(&document, '}');
+    return document_close(&document, out);
 }
 
 static refdyn_function *function_of(const struct refdyn_model *model, const struct quantity *quantity) {
@@ -128,16 +131,15 @@ static void disturb(struct scene *scene) {
     scene->state.t = 2.385;
 }
 
-/* Room for the largest result: the equations, the points' columns, the derivatives, vectors of joints, values
- * that the model names. */
-static double *result_room(const struct refdyn_model *model) {
+/* Numbers of the largest result: the equations, the points' columns, the derivatives, vectors of joints,
+ * values that the model names. */
+static size_t result_size(const struct refdyn_model *model) {
     size_t n = (size_t)model->n, m = (size_t)model->m, points = (size_t)model->point_count;
     size_t variables = 2 * n + 1 + (size_t)model->input_count + (size_t)model->parameter_count;
     size_t named = (size_t)model->course_count + (size_t)model->break_count + (size_t)model->switch_count +
                    (size_t)model->anchored_count;
     size_t vectors = n * (2 + 3 * (REFDYN_VECTOR_COUNT + (size_t)model->coupling_count));
-    return allocate((n + 3 * m + 1) * (variables + n + 4) + 3 * points * (n + 1) + vectors + named,
-                    sizeof(double));
+    return (n + 3 * m + 1) * (variables + n + 4) + 3 * points * (n + 1) + vectors + named;
 }
 
 /* Rates, accelerations and multipliers of the state; those that it has not are 0. */
@@ -150,16 +152,37 @@ static double *find_rest(struct scene *scene) {
     return rest;
 }
 
-static void print_quantities(struct scene *scene, FILE *out) {
-    struct subject subject = {.scene = scene, .rest = find_rest(scene), .out = result_room(scene->model)};
-    for (int i = 0; i < QUANTITY_COUNT; i++) {
+/* Times of infinities and NaN would tell nothing. A time event that never comes is infinite. */
+static bool is_finite(const struct subject *subject, const char *name) {
+    const size_t size = result_size(subject->scene->model);
+    if (strcmp(name, "breaks") == 0)
+        return true;
+    memset(subject->out, 0, size * sizeof *subject->out);
+    call(subject, 1);
+    for (size_t i = 0; i < size; i++)
+        if (!isfinite(subject->out[i])) {
+            fprintf(stderr, "refdyn: %s: %s is not finite\n", subject->scene->model->name, name);
+            return false;
+        }
+    return true;
+}
+
+static enum status print_quantities(struct scene *scene, FILE *out) {
+    struct subject subject = {.scene = scene, .rest = find_rest(scene)};
+    subject.out = allocate(result_size(scene->model), sizeof *subject.out);
+    enum status status = STATUS_DONE;
+    for (int i = 0; i < QUANTITY_COUNT && status == STATUS_DONE; i++) {
         subject.function = function_of(scene->model, &quantities[i]);
-        if (subject.function)
-            print_quantity(out, quantities[i].name, &subject,
-                           gen_count(&scene->generation, quantities[i].name));
+        if (!subject.function)
+            continue;
+        const char *name = quantities[i].name;
+        if (!is_finite(&subject, name) ||
+            !print_quantity(out, name, &subject, gen_count(&scene->generation, name)))
+            status = numbers_failed(scene, REFDYN_NOT_FINITE, scene->state.t, scene->q, scene->qd);
     }
     free(subject.out);
     free(subject.rest);
+    return status;
 }
 
 /* The same model generated once more, timed, and compiled in a folder of its own. */
@@ -181,7 +204,9 @@ static enum status print_build(const struct options *options, FILE *out) {
     scene_close(&scene);
     if (status != STATUS_DONE)
         return status;
-    struct document document = {.out = out, .one_line = true};
+    struct document document;
+    document_open(&document);
+    document.one_line = true;
     put_open(&document, NULL, '{');
     put_text(&document, "quantity", "build");
     put_number(&document, "gen_s", gen_seconds);
@@ -190,26 +215,22 @@ static enum status print_build(const struct options *options, FILE *out) {
     put_whole(&document, "object_bytes", cost.object_bytes);
     put_whole(&document, "peak_kb", cost.peak_kb);
     put_close(&document, '}');
-    return STATUS_DONE;
+    return document_close(&document, out) ? STATUS_DONE : STATUS_NUMBERS;
 }
 
 static enum status bench(struct scene *scene, const struct options *options) {
-    struct output output;
-    if (!output_open(&output, options->output))
-        return STATUS_FAULT;
     disturb(scene);
-    print_quantities(scene, output.file);
-    enum status status = print_build(options, output.file);
+    enum status status = print_quantities(scene, scene->result->file);
     if (status == STATUS_DONE)
-        return output_close(&output) ? STATUS_DONE : STATUS_FAULT;
-    output_keep_part(&output);
-    output_release(&output);
+        status = print_build(options, scene->result->file);
+    if (status == STATUS_DONE && !target_finish(scene->result))
+        status = STATUS_FAULT;
     return status;
 }
 
 enum status run_bench(const struct options *options) {
     struct scene scene;
-    enum status status = scene_open(&scene, options, NEEDS_ALL, NULL);
+    enum status status = scene_open(&scene, options, NEEDS_RESULT | NEEDS_ALL, NULL);
     if (status == STATUS_DONE)
         status = bench(&scene, options);
     scene_close(&scene);

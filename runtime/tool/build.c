@@ -5,7 +5,6 @@
 #include "process.h"
 #include "timing.h"
 
-#include <dirent.h>
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,24 +14,12 @@
 
 enum { PROCESSES = 2, FIXED_WORDS = 40 };
 
-/* The file of a program as PATH finds it; the name itself when it does not. */
-static char *find_program(const char *name) {
-    const char *path = getenv("PATH");
-    while (path && *path && !strchr(name, '/')) {
-        size_t length = strcspn(path, ":");
-        char *file = text_format("%.*s/%s", (int)length, path, name);
-        if (access(file, X_OK) == 0)
-            return file;
-        free(file);
-        path += length + (path[length] == ':');
-    }
-    return text_format("%s", name);
-}
+static const char blanks[] = " \t\n";
 
 /* $CC is a program's file, blanks included, or a command of words apart by blanks ("ccache gcc"). */
 bool toolchain_find(struct toolchain *chain) {
     const char *command = getenv("CC");
-    if (!command || command[strspn(command, " ")] == '\0')
+    if (!command || command[strspn(command, blanks)] == '\0')
         command = "cc";
     chain->text = text_format("%s", command);
     chain->words = allocate(strlen(command) / 2 + 2, sizeof *chain->words);
@@ -41,11 +28,11 @@ bool toolchain_find(struct toolchain *chain) {
         chain->words[chain->word_count++] = chain->text;
     } else {
         char *rest = NULL;
-        for (char *word = strtok_r(chain->text, " ", &rest); word; word = strtok_r(NULL, " ", &rest))
+        for (char *word = strtok_r(chain->text, blanks, &rest); word; word = strtok_r(NULL, blanks, &rest))
             chain->words[chain->word_count++] = word;
     }
-    chain->program = find_program(chain->words[0]);
-    if (access(chain->program, X_OK) == 0)
+    chain->program = process_find(chain->words[0]);
+    if (chain->program)
         return true;
     fprintf(stderr, "refdyn: no C compiler '%s' is installed; $CC names another one\n", chain->words[0]);
     toolchain_release(chain);
@@ -58,14 +45,9 @@ void toolchain_release(struct toolchain *chain) {
     free(chain->text);
 }
 
-bool build_start(struct build *build, const char *parent) {
-    build->folder = text_format("%s/build-XXXXXX", parent);
+bool build_start(struct build *build, const char *parent, const char *prefix) {
     build->library = NULL;
-    if (mkdtemp(build->folder))
-        return true;
-    fprintf(stderr, "refdyn: %s: cannot make a folder to compile in: %s\n", build->folder, strerror(errno));
-    free(build->folder);
-    return false;
+    return scratch_open(&build->scratch, parent, prefix);
 }
 
 static bool write_text(const char *folder, const char *name, const char *text, size_t length) {
@@ -104,7 +86,7 @@ static void add_words(struct job *job, const char *const *words) {
 
 static void object_job(struct job *job, const struct toolchain *chain, const struct build *build,
                        const char *name) {
-    const char *folder = build->folder;
+    const char *folder = build->scratch.path;
     start_job(job, chain, 0);
     job->source = text_format("%s/%s", folder, name);
     job->object = text_format("%s/%.*s.o", folder, (int)strlen(name) - 2, name);
@@ -152,7 +134,7 @@ static void show_log(const struct job *job) {
 
 /* Runs all jobs, PROCESSES at a time; after a failure no new one is started. Returns whether all went well.
  */
-static bool run_jobs(const struct job *jobs, int count, long *peak_kb) {
+static bool run_jobs(const struct scratch *scratch, const struct job *jobs, int count, long *peak_kb) {
     struct process running[PROCESSES] = {{.pid = 0}};
     const struct job *of[PROCESSES] = {NULL};
     bool is_good = true;
@@ -160,13 +142,13 @@ static bool run_jobs(const struct job *jobs, int count, long *peak_kb) {
         while (is_good && next < count && active < PROCESSES) {
             int free_place = running[0].pid == 0 ? 0 : 1;
             of[free_place] = &jobs[next++];
-            is_good = process_start(&running[free_place], of[free_place]->argv, NULL, of[free_place]->log,
-                                    NULL) == 0;
+            is_good = process_start(&running[free_place], scratch, of[free_place]->argv, NULL,
+                                    of[free_place]->log, NULL) == 0;
             active += is_good;
         }
         int done = active ? process_wait(running, PROCESSES) : -1;
         if (done < 0)
-            break;
+            return false;
         active--;
         if (running[done].result != 0) {
             show_log(of[done]);
@@ -187,10 +169,10 @@ static bool compile_and_link(struct build *build, const struct toolchain *chain,
                              struct build_cost *cost) {
     struct job link;
     double start = wall_seconds();
-    if (!run_jobs(jobs, count, &cost->peak_kb))
+    if (!run_jobs(&build->scratch, jobs, count, &cost->peak_kb))
         return false;
     link_job(&link, chain, build, jobs, count);
-    bool is_good = run_jobs(&link, 1, &cost->peak_kb);
+    bool is_good = run_jobs(&build->scratch, &link, 1, &cost->peak_kb);
     release_job(&link);
     cost->seconds = wall_seconds() - start;
     for (int i = 0; i < count; i++)
@@ -208,11 +190,12 @@ bool build_run(struct build *build, const struct toolchain *chain, const struct 
     struct build_cost own = {.seconds = 0};
     struct job *jobs = allocate((size_t)count, sizeof *jobs);
     int job_count = 0;
-    bool is_good = write_text(build->folder, "refdyn_model.h", refdyn_model_header, refdyn_model_header_size);
-    build->library = text_format("%s/model.so", build->folder);
-    build->is_gcc = is_gcc(chain, build->folder);
+    bool is_good =
+        write_text(build->scratch.path, "refdyn_model.h", refdyn_model_header, refdyn_model_header_size);
+    build->library = text_format("%s/model.so", build->scratch.path);
+    build->is_gcc = is_gcc(chain, build);
     for (int i = 0; i < count && is_good; i++) {
-        is_good = write_text(build->folder, files[i].name, files[i].text, files[i].length);
+        is_good = write_text(build->scratch.path, files[i].name, files[i].text, files[i].length);
         if (is_good && is_source(files[i].name))
             object_job(&jobs[job_count++], chain, build, files[i].name);
     }
@@ -226,15 +209,6 @@ bool build_run(struct build *build, const struct toolchain *chain, const struct 
 }
 
 void build_release(struct build *build) {
-    DIR *folder = opendir(build->folder);
-    for (struct dirent *entry; folder && (entry = readdir(folder));) {
-        char *path = text_format("%s/%s", build->folder, entry->d_name);
-        unlink(path); /* fails on . and .., as it should */
-        free(path);
-    }
-    if (folder)
-        closedir(folder);
-    rmdir(build->folder);
+    scratch_close(&build->scratch);
     free(build->library);
-    free(build->folder);
 }

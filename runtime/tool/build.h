@@ -5,6 +5,7 @@
 #define REFDYN_TOOL_BUILD_H
 
 #include "compile.h"
+#include "folder.h"
 
 #include <stddef.h>
 
@@ -24,12 +25,14 @@ bool toolchain_find(struct toolchain *chain);
 void toolchain_release(struct toolchain *chain);
 
 struct build {
-    char *folder;  /* made by build_start, removed with all that is in it by build_release */
-    char *library; /* the linked library in it */
-    bool is_gcc;   /* what compiles it: see flags.h */
+    struct scratch scratch; /* all that is made lies in it */
+    char *library;          /* the linked library in it */
+    bool is_gcc;            /* what compiles it: see flags.h */
 };
 
-bool build_start(struct build *build, const char *parent);
+/* Its folder is PREFIXxxxxxx in `parent`. Complains on stderr when it cannot be made; else build_release in
+ * any case. */
+bool build_start(struct build *build, const char *parent, const char *prefix);
 /* Complains on stderr, with the compiler's own output, and returns false when it fails. cost may be NULL. */
 bool build_run(struct build *build, const struct toolchain *chain, const struct emitted_file *files,
                int count, struct build_cost *cost);

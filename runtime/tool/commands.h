@@ -17,9 +17,14 @@ enum status run_plot(const struct options *options);
 enum status run_bench(const struct options *options);
 enum status run_report(const struct options *options);
 
-/* Says on stderr which status of the runtime came at which time and state; returns STATUS_NUMBERS. */
+/* Says on stderr which status of the runtime came at which time and state, of many coordinates those that are
+ * at fault or largest; returns STATUS_NUMBERS. */
 enum status numbers_failed(const struct scene *scene, int result, double t, const double *q,
                            const double *qd);
+/* The rows that are farthest from what they ask for at a state, of which `where` tells in words; at most
+ * three. */
+void print_residuals(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                     const char *where);
 /* The condition of the rows at a state, in words; true when they are near losing rank. */
 bool print_condition(struct refdyn_workspace *work, double t, const double *q, const double *qd);
 /* Rows that say what others say, by name, after the accelerations were solved. */

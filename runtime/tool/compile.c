@@ -1,12 +1,12 @@
-/* Emitted C to a loaded library: see compile.h. What the compiler is told, the cache and loading; build.c
- * compiles. */
+/* Emitted C to a loaded library: see compile.h. What a library is named by; build.c compiles, cache.c keeps.
+ */
 #include "compile.h"
 #include "build.h"
+#include "cache.h"
 #include "flags.h"
 #include "output.h"
 
 #include <dlfcn.h>
-#include <errno.h>
 #include <sha2.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -53,65 +53,7 @@ static void hash_build(const struct toolchain *chain, const struct emitted_file 
     SHA256End(&sha, key);
 }
 
-static bool make_folders(char *path) {
-    for (char *slash = strchr(path + 1, '/'); slash; slash = strchr(slash + 1, '/')) {
-        *slash = '\0';
-        mkdir(path, 0777); /* what is there already is fine; the last mkdir tells */
-        *slash = '/';
-    }
-    return mkdir(path, 0777) == 0 || errno == EEXIST;
-}
-
-/* $REFDYN_CACHE, or NULL with a complaint. */
-static char *own_folder(const char *own) {
-    char *path = text_format("%s", own);
-    if (make_folders(path))
-        return path;
-    fprintf(stderr, "refdyn: %s: cannot make the cache folder: %s; REFDYN_CACHE names another one\n", path,
-            strerror(errno));
-    free(path);
-    return NULL;
-}
-
-/* In the XDG cache folder, or NULL where this user has none that can be written. */
-static char *xdg_folder(void) {
-    const char *xdg = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
-    char *path = NULL;
-    if (xdg && *xdg == '/')
-        path = text_format("%s/refdyn", xdg);
-    else if (home && *home == '/')
-        path = text_format("%s/.cache/refdyn", home);
-    if (path && make_folders(path) && access(path, W_OK | X_OK) == 0)
-        return path;
-    free(path);
-    return NULL;
-}
-
-/* For users without a home; nobody else may write there, since what lies there is loaded. */
-static char *temporary_folder(void) {
-    const char *parent = getenv("TMPDIR");
-    char *path = text_format("%s/refdyn-%ld", parent && *parent ? parent : "/tmp", (long)getuid());
-    struct stat status;
-    if ((mkdir(path, 0700) == 0 || errno == EEXIST) && lstat(path, &status) == 0 && S_ISDIR(status.st_mode) &&
-        status.st_uid == getuid() && (status.st_mode & (S_IWGRP | S_IWOTH)) == 0)
-        return path;
-    fprintf(stderr,
-            "refdyn: no folder for compiled models, %s is not yours alone: set REFDYN_CACHE or HOME\n", path);
-    free(path);
-    return NULL;
-}
-
-/* The cache folder's path, or NULL with a complaint. */
-static char *cache_folder(void) {
-    const char *own = getenv("REFDYN_CACHE");
-    if (own && *own)
-        return own_folder(own);
-    char *path = xdg_folder();
-    return path ? path : temporary_folder();
-}
-
-static bool load(struct compiled *compiled, const char *name, const char *path) {
-    compiled->library = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+static bool find_model(struct compiled *compiled, const char *name) {
     if (!compiled->library)
         return false;
     char *symbol = text_format("%s_model", name);
@@ -122,57 +64,66 @@ static bool load(struct compiled *compiled, const char *name, const char *path) 
     return compiled->model != NULL;
 }
 
-/* Builds beside `path` and renames; two processes that do so at once make the same file. */
+static bool load(struct compiled *compiled, const char *name, const struct cache *cache, const char *key) {
+    compiled->library = cache_load(cache, key, &compiled->file);
+    return find_model(compiled, name);
+}
+
 static bool build_into(const struct toolchain *chain, const struct emitted_file *files, int count,
-                       const char *folder, const char *path) {
+                       const struct cache *cache, const char *key) {
     struct build build;
-    if (!build_start(&build, folder))
+    if (!build_start(&build, cache->path, "build-"))
         return false;
-    bool is_good = build_run(&build, chain, files, count, NULL);
-    if (is_good && rename(build.library, path) != 0) {
-        fprintf(stderr, "refdyn: %s: cannot be made: %s\n", path, strerror(errno));
-        is_good = false;
-    }
+    const bool is_good = build_run(&build, chain, files, count, NULL) && cache_add(cache, key, build.library);
     build_release(&build);
     return is_good;
 }
 
+static bool load_or_build(struct compiled *compiled, const char *name, const struct cache *cache,
+                          const struct toolchain *chain, const struct emitted_file *files, int count) {
+    char key[SHA256_DIGEST_STRING_LENGTH];
+    hash_build(chain, files, count, key);
+    if (load(compiled, name, cache, key))
+        return true;
+    if (!build_into(chain, files, count, cache, key))
+        return false;
+    if (load(compiled, name, cache, key))
+        return true;
+    const char *reason = dlerror();
+    fprintf(stderr, "refdyn: %s/%s.so: cannot be loaded: %s\n", cache->path, key,
+            reason ? reason : "it is not as it was written");
+    return false;
+}
+
 bool compile_load(struct compiled *compiled, const char *name, const struct emitted_file *files, int count) {
     struct toolchain chain;
-    *compiled = (struct compiled){.library = NULL};
-    char *folder = cache_folder();
-    if (!folder || !toolchain_find(&chain)) {
-        free(folder);
+    struct cache cache;
+    *compiled = (struct compiled){.file = -1};
+    if (!cache_open(&cache))
         return false;
+    bool is_loaded = toolchain_find(&chain);
+    if (is_loaded) {
+        is_loaded = load_or_build(compiled, name, &cache, &chain, files, count);
+        toolchain_release(&chain);
     }
-    char key[SHA256_DIGEST_STRING_LENGTH];
-    hash_build(&chain, files, count, key);
-    char *path = text_format("%s/%s.so", folder, key);
-    bool is_loaded = access(path, R_OK) == 0 && load(compiled, name, path);
-    if (!is_loaded && build_into(&chain, files, count, folder, path)) {
-        is_loaded = load(compiled, name, path);
-        if (!is_loaded)
-            fprintf(stderr, "refdyn: %s: cannot be loaded: %s\n", path, dlerror());
-    }
-    free(path);
-    free(folder);
-    toolchain_release(&chain);
+    cache_close(&cache);
     return is_loaded;
 }
 
 void compile_release(struct compiled *compiled) {
-    if (compiled->library)
+    if (compiled->library) {
         dlclose(compiled->library);
-    *compiled = (struct compiled){.library = NULL};
+        close(compiled->file);
+    }
+    *compiled = (struct compiled){.file = -1};
 }
 
 bool compile_measure(const struct emitted_file *files, int count, struct build_cost *cost) {
-    const char *folder = getenv("TMPDIR");
     struct toolchain chain;
     struct build build;
     if (!toolchain_find(&chain))
         return false;
-    bool is_good = build_start(&build, folder && *folder ? folder : "/tmp");
+    bool is_good = build_start(&build, scratch_parent(), "refdyn-build-");
     if (is_good) {
         is_good = build_run(&build, &chain, files, count, cost);
         build_release(&build);

@@ -1,9 +1,8 @@
 /*
  * Emitted C becomes functions to call: compiled with $CC into a cache, loaded with dlopen.
  *
- * The cache is $REFDYN_CACHE, by default the XDG cache folder's refdyn. A library there is named by the
- * SHA-256 of all that went into it: the texts, the compiler's file, size and time, the flags. It appears by a
- * rename, so that any number of processes may use one cache.
+ * A library in the cache (cache.h) is named by the SHA-256 of all that went into it: the texts, the
+ * compiler's file, size and time, the flags.
  */
 #ifndef REFDYN_TOOL_COMPILE_H
 #define REFDYN_TOOL_COMPILE_H
@@ -15,6 +14,7 @@
 
 struct compiled {
     void *library;
+    int file; /* descriptor that the library was loaded from */
     const struct refdyn_model *model;
 };
 

@@ -36,12 +36,13 @@ static void put_block(FILE *script, const struct study *study, int i, int j) {
     fputs("END\n", script);
 }
 
-static void put_style(FILE *script, const char *title, const struct study *study) {
+static void put_style(struct gnuplot *gnuplot, const char *title, const struct study *study) {
+    FILE *script = gnuplot->script;
     fputs("set logscale xy\nset format x '1e%T'\nset format y '1e%T'\nset key outside bottom center "
           "horizontal height 1\n"
           "set xlabel 'CPU time of the integration [s]'\nset lmargin 11\nset title ",
           script);
-    gnuplot_quote(script, title);
+    gnuplot_text(gnuplot, title);
     fprintf(script, "\nset ylabel '%s'\n",
             study->stride == 3 ? "largest position error of the points [m]"
                                : "largest error of a coordinate [m, rad]");
@@ -49,7 +50,8 @@ static void put_style(FILE *script, const char *title, const struct study *study
 
 /* Colours tell methods, dashes studies, marks stabilisations; the automatic choice is a band, on which the
  * method lies that it took. */
-static void put_curve(FILE *script, const struct study *study, int i, int j, bool is_one_of_many) {
+static void put_curve(struct gnuplot *gnuplot, const struct study *study, int i, int j, bool is_one_of_many) {
+    FILE *script = gnuplot->script;
     const struct series *series = &study->series[j];
     char *name = series_name(study, series);
     const bool is_auto = series->method == REFDYN_AUTO;
@@ -60,18 +62,18 @@ static void put_curve(FILE *script, const struct study *study, int i, int j, boo
             "pointsize 0.7 title ",
             i, j, is_auto ? band_width : line_width, colour, plot_dashes[i % DASH_COUNT],
             3 + 2 * (int)series->stabilise);
-    gnuplot_quote(script, title);
+    gnuplot_text(gnuplot, title);
     fputs(", ", script);
     free(title);
     free(name);
 }
 
-bool diagram_draw(const char *path, const char *title, const struct study *studies, int count) {
+bool diagram_draw(FILE *out, const char *title, const struct study *studies, int count) {
     struct gnuplot gnuplot;
     if (!gnuplot_open(&gnuplot, WIDTH, HEIGHT))
         return false;
     FILE *script = gnuplot.script;
-    put_style(script, title, studies);
+    put_style(&gnuplot, title, studies);
     for (int i = 0; i < count; i++)
         for (int j = 0; j < studies[i].series_count; j++)
             put_block(script, &studies[i], i, j);
@@ -79,10 +81,10 @@ bool diagram_draw(const char *path, const char *title, const struct study *studi
     for (int i = 0; i < count; i++)
         for (int j = 0; j < studies[i].series_count; j++)
             if (has_marks(&studies[i], &studies[i].series[j]))
-                put_curve(script, &studies[i], i, j, count > 1);
+                put_curve(&gnuplot, &studies[i], i, j, count > 1);
     if (count == 1 && studies->floor > 0)
         fprintf(script, "%.9g with lines linewidth 1 linecolor '#888888' dashtype (2,3) title 'floor', ",
                 studies->floor);
     fputs("NaN notitle\n", script);
-    return gnuplot_draw(&gnuplot, path);
+    return gnuplot_draw(&gnuplot, out);
 }

@@ -6,7 +6,7 @@
 
 #include "study.h"
 
-/* Draws into `path`. Complains on stderr when it fails. */
-bool diagram_draw(const char *path, const char *title, const struct study *studies, int count);
+/* The text of the SVG goes to `out`. Complains on stderr when it fails. */
+bool diagram_draw(FILE *out, const char *title, const struct study *studies, int count);
 
 #endif

@@ -125,11 +125,9 @@ static void put_energy(struct document *document, const struct scene *scene) {
     put_close(document, '}');
 }
 
-static bool print_state(struct scene *scene, const double *qdd, const char *path) {
-    struct output output;
-    if (!output_open(&output, path))
-        return false;
-    struct document document = {.out = output.file};
+static enum status print_state(struct scene *scene, const double *qdd) {
+    struct document document;
+    document_open(&document);
     double *room = allocate((size_t)scene->model->n, sizeof *room);
     put_open(&document, NULL, '{');
     put_text(&document, "name", scene->model->name);
@@ -140,18 +138,16 @@ static bool print_state(struct scene *scene, const double *qdd, const char *path
     put_energy(&document, scene);
     put_close(&document, '}');
     free(room);
-    return output_close(&output);
+    return scene_finish(scene, &document);
 }
 
-static enum status evaluate_state(struct scene *scene, const struct options *options) {
+static enum status evaluate_state(struct scene *scene) {
     double *qdd = allocate((size_t)scene->model->n, sizeof *qdd);
     int result = refdyn_accelerate(&scene->work, scene->state.t, scene->q, scene->qd, REFDYN_BAUMGARTE, qdd);
-    enum status status = STATUS_DONE;
-    if (result != REFDYN_OK)
-        status = numbers_failed(scene, result, scene->state.t, scene->q, scene->qd);
-    else if (!print_state(scene, qdd, options->output))
-        status = STATUS_FAULT;
-    else
+    const enum status status = result == REFDYN_OK
+                                   ? print_state(scene, qdd)
+                                   : numbers_failed(scene, result, scene->state.t, scene->q, scene->qd);
+    if (status == STATUS_DONE)
         print_redundant_rows(&scene->work);
     free(qdd);
     return status;
@@ -159,10 +155,10 @@ static enum status evaluate_state(struct scene *scene, const struct options *opt
 
 enum status run_eval(const struct options *options) {
     struct scene scene;
-    enum status status =
-        scene_open(&scene, options, NEEDS_STATE | NEEDS_POINTS | NEEDS_POINT_RATES, options->state);
+    enum status status = scene_open(
+        &scene, options, NEEDS_RESULT | NEEDS_STATE | NEEDS_POINTS | NEEDS_POINT_RATES, options->state);
     if (status == STATUS_DONE)
-        status = evaluate_state(&scene, options);
+        status = evaluate_state(&scene);
     scene_close(&scene);
     return status;
 }

@@ -11,6 +11,8 @@
 /* Beyond this, accelerations have lost a quarter of their digits. */
 static const double singular = 1e4;
 
+enum { SHOWN_ALL = 8, SHOWN_LARGEST = 3, SHOWN_ROWS = 3 };
+
 static void print_place(const struct scene *scene) {
     const struct refdyn_fault *fault = &scene->work.fault;
     if (fault->row >= 0 && fault->row < scene->model->m)
@@ -19,13 +21,28 @@ static void print_place(const struct scene *scene) {
         fprintf(stderr, ", coordinate %s", scene->model->coordinates[fault->coordinate].name);
 }
 
+/* All values, or of many the one at fault, those that are not finite, and the largest. */
+static bool is_shown(const struct refdyn_model *model, const double *values, int i, int fault) {
+    int larger = 0;
+    if (model->n <= SHOWN_ALL || i == fault || !isfinite(values[i]))
+        return true;
+    for (int j = 0; j < model->n; j++)
+        larger += fabs(values[j]) > fabs(values[i]) || (fabs(values[j]) == fabs(values[i]) && j < i);
+    return larger < SHOWN_LARGEST;
+}
+
 static void print_values(const char *title, const struct refdyn_model *model, const double *values,
-                         const char *suffix) {
+                         const char *suffix, int fault) {
     char text[NUMBER_LENGTH];
+    int shown = 0;
     fprintf(stderr, "  %s:", title);
-    for (int i = 0; i < model->n; i++)
-        fprintf(stderr, " %s%s = %s%s", model->coordinates[i].name, suffix, exact_text(values[i], text),
-                i + 1 < model->n ? "," : "\n");
+    for (int i = 0; i < model->n && shown < SHOWN_ALL; i++)
+        if (is_shown(model, values, i, fault))
+            fprintf(stderr, "%s %s%s = %s", shown++ ? "," : "", model->coordinates[i].name, suffix,
+                    exact_text(values[i], text));
+    if (shown < model->n)
+        fprintf(stderr, " (%d of %d: at fault, or the largest)", shown, model->n);
+    fputc('\n', stderr);
 }
 
 enum status numbers_failed(const struct scene *scene, int result, double t, const double *q,
@@ -35,10 +52,38 @@ enum status numbers_failed(const struct scene *scene, int result, double t, cons
             refdyn_status_text(result));
     print_place(scene);
     fputs("\n", stderr);
-    print_values("q", scene->model, q, "");
+    print_values("q", scene->model, q, "", scene->work.fault.coordinate);
     if (qd)
-        print_values("qd", scene->model, qd, "_d");
+        print_values("qd", scene->model, qd, "_d", scene->work.fault.coordinate);
     return STATUS_NUMBERS;
+}
+
+/* Of phi in row a, or of psi where it is no position row. */
+static double residual_of(const struct refdyn_workspace *work, int a) {
+    return work->model->rows[a].level == REFDYN_POSITION ? work->phi[a] : work->psi[a];
+}
+
+void print_residuals(struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                     const char *where) {
+    char text[NUMBER_LENGTH];
+    double below = INFINITY;
+    if (work->m == 0 || refdyn_equations(work, t, q, qd) != REFDYN_OK)
+        return;
+    fprintf(stderr, "refdyn: %s is off the programme by", where);
+    for (int k = 0; k < SHOWN_ROWS && k < work->m; k++) {
+        int largest = -1;
+        for (int a = 0; a < work->m; a++)
+            if (fabs(residual_of(work, a)) < below &&
+                (largest < 0 || fabs(residual_of(work, a)) > fabs(residual_of(work, largest))))
+                largest = a;
+        if (largest < 0)
+            break;
+        below = fabs(residual_of(work, largest));
+        fprintf(stderr, "%s %s: %s = %s", k ? "," : "", work->model->rows[largest].name,
+                work->model->rows[largest].level == REFDYN_POSITION ? "phi" : "psi",
+                exact_text(residual_of(work, largest), text));
+    }
+    fputc('\n', stderr);
 }
 
 /* Largest over smallest singular value of the independent rows, columns scaled by 1/sqrt(M_jj); -1: not

@@ -108,7 +108,7 @@ static void put_slope(FILE *out, const struct study *study, const struct series 
     int count;
     const double slope = series_slope(study, series, &count);
     const char *what = series->is_fixed ? "step" : "tolerance";
-    if (count >= SLOPE_RUNS)
+    if (count >= SLOPE_RUNS && isfinite(slope))
         fprintf(out, "%s: error goes with %s^%.2f (least squares over %d runs).\n", name, what, slope, count);
     else
         fprintf(out,

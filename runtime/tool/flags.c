@@ -54,16 +54,17 @@ static bool write_question(const char *path) {
     return file && fclose(file) == 0 && is_written;
 }
 
-static bool runs_well(const char *const *argv, const char *log) {
+static bool runs_well(const struct build *build, const char *const *argv, const char *log) {
     struct process process;
-    return process_start(&process, argv, NULL, log, NULL) == 0 && process_wait(&process, 1) == 0 &&
-           process.result == 0;
+    return process_start(&process, &build->scratch, argv, NULL, log, NULL) == 0 &&
+           process_wait(&process, 1) == 0 && process.result == 0;
 }
 
-bool is_gcc(const struct toolchain *chain, const char *folder) {
+bool is_gcc(const struct toolchain *chain, const struct build *build) {
     const size_t flag_count = sizeof gcc_flags / sizeof *gcc_flags - 1;
     const char **argv = allocate((size_t)chain->word_count + flag_count + 3, sizeof *argv);
-    char *source = text_format("%s/question.c", folder), *log = text_format("%s/question.log", folder);
+    char *source = text_format("%s/question.c", build->scratch.path);
+    char *log = text_format("%s/question.log", build->scratch.path);
     int argc = 0;
     for (int i = 0; i < chain->word_count; i++)
         argv[argc++] = chain->words[i];
@@ -71,7 +72,7 @@ bool is_gcc(const struct toolchain *chain, const char *folder) {
         argv[argc++] = gcc_flags[i];
     argv[argc++] = "-fsyntax-only";
     argv[argc] = source;
-    const bool answer = write_question(source) && runs_well(argv, log);
+    const bool answer = write_question(source) && runs_well(build, argv, log);
     free(log);
     free(source);
     free(argv);

@@ -6,6 +6,7 @@
 
 #include <stdbool.h>
 
+struct build;
 struct toolchain;
 
 /* For every compiler; ends with NULL. */
@@ -13,7 +14,7 @@ extern const char *const compile_flags[];
 /* For gcc, behind those; ends with NULL. */
 extern const char *const gcc_flags[];
 
-/* Is $CC gcc, and does it know all of gcc_flags? Asks it, in `folder`. */
-bool is_gcc(const struct toolchain *chain, const char *folder);
+/* Is $CC gcc, and does it know all of gcc_flags? Asks it, in the folder of the build. */
+bool is_gcc(const struct toolchain *chain, const struct build *build);
 
 #endif

@@ -1,47 +1,41 @@
 /* One drawing by gnuplot: see gnuplot.h. */
 #include "gnuplot.h"
+#include "csv.h"
 #include "output.h"
 #include "process.h"
-#include "svg.h"
 
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 const char *const plot_colours[COLOUR_COUNT] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                                 "#e69f00", "#56b4e9", "#444444", "#8c6d31"};
 const char *const plot_dashes[DASH_COUNT] = {"1", "(9,4)", "(2,3)", "(9,3,2,3)", "(16,4)"};
 
-static char *temporary_folder(void) {
-    const char *parent = getenv("TMPDIR");
-    char *folder = text_format("%s/refdyn-plot-XXXXXX", parent && *parent ? parent : "/tmp");
-    if (mkdtemp(folder))
-        return folder;
-    fprintf(stderr, "refdyn: %s: cannot make a folder: %s\n", folder, strerror(errno));
-    free(folder);
-    return NULL;
+bool gnuplot_is_there(void) {
+    char *file = process_find("gnuplot");
+    if (!file)
+        fputs("refdyn: gnuplot draws the figures and is not installed (Debian: apt install gnuplot-nox)\n",
+              stderr);
+    free(file);
+    return file != NULL;
 }
 
 static void release(struct gnuplot *gnuplot) {
-    unlink(gnuplot->script_path);
-    unlink(gnuplot->svg_path);
-    unlink(gnuplot->log_path);
-    rmdir(gnuplot->folder);
+    svg_texts_release(&gnuplot->texts);
+    scratch_close(&gnuplot->scratch);
     free(gnuplot->log_path);
     free(gnuplot->svg_path);
     free(gnuplot->script_path);
-    free(gnuplot->folder);
 }
 
 bool gnuplot_open(struct gnuplot *gnuplot, int width, int height) {
-    gnuplot->folder = temporary_folder();
-    if (!gnuplot->folder)
+    *gnuplot = (struct gnuplot){.script = NULL};
+    if (!scratch_open(&gnuplot->scratch, scratch_parent(), "refdyn-plot-"))
         return false;
-    gnuplot->script_path = text_format("%s/script", gnuplot->folder);
-    gnuplot->svg_path = text_format("%s/svg", gnuplot->folder);
-    gnuplot->log_path = text_format("%s/log", gnuplot->folder);
+    gnuplot->script_path = text_format("%s/script", gnuplot->scratch.path);
+    gnuplot->svg_path = text_format("%s/svg", gnuplot->scratch.path);
+    gnuplot->log_path = text_format("%s/log", gnuplot->scratch.path);
     gnuplot->script = fopen(gnuplot->script_path, "w");
     if (!gnuplot->script) {
         fprintf(stderr, "refdyn: %s: cannot be written: %s\n", gnuplot->script_path, strerror(errno));
@@ -66,63 +60,40 @@ static void show_log(const char *path) {
         fclose(file);
 }
 
-/* Gnuplot's file, smaller, under the final name. */
-static bool publish(const char *from, const char *path) {
-    struct output output;
-    char *text = file_text(from);
-    bool is_open = text && output_open(&output, path);
-    if (is_open)
-        svg_shrink(text, output.file);
-    free(text);
-    return is_open && output_close(&output);
-}
-
-static bool draw(struct gnuplot *gnuplot, const char *path) {
-    const char *argv[] = {"gnuplot", NULL};
+/* -d: no files of settings, in which a user may have another terminal. */
+static bool draw(struct gnuplot *gnuplot) {
+    const char *argv[] = {"gnuplot", "-d", NULL};
     struct process process;
-    int error = process_start(&process, argv, gnuplot->script_path, gnuplot->svg_path, gnuplot->log_path);
+    const int error = process_start(&process, &gnuplot->scratch, argv, gnuplot->script_path,
+                                    gnuplot->svg_path, gnuplot->log_path);
     if (error) {
-        fprintf(stderr,
-                "refdyn: gnuplot draws the figures and could not be started: %s (Debian: apt install "
-                "gnuplot-nox)\n",
-                strerror(error));
+        fprintf(stderr, "refdyn: gnuplot could not be started: %s\n", strerror(error));
         return false;
     }
-    struct stat status;
-    process_wait(&process, 1);
-    if (process.result == 0 && stat(gnuplot->svg_path, &status) == 0 && status.st_size > 0)
-        return publish(gnuplot->svg_path, path);
+    if (process_wait(&process, 1) == 0 && process.result == 0)
+        return true;
+    if (interrupt_is_new())
+        return false;
     fprintf(stderr, "refdyn: gnuplot failed:\n");
     show_log(gnuplot->log_path);
     return false;
 }
 
-bool gnuplot_draw(struct gnuplot *gnuplot, const char *path) {
+bool gnuplot_draw(struct gnuplot *gnuplot, FILE *out) {
     bool is_written = !ferror(gnuplot->script);
     is_written = fclose(gnuplot->script) == 0 && is_written;
     if (!is_written)
         fprintf(stderr, "refdyn: %s: not all could be written\n", gnuplot->script_path);
-    bool is_drawn = is_written && draw(gnuplot, path);
+    char *text = is_written && draw(gnuplot) ? read_text(gnuplot->svg_path, "gnuplot's drawing") : NULL;
+    if (text)
+        svg_finish(text, &gnuplot->texts, out);
+    free(text);
     release(gnuplot);
-    return is_drawn;
+    return text != NULL;
 }
 
-static void put_quoted(FILE *script, const char *text) {
-    for (; *text; text++) {
-        if (*text == '\'')
-            fputc('\'', script); /* doubled */
-        fputc(*text == '\n' ? ' ' : *text, script);
-    }
-}
-
-void gnuplot_quote(FILE *script, const char *text) {
-    fputc('\'', script);
-    put_quoted(script, text);
-    fputc('\'', script);
-}
-
-void gnuplot_quote_file(FILE *script, const char *path) {
-    fputs(*path == '/' ? "'" : "'./", script);
-    put_quoted(script, path);
-    fputc('\'', script);
+void gnuplot_text(struct gnuplot *gnuplot, const char *text) {
+    fputc('\'', gnuplot->script);
+    svg_put_placeholders(gnuplot->script, &gnuplot->texts, text);
+    fputc('\'', gnuplot->script);
 }

@@ -1,13 +1,11 @@
 /* Sampled inputs from a CSV file: see inputs.h. */
 #include "inputs.h"
+#include "csv.h"
 #include "message.h"
 #include "output.h"
-#include "text.h"
+#include "table.h"
 
-#include <errno.h>
 #include <math.h>
-#include <stdarg.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -15,112 +13,87 @@
 struct reading {
     struct inputs *inputs;
     const struct refdyn_model *model;
-    long line;
-    int *role; /* (column_count) number among the inputs' columns, or one of: */
-    int column_count;
+    struct csv csv;
+    int *role; /* (csv.count) number among the inputs' columns, or one of: */
 };
 
-static const char byte_order_mark[] = "\xEF\xBB\xBF"; /* UTF-8's, which spreadsheets write */
-
 enum { ROLE_NONE = -1, ROLE_TIME = -2 };
-
-static bool refuse(const struct reading *reading, const char *format, ...)
-    __attribute__((format(printf, 2, 3)));
-
-static bool refuse(const struct reading *reading, const char *format, ...) {
-    va_list list;
-    va_start(list, format);
-    fprintf(stderr, "%s:%ld: inputs: ", reading->inputs->path, reading->line);
-    vfprintf(stderr, format, list);
-    fputc('\n', stderr);
-    va_end(list);
-    return false;
-}
-
-/* The next field of a line, cut off and without the blanks around it; *rest is NULL behind the last one. */
-static char *next_field(char **rest) {
-    char *field = *rest, *comma = strchr(field, ',');
-    *rest = comma ? comma + 1 : NULL;
-    if (comma)
-        *comma = '\0';
-    field += strspn(field, " \t");
-    size_t length = strlen(field);
-    while (length > 0 && strchr(" \t\r\n", field[length - 1]))
-        field[--length] = '\0';
-    return field;
-}
 
 static bool no_input(const struct reading *reading) {
     const struct refdyn_model *model = reading->model;
     if (model->input_count == 0)
-        return refuse(reading, "the model has no inputs");
+        return csv_complain(&reading->csv, "the model has no inputs");
     char *names = text_format("%s", model->inputs[0].name);
     for (int i = 1; i < model->input_count; i++) {
         char *longer = text_format("%s, %s", names, model->inputs[i].name);
         free(names);
         names = longer;
     }
-    refuse(reading, "no column is an input, those of the model are %s", names);
+    csv_complain(&reading->csv, "no column is an input, those of the model are %s", names);
     free(names);
     return false;
 }
 
-static bool is_listed(const struct inputs *inputs, int place) {
-    for (int i = 0; i < inputs->width; i++)
-        if (inputs->place[i] == place)
-            return true;
-    return false;
+static int find_column(const struct csv *csv, const char *name) {
+    for (int i = 0; i < csv->count; i++)
+        if (strcmp(csv->names[i], name) == 0)
+            return i;
+    return -1;
+}
+
+/* The column of an input: in the CSV of a motion that has another column of its name, the one with the kind
+ * before it (table.h). `t` is the time alone. */
+static int find_input(const struct csv *csv, const char *name) {
+    char *long_name = text_format("%s%s", table_input_lead, name);
+    int column = find_column(csv, long_name);
+    free(long_name);
+    if (column < 0 && strcmp(name, "t") != 0)
+        column = find_column(csv, name);
+    return column;
 }
 
 /* A column that is no input is passed over; one that was meant to be an input is told of. */
-static void warn_of_passed(const struct reading *reading, const char *const *columns) {
+static void warn_of_passed(const struct reading *reading) {
     const struct refdyn_model *model = reading->model;
+    const struct csv *csv = &reading->csv;
     const char **missing = allocate((size_t)model->input_count, sizeof *missing);
     int count = 0;
     for (int i = 0; i < model->input_count; i++)
-        if (!is_listed(reading->inputs, i))
+        if (find_input(csv, model->inputs[i].name) < 0)
             missing[count++] = model->inputs[i].name;
-    for (int i = 0; i < reading->column_count; i++) {
-        const char *near = reading->role[i] == ROLE_NONE ? nearest_name(columns[i], missing, count) : NULL;
-        if (near)
-            fprintf(stderr, "%s:%ld: warning: inputs: column %s is passed over, the nearest input is %s\n",
-                    reading->inputs->path, reading->line, columns[i], near);
+    for (int i = 0; i < csv->count; i++) {
+        const char *near = reading->role[i] == ROLE_NONE ? nearest_name(csv->names[i], missing, count) : NULL;
+        char *text = near ? text_format("warning: inputs: column %s is passed over, the nearest input is %s",
+                                        csv->names[i], near)
+                          : NULL;
+        if (text)
+            complain_line(csv->path, csv->line, text);
+        free(text);
     }
     free(missing);
 }
 
-static bool read_columns(struct reading *reading, char *line, const char **columns) {
+static bool assign_columns(struct reading *reading) {
     struct inputs *inputs = reading->inputs;
+    const struct csv *csv = &reading->csv;
     const struct refdyn_model *model = reading->model;
-    bool has_time = false;
-    for (char *rest = line; rest;) {
-        const char *name = next_field(&rest);
-        const int place = refdyn_find_name(model->inputs, model->input_count, name);
-        const bool is_time = strcmp(name, "t") == 0;
-        if (is_time ? has_time : is_listed(inputs, place))
-            return refuse(reading, "two columns are called %s", name);
-        has_time |= is_time;
-        columns[reading->column_count] = name;
-        reading->role[reading->column_count++] = is_time ? ROLE_TIME : place < 0 ? ROLE_NONE : inputs->width;
-        if (!is_time && place >= 0)
-            inputs->place[inputs->width++] = place;
+    reading->role = allocate((size_t)csv->count, sizeof *reading->role);
+    inputs->place = allocate((size_t)model->input_count, sizeof *inputs->place);
+    for (int i = 0; i < csv->count; i++)
+        reading->role[i] = strcmp(csv->names[i], "t") == 0 ? ROLE_TIME : ROLE_NONE;
+    for (int i = 0; i < model->input_count; i++) {
+        const int column = find_input(csv, model->inputs[i].name);
+        if (column < 0)
+            continue;
+        reading->role[column] = inputs->width;
+        inputs->place[inputs->width++] = i;
     }
-    if (!has_time)
-        return refuse(reading, "no column is called t, the time of each sample is needed");
-    warn_of_passed(reading, columns);
-    return inputs->width > 0 || no_input(reading);
-}
-
-static bool read_header(struct reading *reading, char *line) {
-    const size_t room = strlen(line) + 1;
-    const char **columns = allocate(room, sizeof *columns);
-    reading->role = allocate(room, sizeof *reading->role);
-    reading->inputs->place = allocate((size_t)reading->model->input_count, sizeof *reading->inputs->place);
-    if (strncmp(line, byte_order_mark, strlen(byte_order_mark)) == 0)
-        line += strlen(byte_order_mark);
-    const bool is_good = read_columns(reading, line, columns);
-    free(columns);
-    return is_good;
+    if (find_column(csv, "t") < 0)
+        return csv_complain(csv, "no column is called t, the time of each sample is needed");
+    if (inputs->width == 0)
+        return no_input(reading);
+    warn_of_passed(reading);
+    return true;
 }
 
 static void add_room(struct inputs *inputs) {
@@ -139,70 +112,43 @@ static void add_room(struct inputs *inputs) {
     inputs->values = values;
 }
 
-static bool read_value(const struct reading *reading, const char *field, double *value) {
-    if (!number_of_text(field, value))
-        return refuse(reading, "'%s' is no finite number", field);
-    return true;
-}
-
-static bool read_row(struct reading *reading, char *line) {
+static bool take_row(struct reading *reading) {
     struct inputs *inputs = reading->inputs;
+    const struct csv *csv = &reading->csv;
     add_room(inputs);
-    int column = 0;
-    for (char *rest = line; rest; column++) {
-        const char *field = next_field(&rest);
-        const int role = column < reading->column_count ? reading->role[column] : ROLE_NONE;
+    for (int i = 0; i < csv->count; i++) {
+        const int role = reading->role[i];
         double value;
         if (role == ROLE_NONE)
             continue;
-        if (!read_value(reading, field, &value))
+        if (!csv_number(csv, i, &value))
             return false;
         if (role == ROLE_TIME)
             inputs->t[inputs->count] = value;
         else
             inputs->values[inputs->count * inputs->width + role] = value;
     }
-    if (column != reading->column_count)
-        return refuse(reading, "%d fields under %d names", column, reading->column_count);
     if (inputs->count > 0 && !(inputs->t[inputs->count] > inputs->t[inputs->count - 1]))
-        return refuse(reading, "t = %g does not lie behind the sample before", inputs->t[inputs->count]);
+        return csv_complain(csv, "t = %g does not lie behind the sample before", inputs->t[inputs->count]);
     inputs->count++;
     return true;
 }
 
-static bool is_blank(const char *line) {
-    return line[strspn(line, " \t\r\n")] == '\0';
-}
-
-static bool read_lines(struct reading *reading, FILE *file) {
-    char *line = NULL;
-    size_t size = 0;
-    bool is_good = true;
-    while (is_good && getline(&line, &size, file) > 0) {
-        reading->line++;
-        if (reading->line == 1)
-            is_good = read_header(reading, line);
-        else if (!is_blank(line))
-            is_good = read_row(reading, line);
-    }
-    free(line);
-    if (is_good && reading->inputs->count == 0) {
-        reading->line += reading->line == 0;
-        is_good = refuse(reading, "no sample, a header and at least one line of numbers are needed");
-    }
-    return is_good;
+static bool take_rows(struct reading *reading) {
+    int answer = 1;
+    while (answer > 0 && (answer = csv_next(&reading->csv)) > 0)
+        answer = take_row(reading) ? 1 : -1;
+    if (answer == 0 && reading->inputs->count == 0)
+        return csv_complain(&reading->csv, "no sample, a header and at least one line of numbers are needed");
+    return answer == 0;
 }
 
 bool inputs_read(struct inputs *inputs, const char *path, const struct refdyn_model *model) {
     struct reading reading = {.inputs = inputs, .model = model};
     *inputs = (struct inputs){.path = path};
-    FILE *file = fopen(path, "r");
-    if (!file) {
-        fprintf(stderr, "refdyn: %s: cannot be read: %s\n", path, strerror(errno));
-        return false;
-    }
-    const bool is_good = read_lines(&reading, file);
-    fclose(file);
+    const bool is_good =
+        csv_open(&reading.csv, path, "inputs") && assign_columns(&reading) && take_rows(&reading);
+    csv_close(&reading.csv);
     free(reading.role);
     return is_good;
 }

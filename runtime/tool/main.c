@@ -1,7 +1,11 @@
 /* The program `refdyn`: the table of its commands, and the two that need nothing compiled. */
 #include "commands.h"
+#include "interrupt.h"
 
+#include <fcntl.h>
 #include <stdio.h>
+#include <stdlib.h>
+#include <unistd.h>
 
 const struct command commands[] = {
     {.name = "gen",
@@ -63,7 +67,8 @@ const struct command commands[] = {
     {.name = "sim",
      .run = run_sim,
      .operands = "MODEL.lua",
-     .options = "until! from method step tol step-max accuracy verify inputs stop every stabilise singular start hold "
+     .options = "until! from method step tol step-max accuracy verify inputs stop every stabilise singular "
+                "start hold "
                 "output summary set fold",
      .output = "RUN.csv",
      .purpose = "one motion, as CSV",
@@ -114,41 +119,76 @@ const struct command commands[] = {
     {.name = NULL},
 };
 
-static enum status gen_failed(const struct options *options, const struct generation *generation,
-                              enum gen_status status) {
+static enum status gen_failed(const struct options *options, enum gen_status status) {
     if (status == GEN_NO_MEMORY)
         fprintf(stderr, "refdyn: %s: out of memory\n", options->operands[0]);
-    if (status == GEN_NOT_WRITTEN && generation->messages.errors == 0)
-        fprintf(stderr, "refdyn: %s: the files could not be written\n", options->output);
     return STATUS_FAULT;
 }
 
-static enum status emit_scene(struct generation *generation, const struct options *options) {
+/* The target of file `name` in the folder of -o. */
+static struct target *open_in_folder(struct targets *targets, const char *folder, const char *name) {
+    char *path = text_format("%s/%s", folder, name);
+    struct target *target = target_open(targets, path);
+    free(path);
+    return target;
+}
+
+/* All files are open before the first one gets its name. */
+static bool write_files(const struct generation *generation, const char *folder, struct targets *targets) {
+    const struct emitted_file *files = gen_files(generation);
+    const int count = gen_file_count(generation);
+    struct target **open = allocate((size_t)count, sizeof *open);
+    bool is_good = true;
+    for (int i = 0; i < count && is_good; i++) {
+        open[i] = open_in_folder(targets, folder, files[i].name);
+        is_good = open[i] && fwrite(files[i].text, 1, files[i].length, open[i]->file) == files[i].length;
+    }
+    for (int i = 0; i < count && is_good; i++)
+        is_good = target_finish(open[i]);
+    free(open);
+    return is_good;
+}
+
+static enum status emit_scene(struct scene *scene, const struct options *options) {
+    struct generation *generation = &scene->generation;
     int seen = generation->messages.count;
     enum gen_status result = gen_plan(generation, options->emit);
-    if (result == GEN_OK)
-        result = gen_write(generation, options->output);
     print_messages(generation, seen);
     if (result != GEN_OK)
-        return gen_failed(options, generation, result);
+        return gen_failed(options, result);
+    scene_spare_sources(scene, &scene->targets);
+    if (!targets_make_folder(&scene->targets, options->output))
+        return STATUS_FAULT;
+    seen = generation->messages.count;
+    result = gen_check_folder(generation, options->output);
+    print_messages(generation, seen);
+    if (result != GEN_OK)
+        return gen_failed(options, result);
+    if (!write_files(generation, options->output, &scene->targets))
+        return STATUS_FAULT;
+    seen = generation->messages.count;
+    result = gen_remove_stale_parts(generation, options->output);
+    print_messages(generation, seen);
+    if (result != GEN_OK)
+        return gen_failed(options, result);
     gen_print_summary(generation, stdout);
     return STATUS_DONE;
 }
 
 enum status run_gen(const struct options *options) {
-    struct scene scene = {.is_read = false};
+    struct scene scene = {.compiled = {.file = -1}};
     enum status status = scene_read(&scene, options);
     if (status == STATUS_DONE) {
         struct generation *generation = &scene.generation;
         const char *wrong = options->emit ? gen_wrong_emit(generation, options->emit) : NULL;
-        status = wrong ? usage_error(options->command, "--emit: %s", wrong) : emit_scene(generation, options);
+        status = wrong ? usage_error(options->command, "--emit: %s", wrong) : emit_scene(&scene, options);
     }
     scene_close(&scene);
     return status;
 }
 
 enum status run_check(const struct options *options) {
-    struct scene scene = {.is_read = false};
+    struct scene scene = {.compiled = {.file = -1}};
     enum status status = scene_read(&scene, options);
     if (status == STATUS_DONE)
         gen_print_model(&scene.generation, stdout);
@@ -156,15 +196,31 @@ enum status run_check(const struct options *options) {
     return status;
 }
 
+/* A standard descriptor that is closed would become that of the next file, into which messages then went. It
+ * is opened so that it is taken and its use still fails. */
+static void take_descriptors(void) {
+    for (int i = STDIN_FILENO; i <= STDERR_FILENO; i++)
+        if (fcntl(i, F_GETFD) < 0 && open("/dev/null", i == STDIN_FILENO ? O_WRONLY : O_RDONLY) < 0)
+            _exit(STATUS_FAULT);
+}
+
+static enum status finish_stdout(enum status status) {
+    const bool is_good = !ferror(stdout);
+    if (fflush(stdout) == 0 && is_good)
+        return status;
+    perror("refdyn: stdout: output: not all could be written");
+    return status == STATUS_DONE ? STATUS_FAULT : status;
+}
+
 int main(int argc, char **argv) {
     struct options options;
     enum status status;
+    take_descriptors();
+    interrupt_catch();
     if (options_read(argc, argv, &options, &status))
         status = options.command->run(&options);
     options_release(&options);
-    if (fflush(stdout) != 0) {
-        perror("refdyn: stdout");
-        status = status == STATUS_DONE ? STATUS_FAULT : status;
-    }
+    status = finish_stdout(status);
+    interrupt_finish();
     return (int)status;
 }

@@ -169,14 +169,12 @@ static void put_mode(struct document *document, const struct analysis *analysis,
     put_close(document, '}');
 }
 
-static bool print_analysis(const struct analysis *analysis, const char *path) {
-    const struct scene *scene = analysis->scene;
+static enum status print_analysis(const struct analysis *analysis) {
+    struct scene *scene = analysis->scene;
     const struct spectrum *spectrum = &analysis->spectrum;
-    struct output output;
+    struct document document;
     int unstable = 0;
-    if (!output_open(&output, path))
-        return false;
-    struct document document = {.out = output.file};
+    document_open(&document);
     for (int i = 0; i < spectrum->count; i++)
         unstable += spectrum->modes[i].re > 0;
     put_open(&document, NULL, '{');
@@ -195,7 +193,7 @@ static bool print_analysis(const struct analysis *analysis, const char *path) {
         put_mode(&document, analysis, &spectrum->modes[i]);
     put_close(&document, ']');
     put_close(&document, '}');
-    return output_close(&output);
+    return scene_finish(scene, &document);
 }
 
 /* ---- The command ---- */
@@ -226,8 +224,8 @@ static enum status analyse(struct scene *scene, const struct options *options) {
     int result = status == STATUS_DONE ? compute(&analysis, options) : REFDYN_OK;
     if (result != REFDYN_OK)
         status = numbers_failed(scene, result, scene->state.t, scene->q, NULL);
-    if (status == STATUS_DONE && !print_analysis(&analysis, options->output))
-        status = STATUS_FAULT;
+    if (status == STATUS_DONE && result == REFDYN_OK)
+        status = print_analysis(&analysis);
     if (status == STATUS_DONE) {
         print_warnings(&analysis);
         print_table(&analysis);
@@ -242,7 +240,8 @@ static enum status analyse(struct scene *scene, const struct options *options) {
 enum status run_modes(const struct options *options) {
     struct scene scene;
     enum status status = scene_open(
-        &scene, options, NEEDS_STATICS | NEEDS_POINTS | NEEDS_TANGENT | NEEDS_LINEAR, state_path(options));
+        &scene, options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS | NEEDS_TANGENT | NEEDS_LINEAR,
+        state_path(options));
     if (status == STATUS_DONE)
         status = check(&scene);
     if (status == STATUS_DONE)

@@ -1,5 +1,6 @@
 /* One motion: see motion.h. */
 #include "motion.h"
+#include "interrupt.h"
 #include "output.h"
 #include "timing.h"
 
@@ -19,22 +20,8 @@ static const double steps_max = 1e10; /* some hours of the smallest model */
 enum {
     DEFAULT_OUTPUTS = 200,
     OUTPUTS_MAX = 10000000,
-    STEPS_PER_LOOK = 64 /* between looks at SIGINT and the clock */
+    STEPS_PER_LOOK = 64 /* between looks at signals and the clock */
 };
-
-volatile sig_atomic_t motion_interrupted;
-
-static void on_interrupt(int number) {
-    (void)number;
-    motion_interrupted = 1;
-}
-
-void motion_catch_interrupt(void) {
-    struct sigaction action = {.sa_handler = on_interrupt,
-                               .sa_flags = (int)SA_RESETHAND}; /* a second one kills */
-    sigemptyset(&action.sa_mask);
-    sigaction(SIGINT, &action, NULL);
-}
 
 /* GSL's methods work in the room of an implicit method. */
 static enum status choose_gsl(const struct options *options, struct refdyn_options *drive) {
@@ -273,7 +260,7 @@ int motion_to(struct motion *motion, long i, struct progress *progress) {
         status = go_on(motion, goal);
         if (progress)
             progress_show(progress, motion_fraction(motion));
-        if (motion_interrupted && status == REFDYN_OK)
+        if (interrupted && status == REFDYN_OK)
             status = MOTION_INTERRUPTED;
         if (status == REFDYN_OK && is_too_slow(motion, motion->cpu_s + cpu_seconds() - begin))
             status = MOTION_TOO_SLOW;
@@ -282,7 +269,7 @@ int motion_to(struct motion *motion, long i, struct progress *progress) {
     motion->wall_s = wall_seconds() - motion->started;
     if (status == REFDYN_OK)
         status = refdyn_energy_add(&motion->energy, &motion->drive);
-    return status == REFDYN_OK && motion_interrupted ? MOTION_INTERRUPTED : status;
+    return status == REFDYN_OK && interrupted ? MOTION_INTERRUPTED : status;
 }
 
 void motion_release(struct motion *motion) {

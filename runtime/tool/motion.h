@@ -9,11 +9,10 @@
 #include "progress.h"
 #include "stops.h"
 
-#include <signal.h>
-
 enum {
     MOTION_INTERRUPTED = 1000 /* beside the runtime's statuses */,
     MOTION_TOO_SLOW,
+    MOTION_NOT_WRITTEN,
     STABILISE_COUNT = 3,
     SINGULAR_COUNT = 2
 };
@@ -67,9 +66,5 @@ double motion_fraction(const struct motion *motion);
 int motion_to(struct motion *motion, long i, struct progress *progress);
 bool motion_is_stopped(const struct motion *motion);
 void motion_release(struct motion *motion);
-
-/* Set by SIGINT once motion_catch_interrupt was called. */
-extern volatile sig_atomic_t motion_interrupted;
-void motion_catch_interrupt(void);
 
 #endif

@@ -1,12 +1,11 @@
-/* Numbers, JSON and output files: see output.h. */
+/* Numbers, JSON and texts in memory: see output.h. */
 #include "output.h"
+#include "escape.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 /* Digits that a double keeps in decimal, and that always bring it back (C11 5.2.4.2.2: DBL_DIG and
  * DBL_DECIMAL_DIG). */
@@ -26,18 +25,22 @@ void print_number(FILE *out, double value) {
     fputs(exact_text(value, text), out);
 }
 
-static void print_quoted(FILE *out, const char *text) {
-    fputc('"', out);
-    for (; *text; text++) {
-        unsigned char c = (unsigned char)*text;
-        if (c == '"' || c == '\\')
-            fprintf(out, "\\%c", c);
-        else if (c < ' ')
-            fprintf(out, "\\u%04x", c);
-        else
-            fputc(c, out);
-    }
-    fputc('"', out);
+void document_open(struct document *document) {
+    *document = (struct document){.one_line = false};
+    document->out = text_stream(&document->text, &document->size);
+}
+
+bool document_close(struct document *document, FILE *file) {
+    const bool is_fit = !document->unfit;
+    fclose(document->out);
+    if (is_fit)
+        fwrite(document->text, 1, document->size, file);
+    else
+        fprintf(stderr, "refdyn: the result has numbers that are not finite, under \"%s\"\n",
+                document->unfit);
+    free(document->unfit);
+    free(document->text);
+    return is_fit;
 }
 
 /* What stands before an entry: a comma, a new line at the outermost level, the key. */
@@ -49,8 +52,10 @@ static void start_entry(struct document *document, const char *key) {
     else if (document->has_entry)
         fputc(' ', document->out);
     document->has_entry = true;
+    if (key && document->depth == 1)
+        snprintf(document->section, sizeof document->section, "%s", key);
     if (key) {
-        print_quoted(document->out, key);
+        put_json_text(document->out, key);
         fputs(": ", document->out);
     }
 }
@@ -74,10 +79,13 @@ void put_close(struct document *document, char bracket) {
 
 void put_number(struct document *document, const char *key, double value) {
     start_entry(document, key);
-    if (isfinite(value))
+    if (isfinite(value)) {
         print_number(document->out, value);
-    else
-        fputs("null", document->out);
+        return;
+    }
+    fputs("null", document->out);
+    if (!document->unfit)
+        document->unfit = text_format("%s", document->section);
 }
 
 void put_whole(struct document *document, const char *key, long value) {
@@ -87,7 +95,7 @@ void put_whole(struct document *document, const char *key, long value) {
 
 void put_text(struct document *document, const char *key, const char *text) {
     start_entry(document, key);
-    print_quoted(document->out, text);
+    put_json_text(document->out, text);
 }
 
 void put_truth(struct document *document, const char *key, bool value) {
@@ -96,7 +104,8 @@ void put_truth(struct document *document, const char *key, bool value) {
 }
 
 void put_null(struct document *document, const char *key) {
-    put_number(document, key, NAN);
+    start_entry(document, key);
+    fputs("null", document->out);
 }
 
 void put_array(struct document *document, const char *key, const double *values, int count) {
@@ -111,55 +120,6 @@ void put_matrix(struct document *document, const char *key, const double *values
     for (int i = 0; i < rows; i++)
         put_array(document, NULL, values + (size_t)i * (size_t)columns, columns);
     put_close(document, ']');
-}
-
-static bool complain_file(const char *path, const char *what) {
-    fprintf(stderr, "refdyn: %s: %s: %s\n", path, what, strerror(errno));
-    return false;
-}
-
-/* A device, a pipe or a link such as /dev/stdout, which a file of that name must not replace. */
-static bool is_written_through(const char *path) {
-    struct stat status;
-    return lstat(path, &status) == 0 && !S_ISREG(status.st_mode) && !S_ISDIR(status.st_mode);
-}
-
-bool output_open(struct output *output, const char *path) {
-    *output = (struct output){.file = stdout, .path = path};
-    if (!path)
-        return true;
-    output->part = text_format(is_written_through(path) ? "%s" : "%s.part", path);
-    output->file = fopen(output->part, "w");
-    if (output->file)
-        return true;
-    complain_file(output->part, "cannot be written");
-    output_release(output);
-    return false;
-}
-
-bool output_keep_part(struct output *output) {
-    const char *name = output->part ? output->part : "stdout";
-    bool is_good = !ferror(output->file) && fflush(output->file) == 0;
-    if (!is_good)
-        complain_file(name, "not all could be written");
-    if (output->part && fclose(output->file) != 0 && is_good)
-        is_good = complain_file(name, "not all could be written");
-    output->file = NULL;
-    return is_good;
-}
-
-bool output_close(struct output *output) {
-    bool is_good = output_keep_part(output);
-    if (is_good && output->part && strcmp(output->part, output->path) != 0 &&
-        rename(output->part, output->path) != 0)
-        is_good = complain_file(output->path, "cannot be made");
-    output_release(output);
-    return is_good;
-}
-
-void output_release(struct output *output) {
-    free(output->part);
-    output->part = NULL;
 }
 
 static void *checked(void *memory) {
@@ -188,18 +148,4 @@ char *text_format(const char *format, ...) {
 
 FILE *text_stream(char **text, size_t *size) {
     return checked(open_memstream(text, size));
-}
-
-char *file_text(const char *path) {
-    char *text = NULL;
-    size_t size = 0;
-    FILE *file = fopen(path, "r");
-    const bool is_read = file && getdelim(&text, &size, '\0', file) > 0;
-    if (file)
-        fclose(file);
-    if (is_read)
-        return text;
-    free(text);
-    fprintf(stderr, "refdyn: %s: cannot be read\n", path);
-    return NULL;
 }

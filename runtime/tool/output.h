@@ -1,6 +1,5 @@
 /*
- * Text that goes out: numbers that read back exactly, a small JSON writer, and files that appear complete or
- * not at all.
+ * Text that goes out: numbers that read back exactly, a small JSON writer, texts in memory.
  */
 #ifndef REFDYN_TOOL_OUTPUT_H
 #define REFDYN_TOOL_OUTPUT_H
@@ -14,44 +13,37 @@ enum { NUMBER_LENGTH = 32 };
 const char *exact_text(double value, char text[static NUMBER_LENGTH]);
 void print_number(FILE *out, double value);
 
-/* A JSON document being written: one entry a line at the outermost level, all else in line. */
+/* A JSON document: one entry a line at the outermost level, all else in line. It grows in memory, and is
+ * written when it is complete. */
 struct document {
-    FILE *out;
+    FILE *out; /* into text */
+    char *text;
+    size_t size;
     int depth;
     bool has_entry; /* at the present level */
     bool one_line;
+    char section[64]; /* the key at the outermost level */
+    char *unfit;      /* the section of the first number that was not finite, in heap memory; NULL: none */
 };
 
-void put_open(struct document *document, const char *key,
-              char bracket); /* key NULL: in an array or at the top */
+/* key NULL: in an array or at the top */
+void put_open(struct document *document, const char *key, char bracket);
 void put_close(struct document *document, char bracket);
-void put_number(struct document *document, const char *key, double value); /* null when not finite */
+void put_number(struct document *document, const char *key,
+                double value); /* null when not finite, which makes the document unfit */
 void put_whole(struct document *document, const char *key, long value);
 void put_text(struct document *document, const char *key, const char *text);
 void put_truth(struct document *document, const char *key, bool value);
 void put_null(struct document *document, const char *key);
 void put_array(struct document *document, const char *key, const double *values, int count);
 void put_matrix(struct document *document, const char *key, const double *values, int rows, int columns);
-
-/* An output file: written as PATH.part and renamed by output_close, what is no plain file (/dev/null) written
- * itself; path NULL is stdout. */
-struct output {
-    FILE *file;
-    const char *path;
-    char *part;
-};
-
-/* Complains on stderr and returns false when it cannot be opened, or not all was written. */
-bool output_open(struct output *output, const char *path);
-bool output_close(struct output *output);
-/* Closes and leaves PATH.part as it is; output->part tells its name until output_release. */
-bool output_keep_part(struct output *output);
-void output_release(struct output *output);
+void document_open(struct document *document);
+/* Writes it to `file`, unless one of its numbers is not finite: then it is no result, which is told on
+ * stderr. Returns whether it was written; the document ends here in any case. */
+bool document_close(struct document *document, FILE *file);
 
 /* A copy of text in heap memory made like printf; ends the program with a message when memory is short. */
 char *text_format(const char *format, ...) __attribute__((format(printf, 1, 2)));
-/* All of a text file in heap memory; NULL with a complaint when it is empty or cannot be read. */
-char *file_text(const char *path);
 /* A stream whose text is in *text (heap memory) once it is closed; ends the program when memory is short. */
 FILE *text_stream(char **text, size_t *size);
 /* Zeroed heap memory; ends the program with a message when memory is short. */

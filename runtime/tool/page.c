@@ -1,5 +1,6 @@
 /* The page of a report: see page.h. */
 #include "page.h"
+#include "escape.h"
 #include "findings.h"
 #include "output.h"
 
@@ -17,21 +18,9 @@ static const char head[] =
 
 /* ---- Pieces */
 
-static void put_escaped(FILE *out, const char *text) {
-    for (; *text; text++)
-        if (*text == '&')
-            fputs("&amp;", out);
-        else if (*text == '<')
-            fputs("&lt;", out);
-        else if (*text == '>')
-            fputs("&gt;", out);
-        else
-            fputc(*text, out);
-}
-
 static void put_cell(FILE *out, const char *text) {
     fputs("<td>", out);
-    put_escaped(out, text);
+    put_xml_text(out, text);
     fputs("</td>", out);
 }
 
@@ -61,7 +50,7 @@ static void put_list(FILE *out, const char *lines) {
         const size_t length = strcspn(lines, "\n");
         char *line = text_format("%.*s", (int)length, lines);
         fputs("<li>", out);
-        put_escaped(out, line);
+        put_xml_text(out, line);
         fputs("</li>\n", out);
         free(line);
         lines += length + (lines[length] == '\n');
@@ -195,7 +184,7 @@ static void put_levels(FILE *out, const struct study *study) {
 static void put_study(FILE *out, const struct study *study) {
     char *lasting = findings_lasting(study), *times = findings_times(study);
     fputs("<h2>", out);
-    put_escaped(out, study->name);
+    put_xml_text(out, study->name);
     fprintf(out, "</h2>\n%s<h3>The same on every machine</h3>\n<p>Of the runs that there was time for.</p>\n",
             study->facts);
     put_list(out, lasting);
@@ -214,9 +203,9 @@ void page_write(FILE *out, const char *title, const struct study *studies, int c
     const char *drawing = strstr(figure, "<svg"); /* behind the prologue of an SVG file */
     fputs("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n", out);
     fprintf(out, "%s<title>", head);
-    put_escaped(out, title);
+    put_xml_text(out, title);
     fputs("</title>\n</head>\n<body>\n<h1>", out);
-    put_escaped(out, title);
+    put_xml_text(out, title);
     fprintf(out, "</h1>\n%s\n", drawing ? drawing : "");
     for (int i = 0; i < count; i++)
         put_study(out, &studies[i]);

@@ -7,7 +7,6 @@
 #include <string.h>
 
 enum {
-    TEXTS_MAX = 256,
     FORCE_KEYS = 4, /* a run's largest forces have names */
     MOST_INPUTS = 6 /* panels of inputs and courses */
 };
@@ -58,11 +57,13 @@ static void add_named(struct panel *panel, int run, int y, const char *name) {
 }
 
 static const char *keep_text(struct panels *panels, char *text) {
-    if (!panels->texts)
-        panels->texts = allocate(TEXTS_MAX, sizeof *panels->texts);
-    if (panels->text_count == TEXTS_MAX) {
-        free(text);
-        return NULL;
+    if (panels->text_count == panels->text_room) {
+        panels->text_room = 2 * panels->text_room + 16;
+        char **texts = allocate((size_t)panels->text_room, sizeof *texts);
+        if (panels->text_count)
+            memcpy(texts, panels->texts, (size_t)panels->text_count * sizeof *texts);
+        free(panels->texts);
+        panels->texts = texts;
     }
     return panels->texts[panels->text_count++] = text;
 }

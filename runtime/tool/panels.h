@@ -35,7 +35,7 @@ struct panels {
     struct panel list[PANELS_MAX];
     int count;
     char **texts; /* titles that were made */
-    int text_count;
+    int text_count, text_room;
 };
 
 void panels_make(struct panels *panels, const struct run *runs, int run_count);

@@ -3,6 +3,7 @@
 #include "gnuplot.h"
 #include "output.h"
 #include "panels.h"
+#include "target.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -10,7 +11,7 @@
 /* Pixels. */
 enum { PANEL_WIDTH = 486, PANEL_HEIGHT = 310, TOP = 40, LEFT = 94, RIGHT = 16, ABOVE = 62, BELOW = 52 };
 enum { BOX_WIDTH = PANEL_WIDTH - LEFT - RIGHT, BOX_HEIGHT = PANEL_HEIGHT - ABOVE - BELOW };
-enum { COLUMNS_MAX = 3, POINTS_MAX = 2000 /* of a curve: more cannot be seen */, CROWD = 8 /* curves */ };
+enum { COLUMNS_MAX = 3, CROWD = 8 /* curves */ };
 
 static const double crowded_width = 1.0; /* of lines in a panel of many curves */
 
@@ -30,7 +31,8 @@ static double part(int pixels, int whole) {
 }
 
 /* The names of the runs, each with its own line, along the top. */
-static void put_legend(FILE *script, const struct run *runs, int count, int height) {
+static void put_legend(struct gnuplot *gnuplot, const struct run *runs, int count, int height) {
+    FILE *script = gnuplot->script;
     fprintf(script,
             "set lmargin at screen 0.02\nset rmargin at screen 0.98\nset bmargin at screen %.6f\nset tmargin "
             "at screen %.6f\n"
@@ -40,7 +42,7 @@ static void put_legend(FILE *script, const struct run *runs, int count, int heig
     for (int i = 0; i < count; i++) {
         fprintf(script, "%s NaN with lines linewidth 2 linecolor '%s' dashtype %s title ", i ? "," : "",
                 plot_colours[i % COLOUR_COUNT], plot_dashes[i % DASH_COUNT]);
-        gnuplot_quote(script, runs[i].name);
+        gnuplot_text(gnuplot, runs[i].name);
     }
     fputs("\nset border 3\nset xtics nomirror\nset ytics nomirror\nset grid\n", script);
 }
@@ -52,25 +54,39 @@ static bool has_one_run(const struct panel *panel) {
     return true;
 }
 
+/* A named block of `x,y` lines for each curve of panel number `place`. */
+static void put_data(FILE *script, const struct panels *panels, int place) {
+    const struct panel *panel = &panels->list[place];
+    for (int i = 0; i < panel->count; i++) {
+        const struct curve *curve = &panel->curves[i];
+        const struct run *run = &panels->runs[curve->run];
+        fprintf(script, "$data_%d_%d << END\n", place, i);
+        for (long k = 0; k < run->kept_count; k++) {
+            const double *row = run->kept + k * run->column_count;
+            print_number(script, row[curve->x]);
+            fputc(',', script);
+            print_number(script, row[curve->y]);
+            fputc('\n', script);
+        }
+        fputs("END\n", script);
+    }
+}
+
 /* Lines tell the runs apart by their dashes, where there is more than one. */
-static void put_curve(FILE *script, const struct panel *panel, const struct curve *curve,
-                      const struct run *run) {
-    long every = run->rows / POINTS_MAX + 1;
+static void put_curve(struct gnuplot *gnuplot, const struct panels *panels, int place, int i) {
+    FILE *script = gnuplot->script;
+    const struct panel *panel = &panels->list[place];
+    const struct curve *curve = &panel->curves[i];
     int colour = curve->colour < 0 ? curve->run : curve->colour;
     bool is_solid = curve->colour >= 0 && has_one_run(panel);
     double width = panel->count > CROWD && curve->width > crowded_width ? crowded_width : curve->width;
-    gnuplot_quote_file(script, run->path);
-    fprintf(script, " skip 1 every %ld using %d:", every, curve->x + 1);
-    if (panel->is_logarithmic)
-        fprintf(script, "($%d != 0 ? abs($%d) : NaN)", curve->y + 1, curve->y + 1);
-    else
-        fprintf(script, "%d", curve->y + 1);
-    fprintf(script, " with lines linewidth %.2f linecolor '%s' dashtype %s", width,
+    fprintf(script, "$data_%d_%d using 1:%s with lines linewidth %.2f linecolor '%s' dashtype %s", place, i,
+            panel->is_logarithmic ? "($2 != 0 ? abs($2) : NaN)" : "2", width,
             plot_colours[colour % COLOUR_COUNT],
             is_solid ? plot_dashes[0] : plot_dashes[curve->run % DASH_COUNT]);
     if (curve->title) {
         fputs(" title ", script);
-        gnuplot_quote(script, curve->title);
+        gnuplot_text(gnuplot, curve->title);
     } else
         fputs(" notitle", script);
 }
@@ -92,13 +108,17 @@ static void put_place(FILE *script, const struct page *page, int place) {
             1 - part(top - 50, page->height));
 }
 
-static void put_title(FILE *script, const struct panels *panels, const struct panel *panel) {
+static void put_title(struct gnuplot *gnuplot, const struct panels *panels, const struct panel *panel) {
     bool is_of_one = panels->run_count > 1 && has_one_run(panel);
     const char *run = panels->runs[panel->curves[0].run].name;
     char *title = is_of_one ? text_format("%s (%s)", panel->title, run) : text_format("%s", panel->title);
-    gnuplot_quote(script, title);
+    gnuplot_text(gnuplot, title);
     free(title);
-    fprintf(script, "\nset xlabel '%s' offset 0,0.3\nset ylabel '%s'\n", panel->x_label, panel->y_label);
+    fputs("\nset xlabel ", gnuplot->script);
+    gnuplot_text(gnuplot, panel->x_label);
+    fputs(" offset 0,0.3\nset ylabel ", gnuplot->script);
+    gnuplot_text(gnuplot, panel->y_label);
+    fputc('\n', gnuplot->script);
 }
 
 struct range {
@@ -155,10 +175,12 @@ static void put_ranges(FILE *script, const struct panels *panels, const struct p
         put_equal_scales(script, panels, panel);
 }
 
-static void put_panel(FILE *script, const struct panels *panels, int place, const struct page *page) {
+static void put_panel(struct gnuplot *gnuplot, const struct panels *panels, int place,
+                      const struct page *page) {
+    FILE *script = gnuplot->script;
     const struct panel *panel = &panels->list[place];
     put_place(script, page, place);
-    put_title(script, panels, panel);
+    put_title(gnuplot, panels, panel);
     fputs(panel->is_logarithmic ? "set logscale y\nset format y '1e%T'\nset mytics 1\n"
                                 : "unset logscale y\nset format y '%g'\n",
           script);
@@ -167,38 +189,49 @@ static void put_panel(FILE *script, const struct panels *panels, int place, cons
     for (int i = 0; i < panel->count; i++) {
         if (i)
             fputs(", \\\n  ", script);
-        put_curve(script, panel, &panel->curves[i], &panels->runs[panel->curves[i].run]);
+        put_curve(gnuplot, panels, place, i);
     }
     fputc('\n', script);
 }
 
-static bool draw(const struct panels *panels, const char *path) {
+static bool draw(const struct panels *panels, FILE *out) {
     struct gnuplot gnuplot;
     struct page page = make_page(panels->count);
     if (!gnuplot_open(&gnuplot, page.width, page.height))
         return false;
-    fputs("set multiplot\n", gnuplot.script);
-    put_legend(gnuplot.script, panels->runs, panels->run_count, page.height);
     for (int i = 0; i < panels->count; i++)
-        put_panel(gnuplot.script, panels, i, &page);
+        put_data(gnuplot.script, panels, i);
+    fputs("set multiplot\n", gnuplot.script);
+    put_legend(&gnuplot, panels->runs, panels->run_count, page.height);
+    for (int i = 0; i < panels->count; i++)
+        put_panel(&gnuplot, panels, i, &page);
     fputs("unset multiplot\n", gnuplot.script);
-    return gnuplot_draw(&gnuplot, path);
+    return gnuplot_draw(&gnuplot, out);
+}
+
+static enum status plot(const struct run *runs, int count, struct target *target) {
+    struct panels panels;
+    panels_make(&panels, runs, count);
+    bool is_good = panels.count > 0;
+    if (!is_good)
+        complain_line(runs[0].path, 1, "run: no column that plot draws, a CSV file of refdyn sim is needed");
+    is_good = is_good && draw(&panels, target->file) && target_finish(target);
+    panels_release(&panels);
+    return is_good ? STATUS_DONE : STATUS_FAULT;
 }
 
 enum status run_plot(const struct options *options) {
-    int count = options->operand_count;
+    const int count = options->operand_count;
     struct run *runs = allocate((size_t)count, sizeof *runs);
-    enum status status = STATUS_DONE;
-    for (int i = 0; i < count && status == STATUS_DONE; i++)
-        if (!run_read(&runs[i], options->operands[i]))
-            status = STATUS_FAULT;
-    if (status == STATUS_DONE) {
-        struct panels panels;
-        panels_make(&panels, runs, count);
-        if (!draw(&panels, options->output))
-            status = STATUS_FAULT;
-        panels_release(&panels);
-    }
+    struct targets targets = {.first = NULL};
+    for (int i = 0; i < count; i++)
+        targets_spare(&targets, options->operands[i]);
+    struct target *target = gnuplot_is_there() ? target_open(&targets, options->output) : NULL;
+    bool is_good = target != NULL;
+    for (int i = 0; i < count && is_good; i++)
+        is_good = run_read(&runs[i], options->operands[i]);
+    const enum status status = is_good ? plot(runs, count, target) : STATUS_FAULT;
+    targets_release(&targets);
     for (int i = 0; i < count; i++)
         run_release(&runs[i]);
     free(runs);

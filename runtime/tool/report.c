@@ -1,16 +1,17 @@
 /* `refdyn report`: error against run time of all methods, as CSV, SVG and a page. */
 #include "diagram.h"
+#include "escape.h"
 #include "findings.h"
+#include "gnuplot.h"
+#include "interrupt.h"
 #include "output.h"
 #include "text.h"
 #include "page.h"
 #include "timing.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 enum { VARIANTS_MAX = 8, REPORT_OUTPUTS = 50 /* times at which runs are compared */ };
 
@@ -24,6 +25,8 @@ struct report {
     struct study_plan plan;
     struct study studies[VARIANTS_MAX];
     int done;
+    struct targets targets;
+    struct target *csv, *svg, *page;
 };
 
 /* ---- What is asked for */
@@ -126,6 +129,28 @@ static bool has_option(const struct model *model, const char *name) {
     return false;
 }
 
+/* The target NAME.ending in the folder of -o. */
+static struct target *open_file(struct report *report, const char *ending) {
+    char *path = text_format("%s/%s.%s", report->options->output, report->model_name, ending);
+    struct target *target = target_open(&report->targets, path);
+    free(path);
+    return target;
+}
+
+/* All that is written at the end, opened before the runs. */
+static enum status open_files(struct report *report, const struct scene *scene) {
+    const char *state = motion_state_path(report->options);
+    scene_spare_sources(scene, &report->targets);
+    if (state)
+        targets_spare(&report->targets, state);
+    if (!gnuplot_is_there() || !targets_make_folder(&report->targets, report->options->output))
+        return STATUS_FAULT;
+    report->csv = open_file(report, "csv");
+    report->svg = report->csv ? open_file(report, "svg") : NULL;
+    report->page = report->svg ? open_file(report, "html") : NULL;
+    return report->page ? STATUS_DONE : STATUS_FAULT;
+}
+
 /* Reads the model once for its name and options. */
 static enum status plan_report(struct report *report) {
     struct scene scene = {.is_read = false};
@@ -143,6 +168,8 @@ static enum status plan_report(struct report *report) {
             status = usage_error(report->options->command, "--vary: the model has no option '%s'",
                                  report->vary_name);
     }
+    if (status == STATUS_DONE)
+        status = open_files(report, &scene);
     scene_close(&scene);
     return status;
 }
@@ -191,7 +218,7 @@ static enum status run_all(struct report *report) {
     enum status status = STATUS_DONE;
     const double seconds = report->options->seconds > 0 ? report->options->seconds : seconds_default;
     const double start = wall_seconds();
-    motion_catch_interrupt();
+    interrupt_defer(true);
     for (int i = 0; i < report->variant_count && status == STATUS_DONE; i++) {
         const double left = fmax(seconds - (wall_seconds() - start), 0);
         status = run_variant(report, i, left / (report->variant_count - i));
@@ -203,14 +230,15 @@ static enum status run_all(struct report *report) {
 
 /* A number, or nothing where there is none. */
 static void put_csv_number(FILE *out, double value, bool is_there) {
-    if (is_there)
+    if (is_there && isfinite(value))
         fprintf(out, "%.6g", value);
     fputc(',', out);
 }
 
 static void put_csv_trial(FILE *out, const struct study *study, const struct trial *trial, const char *kind) {
     char *outcome = trial_outcome(trial);
-    fprintf(out, "%s,%s,%s,", study->name, kind, refdyn_method_name((int)trial->method));
+    put_csv_text(out, study->name);
+    fprintf(out, ",%s,%s,", kind, refdyn_method_name((int)trial->method));
     put_csv_number(out, trial->tol, trial->tol > 0);
     put_csv_number(out, trial->step, trial->step > 0);
     fprintf(out, "%s,%ld,%ld,%ld,%ld,", stabilise_names[trial->stabilise], trial->steps, trial->rejected,
@@ -220,41 +248,48 @@ static void put_csv_trial(FILE *out, const struct study *study, const struct tri
     put_csv_number(out, trial->psi_max, true);
     put_csv_number(out, trial->energy_error, true);
     put_csv_number(out, trial->cpu_s, is_done(trial));
-    fprintf(out, strchr(outcome, ',') ? "\"%s\"\n" : "%s\n", outcome);
+    put_csv_text(out, outcome);
+    fputc('\n', out);
     free(outcome);
 }
 
-static bool write_csv(const struct report *report, const char *path) {
-    struct output output;
-    if (!output_open(&output, path))
-        return false;
+static bool write_csv(const struct report *report) {
+    FILE *out = report->csv->file;
     fputs("variant,kind,method,tol,step,stabilise,steps,rejected,evaluations,tangents,error,phi_max,psi_max,"
           "energy_error,cpu_s,result\n",
-          output.file);
+          out);
     for (int i = 0; i < report->done; i++) {
         const struct study *study = &report->studies[i];
-        for (int j = 0; j < REFERENCES; j++)
-            put_csv_trial(output.file, study, &study->references[j], "reference");
+        for (int j = 0; j < study->reference_count; j++)
+            put_csv_trial(out, study, &study->references[j], "reference");
         for (int j = 0; j < study->series_count; j++)
             for (int k = 0; k < study->series[j].count; k++)
-                put_csv_trial(output.file, study, &study->series[j].trials[k], "run");
+                put_csv_trial(out, study, &study->series[j].trials[k], "run");
     }
-    return output_close(&output);
+    return target_finish(report->csv);
 }
 
-/* ---- The page, and what is said */
+/* ---- The figure, the page, and what is said */
 
-static bool write_page(const struct report *report, const char *path, const char *svg) {
-    struct output output;
-    char *figure = file_text(svg);
-    const bool is_open = figure && output_open(&output, path);
-    if (is_open) {
-        char *title = text_format("%s: error against run time", report->model_name);
-        page_write(output.file, title, report->studies, report->done, figure);
-        free(title);
-    }
-    free(figure);
-    return is_open && output_close(&output);
+static bool draw(const struct report *report, char **figure) {
+    size_t size;
+    FILE *out = text_stream(figure, &size);
+    char *title = text_format("%s, %g s: error against run time, one mark a tolerance or step",
+                              report->model_name, report->options->until);
+    const bool is_drawn = diagram_draw(out, title, report->studies, report->done);
+    free(title);
+    fclose(out);
+    if (is_drawn)
+        fwrite(*figure, 1, size, report->svg->file);
+    return is_drawn && target_finish(report->svg);
+}
+
+static bool write_page(const struct report *report, const char *figure) {
+    char *title =
+        text_format("%s: error against run time%s", report->model_name, interrupted ? ", interrupted" : "");
+    page_write(report->page->file, title, report->studies, report->done, figure);
+    free(title);
+    return target_finish(report->page);
 }
 
 static void print_findings(const struct report *report) {
@@ -268,29 +303,25 @@ static void print_findings(const struct report *report) {
 }
 
 static enum status write_report(const struct report *report) {
-    const char *folder = report->options->output;
-    if (mkdir(folder, 0777) != 0 && errno != EEXIST) {
-        fprintf(stderr, "refdyn: %s: cannot be made: %s\n", folder, strerror(errno));
-        return STATUS_FAULT;
-    }
-    char *csv = text_format("%s/%s.csv", folder, report->model_name);
-    char *svg = text_format("%s/%s.svg", folder, report->model_name);
-    char *page = text_format("%s/%s.html", folder, report->model_name);
-    char *title = text_format("%s, %g s: error against run time, one mark a tolerance or step",
-                              report->model_name, report->options->until);
-    const bool is_written = write_csv(report, csv) &&
-                            diagram_draw(svg, title, report->studies, report->done) &&
-                            write_page(report, page, svg);
-    free(title);
-    free(page);
-    free(svg);
-    free(csv);
+    char *figure = NULL;
+    const bool is_written = write_csv(report) && draw(report, &figure) && write_page(report, figure);
+    free(figure);
     print_findings(report);
     return is_written ? STATUS_DONE : STATUS_FAULT;
 }
 
+/* After an interruption: the last study counts when its reference is complete, for there is nothing to
+ * compare with otherwise. */
+static void forget_unfinished(struct report *report) {
+    if (report->done > 0 && report->studies[report->done - 1].reference_count < REFERENCES)
+        report->done--;
+    fprintf(stderr, "refdyn report: interrupted, %s\n",
+            report->done > 0 ? "the report has the runs until then" : "before a reference was found");
+}
+
 static void release_report(struct report *report) {
-    for (int i = 0; i < report->done; i++) {
+    targets_release(&report->targets);
+    for (int i = 0; i < VARIANTS_MAX; i++) {
         free(report->studies[i].facts);
         free(report->studies[i].name);
     }
@@ -307,11 +338,10 @@ enum status run_report(const struct options *options) {
     enum status status = plan_report(report);
     if (status == STATUS_DONE)
         status = run_all(report);
-    if (motion_interrupted) {
-        fputs("refdyn report: interrupted\n", stderr);
-        status = STATUS_NUMBERS;
-    }
-    if (status == STATUS_DONE)
+    interrupt_accept(); /* what was measured is written, whatever comes */
+    if (interrupted)
+        forget_unfinished(report);
+    if (status == STATUS_DONE || (interrupted && report->done > 0))
         status = write_report(report);
     release_report(report);
     return status;

@@ -2,39 +2,17 @@
 #include "run.h"
 #include "output.h"
 
-#include <errno.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 enum { POINT_COLUMNS = 9 };
 
-static bool complain_line(const struct run *run, long line, const char *what) {
-    fprintf(stderr, "%s:%ld: run: %s, a CSV file of refdyn sim is needed\n", run->path, line, what);
-    return false;
-}
-
 int run_column(const struct run *run, const char *name) {
     for (int i = 0; i < run->column_count; i++)
         if (strcmp(run->columns[i], name) == 0)
             return i;
     return -1;
-}
-
-static void cut_header(struct run *run, char *line) {
-    line[strcspn(line, "\r\n")] = '\0';
-    run->header = line;
-    run->columns = allocate(strlen(line) + 1, sizeof *run->columns);
-    for (char *at = line; at; run->column_count++) {
-        char *comma = strchr(at, ',');
-        run->columns[run->column_count] = at;
-        if (comma)
-            *comma++ = '\0';
-        at = comma;
-    }
-    run->largest = allocate((size_t)run->column_count, sizeof *run->largest);
-    run->lowest = allocate((size_t)run->column_count, sizeof *run->lowest);
-    run->highest = allocate((size_t)run->column_count, sizeof *run->highest);
 }
 
 static bool is_named(const struct run *run, int column, const char *stem, size_t length, const char *ending) {
@@ -78,68 +56,95 @@ static void find_columns(struct run *run) {
     run->input_count = run->column_count - run->inputs;
 }
 
-static bool read_row(struct run *run, const char *line, long number) {
-    const char *at = line;
+/* ---- Rows ---- */
+
+/* Every second of the rows that are kept goes. */
+static void thin_out(struct run *run) {
+    const size_t width = (size_t)run->column_count;
+    for (long i = 1; 2 * i < run->kept_count; i++)
+        memcpy(run->kept + (size_t)i * width, run->kept + 2 * (size_t)i * width, width * sizeof *run->kept);
+    run->kept_count = (run->kept_count + 1) / 2;
+    run->stride *= 2;
+}
+
+/* The row stands behind those that are kept; it counts when it is one of the equally spaced ones. */
+static void take_row(struct run *run, const double *row) {
     for (int i = 0; i < run->column_count; i++) {
-        char *end;
-        double value = strtod(at, &end);
-        if (end == at)
-            return complain_line(run, number, "a number is missing");
-        run->largest[i] = fmax(run->largest[i], fabs(value));
-        run->lowest[i] = run->rows ? fmin(run->lowest[i], value) : value;
-        run->highest[i] = run->rows ? fmax(run->highest[i], value) : value;
-        at = end + (*end == ',');
+        run->largest[i] = fmax(run->largest[i], fabs(row[i]));
+        run->lowest[i] = run->rows ? fmin(run->lowest[i], row[i]) : row[i];
+        run->highest[i] = run->rows ? fmax(run->highest[i], row[i]) : row[i];
     }
-    run->rows++;
+    if (run->rows++ % run->stride == 0 && ++run->kept_count == run->room)
+        thin_out(run);
+}
+
+/* The last line of an interrupted run may be cut short in the middle of a number. */
+static bool warn_of_cut(const struct csv *csv) {
+    complain_line(csv->path, csv->line, "warning: run: the last line has no end, it is left out");
     return true;
 }
 
-/* The last line of an interrupted run may be cut short: it does not count. */
-static bool read_rows(struct run *run, FILE *file) {
-    char *line = NULL;
-    size_t size = 0;
+static bool read_rows(struct run *run) {
+    struct csv *csv = &run->csv;
+    const size_t width = (size_t)run->column_count;
+    double *last = allocate(width, sizeof *last);
     bool is_good = true;
-    ssize_t length;
-    for (long number = 2; is_good && (length = getline(&line, &size, file)) > 0; number++)
-        if (line[length - 1] == '\n')
-            is_good = read_row(run, line, number);
-    free(line);
+    for (int answer; is_good && (answer = csv_next(csv)) != 0;) {
+        if (answer > 0 && csv->is_cut && warn_of_cut(csv))
+            break;
+        is_good = answer > 0;
+        for (int i = 0; i < run->column_count && is_good; i++)
+            is_good = csv_number(csv, i, &last[i]);
+        if (!is_good)
+            break;
+        memcpy(run->kept + (size_t)run->kept_count * width, last, width * sizeof *last);
+        take_row(run, last);
+    }
+    if (is_good && run->rows > 0 && (run->rows - 1) % run->stride != 0)
+        memcpy(run->kept + (size_t)run->kept_count++ * width, last, width * sizeof *last);
+    free(last);
     return is_good;
 }
 
-static bool read_file(struct run *run, FILE *file) {
-    char *line = NULL;
-    size_t size = 0;
-    if (getline(&line, &size, file) < 2 || strncmp(line, "t,", 2) != 0) {
-        free(line);
-        return complain_line(run, 1, "the header does not begin with t");
-    }
-    cut_header(run, line);
-    find_columns(run);
-    if (!read_rows(run, file))
-        return false;
-    return run->rows > 0 ? true : complain_line(run, 2, "there are no rows");
+/* ---- The file ---- */
+
+static void get_room(struct run *run) {
+    const size_t width = (size_t)run->csv.count;
+    run->columns = run->csv.names;
+    run->column_count = run->csv.count;
+    run->stride = 1;
+    run->largest = allocate(width, sizeof *run->largest);
+    run->lowest = allocate(width, sizeof *run->lowest);
+    run->highest = allocate(width, sizeof *run->highest);
+    run->room = RUN_NUMBERS_MOST / run->column_count;
+    run->room = run->room > RUN_ROWS_MOST    ? RUN_ROWS_MOST
+                : run->room < RUN_ROWS_LEAST ? RUN_ROWS_LEAST
+                                             : run->room;
+    run->kept = allocate((size_t)(run->room + 1) * width, sizeof *run->kept);
 }
 
 bool run_read(struct run *run, const char *path) {
     const char *slash = strrchr(path, '/');
     *run = (struct run){.path = path, .name = slash ? slash + 1 : path, .energy = -1};
-    FILE *file = fopen(path, "r");
-    if (!file) {
-        fprintf(stderr, "%s: run: %s, a readable file is needed\n", path, strerror(errno));
+    if (!csv_open(&run->csv, path, "run"))
         return false;
-    }
-    bool is_good = read_file(run, file);
-    fclose(file);
-    return is_good;
+    if (strcmp(run->csv.names[0], "t") != 0 || run->csv.count < 2)
+        return csv_complain(
+            &run->csv, "the header does not begin with t and a name, a CSV file of refdyn sim is needed");
+    get_room(run);
+    find_columns(run);
+    if (!read_rows(run))
+        return false;
+    run->csv.line += run->csv.line == 1;
+    return run->rows > 0 || csv_complain(&run->csv, "there are no rows, a CSV file of refdyn sim is needed");
 }
 
 void run_release(struct run *run) {
+    csv_close(&run->csv);
     free(run->points);
+    free(run->kept);
     free(run->highest);
     free(run->lowest);
     free(run->largest);
-    free(run->columns);
-    free(run->header);
     *run = (struct run){.path = NULL};
 }

@@ -1,18 +1,28 @@
 /*
- * A finished motion as `sim` wrote it: what its columns are, for drawing. The numbers stay in the file.
+ * A finished motion as `sim` wrote it: what its columns are, and so many of its rows as a figure can show.
  */
 #ifndef REFDYN_TOOL_RUN_H
 #define REFDYN_TOOL_RUN_H
 
+#include "csv.h"
+
 #include <stdbool.h>
+
+enum {
+    RUN_ROWS_MOST = 4000 /* of those that are kept: more cannot be seen */,
+    RUN_ROWS_LEAST = 100,
+    RUN_NUMBERS_MOST = 1 << 22 /* in them, where there are many columns */
+};
 
 struct run {
     const char *path;
-    const char *name; /* without folders */
-    char *header;     /* the names lie in it */
-    char **columns;
-    double *largest;          /* absolute value in each column */
-    double *lowest, *highest; /* value in each column */
+    const char *name;              /* without folders */
+    struct csv csv;                /* its names */
+    char **columns;                /* of csv */
+    double *kept;                  /* (kept_count x column_count) rows at equal distances, and the last one */
+    long kept_count, stride, room; /* every stride-th row is kept */
+    double *largest;               /* absolute value in each column */
+    double *lowest, *highest;      /* value in each column */
     int column_count;
     long rows;
 

@@ -1,6 +1,7 @@
 /* One model made ready: see scene.h. */
 #include "scene.h"
-#include "output.h"
+#include "commands.h"
+#include "source_file.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -264,10 +265,38 @@ static enum status make_ready(struct scene *scene, const struct options *options
     return STATUS_DONE;
 }
 
+void scene_spare_sources(const struct scene *scene, struct targets *targets) {
+    const struct sources *sources = scene->generation.model.sources;
+    for (int i = 0; i < sources->count; i++)
+        targets_spare(targets, sources->list[i].path);
+}
+
+/* The files of -o and --summary, which must not be those that are read. */
+static enum status open_targets(struct scene *scene, const struct options *options, const char *state_path) {
+    struct targets *targets = &scene->targets;
+    scene_spare_sources(scene, targets);
+    if (state_path)
+        targets_spare(targets, state_path);
+    if (options->inputs)
+        targets_spare(targets, options->inputs);
+    scene->result = target_open(targets, options->output);
+    if (scene->result && options->summary)
+        scene->summary = target_open(targets, options->summary);
+    return scene->result && (scene->summary || !options->summary) ? STATUS_DONE : STATUS_FAULT;
+}
+
+enum status scene_finish(struct scene *scene, struct document *document) {
+    if (!document_close(document, scene->result->file))
+        return numbers_failed(scene, REFDYN_NOT_FINITE, scene->state.t, scene->q, scene->qd);
+    return target_finish(scene->result) ? STATUS_DONE : STATUS_FAULT;
+}
+
 enum status scene_open(struct scene *scene, const struct options *options, unsigned needs,
                        const char *state_path) {
-    *scene = (struct scene){.is_read = false};
+    *scene = (struct scene){.compiled = {.file = -1}};
     enum status status = scene_read(scene, options);
+    if (status == STATUS_DONE && needs & NEEDS_RESULT)
+        status = open_targets(scene, options, state_path);
     if (status != STATUS_DONE)
         return status;
     if (state_path && !state_read(&scene->state, state_path, &scene->generation))
@@ -285,6 +314,7 @@ void scene_close(struct scene *scene) {
     free(scene->memory);
     state_release(&scene->state);
     compile_release(&scene->compiled);
+    targets_release(&scene->targets);
     if (scene->is_read)
         gen_release(&scene->generation);
 }

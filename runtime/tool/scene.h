@@ -10,8 +10,10 @@
 #include "compile.h"
 #include "inputs.h"
 #include "options.h"
+#include "output.h"
 #include "refdyn.h"
 #include "state.h"
+#include "target.h"
 
 struct scene {
     struct generation generation;
@@ -24,6 +26,8 @@ struct scene {
     double *q, *qd;        /* (n) the model's initial state, or the STATE.json's where it gave one */
     struct inputs *inputs; /* sampled inputs of motions, the caller's; NULL: none */
     int *given;            /* (anchored_count) anchored parameters that --set or the STATE.json gave */
+    struct targets targets;
+    struct target *result, *summary; /* of -o, or stdout; of --summary; NULL: none */
 };
 
 enum {
@@ -35,7 +39,8 @@ enum {
     NEEDS_ALL = 32,         /* all that the scene has */
     NEEDS_TANGENT = 64,     /* tangent */
     NEEDS_LINEAR = 128,     /* d_rows, C */
-    NEEDS_DIAGONAL = 256    /* diagonals, shifted, u */
+    NEEDS_DIAGONAL = 256,   /* diagonals, shifted, u */
+    NEEDS_RESULT = 512      /* the files of -o and --summary, opened before anything is computed */
 };
 
 /* Reads the model for `gen` and `check`; messages go to stderr. */
@@ -49,6 +54,12 @@ enum status scene_read_again(struct scene *scene, const struct options *options)
 enum status scene_open(struct scene *scene, const struct options *options, unsigned needs,
                        const char *state_path);
 void scene_close(struct scene *scene);
+
+/* Targets may be none of the files that the command has read until now: the model with all that it requires.
+ */
+void scene_spare_sources(const struct scene *scene, struct targets *targets);
+/* The document, which ends here, becomes the result: STATUS_NUMBERS when a number of it is not finite. */
+enum status scene_finish(struct scene *scene, struct document *document);
 
 /* Prints the generator's messages from number `first` on. */
 void print_messages(const struct generation *generation, int first);

@@ -1,6 +1,7 @@
 /* `refdyn sim`: one motion, written as it goes, with a summary; its error, or the tolerance that an error
  * needs. */
 #include "accuracy.h"
+#include "interrupt.h"
 #include "summary.h"
 
 #include <float.h>
@@ -61,18 +62,23 @@ static void print_start(const struct options *options, const struct refdyn_drive
 /* ---- Runs ---- */
 
 static void on_start(const struct task *task, const struct motion *motion) {
+    target_keep_part(task->scene->result);
     print_start(task->options, &motion->drive);
     print_redundant_rows(&task->scene->work);
 }
 
-/* The partial file stays, under its own name. */
-static void keep_part(struct output *output, bool has_rows) {
-    bool is_kept = output_keep_part(output);
-    if (output->part && !has_rows)
-        remove(output->part);
-    else if (output->part && is_kept)
-        fprintf(stderr, "refdyn: what was computed until then is in %s\n", output->part);
-    output_release(output);
+/* The partial file stays, under its own name, if there are rows in it. */
+static bool keep_part(struct target *target, bool has_rows, bool has_last) {
+    if (!has_rows) {
+        target_drop_part(target);
+        return true;
+    }
+    if (!target_close_part(target))
+        return false;
+    if (target->part)
+        fprintf(stderr, "refdyn: what was computed until then is in %s%s\n", target->part,
+                has_last ? "; its last row is the whole last state" : "");
+    return true;
 }
 
 /* That a way through a state where the rows lose rank was looked for, and what came of it. */
@@ -87,15 +93,31 @@ static void print_refused(const struct refdyn_refused_passage *refused) {
     fprintf(stderr, ": %s\n", refdyn_refusal_text(refused->why));
 }
 
+/* How far the start is from the programme, and how near its projection came. */
+static void print_start_residuals(const struct trial *trial) {
+    const struct scene *scene = trial->motion.scene;
+    const struct refdyn_drive *drive = &trial->motion.drive;
+    if (trial->result != REFDYN_NO_CONVERGENCE && trial->result != REFDYN_ROWS_INCONSISTENT)
+        return;
+    print_residuals(drive->work, scene->state.t, scene->q, scene->qd, "the start");
+    if (memcmp(scene->q, drive->q, (size_t)scene->model->n * sizeof *drive->q) != 0)
+        print_residuals(drive->work, scene->state.t, drive->q, drive->qd, "where the projection ended");
+}
+
 static void print_failure(const struct trial *trial) {
     const struct motion *motion = &trial->motion;
     const struct refdyn_drive *drive = &motion->drive;
     const struct scene *scene = motion->scene;
     char text[NUMBER_LENGTH];
-    if (!trial->is_started)
+    if (trial->unfit)
+        fprintf(stderr, "refdyn: column %s is infinite or no number\n", trial->unfit);
+    if (!trial->is_started) {
         numbers_failed(scene, trial->result, scene->state.t, scene->q, scene->qd);
-    else if (trial->result == MOTION_INTERRUPTED)
-        fprintf(stderr, "refdyn: interrupted at t = %s s\n", exact_text(drive->t, text));
+        print_start_residuals(trial);
+    } else if (trial->result == MOTION_INTERRUPTED || trial->result == MOTION_NOT_WRITTEN)
+        fprintf(stderr, "refdyn: %s at t = %s s\n",
+                trial->result == MOTION_INTERRUPTED ? "interrupted" : "the rows could no longer be written",
+                exact_text(drive->t, text));
     else {
         if (drive->cause > 0 && drive->cause != trial->result)
             fprintf(stderr, "refdyn: at t = %s s: %s\n", exact_text(drive->failed_t, text),
@@ -105,28 +127,29 @@ static void print_failure(const struct trial *trial) {
             drive->options.singular == REFDYN_STOP)
             fputs("refdyn: --singular pass leads through where a branch can be followed\n", stderr);
         print_refused(&drive->refused);
-        if (trial->result > REFDYN_OK)
+        if (trial->result > REFDYN_OK && !trial->unfit)
             fputs("refdyn: a smaller --step or --tol may help\n", stderr);
     }
 }
 
-static enum status stop(const struct trial *trial, struct output *output) {
+static enum status stop(const struct trial *trial, struct target *target) {
     const struct summary summary = {.trial = trial};
+    print_failure(trial);
     if (trial->is_started)
         summary_print(&summary);
-    print_failure(trial);
-    keep_part(output, trial->is_started);
-    return STATUS_NUMBERS;
+    const bool is_kept = keep_part(target, trial->is_started, !trial->unfit);
+    return is_kept && trial->result != MOTION_NOT_WRITTEN ? STATUS_NUMBERS : STATUS_FAULT;
 }
 
 /* The complete file and the summary. */
-static enum status finish(const struct summary *summary, const struct options *options,
-                          struct output *output) {
+static enum status finish(const struct summary *summary, const struct scene *scene) {
     summary_print(summary);
-    bool is_written = output_close(output);
-    if (options->summary)
-        is_written = summary_write(summary, options->summary) && is_written;
-    return is_written ? STATUS_DONE : STATUS_FAULT;
+    enum status status = target_finish(scene->result) ? STATUS_DONE : STATUS_FAULT;
+    if (scene->summary) {
+        const enum status written = summary_write(summary, scene->summary);
+        status = status == STATUS_DONE ? written : status;
+    }
+    return status;
 }
 
 /* ---- --verify ---- */
@@ -173,23 +196,23 @@ static enum status verify(const struct trial *trial, const struct task *task, st
     return status;
 }
 
-static enum status simulate(const struct task *task, const struct refdyn_options *drive,
-                            struct output *output) {
+static enum status simulate(const struct task *task, const struct refdyn_options *drive) {
+    struct target *target = task->scene->result;
     struct trial trial;
     struct estimate estimate = {.count = 0};
     struct summary summary = {.trial = &trial};
-    trial_run(&trial, task, drive, output->file);
+    trial_run(&trial, task, drive, target->file);
     enum status status = trial.usage;
     if (status != STATUS_DONE)
-        keep_part(output, false);
+        keep_part(target, false, false);
     else if (trial.result != REFDYN_OK)
-        status = stop(&trial, output);
+        status = stop(&trial, target);
     else {
         summary.cpu_total_s = trial.motion.cpu_s;
         enum status verified = STATUS_DONE;
         if (task->options->verify && trial.motion.drive.t > trial.motion.from)
             verified = verify(&trial, task, &summary, &estimate);
-        status = finish(&summary, task->options, output);
+        status = finish(&summary, task->scene);
         status = status == STATUS_DONE ? verified : status;
     }
     estimate_release(&estimate);
@@ -208,27 +231,26 @@ static void copy_rows(FILE *from, FILE *to) {
 }
 
 static enum status not_reached(const struct search *search, const struct options *options,
-                               struct output *output) {
+                               struct target *target) {
     const struct candidate *best = search->taken ? search->taken : search->last;
     const struct trial *trial = &best->trial;
     const struct summary summary = {.trial = trial,
                                     .estimate = best->has_estimate ? &best->estimate : NULL,
                                     .accuracy = options->accuracy,
                                     .cpu_total_s = search->cpu_total_s};
-    copy_rows(best->rows, output->file);
+    copy_rows(best->rows, target->file);
     if (trial->result != REFDYN_OK)
-        return stop(trial, output);
+        return stop(trial, target);
     summary_print(&summary);
     fprintf(stderr, "refdyn: --accuracy %g cannot be reached", options->accuracy);
     if (best->has_estimate)
         fprintf(stderr, ", the best estimated error is %.2g", best->estimate.largest.error);
     fputs("\n", stderr);
-    keep_part(output, true);
-    return STATUS_NUMBERS;
+    return keep_part(target, true, false) ? STATUS_NUMBERS : STATUS_FAULT;
 }
 
-static enum status search(const struct task *task, const struct refdyn_options *drive,
-                          struct output *output) {
+static enum status search(const struct task *task, const struct refdyn_options *drive) {
+    struct target *target = task->scene->result;
     struct search search;
     enum status status = search_run(&search, task, drive);
     if (status == STATUS_DONE) {
@@ -236,12 +258,12 @@ static enum status search(const struct task *task, const struct refdyn_options *
                                         .estimate = &search.taken->estimate,
                                         .accuracy = task->options->accuracy,
                                         .cpu_total_s = search.cpu_total_s};
-        copy_rows(search.taken->rows, output->file);
-        status = finish(&summary, task->options, output);
+        copy_rows(search.taken->rows, target->file);
+        status = finish(&summary, task->scene);
     } else if (status == STATUS_NUMBERS)
-        status = not_reached(&search, task->options, output);
+        status = not_reached(&search, task->options, target);
     else
-        keep_part(output, false);
+        keep_part(target, false, false);
     search_release(&search);
     return status;
 }
@@ -275,16 +297,15 @@ static void print_gains(const struct scene *scene, const struct refdyn_options *
           stderr);
 }
 
+/* A signal ends the motion and leaves its rows in order. */
 static enum status run_task(const struct task *task, const struct refdyn_options *drive) {
     const struct options *options = task->options;
-    struct output output;
     const enum status status = motion_check_times(task->scene, options);
     if (status != STATUS_DONE)
         return status;
-    if (!output_open(&output, options->output))
-        return STATUS_FAULT;
     print_gains(task->scene, drive);
-    return options->accuracy > 0 ? search(task, drive, &output) : simulate(task, drive, &output);
+    interrupt_defer(true);
+    return options->accuracy > 0 ? search(task, drive) : simulate(task, drive);
 }
 
 static bool has_ending(const char *path, const char *ending) {
@@ -305,7 +326,7 @@ static enum status check_error_options(const struct options *options, const stru
 }
 
 static unsigned find_needs(const struct options *options, const struct refdyn_options *drive) {
-    unsigned needs = NEEDS_MOTION | NEEDS_POINTS | NEEDS_POINT_RATES;
+    unsigned needs = NEEDS_RESULT | NEEDS_MOTION | NEEDS_POINTS | NEEDS_POINT_RATES;
     if (options->from && strcmp(options->from, "statics") == 0)
         needs |= NEEDS_STATICS;
     if (refdyn_method_uses_tangent(drive->method))
@@ -350,7 +371,6 @@ enum status run_sim(const struct options *options) {
         status = check_error_options(options, &drive);
     if (status != STATUS_DONE)
         return status;
-    motion_catch_interrupt();
     status = scene_open(&scene, options, find_needs(options, &drive), motion_state_path(options));
     if (status == STATUS_DONE)
         status = run_scene(&scene, options, &drive);

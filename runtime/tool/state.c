@@ -1,9 +1,9 @@
 /* STATE.json: see state.h. */
 #include "state.h"
+#include "csv.h"
 #include "locate.h"
 #include "output.h"
 
-#include <errno.h>
 #include <jansson.h>
 #include <stdarg.h>
 #include <stdlib.h>
@@ -12,20 +12,27 @@
 struct reading {
     const char *path, *text;
     const struct generation *generation;
-    bool is_good;
+    int complaints;
 };
+
+/* More would not help; and each of them looks for its line. */
+enum { COMPLAINTS_MOST = 20 };
 
 static void complain_at(struct reading *reading, int line, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
 
 static void complain_at(struct reading *reading, int line, const char *format, ...) {
     va_list list;
+    char *text;
+    size_t size;
+    FILE *out = text_stream(&text, &size);
     va_start(list, format);
-    fprintf(stderr, "%s:%d: ", reading->path, line);
-    vfprintf(stderr, format, list);
-    fputc('\n', stderr);
+    vfprintf(out, format, list);
     va_end(list);
-    reading->is_good = false;
+    fclose(out);
+    complain_line(reading->path, line, text);
+    free(text);
+    reading->complaints++;
 }
 
 static const char *kind_of(const json_t *value) {
@@ -59,7 +66,7 @@ static double *read_vector(struct reading *reading, const char *key, const json_
         return NULL;
     }
     double *values = allocate((size_t)tree->count, sizeof *values);
-    for (int i = 0; i < tree->count; i++) {
+    for (int i = 0; i < tree->count && reading->complaints < COMPLAINTS_MOST; i++) {
         const json_t *value = json_array_get(array, (size_t)i);
         values[i] = json_number_value(value);
         if (!json_is_number(value))
@@ -88,6 +95,8 @@ static struct named_value *read_values(struct reading *reading, const char *key,
         complain_at(reading, locate_line(reading->text, key, NULL, -1),
                     "%s: %s, an object of numbers is needed", key, kind_of(object));
     json_object_foreach(object, name, value) {
+        if (reading->complaints == COMPLAINTS_MOST)
+            break;
         int line = locate_line(reading->text, key, name, -1);
         if (!is_among(name, known, known_count))
             unknown_name(reading, line, what, name, known, known_count);
@@ -139,41 +148,14 @@ static void read_member(struct reading *reading, struct state *state, const char
                      sizeof keys / sizeof keys[0]);
 }
 
-/* The whole file as text, with a 0 behind its `length` bytes, or NULL with a complaint. */
-static char *read_text(const char *path, size_t *length) {
-    char *text = NULL;
-    size_t room = 0;
-    *length = 0;
-    FILE *file = fopen(path, "r");
-    while (file && !ferror(file) && !feof(file)) {
-        room = 2 * room + 4096;
-        char *longer = allocate(room, 1);
-        if (text)
-            memcpy(longer, text, *length);
-        free(text);
-        text = longer;
-        *length += fread(text + *length, 1, room - *length - 1, file);
-    }
-    const bool is_read = file && !ferror(file);
-    if (!is_read)
-        fprintf(stderr, "%s: state: %s, a readable file is needed\n", path, strerror(errno));
-    if (file)
-        fclose(file);
-    if (is_read)
-        return text;
-    free(text);
-    return NULL;
-}
-
 bool state_read(struct state *state, const char *path, const struct generation *generation) {
     *state = (struct state){.t = 0};
-    size_t length;
-    char *text = read_text(path, &length);
+    char *text = read_text(path, "state");
     if (!text)
         return false;
-    struct reading reading = {.path = path, .text = text, .generation = generation, .is_good = true};
+    struct reading reading = {.path = path, .text = text, .generation = generation};
     json_error_t error;
-    json_t *root = json_loadb(text, length, JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL, &error);
+    json_t *root = json_loads(text, JSON_REJECT_DUPLICATES | JSON_DECODE_INT_AS_REAL, &error);
     const char *key;
     json_t *value;
     if (!root)
@@ -181,12 +163,15 @@ bool state_read(struct state *state, const char *path, const struct generation *
                     "state: %s, one JSON object of finite numbers is needed", error.text);
     else if (!json_is_object(root))
         complain_at(&reading, 1, "state: %s, an object is needed", kind_of(root));
-    json_object_foreach(root, key, value) read_member(&reading, state, key, value);
+    json_object_foreach(root, key, value) {
+        if (reading.complaints < COMPLAINTS_MOST)
+            read_member(&reading, state, key, value);
+    }
     json_decref(root);
     free(text);
-    if (!reading.is_good)
+    if (reading.complaints > 0)
         state_release(state);
-    return reading.is_good;
+    return reading.complaints == 0;
 }
 
 static void release_values(struct named_value *values, int count) {

@@ -2,6 +2,7 @@
 #include "commands.h"
 #include "scene_json.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -61,6 +62,24 @@ static enum status refuse_loops(struct scene *scene) {
     return STATUS_DONE;
 }
 
+/* The largest force that neither the coordinate's spring nor a hold bears. */
+static void print_imbalance(const struct scene *scene, const struct equilibrium *equilibrium) {
+    const struct refdyn_model *model = scene->model;
+    double *Q = allocate((size_t)model->n, sizeof *Q), *rest = allocate((size_t)model->n, sizeof *rest);
+    int largest = -1;
+    char text[NUMBER_LENGTH];
+    model->Q(scene->work.p, scene->work.x, 0, scene->q, rest, Q);
+    for (int i = 0; i < model->n; i++)
+        if (!equilibrium->held[i] && (largest < 0 || fabs(Q[i]) > fabs(Q[largest])))
+            largest = i;
+    if (largest >= 0)
+        fprintf(stderr, "refdyn: there %s is farthest from balance, by %s %s\n",
+                model->coordinates[largest].name, exact_text(Q[largest], text),
+                strcmp(model->coordinates[largest].unit, "rad") == 0 ? "N m" : "N");
+    free(rest);
+    free(Q);
+}
+
 static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
     size_t n = (size_t)scene->model->n, size = refdyn_statics_size(scene->model);
     struct refdyn_statics_options options = refdyn_statics_default();
@@ -81,10 +100,13 @@ static enum status solve(struct scene *scene, struct equilibrium *equilibrium) {
               stderr);
     if (answer == REFDYN_OK)
         return STATUS_DONE;
+    const enum status status = numbers_failed(scene, answer, 0, scene->q, NULL);
+    if (answer != REFDYN_NOT_FINITE)
+        print_imbalance(scene, equilibrium);
     fprintf(stderr, "refdyn: equilibrium reached under %.3g of the load only\n", result.load);
     if (answer == REFDYN_TANGENT_SINGULAR)
         fputs("refdyn: --hold keeps coordinates at their start\n", stderr);
-    return numbers_failed(scene, answer, 0, scene->q, NULL);
+    return status;
 }
 
 enum status find_equilibrium(struct scene *scene, const struct options *options,
@@ -106,13 +128,10 @@ void equilibrium_release(struct equilibrium *equilibrium) {
     free(equilibrium->held);
 }
 
-static bool print_equilibrium(const struct scene *scene, const struct equilibrium *equilibrium,
-                              const char *path) {
+static enum status print_equilibrium(struct scene *scene, const struct equilibrium *equilibrium) {
     const struct refdyn_model *model = scene->model;
-    struct output output;
-    if (!output_open(&output, path))
-        return false;
-    struct document document = {.out = output.file};
+    struct document document;
+    document_open(&document);
     put_open(&document, NULL, '{');
     put_coordinates(&document, "coordinates", model, NULL);
     put_array(&document, "q", scene->q, model->n);
@@ -124,17 +143,17 @@ static bool print_equilibrium(const struct scene *scene, const struct equilibriu
     put_close(&document, ']');
     put_number(&document, "residual", equilibrium->residual);
     put_close(&document, '}');
-    return output_close(&output);
+    return scene_finish(scene, &document);
 }
 
 enum status run_statics(const struct options *options) {
     struct scene scene;
     struct equilibrium equilibrium;
-    enum status status = scene_open(&scene, options, NEEDS_STATICS | NEEDS_POINTS, NULL);
+    enum status status = scene_open(&scene, options, NEEDS_RESULT | NEEDS_STATICS | NEEDS_POINTS, NULL);
     if (status == STATUS_DONE) {
         status = find_equilibrium(&scene, options, &equilibrium);
-        if (status == STATUS_DONE && !print_equilibrium(&scene, &equilibrium, options->output))
-            status = STATUS_FAULT;
+        if (status == STATUS_DONE)
+            status = print_equilibrium(&scene, &equilibrium);
         equilibrium_release(&equilibrium);
     }
     scene_close(&scene);

@@ -1,5 +1,6 @@
 /* Error against run time: see study.h. */
 #include "study.h"
+#include "interrupt.h"
 #include "output.h"
 #include "timing.h"
 
@@ -81,6 +82,13 @@ static void make_room(struct runs *runs, long outputs) {
     runs->reference = allocate(count, sizeof *runs->reference);
 }
 
+static bool is_track_finite(const struct runs *runs) {
+    for (long i = 0; i < runs->study->outputs * runs->study->tracked; i++)
+        if (!isfinite(runs->track[i]))
+            return false;
+    return true;
+}
+
 /* One motion from a start on the programme, with the energy balance, as `refdyn sim` runs it. */
 static void run_once(struct runs *runs, struct trial *trial) {
     struct refdyn_options drive = refdyn_options_default(trial->method);
@@ -98,6 +106,8 @@ static void run_once(struct runs *runs, struct trial *trial) {
             trial->result = motion_to(&motion, i, &runs->progress);
         put_track(runs, &motion, i);
     }
+    if (is_done(trial) && !is_track_finite(runs))
+        trial->result = REFDYN_NOT_FINITE;
     keep_facts(trial, &motion);
     motion_release(&motion);
 }
@@ -105,7 +115,7 @@ static void run_once(struct runs *runs, struct trial *trial) {
 /* What disturbs a run can only make it longer: the least time counts. */
 static void repeat_short(struct runs *runs, struct trial *trial) {
     double spent = trial->cpu_s, least = trial->cpu_s;
-    for (int i = 1; i < REPEATS_MAX && spent < repeat_seconds && is_done(trial) && !motion_interrupted; i++) {
+    for (int i = 1; i < REPEATS_MAX && spent < repeat_seconds && is_done(trial) && !interrupted; i++) {
         struct trial again = *trial;
         again.cpu_limit_s = 0;
         run_once(runs, &again);
@@ -151,7 +161,7 @@ static double find_way(const struct runs *runs) {
 static bool run_witness(struct runs *runs, struct trial *trial, enum refdyn_method method, double seconds) {
     const double end = wall_seconds() + seconds;
     const int count = sizeof witness_tols / sizeof witness_tols[0];
-    for (int i = 0; i < count && wall_seconds() < end && !motion_interrupted; i++) {
+    for (int i = 0; i < count && wall_seconds() < end && !interrupted; i++) {
         *trial = (struct trial){.method = method,
                                 .stabilise = runs->scene->model->m > 0 ? REFDYN_PROJECT : REFDYN_NONE,
                                 .tol = witness_tols[i],
@@ -167,7 +177,7 @@ static enum status find_reference(struct runs *runs, double seconds) {
     struct study *study = runs->study;
     const int count = sizeof witnesses / sizeof witnesses[0];
     int found = 0;
-    for (int i = 0; i < count && found < REFERENCES; i++) {
+    for (int i = 0; i < count && found < REFERENCES && !interrupted; i++) {
         struct trial *trial = &study->references[found];
         if (!run_witness(runs, trial, witnesses[i], seconds * witness_share))
             continue;
@@ -176,9 +186,10 @@ static enum status find_reference(struct runs *runs, double seconds) {
                    (size_t)(study->outputs * study->tracked) * sizeof *runs->track);
         trial->error = distance_from_reference(runs);
     }
+    study->reference_count = found;
     study->floor = study->references[REFERENCES - 1].error;
     study->way = find_way(runs);
-    if (found < REFERENCES && !motion_interrupted)
+    if (found < REFERENCES && !interrupted)
         fprintf(
             stderr,
             "refdyn report: %s: no two methods came to the end at tight tolerances, there is no reference; "
@@ -250,6 +261,10 @@ static void run_next(struct runs *runs, struct series *series, double limit) {
         run_once(runs, trial);
     if (is_done(trial))
         trial->error = distance_from_reference(runs);
+    if (trial->result == MOTION_INTERRUPTED) {
+        series->count--; /* how far it came says nothing of the method */
+        return;
+    }
     repeat_short(runs, trial);
     if (series->is_fixed && runs->plan->step_count == 0)
         forget_before_edge(runs->study, series);
@@ -287,7 +302,7 @@ static struct series *next_series(struct study *study) {
 
 static void run_all_series(struct runs *runs, double end) {
     struct series *series;
-    while (!motion_interrupted && (series = next_series(runs->study))) {
+    while (!interrupted && (series = next_series(runs->study))) {
         const double left = fmax(end - wall_seconds(), limit_least);
         run_next(runs, series, left * run_share);
     }

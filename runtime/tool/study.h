@@ -50,6 +50,7 @@ struct study {
     struct series series[SERIES_MAX];
     int series_count;
     struct trial references[REFERENCES]; /* errors are distances from the first one */
+    int reference_count;                 /* that were found */
     double from;                         /* start of the motion [s] */
     double floor;                        /* their distance: no error below it is claimed */
     double way;                          /* how far the motion gets from its start */

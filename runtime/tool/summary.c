@@ -187,13 +187,13 @@ static void put_summary(struct document *document, const struct summary *summary
     }
 }
 
-bool summary_write(const struct summary *summary, const char *path) {
-    struct output output;
-    if (!output_open(&output, path))
-        return false;
-    struct document document = {.out = output.file};
+enum status summary_write(const struct summary *summary, struct target *target) {
+    struct document document;
+    document_open(&document);
     put_open(&document, NULL, '{');
     put_summary(&document, summary);
     put_close(&document, '}');
-    return output_close(&output);
+    if (!document_close(&document, target->file))
+        return STATUS_NUMBERS;
+    return target_finish(target) ? STATUS_DONE : STATUS_FAULT;
 }

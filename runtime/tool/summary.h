@@ -14,7 +14,7 @@ struct summary {
 };
 
 void summary_print(const struct summary *summary);
-/* Complains and returns false when not all could be written. */
-bool summary_write(const struct summary *summary, const char *path);
+/* Into the target, which is finished. Complains when not all could be written, or a number is not finite. */
+enum status summary_write(const struct summary *summary, struct target *target);
 
 #endif

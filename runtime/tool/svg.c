@@ -1,5 +1,7 @@
-/* An SVG file made small: see svg.h. */
+/* An SVG file finished: see svg.h. */
 #include "svg.h"
+#include "escape.h"
+#include "output.h"
 
 #include <math.h>
 #include <stdbool.h>
@@ -78,7 +80,76 @@ static size_t superfluous(const char *at) {
     return empty_group(at);
 }
 
-void svg_shrink(const char *text, FILE *out) {
+/* ---- Texts ---- */
+
+/* A placeholder is this control character, which no other text has, its number in two digits, and fillers. */
+static const char lead = '\001', filler = '\002';
+static const char digits[] = "0123456789ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz+-";
+
+enum {
+    BASE = sizeof digits - 1,
+    TEXTS_MOST = BASE * BASE,
+    PLACEHOLDER_LENGTH = 3,
+    SHOWN_MOST = 100 /* characters of a text */
+};
+
+static char *shorten(const char *text, int *length) {
+    char *shown;
+    size_t size;
+    FILE *out = text_stream(&shown, &size);
+    for (*length = 0; *text && *length < SHOWN_MOST; ++*length)
+        put_utf8(out, utf8_next(&text));
+    if (*text)
+        fputs("...", out);
+    fclose(out);
+    return shown;
+}
+
+static void keep(struct svg_texts *texts, char *text) {
+    if (texts->count == texts->room) {
+        texts->room = 2 * texts->room + 16;
+        char **list = allocate((size_t)texts->room, sizeof *list);
+        if (texts->count)
+            memcpy(list, texts->list, (size_t)texts->count * sizeof *list);
+        free(texts->list);
+        texts->list = list;
+    }
+    texts->list[texts->count++] = text;
+}
+
+void svg_put_placeholders(FILE *out, struct svg_texts *texts, const char *text) {
+    int length;
+    if (texts->count == TEXTS_MOST || !*text)
+        return;
+    fprintf(out, "%c%c%c", lead, digits[texts->count / BASE], digits[texts->count % BASE]);
+    keep(texts, shorten(text, &length));
+    for (; length > PLACEHOLDER_LENGTH; length--)
+        fputc(filler, out);
+}
+
+/* The text of a placeholder at *at, which then stands behind it; false: there is none. */
+static bool put_own_text(const char **at, const struct svg_texts *texts, FILE *out) {
+    if (**at == filler)
+        return ++*at;
+    if (**at != lead || !(*at)[1] || !(*at)[2])
+        return false;
+    const char *high = strchr(digits, (*at)[1]), *low = strchr(digits, (*at)[2]);
+    const long number = high && low ? (high - digits) * BASE + (low - digits) : -1;
+    if (number < 0 || number >= texts->count)
+        return false;
+    put_xml_text(out, texts->list[number]);
+    *at += PLACEHOLDER_LENGTH;
+    return true;
+}
+
+void svg_texts_release(struct svg_texts *texts) {
+    for (int i = 0; i < texts->count; i++)
+        free(texts->list[i]);
+    free(texts->list);
+    *texts = (struct svg_texts){.count = 0};
+}
+
+void svg_finish(const char *text, const struct svg_texts *texts, FILE *out) {
     static const char top[] = "<svg", shapes_end[] = "</defs>", path[] = " d='";
     const char *body = strstr(text, shapes_end); /* shapes of marks before it are scaled, and stay exact */
     while (*text) {
@@ -91,7 +162,7 @@ void svg_shrink(const char *text, FILE *out) {
         } else if (strncmp(text, top, sizeof top - 1) == 0) {
             fprintf(out, "%s%s", top, line_style);
             text += sizeof top - 1;
-        } else
+        } else if (!put_own_text(&text, texts, out))
             fputc(*text++, out);
     }
 }

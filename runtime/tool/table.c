@@ -2,7 +2,9 @@
 #include "table.h"
 #include "output.h"
 
+#include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 static const char *const axes[] = {"x", "y", "z"};
 static const char *const rates[] = {"", "d", "dd"};
@@ -16,38 +18,81 @@ static int count_columns(const struct refdyn_model *model) {
     return count;
 }
 
-static char **name_points(const struct refdyn_model *model, char **name) {
-    for (int point = 0; point < model->point_count; point++)
+const char table_input_lead[] = "input_";
+
+/* The columns so far. */
+struct columns {
+    char **names;
+    int count;
+};
+
+static bool is_taken(const struct columns *columns, int before, const char *name) {
+    for (int i = 0; i < before; i++)
+        if (strcmp(columns->names[i], name) == 0)
+            return true;
+    return false;
+}
+
+/* Columns from `first` on get their kind before their names, all of them, until no column before has one. */
+static void settle(struct columns *columns, int first, const char *lead) {
+    for (int i = first; i < columns->count;) {
+        if (!is_taken(columns, first, columns->names[i++]))
+            continue;
+        for (int j = first; j < columns->count; j++) {
+            char *name = text_format("%s%s", lead, columns->names[j]);
+            free(columns->names[j]);
+            columns->names[j] = name;
+        }
+        i = first;
+    }
+}
+
+static void add_name(struct columns *columns, char *name) {
+    columns->names[columns->count++] = name;
+}
+
+/* One column, with its kind before its name where that is taken. */
+static void add_settled(struct columns *columns, const char *lead, char *name) {
+    add_name(columns, name);
+    settle(columns, columns->count - 1, lead);
+}
+
+static void name_points(const struct refdyn_model *model, struct columns *columns) {
+    for (int point = 0; point < model->point_count; point++) {
+        const int first = columns->count;
         for (int rate = 0; rate < 3; rate++)
             for (int axis = 0; axis < 3; axis++)
-                *name++ = text_format("%s_%s%s", model->points[point], axes[axis], rates[rate]);
-    return name;
+                add_name(columns, text_format("%s_%s%s", model->points[point], axes[axis], rates[rate]));
+        settle(columns, first, "point_");
+    }
 }
 
-static char **name_residuals(const struct refdyn_model *model, char **name) {
+static void name_residuals(const struct refdyn_model *model, struct columns *columns) {
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level == REFDYN_POSITION)
-            *name++ = text_format("phi_%d", i + 1);
+            add_name(columns, text_format("phi_%d", i + 1));
     for (int i = 0; i < model->m; i++)
         if (model->rows[i].level != REFDYN_ACCELERATION)
-            *name++ = text_format("psi_%d", i + 1);
-    return name;
+            add_name(columns, text_format("psi_%d", i + 1));
 }
 
-static void name_columns(const struct refdyn_model *model, char **name) {
-    *name++ = text_format("t");
+static void name_columns(const struct refdyn_model *model, struct columns *columns) {
+    add_name(columns, text_format("t"));
     for (int i = 0; i < model->n; i++)
-        *name++ = text_format("%s", model->coordinates[i].name);
+        add_name(columns, text_format("%s", model->coordinates[i].name));
     for (int i = 0; i < model->n; i++)
-        *name++ = text_format("%s_d", model->coordinates[i].name);
-    name = name_residuals(model, name_points(model, name));
-    *name++ = text_format("energy");
+        add_name(columns, text_format("%s_d", model->coordinates[i].name));
+    name_points(model, columns);
+    name_residuals(model, columns);
+    add_name(columns, text_format("energy"));
+    const int forces = columns->count;
     for (int i = 0; i < model->n; i++)
-        *name++ = text_format("force_%s", model->coordinates[i].name);
+        add_name(columns, text_format("force_%s", model->coordinates[i].name));
+    settle(columns, forces, "force_");
     for (int i = 0; i < model->input_count; i++)
-        *name++ = text_format("%s", model->inputs[i].name);
+        add_settled(columns, table_input_lead, text_format("%s", model->inputs[i].name));
     for (int i = 0; i < model->course_count; i++)
-        *name++ = text_format("%s", model->courses[i]);
+        add_settled(columns, "course_", text_format("%s", model->courses[i]));
 }
 
 void table_start(struct table *table, struct refdyn_drive *drive) {
@@ -57,7 +102,8 @@ void table_start(struct table *table, struct refdyn_drive *drive) {
     table->names = allocate((size_t)table->count, sizeof *table->names);
     table->values = allocate((size_t)table->count, sizeof *table->values);
     table->room = allocate(n + columns * (n + 3) + (size_t)model->course_count, sizeof *table->room);
-    name_columns(model, table->names);
+    struct columns named = {.names = table->names};
+    name_columns(model, &named);
 }
 
 /* ---- Values ---- */
@@ -145,8 +191,14 @@ void table_header(const struct table *table, FILE *out) {
     fputc('\n', out);
 }
 
+const char *table_not_finite(const struct table *table) {
+    for (int i = 0; i < table->count; i++)
+        if (!isfinite(table->values[i]))
+            return table->names[i];
+    return NULL;
+}
+
 void table_row(struct table *table, FILE *out) {
-    table_fill(table);
     for (int i = 0; i < table->count; i++) {
         if (i)
             fputc(',', out);

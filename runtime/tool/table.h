@@ -1,6 +1,7 @@
 /*
  * The columns of a motion, by name, and the motion as CSV: one header line, one line an output. Columns as
- * the README of this folder tells.
+ * the README of this folder tells. A name that a column before has gets the kind of its column before it:
+ * point_, input_, course_ ...
  */
 #ifndef REFDYN_TOOL_TABLE_H
 #define REFDYN_TOOL_TABLE_H
@@ -17,11 +18,15 @@ struct table {
     double *room; /* for points, their columns and the programme force */
 };
 
+extern const char table_input_lead[]; /* before the name of an input whose name is taken */
+
 void table_start(struct table *table, struct refdyn_drive *drive);
 /* The values of the drive's state. */
 void table_fill(struct table *table);
 void table_header(const struct table *table, FILE *out);
-/* table_fill and a line of it. */
+/* The first column that is infinite or NaN after table_fill, NULL: none. */
+const char *table_not_finite(const struct table *table);
+/* A line of the values. */
 void table_row(struct table *table, FILE *out);
 void table_release(struct table *table);
 

@@ -1,10 +1,44 @@
 /* One run of a motion: see trial.h. */
 #include "trial.h"
+#include "output.h"
 
+#include <stdlib.h>
+
+/* A row is written when all of it is finite; else the motion ends there. */
 static void add_output(struct trial *trial, struct table *table, FILE *rows) {
-    if (rows)
+    struct refdyn_drive *drive = &trial->motion.drive;
+    if (rows) {
+        table_fill(table);
+        const char *unfit = table_not_finite(table);
+        if (unfit) {
+            trial->unfit = text_format("%s", unfit);
+            trial->result = REFDYN_NOT_FINITE;
+            drive->work->fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
+            return;
+        }
         table_row(table, rows);
-    track_add(&trial->track, &trial->motion.drive);
+        if (ferror(rows))
+            trial->result = MOTION_NOT_WRITTEN;
+    }
+    track_add(&trial->track, drive);
+}
+
+/* The state in which the motion ended before its time, as one more row. What is told of the failure stays. */
+static void add_last(struct trial *trial, struct table *table, FILE *rows) {
+    struct refdyn_drive *drive = &trial->motion.drive;
+    const struct refdyn_fault fault = drive->work->fault;
+    const int cause = drive->cause;
+    const double failed_t = drive->failed_t;
+    if (trial->track.count == 0 || drive->t > trial->track.t[trial->track.count - 1]) {
+        const bool is_seen = refdyn_drive_refresh(drive) == REFDYN_OK;
+        if (is_seen)
+            table_fill(table);
+        if (is_seen && !table_not_finite(table))
+            table_row(table, rows);
+    }
+    drive->work->fault = fault;
+    drive->cause = cause;
+    drive->failed_t = failed_t;
 }
 
 /* From the start to the end, output by output. */
@@ -23,6 +57,8 @@ static void go(struct trial *trial, struct table *table, FILE *rows) {
             add_output(trial, table, rows);
     }
     progress_end(&progress);
+    if (rows && trial->result != REFDYN_OK && trial->result != MOTION_NOT_WRITTEN && !trial->unfit)
+        add_last(trial, table, rows);
 }
 
 void trial_run(struct trial *trial, const struct task *task, const struct refdyn_options *drive, FILE *rows) {
@@ -50,6 +86,7 @@ void trial_run(struct trial *trial, const struct task *task, const struct refdyn
 }
 
 void trial_release(struct trial *trial) {
+    free(trial->unfit);
     track_release(&trial->track);
     stops_release(&trial->stops);
     motion_release(&trial->motion);

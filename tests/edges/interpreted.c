@@ -8,6 +8,7 @@
  */
 #include "private/chain.h"
 #include "gen.h"
+#include "emitted_files.h"
 #include "quantities.h"
 
 #include <dlfcn.h>
@@ -133,7 +134,7 @@ int main(int count, char **arguments) {
         settings[request.setting_count++] = (struct setting){arguments[i], value + 1};
     }
     int status = gen_read(&generation, &request, -1) != GEN_OK || gen_plan(&generation, QUANTITIES(LISTED) "course") ||
-                 gen_write(&generation, arguments[2]) != GEN_OK;
+                 !write_files(&generation, arguments[2]);
     status = status || print_all(&generation, arguments[2]);
     gen_release(&generation);
     return status;

@@ -5,6 +5,7 @@
  */
 #include "private/chain.h"
 #include "gen.h"
+#include "emitted_files.h"
 #include "quantities.h"
 #include "refdyn.h"
 
@@ -63,7 +64,7 @@ static double uniform(unsigned *seed, double size) {
  */
 static void *load(struct generation *generation, char *folder) {
     char command[4096];
-    if (!mkdtemp(folder) || gen_write(generation, folder) != GEN_OK)
+    if (!mkdtemp(folder) || !write_files(generation, folder))
         return NULL;
     snprintf(command, sizeof command,
              "sed -i 's/fabs(x.i.) <= [0-9.]*;/fabs(x[i]) <= -1.0;/' %s/*.c && "
