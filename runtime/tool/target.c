@@ -209,8 +209,6 @@ static bool open_itself(struct target *target) {
 static bool open_target(const struct targets *targets, struct target *target, const char *path) {
     if (!path)
         return open_stdout(target);
-    if (*path == '\0')
-        return refuse("''", "is no name of a file");
     if (!find_path(target))
         return false;
     if (!target->path)

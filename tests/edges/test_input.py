@@ -132,7 +132,7 @@ STATES = {
     "no number": ('{"q": [1, NaN]}', 1, "state: invalid token near 'NaN', one JSON object of finite numbers is needed"),
     "a number in hexadecimal": ('{"t": 0x1}', 1, "state: '}' expected near 'x', one JSON object of finite numbers is needed"),
     "more behind": ('{"t": 0}\n{"t": 1}', 2, "state: end of file expected near '{', one JSON object of finite numbers is needed"),
-    "more behind a zero byte": ('{"t": 0}\0{"t": 1}', 1, "state: end of file expected near end of file, one JSON object of finite numbers is needed"),
+    "more behind a zero byte": ('{"t": 0}\0{"t": 1}', 0, "state: a byte is 0, a text is needed"),
     "a comma behind": ('{"t": 0,\n}', 2, "state: string or '}' expected near '}', one JSON object of finite numbers is needed"),
     "cut off": ('{"t": 0,\n"q": [1', 2, "state: ']' expected near end of file, one JSON object of finite numbers is needed"),
     "empty": ("", 1, "state: '[' or '{' expected near end of file, one JSON object of finite numbers is needed"),
@@ -147,7 +147,8 @@ def test_wrong_state(which, model, tmp_path):
     state.write_text(text)
     for command in (["eval", "--state"], ["sim", "--until", "1", "--from"], ["modes", "--at"]):
         done = refdyn(command[0], model, *command[1:], state, status=1)
-        assert done.stderr == f"{state}:{line}: {fact}\n" and done.stdout == ""
+        place = f"{state}:{line}" if line else state
+        assert done.stderr == f"{place}: {fact}\n" and done.stdout == ""
 
 
 def test_a_state_of_impossible_values(model, tmp_path):
@@ -179,7 +180,8 @@ def test_columns_of_sampled_inputs(model, tmp_path):
     for number in ("0x1", "inf", "nan", "1e400", "", "1 N", "1;2"):
         samples.write_text(f"t,push\n0,1\n1,{number}\n")
         done = refdyn("sim", model, "--until", "0.1", "--inputs", samples, "-o", tmp_path / "run.csv", status=1)
-        assert done.stderr == f"{samples}:3: inputs: '{number}' is no finite number\n"
+        fact = f"'{number}' is no finite number" if number else "the field is empty, a finite number is needed"
+        assert done.stderr == f"{samples}:3: inputs: push: {fact}\n"
 
 
 def test_a_file_beside_the_model_gives_one_value(tmp_path):
