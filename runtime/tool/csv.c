@@ -2,9 +2,9 @@
 #include "csv.h"
 #include "escape.h"
 #include "output.h"
+#include "text.h"
 
 #include <errno.h>
-#include <math.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
@@ -181,10 +181,7 @@ bool csv_open(struct csv *csv, const char *path, const char *what) {
 
 bool csv_number(const struct csv *csv, int i, double *value) {
     const char *field = csv->fields[i];
-    char *end;
-    *value = strtod(field, &end);
-    const bool is_decimal = field[strspn(field, "+-.0123456789eE")] == '\0';
-    if (end != field && !*end && is_decimal && isfinite(*value))
+    if (number_of_text(field, value))
         return true;
     if (!*field)
         return csv_complain(csv, "%.*s: the field is empty, a finite number is needed", SHOWN_MOST,
