@@ -7,6 +7,13 @@
 #if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
 #error "manipulator_flexible.c needs infinities and NaN: compile it without -ffinite-math-only, or add -fno-finite-math-only to -ffast-math or -Ofast"
 #endif
+#ifdef __cplusplus
+static_assert(
+#else
+_Static_assert(
+#endif
+    sizeof 0.1 == sizeof(long long) && sizeof(double) == sizeof(long long),
+    "manipulator_flexible.c needs doubles of 64 bits: compile it without -fsingle-precision-constant");
 
 void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     const double t1 = p->d * p->d;
@@ -2793,7 +2800,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 const struct refdyn_model manipulator_flexible_model = {
     SET(interface_version) 1,
     SET(name) "manipulator_flexible",
-    SET(hash) "5567b78f5d592ba0",
+    SET(hash) "7889d07b272996d9",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,
