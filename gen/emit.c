@@ -27,8 +27,9 @@ const char *part_lead(struct memory *memory, const char *model, int part) {
 
 /*
  * Infinities and NaN have to stay what they are: an angle that is no number must give accelerations that are
- * no numbers. Compilers that are told that neither exists say so, and the file then does not compile. Nor does
- * it where numbers have fewer than 64 bits, be it those that are written alone: only their size tells of that.
+ * no numbers. Compilers that are told that neither exists say so, and the file then does not compile. Nor
+ * does it where numbers have fewer than 64 bits, be it those that are written alone: only their size tells of
+ * that.
  */
 static void emit_refusal(const struct emission *x, struct text *text, int part) {
     const char *file = part_name(x->plan->memory, x->name, part);
