@@ -90,6 +90,8 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     p->derived.constant_19 = base_z_load_force_z + column_psi_load_force_z;
 }
 
+#ifndef REFDYN_GENERATED_manipulator_flexible_SINCOS /* parts may be compiled as one */
+#define REFDYN_GENERATED_manipulator_flexible_SINCOS
 static void manipulator_flexible_sincos_libm(const double *angle, double *sine, double *cosine) {
     for (int i = 0; i < 4; i++) {
         const double x = angle[i];
@@ -121,6 +123,7 @@ static double manipulator_flexible_rounded(double sum, unsigned long long ones) 
     return sum;
 #endif
 }
+#undef HAS_BUILTIN
 
 /* Sines and cosines of 4 angles up to 100000 rad: x = k pi/2 + r, and two polynomials of r, minimax on
    |r| <= pi/4; error at most 0.82 units in the last place. Beyond, and for what is no number, libm's. */
@@ -204,6 +207,7 @@ static void manipulator_flexible_sincos(const double *angle, double *sine, doubl
         manipulator_flexible_sincos_4(angle + i, sine + i, cosine + i);
     manipulator_flexible_sincos_4(angle + count - 4, sine + count - 4, cosine + count - 4);
 }
+#endif
 
 void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double M[13 * 13]) {
@@ -2570,6 +2574,7 @@ static const struct refdyn_name manipulator_flexible_coordinate_names[] = {
     ELEMENT_1(1), ELEMENT_1(2), ELEMENT_1(3),
     {"effector_z", "m", 0.0},
 };
+#undef ELEMENT_1
 
 static const struct refdyn_name manipulator_flexible_parameter_names[] = {
     {"m_base", "kg", 18.54331045},
@@ -2800,7 +2805,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 const struct refdyn_model manipulator_flexible_model = {
     SET(interface_version) 1,
     SET(name) "manipulator_flexible",
-    SET(hash) "7889d07b272996d9",
+    SET(hash) "cb9a902658bd5d13",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,
@@ -2872,3 +2877,4 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(breaks) manipulator_flexible_breaks_doubles,
     SET(switches) 0,
 };
+#undef SET

@@ -1031,3 +1031,4 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(breaks) manipulator_rigid_breaks_doubles,
     SET(switches) 0,
 };
+#undef SET
