@@ -27,14 +27,22 @@ const char *part_lead(struct memory *memory, const char *model, int part) {
 
 /*
  * Infinities and NaN have to stay what they are: an angle that is no number must give accelerations that are
- * no numbers. Compilers that are told that neither exists say so, and the file then does not compile.
+ * no numbers. Compilers that are told that neither exists say so, and the file then does not compile. Nor
+ * does it where numbers have fewer than 64 bits, be it those that are written alone: only their size tells of
+ * that.
  */
 static void emit_refusal(const struct emission *x, struct text *text, int part) {
+    const char *file = part_name(x->plan->memory, x->name, part);
     text_add(text,
              "#if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__\n"
              "#error \"%s needs infinities and NaN: compile it without -ffinite-math-only, or add "
-             "-fno-finite-math-only to -ffast-math or -Ofast\"\n#endif\n\n",
-             part_name(x->plan->memory, x->name, part));
+             "-fno-finite-math-only to -ffast-math or -Ofast\"\n#endif\n",
+             file);
+    text_add(text,
+             "#ifdef __cplusplus\nstatic_assert(\n#else\n_Static_assert(\n#endif\n"
+             "    sizeof 0.1 == sizeof(long long) && sizeof(double) == sizeof(long long),\n"
+             "    \"%s needs doubles of 64 bits: compile it without -fsingle-precision-constant\");\n\n",
+             file);
 }
 
 static void open_source(struct emission *x, struct text *text, int part) {

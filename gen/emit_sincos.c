@@ -98,7 +98,7 @@ static void put_rounded(const struct emission *x, struct text *text) {
         "    bits &= ones;\n"
         "    memcpy(&sum, &bits, sizeof bits);\n"
         "    return sum;\n"
-        "#endif\n}\n\n",
+        "#endif\n}\n#undef HAS_BUILTIN\n\n",
         x->name);
 }
 
@@ -165,6 +165,8 @@ void emit_sincos(struct emission *x, struct text *text) {
     if (x->has_sincos)
         return;
     x->has_sincos = true;
+    text_add(text, "#ifndef REFDYN_GENERATED_%s_SINCOS /* parts may be compiled as one */\n", x->name);
+    text_add(text, "#define REFDYN_GENERATED_%s_SINCOS\n", x->name);
     put_libm(x, text);
     put_pass(x, text);
     text_add(text,
@@ -172,7 +174,7 @@ void emit_sincos(struct emission *x, struct text *text) {
              "static void %s_sincos(const double *angle, double *sine, double *cosine, int count) {\n"
              "    for (int i = 0; i < count - %d; i += %d)\n"
              "        %s_sincos_%d(angle + i, sine + i, cosine + i);\n"
-             "    %s_sincos_%d(angle + count - %d, sine + count - %d, cosine + count - %d);\n}\n\n",
+             "    %s_sincos_%d(angle + count - %d, sine + count - %d, cosine + count - %d);\n}\n#endif\n\n",
              n, x->name, n, n, x->name, n, x->name, n, n, n, n);
 }
 

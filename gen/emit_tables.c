@@ -58,7 +58,11 @@ static void emit_coordinate_names(struct emission *x, struct text *text) {
             emit_coordinate(x, text, i);
         i += r < 0 ? 1 : rolled->runs[r].count * rolled->runs[r].period;
     }
-    text_add(text, "};\n\n");
+    text_add(text, "};\n");
+    for (int r = 0; r < rolled->run_count; r++)
+        if (named_run(x, rolled->runs[r].first) == r)
+            text_add(text, "#undef ELEMENT_%d\n", r + 1);
+    text_add(text, "\n");
 }
 
 static void emit_names(struct emission *x, struct text *text) {
@@ -337,7 +341,7 @@ static void emit_model_table(struct emission *x, struct text *text, const char *
     text_add(text, "    SET(anchored_count) %d,\n", plan->anchored_count);
     set_pointer(x, text, "prepare", "prepare_doubles", plan->prepare.out_count > 0);
     set_functions(x, text);
-    text_add(text, "};\n");
+    text_add(text, "};\n#undef SET\n");
 }
 
 void emit_tables(struct emission *x, struct text *text, const char *hash) {

@@ -42,7 +42,9 @@ static const struct {
     {"a macro of limits.h",
      "CHAR_BIT CHAR_MAX CHAR_MIN INT_MAX INT_MIN LLONG_MAX LLONG_MIN LONG_MAX LONG_MIN MB_LEN_MAX SCHAR_MAX "
      "SCHAR_MIN SHRT_MAX SHRT_MIN UCHAR_MAX UINT_MAX ULLONG_MAX ULONG_MAX USHRT_MAX"},
-    {"a macro that GNU compilers define", "i386 linux unix"},
+    {"a macro that compilers define for some machines",
+     "AVR MIPSEB MIPSEL MSP430 PPC SPIR SPIR32 SPIR64 WIN32 WIN64 WINNT i386 linux mc68000 mips sparc sun "
+     "tce unix"},
 };
 
 /* The same for all names that begin so and go on with a capital. */
@@ -54,28 +56,32 @@ static const struct {
              {"a macro of float.h", "FLT_"},
              {"a macro of float.h", "LDBL_"}};
 
-/* Numbers of math.h: these, and those with the ending of a type. */
-static const char math_numbers[] = "HUGE_VAL HUGE_VAL_ M_1_PI M_1_SQRT3 M_1_SQRTPI M_2_PI M_2_SQRTPI M_E "
-                                   "M_EGAMMA M_LN10 M_LN2 M_LOG10E M_LOG2E "
-                                   "M_PHI M_PI M_PI_2 M_PI_4 M_SQRT1_2 M_SQRT2 M_SQRT3 SNAN";
+/* Numbers of math.h, also that of newlib: these, and those with the ending of a type. */
+static const char math_numbers[] =
+    "HUGE_VAL HUGE_VAL_ M_1_PI M_1_SQRT3 M_1_SQRTPI M_2_PI M_2_SQRTPI M_3PI_4 M_E "
+    "M_EGAMMA M_INVLN2 M_IVLN10 M_LN10 M_LN2 M_LN2HI M_LN2LO M_LOG10E M_LOG2E M_LOG2_E "
+    "M_PHI M_PI M_PI_2 M_PI_4 M_SQRT1_2 M_SQRT2 M_SQRT3 M_SQRTPI M_TWOPI SNAN";
 static const char type_endings[] = "f f128 f16 f32 f32x f64 f64x l F F128 F16 F32 F32X F64 F64X L";
 
-/* Headers of C and POSIX, and of the GNU C library beside them. */
-static const char system_headers[] = "aio aliases alloca ar argp argz assert byteswap complex cpio crypt "
-                                     "ctype dirent dlfcn elf endian envz err errno "
-                                     "error execinfo fcntl features fenv float fmtmsg fnmatch fstab fts ftw "
-                                     "gconv getopt glob grp gshadow iconv "
-                                     "ifaddrs inttypes iso646 langinfo lastlog libgen libintl limits link "
-                                     "locale malloc math mcheck memory mntent "
-                                     "monetary mqueue ndbm netdb nl_types nss obstack paths poll printf "
-                                     "pthread pty pwd re_comp regex regexp resolv "
-                                     "sched search semaphore setjmp sgtty shadow signal spawn stab stdalign "
-                                     "stdarg stdatomic stdbit stdbool stdckdint "
-                                     "stddef stdint stdio stdio_ext stdlib stdnoreturn string strings "
-                                     "stropts syscall sysexits syslimits syslog tar "
-                                     "termio termios tgmath threads time trace ttyent uchar ucontext ulimit "
-                                     "unistd unwind utime utmp utmpx values "
-                                     "varargs wait wchar wctype wordexp xlocale";
+/* Headers of C and POSIX, of the GNU C library beside them, and what math.h includes elsewhere. */
+static const char system_headers[] =
+    "availability availabilityinternal availabilityversions concurrencysal corecrt crtdefs "
+    "newlib sal vadefs vcruntime "
+    "aio aliases alloca ar argp argz assert byteswap complex cpio crypt "
+    "ctype dirent dlfcn elf endian envz err errno "
+    "error execinfo fcntl features fenv float fmtmsg fnmatch fstab fts ftw "
+    "gconv getopt glob grp gshadow iconv "
+    "ifaddrs inttypes iso646 langinfo lastlog libgen libintl limits link "
+    "locale malloc math mcheck memory mntent "
+    "monetary mqueue ndbm netdb nl_types nss obstack paths poll printf "
+    "pthread pty pwd re_comp regex regexp resolv "
+    "sched search semaphore setjmp sgtty shadow signal spawn stab stdalign "
+    "stdarg stdatomic stdbit stdbool stdckdint "
+    "stddef stdint stdio stdio_ext stdlib stdnoreturn string strings "
+    "stropts syscall sysexits syslimits syslog tar "
+    "termio termios tgmath threads time trace ttyent uchar ucontext ulimit "
+    "unistd unwind utime utmp utmpx values "
+    "varargs wait wchar wctype wordexp xlocale";
 
 /* Names that no file can have on Windows, whatever its ending. */
 static const char devices[] =

@@ -7,6 +7,13 @@
 #if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
 #error "manipulator_flexible.c needs infinities and NaN: compile it without -ffinite-math-only, or add -fno-finite-math-only to -ffast-math or -Ofast"
 #endif
+#ifdef __cplusplus
+static_assert(
+#else
+_Static_assert(
+#endif
+    sizeof 0.1 == sizeof(long long) && sizeof(double) == sizeof(long long),
+    "manipulator_flexible.c needs doubles of 64 bits: compile it without -fsingle-precision-constant");
 
 void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     const double t1 = p->d * p->d;
@@ -83,6 +90,8 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     p->derived.constant_19 = base_z_load_force_z + column_psi_load_force_z;
 }
 
+#ifndef REFDYN_GENERATED_manipulator_flexible_SINCOS /* parts may be compiled as one */
+#define REFDYN_GENERATED_manipulator_flexible_SINCOS
 static void manipulator_flexible_sincos_libm(const double *angle, double *sine, double *cosine) {
     for (int i = 0; i < 4; i++) {
         const double x = angle[i];
@@ -114,6 +123,7 @@ static double manipulator_flexible_rounded(double sum, unsigned long long ones) 
     return sum;
 #endif
 }
+#undef HAS_BUILTIN
 
 /* Sines and cosines of 4 angles up to 100000 rad: x = k pi/2 + r, and two polynomials of r, minimax on
    |r| <= pi/4; error at most 0.82 units in the last place. Beyond, and for what is no number, libm's. */
@@ -197,6 +207,7 @@ static void manipulator_flexible_sincos(const double *angle, double *sine, doubl
         manipulator_flexible_sincos_4(angle + i, sine + i, cosine + i);
     manipulator_flexible_sincos_4(angle + count - 4, sine + count - 4, cosine + count - 4);
 }
+#endif
 
 void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
         const double q[13], const double qd[13], double M[13 * 13]) {
@@ -2563,6 +2574,7 @@ static const struct refdyn_name manipulator_flexible_coordinate_names[] = {
     ELEMENT_1(1), ELEMENT_1(2), ELEMENT_1(3),
     {"effector_z", "m", 0.0},
 };
+#undef ELEMENT_1
 
 static const struct refdyn_name manipulator_flexible_parameter_names[] = {
     {"m_base", "kg", 18.54331045},
@@ -2793,7 +2805,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 const struct refdyn_model manipulator_flexible_model = {
     SET(interface_version) 1,
     SET(name) "manipulator_flexible",
-    SET(hash) "5567b78f5d592ba0",
+    SET(hash) "cb9a902658bd5d13",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,
@@ -2865,3 +2877,4 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(breaks) manipulator_flexible_breaks_doubles,
     SET(switches) 0,
 };
+#undef SET

@@ -7,6 +7,13 @@
 #if defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__
 #error "manipulator_rigid.c needs infinities and NaN: compile it without -ffinite-math-only, or add -fno-finite-math-only to -ffast-math or -Ofast"
 #endif
+#ifdef __cplusplus
+static_assert(
+#else
+_Static_assert(
+#endif
+    sizeof 0.1 == sizeof(long long) && sizeof(double) == sizeof(long long),
+    "manipulator_rigid.c needs doubles of 64 bits: compile it without -fsingle-precision-constant");
 
 void manipulator_rigid_prepare(struct manipulator_rigid_parameters *p) {
     const double t1 = p->d * p->d;
@@ -952,7 +959,7 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 const struct refdyn_model manipulator_rigid_model = {
     SET(interface_version) 1,
     SET(name) "manipulator_rigid",
-    SET(hash) "984bf03f50452bf7",
+    SET(hash) "20a898bb9c6d4c9e",
     SET(n) 4,
     SET(m) 2,
     SET(parameter_count) 18,
@@ -1024,3 +1031,4 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(breaks) manipulator_rigid_breaks_doubles,
     SET(switches) 0,
 };
+#undef SET

@@ -21,8 +21,16 @@ install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/refdynConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_BINARY_DIR}/refdynConfigVersion.cmake DESTINATION ${package_folder})
 
-# The prefix follows from where refdyn.pc lies, so that an installed tree can be moved.
-file(RELATIVE_PATH prefix_from_pc /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+# The prefix follows from where refdyn.pc lies, so that an installed tree can be moved, unless a folder was
+# given from the root on.
+if(IS_ABSOLUTE ${CMAKE_INSTALL_LIBDIR})
+    set(pc_prefix ${CMAKE_INSTALL_PREFIX})
+else()
+    file(RELATIVE_PATH prefix_from_pc /${CMAKE_INSTALL_LIBDIR}/pkgconfig /)
+    set(pc_prefix "\${pcfiledir}/${prefix_from_pc}")
+endif()
+cmake_path(APPEND pc_libdir "\${prefix}" ${CMAKE_INSTALL_LIBDIR})
+cmake_path(APPEND pc_includedir "\${prefix}" ${CMAKE_INSTALL_INCLUDEDIR})
 configure_file(runtime/refdyn.pc.in refdyn.pc @ONLY)
 install(FILES ${CMAKE_BINARY_DIR}/refdyn.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
 if(TARGET refdyn_gsl)

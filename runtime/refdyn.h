@@ -137,6 +137,7 @@ size_t refdyn_workspace_size(const struct refdyn_model *model);
 int refdyn_workspace_init(struct refdyn_workspace *work, const struct refdyn_model *model, void *memory,
                           size_t size);
 
+/* These three do nothing where refdyn_workspace_init has failed. */
 /* After work->p was changed: computes the derived parameters behind it. */
 void refdyn_prepare(struct refdyn_workspace *work);
 /* q (n) and qd (n) at the start of a motion, from work->p. */

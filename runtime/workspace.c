@@ -145,13 +145,15 @@ int refdyn_workspace_status(const struct refdyn_workspace *work) {
 }
 
 void refdyn_prepare(struct refdyn_workspace *work) {
-    if (work->model->prepare)
+    if (!refdyn_workspace_status(work) && work->model->prepare)
         work->model->prepare(work->p);
 }
 
 void refdyn_initial_state(const struct refdyn_workspace *work, double *q, double *qd) {
     const struct refdyn_model *model = work->model;
     const int n = work->n;
+    if (refdyn_workspace_status(work))
+        return;
     for (int j = 0; j < n; j++) {
         q[j] = model->coordinates[j].value;
         qd[j] = 0;
@@ -167,7 +169,7 @@ void refdyn_initial_state(const struct refdyn_workspace *work, double *q, double
 void refdyn_anchor(struct refdyn_workspace *work, double t, const double *q, const double *qd,
                    const int *given) {
     const struct refdyn_model *model = work->model;
-    if (!model->anchor)
+    if (refdyn_workspace_status(work) || !model->anchor)
         return;
     model->anchor(work->p, work->x, t, q, qd, work->anchored);
     for (int i = 0; i < model->anchored_count; i++)

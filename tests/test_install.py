@@ -5,7 +5,7 @@ import subprocess
 
 import pytest
 
-from program import BUILD, REFERENCE, TESTS, read_run, refdyn
+from program import BUILD, REFERENCE, SOURCE, TESTS, read_run, refdyn
 
 
 def run(*command, **options):
@@ -59,6 +59,20 @@ def test_pkg_config(installed):
     run("cc", "-O2", *flags, "-I", installed / "emitted", TESTS / "install" / "main.c", *(installed / "emitted").glob("*.c"),
         *libraries, "-o", program)
     check_program(installed, program)
+
+
+@pytest.mark.parametrize("library", ["lib", "/elsewhere/lib"])
+@pytest.mark.parametrize("include", ["include", "/elsewhere/include"])
+def test_pkg_config_where_folders_begin_at_the_root(library, include, tmp_path):
+    run("cmake", "-S", SOURCE, "-B", tmp_path / "build", "-DBUILD_TESTING=OFF", "-DCMAKE_INSTALL_PREFIX=/first",
+        f"-DCMAKE_INSTALL_LIBDIR={library}", f"-DCMAKE_INSTALL_INCLUDEDIR={include}")
+    packages = tmp_path / "first" / "lib" / "pkgconfig"
+    packages.mkdir(parents=True)
+    shutil.copy(tmp_path / "build" / "refdyn.pc", packages)
+    prefix = "/first" if library != "lib" else f"{tmp_path}/first"
+    env = {**os.environ, "PKG_CONFIG_PATH": str(packages)}
+    found = {name: os.path.normpath(run("pkg-config", f"--variable={name}", "refdyn", env=env).strip()) for name in ("libdir", "includedir")}
+    assert found == {"libdir": os.path.join(prefix, library), "includedir": os.path.join(prefix, include, "refdyn")}
 
 
 def test_emitted_code_needs_one_small_header(installed):

@@ -123,6 +123,14 @@ def test_refused_with_a_sentence(model, compiler, language, flags):
     assert f"{name}.c needs infinities and NaN: compile it without -ffinite-math-only" in complaint
 
 
+@pytest.mark.parametrize("language", LANGUAGES)
+def test_rounded_constants_are_refused(model, language):
+    """A compiler that takes 0.1 for a float tells of it by no macro; of those here gcc has the flag."""
+    name, folder, _ = model
+    complaint = build(folder, name, "gcc", language, ["-O1", "-fsingle-precision-constant"])
+    assert f"{name}.c needs doubles of 64 bits: compile it without -fsingle-precision-constant" in complaint
+
+
 @pytest.mark.parametrize("flags", RELATIVES, ids=" ".join)
 @pytest.mark.parametrize("compiler", ["gcc", "clang"])
 def test_relatives_equal(model, compiler, flags):

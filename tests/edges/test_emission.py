@@ -91,6 +91,20 @@ return rd.model { name = "odd", gravity = { 0, 0, -9.81 }, links = {
     compile_and_run(tmp_path, name, f'#include "{name}.h"\nint main(void) {{ return 0; }}\n', ("-x", "c++", "-std=c++17"))
 
 
+@pytest.mark.parametrize("language", [("-x", "c", "-std=c11"), ("-x", "c++", "-std=c++17")], ids=" ".join)
+def test_files_compile_as_one(language, tmp_path):
+    """Parts of a long emission and other models, as a build does that joins files; a macro of one is none of the others."""
+    runs = TESTS / "models" / "runs.lua"
+    names = [emit(tmp_path, runs, "--set", "kind=rods", "--set", "rfe=3", "--emit", "all,tangent,d_qdd")[0],
+             emit(tmp_path, PENDULUM, "--emit", "qdd")[0], emit(tmp_path, REFERENCE, "--set", "n_rfe=5", "--emit", "qdd")[0]]
+    files = [path.name for name in names for path in sorted(tmp_path.glob(f"{name}*.c"))]
+    assert len(files) > len(names)
+    text = "".join(f'#include "{file}"\n' for file in files)
+    macros = "".join(f"#ifdef {macro}\n#error {macro}\n#endif\n" for macro in ("SET", "HAS_BUILTIN", "ELEMENT_1"))
+    done = subprocess.run(["gcc", *language, *STRICT, "-fsyntax-only", "-I", tmp_path, "-"], input=text + macros, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr[:2000]
+
+
 # ---- local arrays ----
 
 def stack_usage(folder, name):

@@ -152,6 +152,15 @@ static void unknown_held(void) {
 
 /* ---- Models ---- */
 
+/* What returns no status leaves all as it is where the workspace was refused. */
+static void nothing_changes(double values[16]) {
+    const double before[16] = {0};
+    refdyn_prepare(&work);
+    refdyn_initial_state(&work, values, values + 8);
+    refdyn_anchor(&work, 0, values, values + 8, NULL);
+    CHECK(!memcmp(values, before, sizeof before));
+}
+
 /* Every function that takes a model refuses this one. */
 static void refused(const struct refdyn_model *wrong, int status) {
     const struct refdyn_options options = refdyn_options_default(REFDYN_AUTO);
@@ -167,6 +176,7 @@ static void refused(const struct refdyn_model *wrong, int status) {
     CHECK(refdyn_find_row(wrong, "row") == -1 && refdyn_find_point(wrong, "E") == -1);
     CHECK(refdyn_workspace_init(&work, wrong, room, sizeof room) == status);
     CHECK(refdyn_set_parameter(&work, "m_E", 1) == status && refdyn_set_input(&work, "tau", 1) == status);
+    nothing_changes(values);
     CHECK(refdyn_drive_init(&drive, &work, &options, room, sizeof room) == status);
     CHECK(refdyn_statics(&work, &of_statics, held, 1, values, NULL, &result, room, sizeof room) == status);
 }
@@ -277,7 +287,9 @@ static void workspace_without_memory(void) {
     struct refdyn_drive drive;
     double room[4096];
     const size_t needed = refdyn_workspace_size(model);
+    double values[16] = {0};
     CHECK(refdyn_workspace_init(&work, model, NULL, needed) == REFDYN_BAD_MEMORY);
+    nothing_changes(values);
     CHECK(refdyn_set_parameter(&work, "m_E", 1) == REFDYN_BAD_MEMORY && refdyn_set_input(&work, "tau", 1) == REFDYN_BAD_MEMORY);
     CHECK(refdyn_drive_init(&drive, &work, &options, room, sizeof room) == REFDYN_BAD_MEMORY);
 }
@@ -305,7 +317,7 @@ int main(int count, char **arguments) {
     return failures != 0;
 }
 """
-CASES = re.findall(r"^static void (?!open_workspace|refused)(\w+)\(", PROGRAM, re.M)
+CASES = re.findall(r"^static void (?!open_workspace|nothing_changes|refused)(\w+)\(", PROGRAM, re.M)
 
 
 def compile_all(folder, sources):

@@ -13,6 +13,10 @@ WARNINGS = "-Wall -Wextra -Wpedantic -Wshadow -Wconversion -Werror".split()
 COMPILERS = [[compiler, f"-std={standard}", "-x", language] for compiler, standard, language in [
     ("gcc", "c11", "c"), ("gcc", "gnu17", "c"), ("gcc", "c2x", "c"), ("clang", "c11", "c"), ("g++", "c++17", "c++"),
     ("g++", "gnu++20", "c++"), ("clang++", "c++17", "c++")]]
+# Machines for which clang needs no more than their names to tell what it defines there.
+MACHINES = """arm-none-eabi aarch64-linux-gnu avr i686-pc-windows-gnu i386-pc-solaris2.11 m68k-linux-gnu mips-linux-gnu mipsel-linux-gnu msp430
+    powerpc-linux-gnu powerpc64-ibm-aix riscv64-linux-gnu s390x-linux-gnu sparc-sun-solaris2.11 sparc-linux-gnu wasm32 x86_64-apple-darwin
+    x86_64-pc-windows-msvc x86_64-w64-mingw32 x86_64-unknown-freebsd""".split()
 WORDS = """
 alignas alignof and and_eq asm auto bitand bitor bool break case catch char char16_t char32_t char8_t class co_await co_return
 co_yield compl complex concept const const_cast consteval constexpr constinit continue decltype default delete do double
@@ -76,6 +80,16 @@ def macros(folder):
     return names
 
 
+def test_macros_of_other_machines_are_refused(tmp_path):
+    names = set()
+    for machine in MACHINES:
+        for language in ("c", "c++"):
+            done = subprocess.run(["clang", "-target", machine, "-x", language, "-dM", "-E", "-"], input="", capture_output=True, text=True)
+            names |= set(re.findall(r"^#define ([A-Za-z][A-Za-z0-9_]*) ", done.stdout, re.M))
+    assert {"linux", "mips", "sun", "WIN32"} <= names
+    assert set(refused(scene(tmp_path, sorted(names)), "parameters")) == names
+
+
 @pytest.fixture(scope="module")
 def words(tmp_path_factory):
     folder = tmp_path_factory.mktemp("plain")
@@ -104,7 +118,7 @@ def test_what_is_refused(words, tmp_path):
     assert set(links) == set(links) & set(members) and not set(links) & {"M_PI", "NAN", "linux", "EOF", "size_t"}
     for word in ("sin", "t", "q", "size_t", "M", "SET", "ELEMENT_1", "complex", "I", "final", "near", "row_1", "REFDYN"):
         assert word not in members
-    reasons = {"M_PIf64x": "a macro of math.h", "FP_NAN": "a macro of math.h", "EOF": "a macro of stdio.h", "unix": "a macro that GNU compilers define",
+    reasons = {"M_PIf64x": "a macro of math.h", "FP_NAN": "a macro of math.h", "EOF": "a macro of stdio.h", "unix": "a macro that compilers define for some machines", "M_TWOPI": "a macro of math.h",
                "RAND_MAX": "a macro of stdlib.h, which C++ takes for math.h", "co_await": "a reserved word of C or C++",
                "REFDYN_MODEL_H": "names that begin with REFDYN_ are the runtime's", "typeof": "a reserved word of C or C++"}
     found = refused(scene(tmp_path, reasons), "parameters")
@@ -142,6 +156,7 @@ def test_models_hide_no_header(tmp_path):
         for form in {name, name.capitalize(), name.upper()}:
             why = "a reserved word of C or C++" if form == "float" else f"{form}.h is a header of the system"
             assert name_fault(path, form) == f"model {form}: {why}, another name is needed"
+    assert "a header of the system" in name_fault(path, "newlib")
     for name in ("refdyn", "refdyn_model", "Refdyn_model", "REFDYN"):
         assert "names that begin with refdyn are the runtime's" in name_fault(path, name)
     for name in ("mathematics", "stdio_", "strin", "arm", "crane", "M_PI", "linux", "main", "sin", "q", "refdy"):
