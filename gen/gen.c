@@ -125,13 +125,18 @@ static bool is_of_other_model(struct generation *gen, const char *path) {
     return true;
 }
 
+static bool is_free_of_other_models(struct generation *gen, const char *directory) {
+    bool is_free = true;
+    for (int i = 0; i < gen->plan->file_count && is_free; i++)
+        is_free = !is_of_other_model(
+            gen, memory_format(&gen->memory, "%s/%s", directory, gen->plan->files[i].name));
+    return is_free;
+}
+
 enum gen_status gen_check_folder(struct generation *gen, const char *directory) {
     if (setjmp(gen->out_of_memory))
         return no_memory(gen, "write it");
-    for (int i = 0; i < gen->plan->file_count; i++)
-        if (is_of_other_model(gen, memory_format(&gen->memory, "%s/%s", directory, gen->plan->files[i].name)))
-            return GEN_NOT_WRITTEN;
-    return GEN_OK;
+    return is_free_of_other_models(gen, directory) ? GEN_OK : GEN_NOT_WRITTEN;
 }
 
 static bool begins_with(FILE *file, const char *lead) {
@@ -140,9 +145,7 @@ static bool begins_with(FILE *file, const char *lead) {
     return !*lead;
 }
 
-enum gen_status gen_remove_stale_parts(struct generation *gen, const char *directory) {
-    if (setjmp(gen->out_of_memory))
-        return GEN_NO_MEMORY;
+static bool remove_stale_parts(struct generation *gen, const char *directory) {
     const char *model = gen->model.name;
     for (int part = gen->plan->file_count;; part++) { /* NAME.h and all parts before it */
         const char *path =
@@ -150,15 +153,21 @@ enum gen_status gen_remove_stale_parts(struct generation *gen, const char *direc
         const char *lead = part_lead(&gen->memory, model, part);
         FILE *file = fopen(path, "rb");
         if (!file)
-            return GEN_OK;
+            return true;
         const bool is_stale = begins_with(file, lead);
         fclose(file);
         if (!is_stale || !unlink(path))
             continue;
         complain(&gen->messages, (struct place){path, 0}, "a part of an earlier emission, not removed: %s",
                  strerror(errno));
-        return GEN_NOT_WRITTEN;
+        return false;
     }
+}
+
+enum gen_status gen_remove_stale_parts(struct generation *gen, const char *directory) {
+    if (setjmp(gen->out_of_memory))
+        return no_memory(gen, "write it");
+    return remove_stale_parts(gen, directory) ? GEN_OK : GEN_NOT_WRITTEN;
 }
 
 void gen_release(struct generation *gen) {

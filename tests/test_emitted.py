@@ -242,7 +242,7 @@ def test_what_is_no_finite_number(options, tmp_path):
 # Each of them would end a literal or a comment of C, or change on its way, if it were copied as it is.
 TEXTS = ['the "slide"', "x*/y /* z", "alpha\\beta \\", "what??/ ??= ?", "größe [µm]", "\\n %s", '*/"}; int broken = "']
 TEXTS_MODEL = """local rd = require "refdyn"
-local o = rd.option("o", "a */ \\n b")
+local o = rd.option("o", "a */ // b")
 local p = rd.parameters { PARAMETERS }
 return rd.model { name = "texts", links = { { "c", joint = "x, y, z, phi, theta, psi", mass = 1, inertia = { xx = 1, yy = 1, zz = 1 } } },
   forces = function(s) return { c_x = READ + rd.input("F", 0, UNIT) } end,
