@@ -586,8 +586,9 @@ static void watch(lua_State *L, lua_Debug *event) {
 
 /* ---- library functions that a model may call, and what they do beyond a call ---- */
 
+/* Also a text such as "1", which the library takes for a number. */
 static bool is_number_at(lua_State *L, int index) {
-    return lua_type(L, index) == LUA_TNUMBER;
+    return lua_isnumber(L, index);
 }
 
 /* Number of entries from argument `first` to argument `last`, of all when these are left out. */
@@ -639,9 +640,12 @@ static double repeat_work(lua_State *L) {
     return lua_tonumber(L, 2) * (1 + bytes / 32);
 }
 
-/* Of a format, and a number of 400 digits for each argument. */
+/* Of a format, and for each argument a number of 400 digits, or a text whose bytes %q writes as numbers. */
 static double format_work(lua_State *L) {
-    return (double)lua_rawlen(L, 1) + 256.0 * lua_gettop(L);
+    double steps = 256.0 * lua_gettop(L);
+    for (int i = 1; i <= lua_gettop(L); i++)
+        steps += lua_type(L, i) == LUA_TSTRING ? 4 * (double)lua_rawlen(L, i) : 0;
+    return steps;
 }
 
 static double text_work(lua_State *L) {
@@ -860,6 +864,14 @@ static void check_expressions(lua_State *L, const struct library_entry *entry) {
                        full_name(L, entry), entry->name);
 }
 
+/* string.char and others may make texts with bytes 0. */
+static void note_zeros(lua_State *L) {
+    size_t length;
+    const char *text = lua_type(L, -1) == LUA_TSTRING ? lua_tolstring(L, -1, &length) : NULL;
+    if (text)
+        work_note_zeros(&script_of(L)->work, text, length);
+}
+
 /* Upvalues: the entry of the table above, and the function. */
 static int call_library(lua_State *L) {
     const struct library_entry *entry = lua_touserdata(L, lua_upvalueindex(1));
@@ -874,7 +886,10 @@ static int call_library(lua_State *L) {
     if (work_is_over(work))
         return luaL_error(L, "%s: more work than the %d million steps that a model may take while it is read",
                           full_name(L, entry), WORK_MILLIONS);
-    return lua_tocfunction(L, lua_upvalueindex(2))(L);
+    const int count = lua_tocfunction(L, lua_upvalueindex(2))(L);
+    if (count == 1 && strcmp(entry->library, LUA_STRLIBNAME) == 0)
+        note_zeros(L);
+    return count;
 }
 
 /* Moves an entry of Lua's own library, at `from`, to the table that the model sees, at `to`. (-0, +0) */
