@@ -36,7 +36,6 @@ static const char *next_name(const struct reader *reader, const char *kind) {
     struct memory *memory = reader->check.memory;
     const struct memory_mark mark = memory_mark(memory);
     bool *is_taken = memory_scratch(memory, (size_t)model->row_count + 2);
-    memset(is_taken, 0, (size_t)model->row_count + 2);
     for (int i = 0; i < model->row_count; i++) {
         const long taken = number_in(model->rows[i].name, kind);
         if (taken > 0 && taken <= model->row_count)
