@@ -166,7 +166,7 @@ struct value declare_option(struct declarations *declarations, struct place plac
                  not_finite_text(standard->number));
         value.number = text ? value.number : 1; /* what follows from it is not told again */
     } else if (allowed && is_range_or_list(declarations, name, standard, allowed) &&
-        !is_allowed(memory, &value, allowed)) {
+               !is_allowed(memory, &value, allowed)) {
         complain(declarations->messages, text ? command_line(declarations) : place,
                  "option %s: value \"%s\", %s is needed", name, value_text(memory, &value),
                  allowed_text(memory, allowed));

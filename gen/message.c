@@ -240,7 +240,8 @@ const char *nearest_name(const char *name, const char *const *known, int count) 
         const long apart = (long)strlen(known[i]) - (long)length;
         const bool is_far = strlen(known[i]) > LONGEST_NAME || apart > least || -apart > least;
         const int distance = is_far ? least : edit_distance(name, known[i], least + 1);
-        const bool is_other = nearest && least >= (int)length && least >= (int)longest; /* no letter in common */
+        /* the nearest so far has no letter in common with the name */
+        const bool is_other = nearest && least >= (int)length && least >= (int)longest;
         const bool is_alike = is_other && !is_far && distance == least && distance < (int)strlen(known[i]);
         if (distance < least || is_alike) {
             least = distance;

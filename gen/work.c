@@ -14,8 +14,9 @@
 enum { SHORT_TEXT = 512, TEXT_PER_STEP = 64, ZEROS_PER_STEP = 4, STEPS_OF_REMAINDER = 48 };
 enum { STEPS_OF_CALL = 6, STEPS_OF_PIECE = 4, BYTES_PER_STEP = 16 };
 
+/* A library function may be asked for less than nothing, or for NaN. */
 void work_add(struct work *work, double steps) {
-    work->steps += steps > 0 ? steps : 0; /* a library function may be asked for less than nothing, or for NaN */
+    work->steps += steps > 0 ? steps : 0;
 }
 
 static size_t steps_of_text(const struct work *work) {
@@ -50,7 +51,8 @@ void work_note_zeros(struct work *work, const char *text, size_t length) {
 static bool may_hold_zeros(const struct token *token) {
     for (const char *c = token->start; c < token->end; c++) {
         const bool is_escape = *c == '\\' && token->end - c > 3;
-        if (!*c || (is_escape && (c[1] == '0' || strncmp(c + 1, "x00", 3) == 0 || strncmp(c + 1, "u{0", 3) == 0)))
+        if (!*c ||
+            (is_escape && (c[1] == '0' || strncmp(c + 1, "x00", 3) == 0 || strncmp(c + 1, "u{0", 3) == 0)))
             return true;
     }
     return false;

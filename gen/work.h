@@ -4,8 +4,8 @@
  *
  * Takes what happened: steps, calls, memory taken, names looked through. A step may compare, convert or hash
  * a text as long as the longest so far, which is slow where texts hold bytes 0, and may take a remainder,
- * which is slow for distant numbers; it is counted as what it then may cost. Library functions that do more than one pass over their arguments are
- * counted by what they may do at most.
+ * which is slow for distant numbers; it is counted as what it then may cost. Library functions that do more
+ * than one pass over their arguments are counted by what they may do at most.
  */
 #ifndef REFDYN_GEN_WORK_H
 #define REFDYN_GEN_WORK_H
