@@ -301,11 +301,11 @@ static void check_row(const struct check *check, const struct row *row) {
     else if (row->level != ROW_ACCELERATION && moving.symbols[2] > 0)
         complain(check->messages, row->place,
                  "%s: depends on accelerations, rd.acceleration is for such rows", path);
-    else if (moving.symbols[row->level] == 0)
-        complain(check->messages, row->place, "%s: depends on no coordinate, %s is needed", path,
-                 needed[row->level]);
-    else if (row->level == ROW_ACCELERATION)
+    else if (moving.symbols[row->level] > 0 && row->level == ROW_ACCELERATION)
         check_linear(check, row, path, &moving);
+    else if (moving.symbols[row->level] == 0 && is_first_mention(check->messages, "still", path))
+        complain(check->messages, row->place, "%s: depends on no coordinate, %s is needed", path,
+                 needed[row->level]); /* once for all rows of one entry */
 }
 
 static void check_row_names(const struct check *check) {

@@ -165,9 +165,8 @@ struct value declare_option(struct declarations *declarations, struct place plac
         complain(declarations->messages, place, "option %s: value %s, a finite number is needed", name,
                  not_finite_text(standard->number));
         value.number = text ? value.number : 1; /* what follows from it is not told again */
-    }
-    if (allowed && is_range_or_list(declarations, name, standard, allowed) &&
-        !is_allowed(memory, &value, allowed)) {
+    } else if (allowed && is_range_or_list(declarations, name, standard, allowed) &&
+               !is_allowed(memory, &value, allowed)) {
         complain(declarations->messages, text ? command_line(declarations) : place,
                  "option %s: value \"%s\", %s is needed", name, value_text(memory, &value),
                  allowed_text(memory, allowed));
@@ -228,9 +227,10 @@ static void set_standard(struct declarations *declarations, struct parameter *pa
     struct graph *graph = declarations->graph;
     expression e;
     if (!value_expression(graph, standard, &e)) {
-        complain(declarations->messages, parameter->place,
-                 "parameter %s: %s, a number or an expression is needed", parameter->name,
-                 kind_text(standard->kind));
+        if (standard->kind != VALUE_NOTHING) /* a gap, said before */
+            complain(declarations->messages, parameter->place,
+                     "parameter %s: %s, a number or an expression is needed", parameter->name,
+                     kind_text(standard->kind));
         parameter->value = 1;
     } else if (is_number(graph, e, &parameter->value)) {
         return;
@@ -289,6 +289,12 @@ static void declare_entry(struct declarations *declarations, const struct value 
 }
 
 void declare_parameters(struct declarations *declarations, const struct value *list) {
+    if (list->item_count > 1 && list->items[0].kind == VALUE_TEXT && list->items[1].kind == VALUE_NUMBER) {
+        declarations->lacks_parameters = true;
+        complain(declarations->messages, list->place,
+                 "parameters: one parameter by itself, a list of { \"name\", value, \"unit\" } is needed");
+        return;
+    }
     for (int i = 0; i < list->item_count; i++)
         declare_entry(declarations, &list->items[i], i);
     declarations->lacks_parameters = declarations->lacks_parameters || list->field_count > 0;

@@ -231,17 +231,22 @@ const char *nearest_name(const char *name, const char *const *known, int count) 
     if (length > LONGEST_NAME)
         return NULL;
     const char *nearest = NULL;
+    size_t longest = 0;
     int least = (int)length / 3 + 2; /* farther than a third of the letters and one is no slip of the pen */
     for (int i = 0; i < count; i++)
         if (strcasecmp(name, known[i]) == 0)
             return known[i];
     for (int i = 0; i < count; i++) {
         const long apart = (long)strlen(known[i]) - (long)length;
-        const bool is_far = strlen(known[i]) > LONGEST_NAME || apart >= least || -apart >= least;
-        const int distance = is_far ? least : edit_distance(name, known[i], least);
-        if (distance < least) {
+        const bool is_far = strlen(known[i]) > LONGEST_NAME || apart > least || -apart > least;
+        const int distance = is_far ? least : edit_distance(name, known[i], least + 1);
+        /* the nearest so far has no letter in common with the name */
+        const bool is_other = nearest && least >= (int)length && least >= (int)longest;
+        const bool is_alike = is_other && !is_far && distance == least && distance < (int)strlen(known[i]);
+        if (distance < least || is_alike) {
             least = distance;
             nearest = known[i];
+            longest = strlen(known[i]);
         }
     }
     return nearest;

@@ -53,6 +53,11 @@ struct line {
     struct vector apart, rate; /* to - from */
 };
 
+/* Nothing moves between them; the elements of a beam do. */
+static bool is_one_link(const struct attachment *a, const struct attachment *b) {
+    return a->link == b->link && a->where == AT_FRAME && b->where == AT_FRAME;
+}
+
 static bool read_line(const struct reader *reader, const struct value *value, enum field from, enum field to,
                       const char *path, struct line *line) {
     struct graph *g = reader->check.graph;
@@ -61,7 +66,7 @@ static bool read_line(const struct reader *reader, const struct value *value, en
     const bool has_to = read_place_field(reader, value, to, path, &line->to);
     if (!has_from || !has_to)
         return false;
-    if (line->from.link == line->to.link && line->from.where == AT_FRAME && line->to.where == AT_FRAME)
+    if (is_one_link(&line->from, &line->to))
         complain(reader->check.messages, value->place, "%s: both ends on one link, two are needed", path);
     line->apart = vector_sub(g, point_vector(model, &line->to, 0), point_vector(model, &line->from, 0));
     line->rate = vector_sub(g, point_vector(model, &line->to, 1), point_vector(model, &line->from, 1));
@@ -166,6 +171,9 @@ static void read_torque(const struct reader *reader, const struct value *value, 
     if (has_on && on.link < 0 && against.link < 0 && has_against == has_field(value, FIELD_TORQUE_against))
         complain(reader->check.messages, value->place, "%s: acts on the ground, a link that moves is needed",
                  path);
+    if (has_on && has_against && on.link >= 0 && is_one_link(&on, &against))
+        complain(reader->check.messages, value->place,
+                 "%s: against the link on which it acts, another one is needed", path);
     if (has_on)
         add_load(reader, &on, true, T, value, path);
     if (has_against)

@@ -9,6 +9,7 @@
 #include "reader.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* What all rows of one entry share. */
@@ -19,22 +20,32 @@ struct group {
     expression alpha, beta;
 };
 
-static int count_named(const struct model *model, const char *lead) {
-    int count = 0;
-    for (int i = 0; i < model->row_count; i++)
-        count += strncmp(model->rows[i].name, lead, strlen(lead)) == 0;
-    return count;
+/* The number in a name such as "loop 2 x" of a row of that kind, 0 in any other name. */
+static long number_in(const char *name, const char *kind) {
+    const size_t length = strlen(kind);
+    if (strncmp(name, kind, length) != 0 || name[length] != ' ')
+        return 0;
+    char *end;
+    const long found = strtol(name + length + 1, &end, 10);
+    return *end == '\0' || *end == ' ' ? found : 0;
 }
 
 /* "loop 1", "loop 2" ...: the first number that no row has. */
 static const char *next_name(const struct reader *reader, const char *kind) {
-    const char *name;
-    int at = 1;
-    do {
-        name = memory_format(reader->check.memory, "%s %d", kind, at++);
-    } while (count_named(reader->model, memory_format(reader->check.memory, "%s ", name)) > 0 ||
-             count_named(reader->model, name) > 0);
-    return name;
+    const struct model *model = reader->model;
+    struct memory *memory = reader->check.memory;
+    const struct memory_mark mark = memory_mark(memory);
+    bool *is_taken = memory_scratch(memory, (size_t)model->row_count + 2);
+    for (int i = 0; i < model->row_count; i++) {
+        const long taken = number_in(model->rows[i].name, kind);
+        if (taken > 0 && taken <= model->row_count)
+            is_taken[taken] = true;
+    }
+    int first = 1;
+    while (is_taken[first])
+        first++;
+    memory_back(memory, mark);
+    return memory_format(memory, "%s %d", kind, first);
 }
 
 static struct group start_group(const struct reader *reader, const struct value *value, const char *path,

@@ -362,17 +362,21 @@ static void convert_fields(lua_State *L, int index, int table, int depth, struct
     const struct memory_mark mark = memory_mark(script->memory);
     const struct raw_name *names = sorted_names(L, index, value->field_count);
     value->fields = memory_get(script->memory, (size_t)value->field_count * sizeof *value->fields);
+    int at = 0;
     for (int i = 0; i < value->field_count; i++) {
-        struct named_value *field = &value->fields[i];
+        struct named_value *field = &value->fields[at];
         struct place place = value->place;
+        const int errors = script->messages->errors;
         lua_pushlstring(L, names[i].text, names[i].length);
         field->name = take_text(L, -1, value->place, "name");
+        at += script->messages->errors == errors; /* a name that was refused is not told of again */
         lua_rawget(L, index);
         int line = entry_line(&script->lines, table, field->name, 0);
         place.line = line > 0 ? line : place.line;
         convert(L, -1, place, depth, &field->value);
         lua_pop(L, 1);
     }
+    value->field_count = at;
     memory_back(script->memory, mark);
 }
 
@@ -439,7 +443,9 @@ static void convert(lua_State *L, int index, struct place place, int depth, stru
 static int call_curve(lua_State *L) {
     struct graph *graph = script_of(L)->graph;
     expression at = zero(graph);
-    if (lua_gettop(L) != 1 || !get_expression(L, 1, &at))
+    if (lua_gettop(L) != 1)
+        return luaL_error(L, "a curve of %d values, one number or expression is needed", lua_gettop(L));
+    if (!get_expression(L, 1, &at))
         return luaL_error(L, "a curve of %s, one number or expression is needed", luaL_typename(L, 1));
     push_expression(L, spline(graph, (int)lua_tointeger(L, lua_upvalueindex(1)), at));
     return 1;
@@ -536,6 +542,12 @@ static void guard_table(lua_State *L, const char *name) {
     lua_setmetatable(L, -2);
 }
 
+/* A field that nobody reads, such as rd.gravity, would be passed over. */
+static int refuse_new_field(lua_State *L) {
+    const char *name = lua_type(L, 2) == LUA_TSTRING ? name_at(L, 2) : "?";
+    return luaL_error(L, "rd.%s: assignment, what rd has is read only, a local has values of your own", name);
+}
+
 /* Builds the module. (-0, +1) */
 static void push_module(lua_State *L) {
     const char *tags[OWNER_COUNT + 3];
@@ -558,6 +570,10 @@ static void push_module(lua_State *L) {
     lua_setfield(L, -2, "pi");
     lua_pushcfunction(L, refuse_field);
     guard_table(L, "rd");
+    lua_getmetatable(L, -1);
+    lua_pushcfunction(L, refuse_new_field);
+    lua_setfield(L, -2, "__newindex");
+    lua_pop(L, 1);
 }
 
 /* ---- work ---- */
@@ -586,8 +602,9 @@ static void watch(lua_State *L, lua_Debug *event) {
 
 /* ---- library functions that a model may call, and what they do beyond a call ---- */
 
+/* Also a text such as "1", which the library takes for a number. */
 static bool is_number_at(lua_State *L, int index) {
-    return lua_type(L, index) == LUA_TNUMBER;
+    return lua_isnumber(L, index);
 }
 
 /* Number of entries from argument `first` to argument `last`, of all when these are left out. */
@@ -639,9 +656,12 @@ static double repeat_work(lua_State *L) {
     return lua_tonumber(L, 2) * (1 + bytes / 32);
 }
 
-/* Of a format, and a number of 400 digits for each argument. */
+/* Of a format, and for each argument a number of 400 digits, or a text whose bytes %q writes as numbers. */
 static double format_work(lua_State *L) {
-    return (double)lua_rawlen(L, 1) + 256.0 * lua_gettop(L);
+    double steps = 256.0 * lua_gettop(L);
+    for (int i = 1; i <= lua_gettop(L); i++)
+        steps += lua_type(L, i) == LUA_TSTRING ? 4 * (double)lua_rawlen(L, i) : 0;
+    return steps;
 }
 
 static double text_work(lua_State *L) {
@@ -860,6 +880,14 @@ static void check_expressions(lua_State *L, const struct library_entry *entry) {
                        full_name(L, entry), entry->name);
 }
 
+/* string.char and others may make texts with bytes 0. */
+static void note_zeros(lua_State *L) {
+    size_t length;
+    const char *text = lua_type(L, -1) == LUA_TSTRING ? lua_tolstring(L, -1, &length) : NULL;
+    if (text)
+        work_note_zeros(&script_of(L)->work, text, length);
+}
+
 /* Upvalues: the entry of the table above, and the function. */
 static int call_library(lua_State *L) {
     const struct library_entry *entry = lua_touserdata(L, lua_upvalueindex(1));
@@ -874,7 +902,10 @@ static int call_library(lua_State *L) {
     if (work_is_over(work))
         return luaL_error(L, "%s: more work than the %d million steps that a model may take while it is read",
                           full_name(L, entry), WORK_MILLIONS);
-    return lua_tocfunction(L, lua_upvalueindex(2))(L);
+    const int count = lua_tocfunction(L, lua_upvalueindex(2))(L);
+    if (count == 1 && strcmp(entry->library, LUA_STRLIBNAME) == 0)
+        note_zeros(L);
+    return count;
 }
 
 /* Moves an entry of Lua's own library, at `from`, to the table that the model sees, at `to`. (-0, +0) */

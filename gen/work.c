@@ -11,17 +11,23 @@
 
 /* What a step costs more for each so many bytes of the longest text, beyond a short one, and where remainders
  * are taken. */
-enum { SHORT_TEXT = 512, TEXT_PER_STEP = 64, STEPS_OF_REMAINDER = 48 };
+enum { SHORT_TEXT = 512, TEXT_PER_STEP = 64, ZEROS_PER_STEP = 4, STEPS_OF_REMAINDER = 48 };
 enum { STEPS_OF_CALL = 6, STEPS_OF_PIECE = 4, BYTES_PER_STEP = 16 };
 
+/* A library function may be asked for less than nothing, or for NaN. */
 void work_add(struct work *work, double steps) {
-    work->steps += steps;
+    work->steps += steps > 0 ? steps : 0;
+}
+
+static size_t steps_of_text(const struct work *work) {
+    if (work->has_zeros)
+        return work->longest_text / ZEROS_PER_STEP;
+    return work->longest_text > SHORT_TEXT ? (work->longest_text - SHORT_TEXT) / TEXT_PER_STEP : 0;
 }
 
 void work_add_steps(struct work *work, int count) {
-    const size_t length = work->longest_text > SHORT_TEXT ? work->longest_text - SHORT_TEXT : 0;
     const double remainder = work->has_remainders ? STEPS_OF_REMAINDER : 0;
-    work->steps += count * (1 + remainder + (double)(length / TEXT_PER_STEP));
+    work->steps += count * (1 + remainder + (double)steps_of_text(work));
 }
 
 void work_add_call(struct work *work, int count) {
@@ -35,6 +41,21 @@ void work_add_memory(struct work *work, size_t bytes) {
 
 void work_add_text(struct work *work, size_t length) {
     work->longest_text = length > work->longest_text ? length : work->longest_text;
+}
+
+void work_note_zeros(struct work *work, const char *text, size_t length) {
+    work->has_zeros = work->has_zeros || memchr(text, 0, length);
+}
+
+/* A byte 0 as such, or an escape sequence that may be one: \0, \x00, \u{0}. */
+static bool may_hold_zeros(const struct token *token) {
+    for (const char *c = token->start; c < token->end; c++) {
+        const bool is_escape = *c == '\\' && token->end - c > 3;
+        if (!*c ||
+            (is_escape && (c[1] == '0' || strncmp(c + 1, "x00", 3) == 0 || strncmp(c + 1, "u{0", 3) == 0)))
+            return true;
+    }
+    return false;
 }
 
 /* Blocks that are open while a source is scanned, to count functions within functions. Lua allows no more. */
@@ -64,6 +85,7 @@ void work_add_source(struct work *work, const char *source, size_t length) {
         const bool is_symbol = token.kind == TOKEN_SYMBOL;
         labels += is_symbol && token_is(&token, "::");
         work->has_remainders = work->has_remainders || (is_symbol && token_is(&token, "%"));
+        work->has_zeros = work->has_zeros || (token.kind == TOKEN_STRING && may_hold_zeros(&token));
         if (token.kind == TOKEN_NAME)
             work->steps += STEPS_OF_OUTER * blocks.functions;
         else if (token.kind == TOKEN_WORD)
@@ -90,9 +112,18 @@ static int repetitions(const char *pattern, size_t length) {
     return count;
 }
 
+static bool has_frontier(const char *pattern, size_t length) {
+    for (size_t i = 0; i + 1 < length; i++)
+        if (pattern[i] == '%' && pattern[i + 1] == 'f')
+            return true;
+    return false;
+}
+
+/* At each place a set of letters may be read to its end, by %f twice. */
 double pattern_steps(size_t length, const char *pattern, size_t pattern_length) {
     const double places = (double)length + 1;
-    return pow(places, 1 + repetitions(pattern, pattern_length)) * (8 + (double)pattern_length) / 80;
+    const double letters = (has_frontier(pattern, pattern_length) ? 2 : 1) * (8 + (double)pattern_length);
+    return letters * (pow(places, 1 + repetitions(pattern, pattern_length)) / 80 + places / 8);
 }
 
 double search_steps(size_t length, size_t searched) {

@@ -3,9 +3,9 @@
  * refused the same way on each machine.
  *
  * Takes what happened: steps, calls, memory taken, names looked through. A step may compare, convert or hash
- * a text as long as the longest so far, and may take a remainder, which is slow for distant numbers; it is
- * counted as what it then may cost. Library functions that do more than one pass over their arguments are
- * counted by what they may do at most.
+ * a text as long as the longest so far, which is slow where texts hold bytes 0, and may take a remainder,
+ * which is slow for distant numbers; it is counted as what it then may cost. Library functions that do more
+ * than one pass over their arguments are counted by what they may do at most.
  */
 #ifndef REFDYN_GEN_WORK_H
 #define REFDYN_GEN_WORK_H
@@ -19,6 +19,7 @@ struct work {
     double steps;
     size_t longest_text; /* bytes */
     bool has_remainders; /* a source contains the operator % */
+    bool has_zeros;      /* a text may hold bytes 0: Lua orders such texts piece by piece */
 };
 
 void work_add(struct work *work, double steps);
@@ -27,6 +28,8 @@ void work_add_steps(struct work *work, int count);
 void work_add_call(struct work *work, int count);
 void work_add_memory(struct work *work, size_t bytes);
 void work_add_text(struct work *work, size_t length);
+/* A text that a library function gave. */
+void work_note_zeros(struct work *work, const char *text, size_t length);
 bool work_is_over(const struct work *work);
 
 /* A source that will be compiled, before that. */

@@ -1,6 +1,5 @@
--- expect: 6: rd.modle: unknown function, the nearest known one is "model"
+-- expect: 5: rd.modle: unknown function, the nearest known one is "model"
 local rd = require "refdyn"
-rd[1] = 2
 local list = __at(123456, {})
 list.name = "x"
 local m = rd.modle { __at(-1, list) }

@@ -1,4 +1,3 @@
--- expect: 4: name "gravity\x00": contains control character 0, a line of text is needed
--- expect: 4: gravity_x00: unknown field, the nearest known one is "gravity"
+-- expect: 3: name "gravity\x00": contains control character 0, a line of text is needed
 local rd = require "refdyn"
 return rd.model { name = "wrong", ["gravity\0"] = { 0, 0, 0 }, links = { { "a", joint = "x", mass = 1 } } }

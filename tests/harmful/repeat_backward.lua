@@ -1,0 +1,6 @@
+-- expect: 5: more than 100 million steps to read the model, a loop has no end?
+-- Tries to take steps back: a text that is repeated less than never.
+local rd = require "refdyn"
+local text = ("x"):rep(-1e15)
+while true do text = text .. "" end
+return rd.model { name = "harmful", links = { { "a", joint = "x", mass = 1 } } }

@@ -1,0 +1,12 @@
+-- expect: 4: constraints: 3000 rows, at most as many as coordinates, 3, can hold
+-- Tries rows without a name, each of which gets the first number that none of its kind has.
+local rd = require "refdyn"
+return rd.model {
+  name = "harmful",
+  links = { { "a", joint = { "x", "y", "z" }, mass = 1 } },
+  constraints = function(s)
+    local rows = {}
+    for i = 1, 3000 do rows[i] = rd.distance { "a", { on = "ground", at = { i, 0, 0 } }, 1 } end
+    return rows
+  end,
+}

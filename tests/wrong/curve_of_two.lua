@@ -1,0 +1,5 @@
+-- expect: 4: a curve of 2 values, one number or expression is needed
+local rd = require "refdyn"
+local curve = rd.spline { { 0, 1 }, { 1, 2 } }
+local value = curve(1, 2)
+return rd.model { name = "wrong", links = { { "a", joint = "x", mass = value } } }

@@ -1,0 +1,7 @@
+-- expect: 6: constraints[1]: depends on no coordinate, a coordinate or the position of a point that moves is needed
+local rd = require "refdyn"
+return rd.model { name = "wrong", links = {
+    { "a", joint = "x, y", mass = 1 } },
+  constraints = function()
+    return { rd.loop { "a", "a" } }
+  end }
