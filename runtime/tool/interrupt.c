@@ -71,6 +71,7 @@ static void fill_set(sigset_t *set) {
 void interrupt_catch(void) {
     struct sigaction action = {.sa_handler = on_signal}, before;
     fill_set(&action.sa_mask);
+    signal(SIGCHLD, SIG_DFL); /* ignored, it hides the ends of other programs, from compilers too */
     for (int i = 0; i < SIGNAL_COUNT; i++)
         if (sigaction(signals[i].number, NULL, &before) == 0 && before.sa_handler != SIG_IGN)
             sigaction(signals[i].number, &action, NULL);

@@ -3,7 +3,8 @@
  *
  * Each ends the program at once, after what was begun is undone. While signals are deferred, as in a motion
  * whose rows are worth keeping, the first one is only noted; interrupt_finish ends the program by it. A
- * second one acts at once. Signals that the caller had ignored stay ignored.
+ * second one acts at once. Signals that the caller had ignored stay ignored; SIGCHLD, which is none of these, does
+ * not, since compilers and gnuplot would end unseen.
  */
 #ifndef REFDYN_TOOL_INTERRUPT_H
 #define REFDYN_TOOL_INTERRUPT_H

@@ -151,6 +151,15 @@ def test_signals_that_the_caller_ignores(number, place):
     process.communicate()
 
 
+@pytest.mark.parametrize("command", ["eval", "plot"])
+def test_a_caller_that_ignores_the_ends_of_its_children(command, place):
+    """As some programs that start others do: the end of a compiler and of gnuplot is seen nevertheless."""
+    (place.work / "run.csv").write_text("t,a_psi,a_psi_d,energy\n0,1,2,3\n1,2,3,4\n")
+    arguments = ["eval", PENDULUM] if command == "eval" else ["plot", "run.csv", "-o", "figure.svg"]
+    place.run(*arguments, preexec_fn=lambda: signal.signal(signal.SIGCHLD, signal.SIG_IGN))
+    assert not place.leftovers()
+
+
 def test_the_search_for_an_accuracy(place):
     process = place.start("sim", PENDULUM, "--until", "1e4", "--every", "1e-1", "--accuracy", "1e-9", "-o", "run.csv")
     wait_for(lambda: (place.work / "run.csv.part").exists() and not place.leftovers())
