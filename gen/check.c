@@ -264,9 +264,10 @@ static void check_course_name(const struct check *check, const struct course *co
     if (length == 0)
         complain(check->messages, course->place, "courses: an empty name, that of a column is needed");
     else if (course->name[0] == ' ' || course->name[length - 1] == ' ')
-        complain(check->messages, course->place,
-                 "courses.'%s': a blank at an end, which readers of a motion leave out, another name is needed",
-                 course->name);
+        complain(
+            check->messages, course->place,
+            "courses.'%s': a blank at an end, which readers of a motion leave out, another name is needed",
+            course->name);
     if (strchr(course->name, ','))
         complain(check->messages, course->place,
                  "%s: a comma, which parts the columns of a motion, another name is needed", path);
@@ -354,7 +355,8 @@ static void warn_of_columns(const struct check *check) {
             const char *column = memory_format(check->messages->memory, "%s_%s", point->name, axes[axis]);
             if (find_coordinate(check->tree, column) >= 0)
                 warn(check->messages, point->place,
-                     "points.%s: its columns in a motion are called point_%s ..., since a coordinate is called so",
+                     "points.%s: its columns in a motion are called point_%s ..., since a coordinate is "
+                     "called so",
                      point->name, column);
         }
 }
