@@ -264,6 +264,53 @@ def test_what_dead_programs_have_left(place):
     assert sorted(place.leftovers()) == ["build-DDDDDD", "build-file", "build-notes"] and (place.work / "kept").exists()
 
 
+def running_of(session):
+    """Processes of a session that run."""
+    found = []
+    for path in pathlib.Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = path.read_text().rsplit(")", 1)[1].split()
+        except OSError:
+            continue
+        if fields[3] == str(session) and fields[0] not in "ZX":
+            found.append(int(path.parent.name))
+    return found
+
+
+@pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGKILL], ids=lambda number: number.name)
+def test_signals_while_the_folder_is_made(number, place):
+    """At whatever moment of the start: the folder and its guard go, SIGKILL alone may leave a folder without a guard."""
+    for i in range(60):
+        process = place.start("eval", PENDULUM, start_new_session=True)
+        time.sleep(0.0003 * i)
+        process.send_signal(number)
+        process.communicate(timeout=60 * SLOWNESS)
+        wait_for(lambda process=process: not running_of(process.pid))
+        for library in place.cache.glob("*.so"):
+            library.unlink()
+        assert number == signal.SIGKILL or not place.leftovers()
+
+
+def test_a_guard_that_is_killed(place):
+    """Nobody waits for what went with it, and nothing goes on."""
+    numbers = place.program("slow", 'sleep 1\nexec cc "$@"')
+    process = place.start("eval", PENDULUM, env={"CC": "slow"}, start_new_session=True)
+    wait_for(numbers.exists)
+    compiler = int(numbers.read_text().split()[0])
+    guard, = (number for number in running_of(process.pid) if os.getpgid(number) == number and number not in (process.pid, os.getpgid(compiler)))
+    os.kill(guard, signal.SIGKILL)
+    _, said = process.communicate(timeout=30 * SLOWNESS)
+    assert process.returncode == 0 or "could not be started" in said, said
+    wait_for(lambda: not running_of(process.pid))
+
+
+@pytest.mark.parametrize("text", ["#!/nowhere/shell\n", "\x7fELF"], ids=["script", "binary"])
+def test_a_compiler_that_does_not_start(text, place):
+    (place.bin / "bad").write_text(text)
+    (place.bin / "bad").chmod(0o755)
+    assert "compiler" in place.run("eval", PENDULUM, status=1, env={"CC": str(place.bin / "bad")}) and not place.leftovers()
+
+
 def test_many_programs_with_one_cache(place):
     """They build in folders of their own, at once, and none takes another's for dead."""
     processes = [place.start("eval", PENDULUM) for _ in range(12)]
