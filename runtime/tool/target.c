@@ -273,6 +273,15 @@ void target_drop_part(struct target *target) {
     target->is_used = false;
 }
 
+static bool refuse_rest(const struct target *target) {
+    return refuse_for(target->part ? target->part : target->name, "not all could be written");
+}
+
+bool target_write(struct target *target, const char *text, size_t length) {
+    const bool is_good = fwrite(text, 1, length, target->file) == length && fflush(target->file) == 0;
+    return is_good || refuse_rest(target);
+}
+
 /* Closes the file; stdout stays open. */
 static bool close_file(struct target *target) {
     bool is_good = !ferror(target->file);
@@ -280,7 +289,7 @@ static bool close_file(struct target *target) {
     if (target->file != stdout)
         is_good = fclose(target->file) == 0 && is_good;
     target->file = NULL;
-    return is_good || refuse_for(target->part ? target->part : target->name, "not all could be written");
+    return is_good || refuse_rest(target);
 }
 
 bool target_close_part(struct target *target) {
