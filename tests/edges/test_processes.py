@@ -330,11 +330,12 @@ def test_a_drawing_that_is_ended(number, place):
     assert set(files_in(place.work)) <= {"run.csv", "run.svg.part"}
 
 
-@pytest.mark.parametrize("text", ["exit 1\n", "kill -9 $$\n", "echo nonsense >&2; exit 3\n"])
+@pytest.mark.parametrize("text", ["exit 1\n", "kill -9 $$\n", "echo nonsense >&2; exit 3\n", "cat >/dev/null\n", "echo '<svg><g>'\n"])
 def test_a_gnuplot_that_fails(text, place):
     place.program("gnuplot", text)
     (place.work / "run.csv").write_text("t,a_psi,a_psi_d,energy\n0,1,2,3\n1,2,3,4\n")
-    assert "gnuplot failed" in place.run("plot", "run.csv", "-o", "run.svg", status=1)
+    said = place.run("plot", "run.csv", "-o", "run.svg", status=1)
+    assert "gnuplot failed" in said and ("signal 9" in said) == ("kill" in text)
     assert files_in(place.work) == ["run.csv"] and not place.leftovers()
 
 
