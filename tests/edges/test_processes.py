@@ -169,6 +169,20 @@ def test_the_search_for_an_accuracy(place):
     assert process.returncode == -signal.SIGTERM and set(files_in(place.work)) <= {"run.csv.part"} and not place.leftovers()
 
 
+def test_the_rows_of_a_search_that_cannot_be_kept(place):
+    """They wait in a temporary file: where that has no room, nothing is passed for the motion."""
+    arguments = ["sim", PENDULUM, "--until", "1", "--accuracy", "1e-3", "-o", "run.csv"]
+    place.run(*arguments)
+    (place.work / "run.csv").unlink()
+
+    def limit():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (8192, 8192))
+
+    said = place.run(*arguments, status=1, preexec_fn=limit)
+    assert "a temporary file: not all could be written: File too large" in said and not files_in(place.work)
+
+
 # ---- The compiler ----
 
 SLEEPS = "sleep 1000 &\necho $! >>\"$(dirname \"$0\")/numbers\"\ntouch \"$TMPDIR/temporary\"\nmkdir \"$TMPDIR/folder\"\ntouch \"$TMPDIR/folder/file\"\nwait\n"
