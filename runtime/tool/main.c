@@ -138,13 +138,16 @@ static bool write_files(const struct generation *generation, const char *folder,
     const struct emitted_file *files = gen_files(generation);
     const int count = gen_file_count(generation);
     struct target **open = allocate((size_t)count, sizeof *open);
+    sigset_t before;
     bool is_good = true;
     for (int i = 0; i < count && is_good; i++) {
         open[i] = open_in_folder(targets, folder, files[i].name);
         is_good = open[i] && target_write(open[i], files[i].text, files[i].length);
     }
+    interrupt_hold(&before); /* all or none */
     for (int i = 0; i < count && is_good; i++)
         is_good = target_finish(open[i]);
+    interrupt_release(&before);
     free(open);
     return is_good;
 }

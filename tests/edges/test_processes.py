@@ -5,6 +5,7 @@ import os
 import pathlib
 import re
 import resource
+import shutil
 import signal
 import subprocess
 import time
@@ -303,6 +304,19 @@ def test_signals_while_the_folder_is_made(number, place):
         for library in place.cache.glob("*.so"):
             library.unlink()
         assert number == signal.SIGKILL or not place.leftovers()
+
+
+@pytest.mark.parametrize("command", [["gen", PENDULUM, "-o", "out/deep"], ["bench", PENDULUM, "-o", "bench.json"]], ids=lambda words: words[0])
+def test_signals_while_outputs_are_made(command, place):
+    """At whatever moment: all files with their names, or none and no folder."""
+    for i in range(60):
+        process = place.start(*command)
+        time.sleep(0.0002 * i)
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=60 * SLOWNESS)
+        left = sorted(path.name for path in place.work.rglob("*"))
+        assert left in ([], ["deep", "double_pendulum.c", "double_pendulum.h", "out"]), left
+        shutil.rmtree(place.work / "out", ignore_errors=True)
 
 
 def test_a_guard_that_is_killed(place):
