@@ -258,13 +258,24 @@ static void check_potential(const struct check *check, const struct potential *p
                  potential->path);
 }
 
-static void check_course(const struct check *check, const struct course *course) {
-    const char *path = memory_format(check->messages->memory, "courses.%s", course->name);
-    if (!*course->name)
+/* It names a column of a motion, as those who read that find it. */
+static void check_course_name(const struct check *check, const struct course *course, const char *path) {
+    const size_t length = strlen(course->name);
+    if (length == 0)
         complain(check->messages, course->place, "courses: an empty name, that of a column is needed");
+    else if (course->name[0] == ' ' || course->name[length - 1] == ' ')
+        complain(
+            check->messages, course->place,
+            "courses.'%s': a blank at an end, which readers of a motion leave out, another name is needed",
+            course->name);
     if (strchr(course->name, ','))
         complain(check->messages, course->place,
                  "%s: a comma, which parts the columns of a motion, another name is needed", path);
+}
+
+static void check_course(const struct check *check, const struct course *course) {
+    const char *path = memory_format(check->messages->memory, "courses.%s", course->name);
+    check_course_name(check, course, path);
     check_formula(check, course->place, path, course->value);
     if (moving_of(check, course->value).symbols[2] > 0)
         complain(check->messages, course->place,
@@ -344,7 +355,8 @@ static void warn_of_columns(const struct check *check) {
             const char *column = memory_format(check->messages->memory, "%s_%s", point->name, axes[axis]);
             if (find_coordinate(check->tree, column) >= 0)
                 warn(check->messages, point->place,
-                     "points.%s: its columns in a motion are called point_%s ..., since a coordinate is called so",
+                     "points.%s: its columns in a motion are called point_%s ..., since a coordinate is "
+                     "called so",
                      point->name, column);
         }
 }

@@ -132,6 +132,14 @@ static void show_log(const struct job *job) {
         fclose(file);
 }
 
+static bool start(struct process *process, const struct scratch *scratch, const struct job *job) {
+    const int error = process_start(process, scratch, job->argv, NULL, job->log, NULL);
+    if (error)
+        fprintf(stderr, "refdyn: the compiler '%s' could not be started: %s\n", job->argv[0],
+                strerror(error));
+    return error == 0;
+}
+
 /* Runs all jobs, PROCESSES at a time; after a failure no new one is started. Returns whether all went well.
  */
 static bool run_jobs(const struct scratch *scratch, const struct job *jobs, int count, long *peak_kb) {
@@ -142,8 +150,7 @@ static bool run_jobs(const struct scratch *scratch, const struct job *jobs, int 
         while (is_good && next < count && active < PROCESSES) {
             int free_place = running[0].pid == 0 ? 0 : 1;
             of[free_place] = &jobs[next++];
-            is_good = process_start(&running[free_place], scratch, of[free_place]->argv, NULL,
-                                    of[free_place]->log, NULL) == 0;
+            is_good = start(&running[free_place], scratch, of[free_place]);
             active += is_good;
         }
         int done = active ? process_wait(running, PROCESSES) : -1;

@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
+#include <sys/prctl.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -124,45 +125,74 @@ static void ignore_signals(void) {
         signal(ignored[i], SIG_IGN);
 }
 
-/* Leads the group, so that its number stays taken as long as it may be killed. */
-static _Noreturn void sleep_forever(void) {
+/* Leads the group, so that its number stays taken as long as it may be killed; goes with the guard. */
+static _Noreturn void sleep_forever(pid_t guard) {
+    prctl(PR_SET_PDEATHSIG, SIGKILL);
     closefrom(0);
-    for (;;)
+    while (getppid() == guard)
         pause();
+    _exit(0);
 }
 
-/* The pipe ends when the last one that could write into it is gone. */
-static _Noreturn void keep_watch(const struct scratch *scratch, int life) {
+/* Starts the leader; its number, -1: there is none. */
+static pid_t start_leader(void) {
+    const pid_t guard = getpid(), leader = fork();
+    if (leader == 0)
+        sleep_forever(guard);
+    if (leader > 0)
+        setpgid(leader, leader); /* before anybody is put into it, or kills it */
+    return leader;
+}
+
+/* The pipe `life` ends when the last one that could write into it is gone. */
+static _Noreturn void keep_watch(const char *path, int life, int answer) {
     char nothing;
     setpgid(0, 0);
     ignore_signals();
+    const pid_t group = start_leader();
+    if (write(answer, &group, sizeof group) < 0)
+        errno = 0; /* the program is gone, which is seen next */
     dup2(life, STDIN_FILENO);
     closefrom(STDIN_FILENO + 1);
     while (read(STDIN_FILENO, &nothing, 1) < 0 && errno == EINTR)
         continue;
-    kill(-scratch->group, SIGKILL);
-    remove_tree(scratch->path);
+    if (group > 0) {
+        kill(-group, SIGKILL);
+        waitpid(group, NULL, 0);
+    }
+    remove_tree(path);
     _exit(0);
 }
 
+/* What the guard has started as leader of the group; -1: it is gone or could not. */
+static pid_t read_group(int answer) {
+    pid_t group = -1;
+    ssize_t length;
+    while ((length = read(answer, &group, sizeof group)) < 0 && errno == EINTR)
+        continue;
+    return length == sizeof group ? group : -1;
+}
+
+/* The guard comes first, so that nothing else is ever without it. */
 static bool start_guard(struct scratch *scratch) {
-    int ends[2];
-    if (pipe2(ends, O_CLOEXEC) != 0)
+    int life[2], answer[2];
+    if (pipe2(life, O_CLOEXEC) != 0)
         return false;
-    scratch->life = ends[1];
-    scratch->group = fork();
-    if (scratch->group == 0) {
-        ignore_signals();
-        sleep_forever();
+    scratch->life = life[1];
+    if (pipe2(answer, O_CLOEXEC) != 0) {
+        close(life[0]);
+        return false;
     }
-    if (scratch->group > 0) {
-        setpgid(scratch->group, scratch->group); /* before anybody is put into it, or kills it */
-        scratch->guard = fork();
-    }
-    if (scratch->group > 0 && scratch->guard == 0)
-        keep_watch(scratch, ends[0]);
-    close(ends[0]);
-    return scratch->group > 0 && scratch->guard > 0;
+    scratch->guard = fork();
+    if (scratch->guard == 0)
+        keep_watch(scratch->path, life[0], answer[1]);
+    close(life[0]);
+    close(answer[1]);
+    scratch->group = scratch->guard > 0 ? read_group(answer[0]) : -1;
+    close(answer[0]);
+    if (scratch->guard > 0 && scratch->group < 0)
+        errno = EAGAIN; /* as fork said in the guard */
+    return scratch->group > 0;
 }
 
 /* When a signal ends the program. */
@@ -173,13 +203,11 @@ static void undo_scratch(void *what) {
         continue;
 }
 
-/* Without a guard: the sleeper, if there is one, and the empty folder. */
+/* The guard alone, or the empty folder. */
 static void give_up(struct scratch *scratch) {
-    if (scratch->group > 0) {
-        kill(scratch->group, SIGKILL);
-        waitpid(scratch->group, NULL, 0);
-    }
-    if (scratch->life >= 0)
+    if (scratch->guard > 0)
+        undo_scratch(scratch);
+    else if (scratch->life >= 0)
         close(scratch->life);
     if (scratch->lock >= 0) {
         rmdir(scratch->path);
@@ -188,10 +216,12 @@ static void give_up(struct scratch *scratch) {
 }
 
 bool scratch_open(struct scratch *scratch, const char *parent, const char *prefix) {
+    sigset_t before;
     *scratch = (struct scratch){.lock = -1, .life = -1};
     char *folder = realpath(parent, NULL); /* from the root on: no name of it begins like an option */
     if (folder)
         remove_dead(folder, prefix);
+    interrupt_hold(&before);
     const bool is_open = folder && make_locked(scratch, folder, prefix) && start_guard(scratch);
     if (is_open)
         undo_add(&scratch->undo, undo_scratch, scratch);
@@ -200,6 +230,7 @@ bool scratch_open(struct scratch *scratch, const char *parent, const char *prefi
         give_up(scratch);
         free(scratch->path);
     }
+    interrupt_release(&before);
     free(folder);
     return is_open;
 }
@@ -207,8 +238,6 @@ bool scratch_open(struct scratch *scratch, const char *parent, const char *prefi
 void scratch_close(struct scratch *scratch) {
     undo_forget(&scratch->undo);
     undo_scratch(scratch);
-    while (waitpid(scratch->group, NULL, 0) < 0 && errno == EINTR)
-        continue;
     close(scratch->lock);
     free(scratch->path);
 }

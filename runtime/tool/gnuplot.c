@@ -1,4 +1,5 @@
 /* One drawing by gnuplot: see gnuplot.h. */
+#define _POSIX_C_SOURCE 200809L /* strsignal */
 #include "gnuplot.h"
 #include "csv.h"
 #include "output.h"
@@ -7,6 +8,8 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
+
+enum { BY_SIGNAL = 128 /* and its number, as the result of a process: see process.h */ };
 
 const char *const plot_colours[COLOUR_COUNT] = {"#0072b2", "#d55e00", "#009e73", "#cc79a7",
                                                 "#e69f00", "#56b4e9", "#444444", "#8c6d31"};
@@ -60,6 +63,22 @@ static void show_log(const char *path) {
         fclose(file);
 }
 
+/* gnuplot does not look whether its drawing could be written. */
+static bool is_whole(const char *text) {
+    static const char end[] = "</svg>";
+    const char *last = strrchr(text, '<');
+    return last && strncmp(last, end, sizeof end - 1) == 0;
+}
+
+static char *read_drawing(const char *path) {
+    char *text = read_text(path, "gnuplot's drawing");
+    if (!text || is_whole(text))
+        return text;
+    fprintf(stderr, "refdyn: gnuplot failed: %s: the drawing has no end, the disk may be full\n", path);
+    free(text);
+    return NULL;
+}
+
 /* -d: no files of settings, in which a user may have another terminal. */
 static bool draw(struct gnuplot *gnuplot) {
     const char *argv[] = {"gnuplot", "-d", NULL};
@@ -74,7 +93,11 @@ static bool draw(struct gnuplot *gnuplot) {
         return true;
     if (interrupt_is_new())
         return false;
-    fprintf(stderr, "refdyn: gnuplot failed:\n");
+    if (process.result > BY_SIGNAL)
+        fprintf(stderr, "refdyn: gnuplot failed, by signal %d (%s):\n", process.result - BY_SIGNAL,
+                strsignal(process.result - BY_SIGNAL));
+    else
+        fprintf(stderr, "refdyn: gnuplot failed:\n");
     show_log(gnuplot->log_path);
     return false;
 }
@@ -84,7 +107,7 @@ bool gnuplot_draw(struct gnuplot *gnuplot, FILE *out) {
     is_written = fclose(gnuplot->script) == 0 && is_written;
     if (!is_written)
         fprintf(stderr, "refdyn: %s: not all could be written\n", gnuplot->script_path);
-    char *text = is_written && draw(gnuplot) ? read_text(gnuplot->svg_path, "gnuplot's drawing") : NULL;
+    char *text = is_written && draw(gnuplot) ? read_drawing(gnuplot->svg_path) : NULL;
     if (text)
         svg_finish(text, &gnuplot->texts, out);
     free(text);

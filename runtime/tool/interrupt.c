@@ -71,6 +71,7 @@ static void fill_set(sigset_t *set) {
 void interrupt_catch(void) {
     struct sigaction action = {.sa_handler = on_signal}, before;
     fill_set(&action.sa_mask);
+    signal(SIGCHLD, SIG_DFL); /* ignored, it hides the ends of other programs, from compilers too */
     for (int i = 0; i < SIGNAL_COUNT; i++)
         if (sigaction(signals[i].number, NULL, &before) == 0 && before.sa_handler != SIG_IGN)
             sigaction(signals[i].number, &action, NULL);
@@ -88,21 +89,30 @@ void interrupt_accept(void) {
     is_accepted = true;
 }
 
+void interrupt_hold(sigset_t *before) {
+    sigset_t all;
+    fill_set(&all);
+    sigprocmask(SIG_BLOCK, &all, before);
+}
+
+void interrupt_release(const sigset_t *before) {
+    sigprocmask(SIG_SETMASK, before, NULL);
+}
+
 void undo_add(struct undo *undo, void (*call)(void *what), void *what) {
     *undo = (struct undo){.call = call, .what = what, .next = undos};
     undos = undo; /* complete when a signal sees it */
 }
 
 void undo_forget(struct undo *undo) {
-    sigset_t all, before;
-    fill_set(&all);
-    sigprocmask(SIG_BLOCK, &all, &before);
+    sigset_t before;
+    interrupt_hold(&before);
     struct undo *volatile *place = &undos;
     while (*place && *place != undo)
         place = &(*place)->next;
     if (*place)
         *place = undo->next;
-    sigprocmask(SIG_SETMASK, &before, NULL);
+    interrupt_release(&before);
 }
 
 void interrupt_finish(void) {

@@ -3,7 +3,8 @@
  *
  * Each ends the program at once, after what was begun is undone. While signals are deferred, as in a motion
  * whose rows are worth keeping, the first one is only noted; interrupt_finish ends the program by it. A
- * second one acts at once. Signals that the caller had ignored stay ignored.
+ * second one acts at once. Signals that the caller had ignored stay ignored, but for SIGCHLD, without
+ * which compilers and gnuplot would end unseen.
  */
 #ifndef REFDYN_TOOL_INTERRUPT_H
 #define REFDYN_TOOL_INTERRUPT_H
@@ -28,6 +29,10 @@ void interrupt_defer(bool is_deferred);
 bool interrupt_is_new(void);
 /* It ended what it had to; what works from now on brings things in order. */
 void interrupt_accept(void);
+/* Until interrupt_release signals wait, so that what is begun and the way to undo it are one; `before` keeps
+ * what waited before. */
+void interrupt_hold(sigset_t *before);
+void interrupt_release(const sigset_t *before);
 void undo_add(struct undo *undo, void (*call)(void *what), void *what);
 /* One that was not added, or is forgotten already, is no matter. */
 void undo_forget(struct undo *undo);

@@ -133,18 +133,21 @@ static struct target *open_in_folder(struct targets *targets, const char *folder
     return target;
 }
 
-/* All files are open before the first one gets its name. */
+/* All files are written before the first one gets its name. */
 static bool write_files(const struct generation *generation, const char *folder, struct targets *targets) {
     const struct emitted_file *files = gen_files(generation);
     const int count = gen_file_count(generation);
     struct target **open = allocate((size_t)count, sizeof *open);
+    sigset_t before;
     bool is_good = true;
     for (int i = 0; i < count && is_good; i++) {
         open[i] = open_in_folder(targets, folder, files[i].name);
-        is_good = open[i] && fwrite(files[i].text, 1, files[i].length, open[i]->file) == files[i].length;
+        is_good = open[i] && target_write(open[i], files[i].text, files[i].length);
     }
+    interrupt_hold(&before); /* all or none */
     for (int i = 0; i < count && is_good; i++)
         is_good = target_finish(open[i]);
+    interrupt_release(&before);
     free(open);
     return is_good;
 }

@@ -4,6 +4,7 @@
 #include "interrupt.h"
 #include "summary.h"
 
+#include <errno.h>
 #include <float.h>
 #include <math.h>
 #include <string.h>
@@ -222,12 +223,19 @@ static enum status simulate(const struct task *task, const struct refdyn_options
 
 /* ---- --accuracy ---- */
 
-static void copy_rows(FILE *from, FILE *to) {
+/* False: they are not all in the temporary file, as is told. */
+static bool copy_rows(FILE *from, struct target *to) {
     char text[BUFSIZ];
     size_t length;
+    if (fflush(from) != 0) {
+        fprintf(stderr, "refdyn: a temporary file: not all could be written: %s\n", strerror(errno));
+        keep_part(to, false, false);
+        return false;
+    }
     rewind(from);
     while ((length = fread(text, 1, sizeof text, from)) > 0)
-        fwrite(text, 1, length, to);
+        fwrite(text, 1, length, to->file);
+    return true;
 }
 
 static enum status not_reached(const struct search *search, const struct options *options,
@@ -238,7 +246,8 @@ static enum status not_reached(const struct search *search, const struct options
                                     .estimate = best->has_estimate ? &best->estimate : NULL,
                                     .accuracy = options->accuracy,
                                     .cpu_total_s = search->cpu_total_s};
-    copy_rows(best->rows, target->file);
+    if (!copy_rows(best->rows, target))
+        return STATUS_FAULT;
     if (trial->result != REFDYN_OK)
         return stop(trial, target);
     summary_print(&summary);
@@ -258,8 +267,7 @@ static enum status search(const struct task *task, const struct refdyn_options *
                                         .estimate = &search.taken->estimate,
                                         .accuracy = task->options->accuracy,
                                         .cpu_total_s = search.cpu_total_s};
-        copy_rows(search.taken->rows, target->file);
-        status = finish(&summary, task->scene);
+        status = copy_rows(search.taken->rows, target) ? finish(&summary, task->scene) : STATUS_FAULT;
     } else if (status == STATUS_NUMBERS)
         status = not_reached(&search, task->options, target);
     else

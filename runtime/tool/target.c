@@ -190,6 +190,15 @@ static bool take_part(const struct targets *targets, struct target *target) {
     return false;
 }
 
+/* No signal comes between the file and the way to undo it. */
+static bool take_part_whole(const struct targets *targets, struct target *target) {
+    sigset_t before;
+    interrupt_hold(&before);
+    const bool is_taken = take_part(targets, target);
+    interrupt_release(&before);
+    return is_taken;
+}
+
 /* ---- Opening ---- */
 
 static bool open_stdout(struct target *target) {
@@ -213,7 +222,7 @@ static bool open_target(const struct targets *targets, struct target *target, co
         return false;
     if (!target->path)
         return open_itself(target);
-    return check_present(target) && take_part(targets, target);
+    return check_present(target) && take_part_whole(targets, target);
 }
 
 static void free_target(struct target *target) {
@@ -255,9 +264,14 @@ static void remove_folders(void *what) {
 }
 
 bool targets_make_folder(struct targets *targets, const char *path) {
-    if (!folder_make(path, 0777, &targets->folders))
+    sigset_t before;
+    interrupt_hold(&before);
+    const bool is_made = folder_make(path, 0777, &targets->folders);
+    if (is_made)
+        undo_add(&targets->undo, remove_folders, targets);
+    interrupt_release(&before);
+    if (!is_made)
         return refuse_for(*path ? path : "''", "the folder cannot be made");
-    undo_add(&targets->undo, remove_folders, targets);
     return faccessat(AT_FDCWD, path, W_OK | X_OK, AT_EACCESS) == 0 ||
            refuse_for(path, "the folder cannot be written into");
 }
@@ -273,6 +287,15 @@ void target_drop_part(struct target *target) {
     target->is_used = false;
 }
 
+static bool refuse_rest(const struct target *target) {
+    return refuse_for(target->part ? target->part : target->name, "not all could be written");
+}
+
+bool target_write(struct target *target, const char *text, size_t length) {
+    const bool is_good = fwrite(text, 1, length, target->file) == length && fflush(target->file) == 0;
+    return is_good || refuse_rest(target);
+}
+
 /* Closes the file; stdout stays open. */
 static bool close_file(struct target *target) {
     bool is_good = !ferror(target->file);
@@ -280,7 +303,7 @@ static bool close_file(struct target *target) {
     if (target->file != stdout)
         is_good = fclose(target->file) == 0 && is_good;
     target->file = NULL;
-    return is_good || refuse_for(target->part ? target->part : target->name, "not all could be written");
+    return is_good || refuse_rest(target);
 }
 
 bool target_close_part(struct target *target) {

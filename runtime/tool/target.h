@@ -42,6 +42,8 @@ struct target *target_open(struct targets *targets, const char *path);
 void target_keep_part(struct target *target);
 /* It does not: nothing is in it. */
 void target_drop_part(struct target *target);
+/* Writes a text to the disk, before anything has its name. False: not all could be written, as is told. */
+bool target_write(struct target *target, const char *text, size_t length);
 /* Closes it and gives it its name. Complains on stderr and returns false when not all could be written. */
 bool target_finish(struct target *target);
 /* Closes it and leaves NAME.part as it is. Complains when not all could be written. */

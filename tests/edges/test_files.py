@@ -332,6 +332,19 @@ def test_a_disk_that_is_full_is_said_before(tmp_path):
     assert done.returncode == 1 and "run.csv.part: output: cannot be written: No space left on device" in done.stderr, done.stderr
 
 
+def test_a_disk_that_fills_while_code_is_written(tmp_path):
+    """It is said, and no file of the model is there without the others."""
+    small = FULL.replace("head -c 1M /dev/zero >mnt/all 2>/dev/null || true\n", "").replace('"$@"', '"$@" || status=$?; find mnt; exit $status')
+    tried = subprocess.run(["unshare", "-m", "sh", "-c", FULL.replace('"$@"', "true")], cwd=tmp_path, capture_output=True)
+    if tried.returncode != 0:
+        pytest.skip("no file system may be mounted here")
+    shutil.rmtree(tmp_path / "mnt")
+    done = subprocess.run(["unshare", "-m", "sh", "-c", small, "-", REFDYN, "gen", REFERENCE, "-o", "mnt/code"], cwd=tmp_path, capture_output=True,
+                          text=True, timeout=60)
+    assert done.returncode == 1 and re.search(r"\.c\.part: output: not all could be written: No space left on device", done.stderr), done.stderr
+    assert done.stdout.split() == ["mnt"]
+
+
 # ---- The cache ----
 
 def library_of(cache):

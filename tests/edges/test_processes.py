@@ -5,6 +5,7 @@ import os
 import pathlib
 import re
 import resource
+import shutil
 import signal
 import subprocess
 import time
@@ -151,6 +152,15 @@ def test_signals_that_the_caller_ignores(number, place):
     process.communicate()
 
 
+@pytest.mark.parametrize("command", ["eval", "plot"])
+def test_a_caller_that_ignores_the_ends_of_its_children(command, place):
+    """As some programs that start others do: the end of a compiler and of gnuplot is seen nevertheless."""
+    (place.work / "run.csv").write_text("t,a_psi,a_psi_d,energy\n0,1,2,3\n1,2,3,4\n")
+    arguments = ["eval", PENDULUM] if command == "eval" else ["plot", "run.csv", "-o", "figure.svg"]
+    place.run(*arguments, preexec_fn=lambda: signal.signal(signal.SIGCHLD, signal.SIG_IGN))
+    assert not place.leftovers()
+
+
 def test_the_search_for_an_accuracy(place):
     process = place.start("sim", PENDULUM, "--until", "1e4", "--every", "1e-1", "--accuracy", "1e-9", "-o", "run.csv")
     wait_for(lambda: (place.work / "run.csv.part").exists() and not place.leftovers())
@@ -158,6 +168,20 @@ def test_the_search_for_an_accuracy(place):
     process.send_signal(signal.SIGTERM)
     process.communicate(timeout=60 * SLOWNESS)
     assert process.returncode == -signal.SIGTERM and set(files_in(place.work)) <= {"run.csv.part"} and not place.leftovers()
+
+
+def test_the_rows_of_a_search_that_cannot_be_kept(place):
+    """They wait in a temporary file: where that has no room, nothing is passed for the motion."""
+    arguments = ["sim", PENDULUM, "--until", "1", "--accuracy", "1e-3", "-o", "run.csv"]
+    place.run(*arguments)
+    (place.work / "run.csv").unlink()
+
+    def limit():
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (8192, 8192))
+
+    said = place.run(*arguments, status=1, preexec_fn=limit)
+    assert "a temporary file: not all could be written: File too large" in said and not files_in(place.work)
 
 
 # ---- The compiler ----
@@ -255,6 +279,66 @@ def test_what_dead_programs_have_left(place):
     assert sorted(place.leftovers()) == ["build-DDDDDD", "build-file", "build-notes"] and (place.work / "kept").exists()
 
 
+def running_of(session):
+    """Processes of a session that run."""
+    found = []
+    for path in pathlib.Path("/proc").glob("[0-9]*/stat"):
+        try:
+            fields = path.read_text().rsplit(")", 1)[1].split()
+        except OSError:
+            continue
+        if fields[3] == str(session) and fields[0] not in "ZX":
+            found.append(int(path.parent.name))
+    return found
+
+
+@pytest.mark.parametrize("number", [signal.SIGHUP, signal.SIGKILL], ids=lambda number: number.name)
+def test_signals_while_the_folder_is_made(number, place):
+    """At whatever moment of the start: the folder and its guard go, SIGKILL alone may leave a folder without a guard."""
+    for i in range(60):
+        process = place.start("eval", PENDULUM, start_new_session=True)
+        time.sleep(0.0003 * i)
+        process.send_signal(number)
+        process.communicate(timeout=60 * SLOWNESS)
+        wait_for(lambda process=process: not running_of(process.pid))
+        for library in place.cache.glob("*.so"):
+            library.unlink()
+        assert number == signal.SIGKILL or not place.leftovers()
+
+
+@pytest.mark.parametrize("command", [["gen", PENDULUM, "-o", "out/deep"], ["bench", PENDULUM, "-o", "bench.json"]], ids=lambda words: words[0])
+def test_signals_while_outputs_are_made(command, place):
+    """At whatever moment: all files with their names, or none and no folder."""
+    for i in range(60):
+        process = place.start(*command)
+        time.sleep(0.0002 * i)
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=60 * SLOWNESS)
+        left = sorted(path.name for path in place.work.rglob("*"))
+        assert left in ([], ["deep", "double_pendulum.c", "double_pendulum.h", "out"]), left
+        shutil.rmtree(place.work / "out", ignore_errors=True)
+
+
+def test_a_guard_that_is_killed(place):
+    """Nobody waits for what went with it, and nothing goes on."""
+    numbers = place.program("slow", 'sleep 1\nexec cc "$@"')
+    process = place.start("eval", PENDULUM, env={"CC": "slow"}, start_new_session=True)
+    wait_for(numbers.exists)
+    compiler = int(numbers.read_text().split()[0])
+    guard, = (number for number in running_of(process.pid) if os.getpgid(number) == number and number not in (process.pid, os.getpgid(compiler)))
+    os.kill(guard, signal.SIGKILL)
+    _, said = process.communicate(timeout=30 * SLOWNESS)
+    assert process.returncode == 0 or "could not be started" in said, said
+    wait_for(lambda: not running_of(process.pid))
+
+
+@pytest.mark.parametrize("text", ["#!/nowhere/shell\n", "\x7fELF"], ids=["script", "binary"])
+def test_a_compiler_that_does_not_start(text, place):
+    (place.bin / "bad").write_text(text)
+    (place.bin / "bad").chmod(0o755)
+    assert "compiler" in place.run("eval", PENDULUM, status=1, env={"CC": str(place.bin / "bad")}) and not place.leftovers()
+
+
 def test_many_programs_with_one_cache(place):
     """They build in folders of their own, at once, and none takes another's for dead."""
     processes = [place.start("eval", PENDULUM) for _ in range(12)]
@@ -274,11 +358,12 @@ def test_a_drawing_that_is_ended(number, place):
     assert set(files_in(place.work)) <= {"run.csv", "run.svg.part"}
 
 
-@pytest.mark.parametrize("text", ["exit 1\n", "kill -9 $$\n", "echo nonsense >&2; exit 3\n"])
+@pytest.mark.parametrize("text", ["exit 1\n", "kill -9 $$\n", "echo nonsense >&2; exit 3\n", "cat >/dev/null\n", "echo '<svg><g>'\n"])
 def test_a_gnuplot_that_fails(text, place):
     place.program("gnuplot", text)
     (place.work / "run.csv").write_text("t,a_psi,a_psi_d,energy\n0,1,2,3\n1,2,3,4\n")
-    assert "gnuplot failed" in place.run("plot", "run.csv", "-o", "run.svg", status=1)
+    said = place.run("plot", "run.csv", "-o", "run.svg", status=1)
+    assert "gnuplot failed" in said and ("signal 9" in said) == ("kill" in text)
     assert files_in(place.work) == ["run.csv"] and not place.leftovers()
 
 
