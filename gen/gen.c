@@ -12,25 +12,32 @@
 /* What a model may take in all while it is read, and until its C is there. Beside it stand the program and
  * what the system keeps of it: some 20 MB. */
 static const size_t bound_of_reading = (size_t)256 << 20, bound_of_all = (size_t)448 << 20;
+/* Operations on expressions: seconds. 300 links or 4,000 elements take less than half a million. */
+enum { MILLIONS_OF_WORK = 12 };
 
 static _Noreturn void out_of_memory(void *context) {
     struct generation *generation = context;
     longjmp(generation->out_of_memory, 1);
 }
 
-/* A model that wants more than the bound is at fault, whatever the machine has. The message takes a little
+/* A model that wants more than a bound is at fault, whatever the machine has. The message takes a little
  * more. */
 static enum gen_status no_memory(struct generation *gen, const char *to_what_end) {
-    const int megabytes = (int)(gen->memory.bound >> 20);
+    struct memory *memory = &gen->memory;
+    const int megabytes = (int)(memory->bound >> 20);
     if (gen->messages.are_too_many)
         return GEN_MODEL_ERROR;
-    if (!gen->memory.is_over_bound)
+    if (!memory->is_over_bound && !memory->is_over_work)
         return GEN_NO_MEMORY;
-    gen->memory.bound = 0;
+    memory->bound = 0;
+    memory->work_bound = 0;
     if (setjmp(gen->out_of_memory))
         return GEN_NO_MEMORY;
-    complain(&gen->messages, (struct place){.file = gen->model.file}, "more than %d MB of memory to %s",
-             megabytes, to_what_end);
+    const char *what =
+        memory->is_over_work
+            ? memory_format(memory, "more than %d million operations on expressions", MILLIONS_OF_WORK)
+            : memory_format(memory, "more than %d MB of memory", megabytes);
+    complain(&gen->messages, (struct place){.file = gen->model.file}, "%s to %s", what, to_what_end);
     return GEN_MODEL_ERROR;
 }
 
@@ -56,6 +63,7 @@ enum gen_status gen_read(struct generation *gen, const struct read_request *requ
     memset(gen, 0, sizeof *gen);
     gen->memory.allowance = allowance;
     gen->memory.bound = bound_of_reading;
+    gen->memory.work_bound = MILLIONS_OF_WORK * 1e6;
     gen->memory.fail = out_of_memory;
     gen->memory.context = gen;
     gen->messages.memory = &gen->memory;

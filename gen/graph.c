@@ -94,6 +94,7 @@ static uint16_t loop_of(const struct graph *g, const struct node *node) {
 
 /* The handle of an equal node, or a new one. */
 static expression intern(struct graph *g, struct node node) {
+    memory_work(g->memory, 1);
     if (4 * g->count >= 3 * g->table_size)
         grow_table(g);
     uint32_t slot = hash_node(&node) & (g->table_size - 1);

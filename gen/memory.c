@@ -6,7 +6,11 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { BLOCK_SIZE = 1 << 18, ALIGNMENT = 16 };
+enum {
+    BLOCK_SIZE = 1 << 18,
+    ALIGNMENT = 16,
+    BYTES_OF_WORK = 300 /* of scratch: measured, they take as long as one expression */
+};
 
 struct memory_block {
     struct memory_block *next;
@@ -65,7 +69,16 @@ void *memory_get(struct memory *memory, size_t size) {
     return take_or_fail(memory, &memory->blocks, size);
 }
 
+void memory_work(struct memory *memory, double amount) {
+    memory->work += amount;
+    if (memory->work_bound > 0 && memory->work > memory->work_bound) {
+        memory->is_over_work = true;
+        memory->fail(memory->context);
+    }
+}
+
 void *memory_scratch(struct memory *memory, size_t size) {
+    memory_work(memory, (double)size / BYTES_OF_WORK);
     return take_or_fail(memory, &memory->scratch, size);
 }
 

@@ -4,8 +4,9 @@
  * Takes sizes, gives zeroed memory that lives until memory_release, and scratch, a stack beside it.
  * A request that cannot be met calls `fail`, which must not return (it jumps back to gen_* or, while Lua
  * runs, raises a Lua error); no caller checks for NULL. `bound` is what all blocks together may take, so that
- * a model that wants more is refused at the same place on each machine. `allowance` counts allocations down
- * and fails at zero, so that a test can fail each one.
+ * a model that wants more is refused at the same place on each machine, and `work_bound` the same for work,
+ * which is counted, not timed. `allowance` counts allocations down and fails at zero, so that a test can fail
+ * each one.
  */
 #ifndef REFDYN_GEN_MEMORY_H
 #define REFDYN_GEN_MEMORY_H
@@ -19,6 +20,8 @@ struct memory {
     struct memory_block *blocks, *scratch;
     size_t taken, bound;         /* bytes of all blocks, and how many they may be; 0: no bound */
     bool is_over_bound;          /* a request was refused because of the bound */
+    double work, work_bound;     /* operations so far, and how many they may be; 0: no bound */
+    bool is_over_work;           /* `fail` was called because of that bound */
     long allowance;              /* blocks that may still be taken from malloc; negative: no limit */
     void (*fail)(void *context); /* called when memory is short; does not return */
     void *context;
@@ -27,7 +30,10 @@ struct memory {
 void *memory_get(struct memory *memory, size_t size);
 /* The same, but NULL when memory is short: for Lua, which wants to be told. */
 void *memory_try(struct memory *memory, size_t size);
-/* Zeroed scratch: of one step, which gives back at its end what was taken since its mark. */
+/* Counts work: 1 is as much as to make one expression. */
+void memory_work(struct memory *memory, double amount);
+/* Zeroed scratch: of one step, which gives back at its end what was taken since its mark. Its bytes count as
+ * work, since the step goes through them. */
 void *memory_scratch(struct memory *memory, size_t size);
 struct memory_mark {
     struct memory_block *block;
