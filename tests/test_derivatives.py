@@ -34,8 +34,9 @@ EXACT = 1e-13    # of the largest entry: rotations that are numbers are orthogon
 SOLVED = 1e-9    # what ill-conditioned equations make of that
 ROUNDED = 1e-6   # of emitted code in doubles
 
-WIDE = "#define _GNU_SOURCE\n#include <math.h>\n#include <stdlib.h>\n#include <string.h>\n#define double _Float128\n" + "".join(
-    f"#undef {name}\n#define {name} {name}f128\n" for name in FUNCTIONS)
+# Doubles are wider here than constants are, which emitted C refuses elsewhere.
+WIDE = ("#define _GNU_SOURCE\n#include <math.h>\n#include <stdlib.h>\n#include <string.h>\n#define double _Float128\n"
+        "#define _Static_assert(...) struct no_such_check\n" + "".join(f"#undef {name}\n#define {name} {name}f128\n" for name in FUNCTIONS))
 
 # NARROW is double even where `double` is not.
 SHIM = """
