@@ -398,6 +398,14 @@ def path_coordinates(links, name):
     return path_coordinates(links, on + (".tip" if "along" in link else "")) + tuple(own)
 
 
+def torque(rng, scene):
+    """Against another link or the ground: against its own one it would do nothing, which is refused."""
+    name = rng.choice(scene.names)
+    place, value, follows = scene.place(name), load(rng, scene), axes(rng, scene)
+    against = some(rng, 0.4, lambda: rng.choice(scene.names))
+    return Tagged("torque", place, value, **follows, **filled(against=None if against == name else against))
+
+
 def force_list(rng, scene, few):
     a, b, c = (scene.coordinate() for _ in range(3))
     makers = [
@@ -405,8 +413,7 @@ def force_list(rng, scene, few):
         lambda: Tagged("damper", *scene.two_places(), damping=value(rng, 0.5, 3)),
         lambda: Tagged("actuator", *scene.two_places(), Formula(f"rd.sin(2*s.t)*(3 + s.q.{a}) - s.qd.{b}")),
         lambda: Tagged("force", scene.place(rng.choice(scene.names)), load(rng, scene), **axes(rng, scene)),
-        lambda: Tagged("torque", scene.place(rng.choice(scene.names)), load(rng, scene), **axes(rng, scene),
-                       **filled(against=some(rng, 0.4, lambda: rng.choice(scene.names)))),
+        lambda: torque(rng, scene),
         lambda: Tagged("energy", Formula(f"2.5*rd.cos(s.q.{a} - 0.3)*(s.points.E.z - s.q.{b})^2 + s.points.F.x*s.q.{c}")),
     ]
     return [rng.choice(makers)() for _ in range(rng.randint(0, 2 if few else 4))]

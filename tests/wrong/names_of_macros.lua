@@ -12,9 +12,9 @@
 -- expect: 24: parameter errno: a macro of errno.h, another name is needed
 -- expect: 24: parameter RAND_MAX: a macro of stdlib.h, which C++ takes for math.h, another name is needed
 -- expect: 24: parameter BIG_ENDIAN: a macro of stdlib.h, which C++ takes for math.h, another name is needed
--- expect: 24: parameter unix: a macro that GNU compilers define, another name is needed
--- expect: 24: parameter linux: a macro that GNU compilers define, another name is needed
--- expect: 24: parameter i386: a macro that GNU compilers define, another name is needed
+-- expect: 24: parameter unix: a macro that compilers define for some machines, another name is needed
+-- expect: 24: parameter linux: a macro that compilers define for some machines, another name is needed
+-- expect: 24: parameter i386: a macro that compilers define for some machines, another name is needed
 -- expect: 24: parameter REFDYN_MODEL_H: names that begin with REFDYN_ are the runtime's, another name is needed
 -- expect: 26: input HUGE_VAL: a macro of math.h, another name is needed
 local rd = require "refdyn"
