@@ -13,7 +13,7 @@
  * what the system keeps of it: some 20 MB. */
 static const size_t bound_of_reading = (size_t)256 << 20, bound_of_all = (size_t)448 << 20;
 /* Operations on expressions: seconds. 300 links or 4,000 elements take less than half a million. */
-enum { MILLIONS_OF_WORK = 12 };
+enum { MILLIONS_OF_WORK = 16 };
 
 static _Noreturn void out_of_memory(void *context) {
     struct generation *generation = context;

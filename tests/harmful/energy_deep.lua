@@ -1,4 +1,4 @@
--- expect of gen: 0: more than 12 million operations on expressions to derive its equations
+-- expect of gen: 0: more than 16 million operations on expressions to derive its equations
 -- Tries an energy of 9,000 nested formulas of 12 coordinates, which is differentiated twice.
 local rd = require "refdyn"
 local links, names = {}, {}

@@ -1,4 +1,4 @@
--- expect of gen: 0: more than 12 million operations on expressions to derive its equations
+-- expect of gen: 0: more than 16 million operations on expressions to derive its equations
 -- Tries 150 loops over a chain of 200 links: the rows of each are derived along the whole chain.
 local rd = require "refdyn"
 local links, n = {}, 200

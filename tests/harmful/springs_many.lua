@@ -1,3 +1,4 @@
+-- expect of gen: 0: more than 16 million operations on expressions to derive its equations
 -- Tries 3,000 springs.
 local rd = require "refdyn"
 
