@@ -235,13 +235,6 @@ static bool reads_parameters(const struct derivation *d, const expression *value
     return false;
 }
 
-unsigned find_block(const char *name) {
-    for (int k = 0; k < BLOCK_COUNT; k++)
-        if (!strcmp(blocks[k].name, name))
-            return 1u << k;
-    return 0;
-}
-
 const char *block_name(int block) {
     return block < BLOCK_COUNT ? blocks[block].name : NULL;
 }

@@ -56,6 +56,7 @@ static void open_source(struct emission *x, struct text *text, int part) {
 static struct emission start_emission(struct plan *plan) {
     struct emission x = {.plan = plan, .g = plan->g, .name = plan->model->name};
     name_values(&x);
+    number_runs(&x);
     x.temporary = memory_get(plan->memory, plan->g->count * sizeof *x.temporary);
     x.piece_of = memory_get(plan->memory, plan->g->count * sizeof *x.piece_of);
     x.is_carried = memory_get(plan->memory, plan->g->count * sizeof *x.is_carried);

@@ -32,8 +32,10 @@ struct emission {
     int piece;                       /* being printed; -1 in `prepare` */
     int group;                       /* of loops, being printed; 0: none */
     bool is_cut;                     /* the function being printed is cut into pieces */
-    long *own_bytes; /* by function: of its local arrays, without those of functions that it calls */
-    bool has_sincos; /* the file being printed has the pass over angles */
+    int *run_numbers; /* by run: in the name of its first element; -1: the names are not numbered on from
+                         there */
+    long *own_bytes;  /* by function: of its local arrays, without those of functions that it calls */
+    bool has_sincos;  /* the file being printed has the pass over angles */
     bool uses_p, uses_x, uses_t, uses_q, uses_qd, uses_given[GIVEN_ARRAYS], uses_carried;
 };
 
@@ -73,10 +75,11 @@ struct stem {
     int length;
 };
 
-/* emit_constants.c: the run that begins at coordinate i and whose elements' names are numbered, else -1; */
+/* emit_constants.c: sets the numbers of the runs; */
+void number_runs(struct emission *emission);
+/* the run that begins at coordinate i and whose elements' names are numbered, else -1; */
 int named_run(const struct emission *emission, int i);
-/* number of the first element, and the stem of the names of joint k of each element. */
-int first_number(const struct emission *emission, const struct element_run *run);
+/* the stem of the names of joint k of each element. */
 struct stem name_stem(const struct emission *emission, const struct element_run *run, int k);
 
 /* local_arrays.c: bytes of local arrays that a text declares; those of one call, with all that it calls. */

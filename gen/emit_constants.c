@@ -24,7 +24,7 @@ struct stem name_stem(const struct emission *x, const struct element_run *run, i
 }
 
 /* Are the names of a run's elements those of the first one, numbered on? Its number, else -1. */
-int first_number(const struct emission *x, const struct element_run *run) {
+static int first_number(const struct emission *x, const struct element_run *run) {
     const struct frame *frames = x->plan->tree->frames;
     const char *first = frames[run->first].name;
     const int number = atoi(first + stem_length(first));
@@ -38,10 +38,17 @@ int first_number(const struct emission *x, const struct element_run *run) {
     return number;
 }
 
+void number_runs(struct emission *x) {
+    const struct tree *rolled = x->plan->rolled;
+    x->run_numbers = memory_get(x->plan->memory, ((size_t)rolled->run_count + 1) * sizeof *x->run_numbers);
+    for (int r = 0; r < rolled->run_count; r++)
+        x->run_numbers[r] = first_number(x, &rolled->runs[r]);
+}
+
 int named_run(const struct emission *x, int i) {
     const struct tree *rolled = x->plan->rolled;
     for (int r = 0; r < rolled->run_count; r++)
-        if (rolled->runs[r].first == i && first_number(x, &rolled->runs[r]) >= 0)
+        if (rolled->runs[r].first == i && x->run_numbers[r] >= 0)
             return r;
     return -1;
 }
@@ -97,7 +104,7 @@ static void emit_coordinate_places(const struct emission *x, struct text *text) 
     for (int i = 0; i < tree->count;) {
         const struct element_run *run = long_run(x, i);
         if (run) {
-            emit_run_macro(x, text, run, first_number(x, run));
+            emit_run_macro(x, text, run, x->run_numbers[named_run(x, i)]);
             i += run->count * run->period;
             continue;
         }

@@ -47,20 +47,20 @@ static void emit_run_names(struct text *text, const struct element_run *run, int
 static void emit_coordinate_names(struct emission *x, struct text *text) {
     const struct tree *rolled = x->plan->rolled;
     for (int r = 0; r < rolled->run_count; r++)
-        if (named_run(x, rolled->runs[r].first) == r)
+        if (x->run_numbers[r] >= 0)
             emit_run_macro(x, text, &rolled->runs[r], r);
     open_names(x, text, "coordinate_names");
     for (int i = 0; i < x->plan->tree->count;) {
         const int r = named_run(x, i);
         if (r >= 0)
-            emit_run_names(text, &rolled->runs[r], r, first_number(x, &rolled->runs[r]));
+            emit_run_names(text, &rolled->runs[r], r, x->run_numbers[r]);
         else
             emit_coordinate(x, text, i);
         i += r < 0 ? 1 : rolled->runs[r].count * rolled->runs[r].period;
     }
     text_add(text, "};\n");
     for (int r = 0; r < rolled->run_count; r++)
-        if (named_run(x, rolled->runs[r].first) == r)
+        if (x->run_numbers[r] >= 0)
             text_add(text, "#undef ELEMENT_%d\n", r + 1);
     text_add(text, "\n");
 }

@@ -5,6 +5,7 @@
 #include "message.h"
 #include "memory.h"
 #include "text.h"
+#include "utf8.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -14,28 +15,6 @@
 enum { LONGEST_NAME = 40, LONGEST_TEXT = 2000 };
 
 /* ---- texts of authors ---- */
-
-/* Bytes of the character of UTF-8 at `text` and its code, 0 for what is none: RFC 3629, sect. 4. */
-static int decode(const char *text, size_t length, unsigned *code) {
-    const unsigned char *byte = (const unsigned char *)text;
-    const int count = byte[0] < 0x80   ? 1
-                      : byte[0] < 0xC2 ? 0
-                      : byte[0] < 0xE0 ? 2
-                      : byte[0] < 0xF0 ? 3
-                      : byte[0] < 0xF5 ? 4
-                                       : 0;
-    static const unsigned least[] = {0, 0, 0x80, 0x800, 0x10000};
-    *code = count == 1 ? byte[0] : byte[0] & (0x7Fu >> count);
-    if (count == 0 || (size_t)count > length)
-        return 0;
-    for (int i = 1; i < count; i++) {
-        if ((byte[i] & 0xC0) != 0x80)
-            return 0;
-        *code = *code << 6 | (byte[i] & 0x3Fu);
-    }
-    const bool is_surrogate = *code >= 0xD800 && *code <= 0xDFFF;
-    return *code < least[count] || *code > 0x10FFFF || is_surrogate ? 0 : count;
-}
 
 /* C0, DEL and C1, and the separators of lines and paragraphs. */
 static bool is_control(unsigned code) {
@@ -53,7 +32,7 @@ static size_t fit_length(const char *text, size_t length) {
     unsigned code;
     size_t at = 0;
     while (at < length) {
-        const int count = decode(text + at, length - at, &code);
+        const int count = utf8_decode(text + at, length - at, &code);
         if (count == 0 || is_control(code) || turns_direction(code))
             break;
         at += (size_t)count;
@@ -64,7 +43,7 @@ static size_t fit_length(const char *text, size_t length) {
 /* The character at `text`, which a line may not hold; gives its bytes. */
 static size_t add_escaped(struct text *safe, const char *text, size_t length) {
     unsigned code;
-    const int count = decode(text, length, &code);
+    const int count = utf8_decode(text, length, &code);
     if (count > 1)
         text_add(safe, "\\u{%X}", code);
     else if (*text == '\n')
@@ -94,7 +73,7 @@ const char *safe_text(struct memory *memory, const char *text, size_t length) {
 static void complain_of_character(struct messages *messages, struct place place, const char *what,
                                   const char *text, size_t length) {
     unsigned code;
-    if (decode(text, length, &code) == 0)
+    if (utf8_decode(text, length, &code) == 0)
         complain(messages, place, "%s: contains byte %d, which is not UTF-8, a line of text is needed", what,
                  (unsigned char)*text);
     else if (is_control(code))

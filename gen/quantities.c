@@ -525,13 +525,18 @@ static bool asks_for_all(const struct derivation *d) {
     return !d->emit || is_in_list(d->emit, "all");
 }
 
+/* "d_qdd.q" */
+static const char *block_word(struct memory *memory, const struct quantity *quantity, int block) {
+    return memory_format(memory, "%s.%s", quantity->name, block_name(block));
+}
+
 /* The blocks of derivatives that are asked for, all of them where the quantity is named as a whole. */
 static unsigned wanted_blocks(const struct derivation *d, const struct quantity *quantity) {
     unsigned wanted = 0;
     if (quantity->use != IN_BLOCKS || !d->emit || is_in_list(d->emit, quantity->name))
         return ~0u;
     for (int k = 0; block_name(k); k++)
-        if (is_in_list(d->emit, memory_format(d->memory, "%s.%s", quantity->name, block_name(k))))
+        if (is_in_list(d->emit, block_word(d->memory, quantity, k)))
             wanted |= 1u << k;
     return wanted;
 }
@@ -548,19 +553,20 @@ static bool is_asked_for(const struct derivation *d, const struct quantity *quan
     return quantity->use == BY_DEFAULT && asks_for_all(d);
 }
 
-/* What is wrong with the part behind the point in "d_qdd.q", NULL: nothing. */
+/* What is wrong with a word for a part of a quantity, NULL: nothing. */
 static const char *wrong_block(struct memory *memory, const char *word) {
-    const char *point = strchr(word, '.'), *names = "";
+    const char *names = "", *parts = "";
+    for (int k = 0; block_name(k); k++)
+        parts = memory_format(memory, "%s .%s", parts, block_name(k));
     for (int i = 0; i < QUANTITY_COUNT; i++) {
-        const char *name = quantities[i].name;
         if (quantities[i].use != IN_BLOCKS)
             continue;
-        names = memory_format(memory, "%s%s%s", names, *names ? " " : "", name);
-        if (strlen(name) == (size_t)(point - word) && !strncmp(name, word, (size_t)(point - word)) &&
-            find_block(point + 1))
-            return NULL;
+        names = memory_format(memory, "%s%s%s", names, *names ? " " : "", quantities[i].name);
+        for (int k = 0; block_name(k); k++)
+            if (!strcmp(block_word(memory, &quantities[i], k), word))
+                return NULL;
     }
-    return memory_format(memory, "'%s' is no part of a quantity: %s have .q .qd .t .x .p", word, names);
+    return memory_format(memory, "'%s' is no part of a quantity: %s have%s", word, names, parts);
 }
 
 /* The first word of `emit` that names no quantity, with what is allowed; NULL when there is none. */

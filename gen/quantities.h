@@ -32,7 +32,8 @@ struct derivation {
     bool is_second;          /* it is one: what it chooses is not said */
     enum matrix_form mass_form, statics_form;
     const char *emit;       /* what was asked for, as in gen_plan */
-    unsigned wanted_blocks; /* of the derivatives that are being built: bits as find_block gives them */
+    unsigned wanted_blocks; /* of the derivatives that are being built: bit k for the one that block_name(k)
+                               names */
     bool has_vectors;       /* the tangent as vectors of joints takes fewer operations */
     struct plan *plan;
     struct memory *memory;
@@ -116,9 +117,8 @@ void build_tangent_vectors(struct derivation *d, struct function *f);
 bool vectors_pay(struct derivation *d);
 /* Springs, dampers and forces of the joints themselves, on the diagonals of K and D. */
 void build_diagonals(struct derivation *d, struct function *f);
-/* Derivatives by "q", "qd", "t", "x" and "p", the inputs and parameters: a bit for one of these blocks, 0:
- * there is no such block; the name of block 0, 1 ..., NULL behind the last one. */
-unsigned find_block(const char *name);
+/* The name of block 0, 1 ... of such derivatives, "q", "qd", "t", "x" (the inputs) and "p" (the parameters);
+ * NULL behind the last one. */
 const char *block_name(int block);
 void build_d_qdd(struct derivation *d, struct function *f);
 void build_d_qdd_free(struct derivation *d, struct function *f);

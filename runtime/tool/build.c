@@ -100,6 +100,17 @@ static void object_job(struct job *job, const struct toolchain *chain, const str
     add_word(job, job->object);
 }
 
+/* For gcc alone, and for one that knows all of its flags. */
+static void question_job(struct job *job, const struct toolchain *chain, const struct build *build) {
+    start_job(job, chain, 0);
+    job->source = text_format("%s/question.c", build->scratch.path);
+    job->object = NULL;
+    job->log = text_format("%s.log", job->source);
+    add_words(job, gcc_flags);
+    add_word(job, "-fsyntax-only");
+    add_word(job, job->source);
+}
+
 static void link_job(struct job *job, const struct toolchain *chain, const struct build *build,
                      const struct job *objects, int count) {
     start_job(job, chain, count);
@@ -165,6 +176,18 @@ static bool run_jobs(const struct scratch *scratch, const struct job *jobs, int 
             *peak_kb = running[done].peak_kb;
     }
     return is_good;
+}
+
+/* Is $CC gcc? What it says to the question is not shown. */
+static bool is_gcc(const struct toolchain *chain, const struct build *build) {
+    struct job job;
+    struct process process;
+    question_job(&job, chain, build);
+    const bool answer = write_text(build->scratch.path, "question.c", gcc_question, strlen(gcc_question)) &&
+                        process_start(&process, &build->scratch, job.argv, NULL, job.log, NULL) == 0 &&
+                        process_wait(&process, 1) == 0 && process.result == 0;
+    release_job(&job);
+    return answer;
 }
 
 static long file_size(const char *path) {

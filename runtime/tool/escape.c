@@ -1,44 +1,18 @@
 /* Texts inside the languages of other programs: see escape.h. */
 #include "escape.h"
+#include "utf8.h"
 
 #include <stdbool.h>
 #include <string.h>
 
 static const unsigned long replacement = 0xFFFD;
 
-/* How many bytes follow a first byte, and the bits of it that count; -1: it begins no code point. */
-static int count_followers(unsigned char first, unsigned long *bits) {
-    static const struct {
-        unsigned char mask, lead;
-    } kinds[] = {{0x80, 0x00}, {0xE0, 0xC0}, {0xF0, 0xE0}, {0xF8, 0xF0}};
-    for (int i = 0; i < 4; i++)
-        if ((first & kinds[i].mask) == kinds[i].lead) {
-            *bits = (unsigned char)(first & ~kinds[i].mask);
-            return i;
-        }
-    return -1;
-}
-
-/* Not longer than it has to be, no half of a UTF-16 pair, not beyond the last one. */
-static bool is_code_point(unsigned long point, int followers) {
-    static const unsigned long least[] = {0, 0x80, 0x800, 0x10000};
-    return point >= least[followers] && point <= 0x10FFFF && (point < 0xD800 || point > 0xDFFF);
-}
-
 unsigned long utf8_next(const char **at) {
-    const unsigned char *byte = (const unsigned char *)*at;
-    unsigned long point = 0;
-    const int followers = count_followers(*byte, &point);
-    ++*at;
-    for (int i = 1; i <= followers; i++) {
-        if ((byte[i] & 0xC0) != 0x80)
-            return replacement;
-        point = point << 6 | (byte[i] & 0x3Fu);
-    }
-    if (followers < 0 || !is_code_point(point, followers))
-        return replacement;
-    *at += followers;
-    return point;
+    enum { LONGEST = 4 };
+    unsigned code;
+    const int count = utf8_decode(*at, strnlen(*at, LONGEST), &code);
+    *at += count > 0 ? count : 1;
+    return count > 0 ? code : replacement;
 }
 
 void put_utf8(FILE *out, unsigned long point) {

@@ -1,11 +1,7 @@
 /* The flags of the compiler: see flags.h. */
 #include "flags.h"
-#include "build.h"
-#include "output.h"
-#include "process.h"
 
-#include <stdio.h>
-#include <stdlib.h>
+#include <stddef.h>
 
 /*
  * -ffp-contract=off: a multiplication and an addition are two roundings on every machine and with every
@@ -46,35 +42,4 @@ const char *const gcc_flags[] = {"-fno-tree-slp-vectorize",
                                  NULL};
 
 /* clang says that it is a GNU compiler, too. */
-static const char question[] = "#if !defined(__GNUC__) || defined(__clang__)\n#error not gcc\n#endif\n";
-
-static bool write_question(const char *path) {
-    FILE *file = fopen(path, "w");
-    const bool is_written = file && fputs(question, file) >= 0;
-    return file && fclose(file) == 0 && is_written;
-}
-
-static bool runs_well(const struct build *build, const char *const *argv, const char *log) {
-    struct process process;
-    return process_start(&process, &build->scratch, argv, NULL, log, NULL) == 0 &&
-           process_wait(&process, 1) == 0 && process.result == 0;
-}
-
-bool is_gcc(const struct toolchain *chain, const struct build *build) {
-    const size_t flag_count = sizeof gcc_flags / sizeof *gcc_flags - 1;
-    const char **argv = allocate((size_t)chain->word_count + flag_count + 3, sizeof *argv);
-    char *source = text_format("%s/question.c", build->scratch.path);
-    char *log = text_format("%s/question.log", build->scratch.path);
-    int argc = 0;
-    for (int i = 0; i < chain->word_count; i++)
-        argv[argc++] = chain->words[i];
-    for (size_t i = 0; i < flag_count; i++)
-        argv[argc++] = gcc_flags[i];
-    argv[argc++] = "-fsyntax-only";
-    argv[argc] = source;
-    const bool answer = write_question(source) && runs_well(build, argv, log);
-    free(log);
-    free(source);
-    free(argv);
-    return answer;
-}
+const char gcc_question[] = "#if !defined(__GNUC__) || defined(__clang__)\n#error not gcc\n#endif\n";

@@ -119,10 +119,13 @@ const struct command commands[] = {
     {.name = NULL},
 };
 
-static enum status gen_failed(const struct options *options, enum gen_status status) {
+/* What a step of the generator ended with, after its messages, those from `seen` on. */
+static enum status tell(const struct generation *generation, const struct options *options, int seen,
+                        enum gen_status status) {
+    print_messages(generation, seen);
     if (status == GEN_NO_MEMORY)
         fprintf(stderr, "refdyn: %s: out of memory\n", options->operands[0]);
-    return STATUS_FAULT;
+    return status == GEN_OK ? STATUS_DONE : STATUS_FAULT;
 }
 
 /* The target of file `name` in the folder of -o. */
@@ -152,30 +155,32 @@ static bool write_files(const struct generation *generation, const char *folder,
     return is_good;
 }
 
+/* Into the folder of -o, which is there. */
+static enum status emit_into_folder(struct scene *scene, const struct options *options) {
+    struct generation *generation = &scene->generation;
+    const char *folder = options->output;
+    const int seen = generation->messages.count;
+    const enum status status = tell(generation, options, seen, gen_check_folder(generation, folder));
+    if (status != STATUS_DONE)
+        return status;
+    if (!write_files(generation, folder, &scene->targets))
+        return STATUS_FAULT;
+    return tell(generation, options, seen, gen_remove_stale_parts(generation, folder));
+}
+
 static enum status emit_scene(struct scene *scene, const struct options *options) {
     struct generation *generation = &scene->generation;
-    int seen = generation->messages.count;
-    enum gen_status result = gen_plan(generation, options->emit);
-    print_messages(generation, seen);
-    if (result != GEN_OK)
-        return gen_failed(options, result);
+    const int seen = generation->messages.count;
+    enum status status = tell(generation, options, seen, gen_plan(generation, options->emit));
+    if (status != STATUS_DONE)
+        return status;
     scene_spare_sources(scene, &scene->targets);
     if (!targets_make_folder(&scene->targets, options->output))
         return STATUS_FAULT;
-    seen = generation->messages.count;
-    result = gen_check_folder(generation, options->output);
-    print_messages(generation, seen);
-    if (result != GEN_OK)
-        return gen_failed(options, result);
-    if (!write_files(generation, options->output, &scene->targets))
-        return STATUS_FAULT;
-    seen = generation->messages.count;
-    result = gen_remove_stale_parts(generation, options->output);
-    print_messages(generation, seen);
-    if (result != GEN_OK)
-        return gen_failed(options, result);
-    gen_print_summary(generation, stdout);
-    return STATUS_DONE;
+    status = emit_into_folder(scene, options);
+    if (status == STATUS_DONE)
+        gen_print_summary(generation, stdout);
+    return status;
 }
 
 enum status run_gen(const struct options *options) {
