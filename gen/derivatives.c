@@ -377,7 +377,7 @@ static struct builder start_held(struct derivation *d, struct function *f) {
     struct given_motion x = {&d->kinematics, new_values(d, d->frames)};
     visit_joints(d->g, d->kinematics.tree, take_acceleration, &x);
     b.held = hold(&d->kinematics, x.accelerations, NULL);
-    f->given = GIVEN_MOTION;
+    f->takes_motion = true;
     return b;
 }
 
@@ -513,14 +513,6 @@ void build_tangent_vectors(struct derivation *d, struct function *f) {
     b.arrays = open_results(d->plan, &d->kinematics, f);
     add_joint_vectors(&b);
     d->plan->coupling_count = add_couplings(&b, -1);
-}
-
-void build_diagonals(struct derivation *d, struct function *f) {
-    struct builder b = open_builder(d, f, false);
-    b.held = hold(&d->kinematics, new_values(d, d->frames), NULL);
-    const int stiffness = add_field(d, f, "stiffness", "(n) -dQ_i/dq_i", d->n, 0);
-    const int damping = add_field(d, f, "damping", "(n) -dQ_i/dqd_i", d->n, 0);
-    give_own_slopes(&b, -1, stiffness, damping);
 }
 
 /* All joints turn about one axis of the ground or slide across it. */

@@ -300,11 +300,6 @@ static void build_equations(struct derivation *d, struct function *f) {
         compose(d, f, "row_terms", rows->fields[i].name);
 }
 
-static void build_shifted(struct derivation *d, struct function *f) {
-    f->given = GIVEN_SIDES;
-    spread_field(d, f, "y", "(n) solution of (M + diag(s)) y - u^T lambda = f, u y = k", shifted_solution(d));
-}
-
 static void build_course(struct derivation *d, struct function *f) {
     add_field(d, f, "course", "values that the model records, by NAME_model.courses", d->model->course_count,
               0);
@@ -450,10 +445,6 @@ static const struct quantity quantities[] = {
      is_corrected, "corrected form", build_tangent, ON_REQUEST},
     {"tangent_vectors", "the tangent as vectors of joints, O(n)", is_corrected, "corrected form",
      build_tangent_vectors, ON_REQUEST},
-    {"diagonals", "K and D of springs, dampers and forces of the joints themselves", is_corrected,
-     "corrected form", build_diagonals, ON_REQUEST},
-    {"shifted", "solution of (M + diag(s)) y - u^T lambda = f, u y = k for given f, k and s, O(n m)", always,
-     "", build_shifted, ON_REQUEST},
     {"d_qdd", "derivatives of qdd", is_corrected, "corrected form", build_d_qdd, IN_BLOCKS},
     {"d_qdd_free", "derivatives of qdd_free", is_corrected, "corrected form", build_d_qdd_free, IN_BLOCKS},
     {"d_force", "derivatives of the programme force", is_corrected_with_rows,
