@@ -6,7 +6,7 @@
  * depend on the state.
  */
 #include "pull_pairs.h"
-#include "private/chain_cost.h"
+#include "linear/chain_cost.h"
 #include "refdyn_model.h"
 #include "sensitivity.h"
 
