@@ -35,7 +35,8 @@ enum refdyn_status {
         4, /* projection, statics: largest residual at fault.row or .coordinate; or a collocation step */
     REFDYN_MATRIX_SINGULAR = 5, /* the matrix of an implicit step is singular */
     /* < 0: stop */
-    REFDYN_STEP_TOO_SMALL = -1,   /* an adaptive step fell below the resolution of t; drive.cause says why */
+    REFDYN_STEP_TOO_SMALL =
+        -1, /* an adaptive step fell below the resolution of t; integrator.cause says why */
     REFDYN_TANGENT_SINGULAR = -2, /* statics: nothing holds fault.coordinate */
     REFDYN_BAD_OPTION = -3,       /* an option is out of its range; refdyn_options_validate says which */
     REFDYN_BAD_MEMORY = -4,       /* memory is NULL, misaligned or smaller than the size asked for */
@@ -68,11 +69,11 @@ struct refdyn_partition {
                     independent ones, ascending */
     int *row; /* (m) rows: the first `rank` are used, in the order of elimination; the others are redundant */
     int rank; /* independent rows, -1: not chosen yet */
-    int rank_most;   /* it does not grow beyond this. A drive lets it grow at the ends of steps alone: between
-                         them, off the programme, a redundant row looks independent */
-    int is_declared; /* the dependent coordinates are the model's declared ones */
-    int choices;     /* how often they were chosen since the last reset */
-    int changes;     /* how often the dependent coordinates were changed since the first choice */
+    int rank_most;    /* it does not grow beyond this. An integrator lets it grow at the ends of steps alone:
+                         between    them, off the programme, a redundant row looks independent */
+    int is_declared;  /* the dependent coordinates are the model's declared ones */
+    int choices;      /* how often they were chosen since the last reset */
+    int changes;      /* how often the dependent coordinates were changed since the first choice */
     double condition; /* estimate for K_d (scaled) at the last accelerations: |[1 -P]| / smallest pivot */
     double condition_chosen; /* the same when it was chosen */
     double pivot;         /* smallest pivot of K_d (scaled) at the last accelerations: 1 best, 0 singular */
@@ -223,19 +224,34 @@ int refdyn_project(struct refdyn_workspace *work, double t, double *q, double *q
 
 /* ---- Motions ---- */
 
+/*
+ * The methods: each has a number here and a file in runtime/methods, which tells how to add one.
+ *   auto      rk8, rodas5p, gauss12 or radau9: by trial, see motion/automatic_method.c
+ *   rk4       the classical Runge-Kutta method of order 4 (Kutta 1901)
+ *   rk54      Dormand and Prince 5(4) (J. Comput. Appl. Math. 6:19-26, 1980)
+ *   rk8       Dormand and Prince 8(5,3) (Hairer, Norsett and Wanner, Solving ODEs I, II.10)
+ *   rodas5p   Rosenbrock method of order 5(4) with the exact tangent (Steinebach, BIT 63:27, 2023)
+ *   rodas6p   the same of order 6(5) (Steinebach, arXiv:2511.21252, 2025)
+ *   radau9    collocation at the points of Radau, order 9, L-stable (Hairer and Wanner, Solving ODEs II)
+ *   gauss12   collocation at the points of Gauss, order 12, symmetric (Butcher, Math. Comp. 18:50-64, 1964)
+ *   ros34pw2  Rosenbrock method of order 3(2) (Rang and Angermann, BIT 45:761-787, 2005)
+ */
+#define REFDYN_METHODS(REFDYN_ENTRY)      \
+    REFDYN_ENTRY(REFDYN_AUTO, automatic)  \
+    REFDYN_ENTRY(REFDYN_RK4, rk4)         \
+    REFDYN_ENTRY(REFDYN_RK54, rk54)       \
+    REFDYN_ENTRY(REFDYN_RK8, rk8)         \
+    REFDYN_ENTRY(REFDYN_RODAS5P, rodas5p) \
+    REFDYN_ENTRY(REFDYN_RODAS6P, rodas6p) \
+    REFDYN_ENTRY(REFDYN_RADAU9, radau9)   \
+    REFDYN_ENTRY(REFDYN_GAUSS12, gauss12) \
+    REFDYN_ENTRY(REFDYN_ROS34PW2, ros34pw2)
+
 enum refdyn_method {
-    REFDYN_AUTO,    /* rk8, rodas5p, gauss12 or radau9: by trial, see choose.c */
-    REFDYN_RK4,     /* the classical Runge-Kutta method of order 4 (Kutta 1901) */
-    REFDYN_RK54,    /* Dormand and Prince 5(4) (J. Comput. Appl. Math. 6:19-26, 1980) */
-    REFDYN_RK8,     /* Dormand and Prince 8(5,3) (Hairer, Norsett and Wanner, Solving ODEs I, II.10) */
-    REFDYN_RODAS5P, /* Rosenbrock method of order 5(4) with the exact tangent (Steinebach, BIT 63:27, 2023) */
-    REFDYN_RODAS6P, /* the same of order 6(5) (Steinebach, arXiv:2511.21252, 2025) */
-    REFDYN_RADAU9,  /* collocation at the points of Radau, order 9, L-stable (Hairer and Wanner, Solving ODEs
-                       II) */
-    REFDYN_GAUSS12, /* collocation at the points of Gauss, order 12, symmetric (Butcher, Math. Comp. 18:50-64,
-                       1964) */
-    REFDYN_ROS34PW2, /* Rosenbrock method of order 3(2) (Rang and Angermann, BIT 45:761-787, 2005) */
-    REFDYN_METHOD_COUNT
+#define REFDYN_NUMBER(number, method) number,
+    REFDYN_METHODS(REFDYN_NUMBER)
+#undef REFDYN_NUMBER
+        REFDYN_METHOD_COUNT
 };
 
 /* "auto", "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss12", "ros34pw2"; NULL outside the
@@ -257,7 +273,7 @@ int refdyn_method_find(const char *name);
 enum refdyn_singular {
     REFDYN_STOP, /* a motion ends where its rows lose rank, if a step meets it */
     REFDYN_PASS  /* steps lead through such states where they are isolated and a branch can be followed, see
-                    pass.h */
+                    motion/singular_crossing.h */
 };
 
 struct refdyn_options {
@@ -272,7 +288,8 @@ struct refdyn_options {
                           the rows */
     enum refdyn_singular singular;
     int project_start; /* make the start consistent first */
-    int balance;     /* integrate the work of non-conservative and programme forces along (drive.work_done) */
+    int balance; /* integrate the work of non-conservative and programme forces along (integrator.work_done)
+                  */
     long step_limit; /* steps tried per motion; 0: none */
 };
 
@@ -284,10 +301,10 @@ double refdyn_settled_tolerance(double tol);
 /* 0 or BAD_OPTION; then *fact (fact may be NULL) is a static text such as "step must be positive". */
 int refdyn_options_validate(const struct refdyn_options *options, const char **fact);
 
-enum { REFDYN_PASSAGES_KEPT = 8 };
+enum { REFDYN_CROSSINGS_KEPT = 8 };
 
 /* A state that was passed where the rows lose rank. */
-struct refdyn_passage {
+struct refdyn_crossing {
     double t;              /* when [s] */
     double t_begin, t_end; /* of the step that led through it [s] */
     double error; /* estimate for that step: largest change of a position, and of a rate times its length
@@ -310,63 +327,17 @@ struct refdyn_statistics {
     double pivot_min;                   /* smallest scaled pivot of K_d, 1 without rows */
     double condition_max;               /* largest condition estimate of K_d, 1 without rows */
     double step_smallest, step_largest; /* of the accepted steps [s] */
-    int passages;                       /* states passed where the rows lose rank, */
-    struct refdyn_passage passage[REFDYN_PASSAGES_KEPT]; /* the first of them, */
-    double passage_error;                                /* largest error of all */
-};
-
-/* The tangent as vectors of joints, and factors in O(n): runtime/linear/chain.h. By position: all joints
- * beyond one follow it. */
-struct refdyn_chain {
-    const struct refdyn_model *model;
-    int n, is_planar, border;            /* border: couplings, and the rows of the last factorisation */
-    int left, right;                     /* components of a wrench, 3 or 6, and of what it meets, 5 or 12 */
-    int record;                          /* doubles of a joint's vectors, in the order of chain_wide.c */
-    double *records;                     /* (n x record) */
-    double *stiffness, *damping;         /* (n) beside the vectors */
-    const double *pulled, *by_q, *by_qd; /* (couplings x n) in the result */
-    double *factors;     /* n x (left + 2 right + 1) real numbers, then as many wide ones: chain_wide.h */
-    double *responses;   /* (couplings + m) x n, likewise: A^-1 of the border's columns */
-    double *border_rows; /* likewise: the rows of the border for the last g */
-    double *corner;      /* (couplings + m)^2, then as many complex ones for each lane: its L U */
-    double *inner;       /* (slots x left x right) numbers, X of chain.h */
-    double *sweep;       /* (n x right) numbers, what is carried */
-    double *side;        /* room of right sides: 4 n, and 2 n + 2 (couplings + m) numbers */
-    double *scale;       /* (couplings + m) room */
-    int *order;          /* (n) coordinate by position */
-    int *parent;         /* (n) position of the joint before, -1: none */
-    int *other, *next;   /* (n) the second joint beyond each, and one more beside it, -1: none */
-    int *moves;          /* (n) 0: its origin is that of the joint before */
-    int *slot;           /* (n) of X: that of the first joint beyond, else its own */
-    int *pivot;          /* (couplings + m), then as many for each lane */
-};
-
-/* The equations linearised about a state, and the factored matrix of an implicit step:
- * runtime/private/linearise.h.
- */
-struct refdyn_linear {
-    int n, m, size;  /* size: n and the independent rows */
-    double g;        /* gamma h of the matrix [s] */
-    int is_chain;    /* in O(n): chain.h; else with matrices */
-    double *tangent; /* the result of `tangent` or `tangent_vectors`, its parts: */
-    int tangent_size;
-    double *f_t, *g_t, *G_q, *G_qd, *u, *diagonals, *K, *D, *M;
-    struct refdyn_chain chain;
-    double *matrix;          /* (size x size) factors */
-    double *directions;      /* (rank x n) u_b z_a = 1 for a = b, else 0 */
-    double *sides, *x;       /* room: (2 n), (2 size) */
-    double *scale;           /* (size) room */
-    int *pivot;              /* (size) */
-    double *complex_factors; /* (complexes x 2 x size x size) factors, real and imaginary parts */
-    int *complex_pivot;      /* (complexes x size) */
-    int *rows;               /* (m) rows of the partition for which they were factored */
+    int crossings;                      /* states passed where the rows lose rank, */
+    struct refdyn_crossing crossing[REFDYN_CROSSINGS_KEPT]; /* the first of them, */
+    double crossing_error;                                  /* largest error of all */
 };
 
 /* Why a state where the rows lose rank was not passed. */
 enum refdyn_refusal {
     REFDYN_NOT_REFUSED,
-    REFDYN_NO_ROOM,  /* the step would have to end before: a break, refdyn_drive_limit, refdyn_drive_until */
-    REFDYN_NO_STATE, /* a stage or the end could not be brought onto the programme, or evaluated */
+    REFDYN_NO_ROOM,      /* the step would have to end before: a time event, refdyn_integrator_limit,
+                            refdyn_integrator_until */
+    REFDYN_NO_STATE,     /* a stage or the end could not be brought onto the programme, or evaluated */
     REFDYN_OTHER_BRANCH, /* it was, but so far away that it may lie on another branch */
     REFDYN_LARGE_ERROR   /* the error is larger than a tenth of the tolerance */
 };
@@ -375,7 +346,7 @@ enum refdyn_refusal {
 const char *refdyn_refusal_text(enum refdyn_refusal refusal);
 
 /* Attempts to pass a state, since the last that succeeded; of the last one: */
-struct refdyn_refused_passage {
+struct refdyn_refused_crossing {
     int tries;
     enum refdyn_refusal why;
     double t;       /* when the rows would lose rank [s] */
@@ -385,131 +356,85 @@ struct refdyn_refused_passage {
 
 enum { REFDYN_CANDIDATES = 3 };
 
-/* The state of the automatic choice: choose.c. */
+/* What the automatic method has found. */
 struct refdyn_choice {
     enum refdyn_method candidates[REFDYN_CANDIDATES]; /* explicit, Rosenbrock, collocation */
     double progress[REFDYN_CANDIDATES]; /* of the last trial: seconds of motion an operation, 0: not tried */
     double rate;                        /* largest |eigenvalue| of the linearised equations [1/s] */
     double damping;                     /* and its damping ratio: 0 undamped, from 1 on not oscillating */
-    int chosen;                         /* candidate that won the last trial, -1: none has ended yet */
-    int changes;                        /* how often another one won */
-    int at;                             /* candidate on trial, -1: no trial is on */
-    enum refdyn_method next;            /* method of the next step */
-    long steps_left, patience;          /* until the trial of this candidate ends, or the next one begins */
-    int wants_spectrum;
-    int is_short; /* few steps are left */
-    double marked_t, marked_operations;
 };
 
 /*
- * One motion. `refdyn_drive_start`, `_step`, `_to`, `_look` and `_refresh` leave t, q, qd, qdd and work_done
- * of the state that was asked for, its multipliers, and its row terms in the workspace. Steps end where
- * their error allows: the state between their ends is interpolated.
+ * One motion. `refdyn_integrator_start`, `_step`, `_to`, `_look` and `_refresh` leave t, q, qd, qdd and
+ * work_done of the state that was asked for, its multipliers, and its row terms in the workspace. Steps end
+ * where their error allows: the state between their ends is interpolated. All is the caller's to read, q and
+ * qd (contiguous) to write before `_refresh`.
  */
-struct refdyn_drive {
+struct refdyn_integrator {
     struct refdyn_workspace *work;
     struct refdyn_options options;
-    double t;                     /* [s] */
-    double t_right;               /* the same, behind a break that is there: where what follows is told [s] */
-    double *q;                    /* (n) */
-    double *qd;                   /* (n) */
-    double *qdd;                  /* (n) */
-    double *lambda;               /* (m) */
-    double work_done;             /* by non-conservative and programme forces since the start [J]; 0 unless
-                                     options.balance */
-    struct refdyn_residual start; /* residuals of the state that was given to refdyn_drive_start */
+    double t;              /* [s] */
+    double t_right;        /* the same, behind a time event that is there: where what follows is told [s] */
+    double *q;             /* (n) */
+    double *qd;            /* (n) */
+    double *qdd;           /* (n) */
+    double *lambda;        /* (m) */
+    double work_done;      /* by non-conservative and programme forces since the start [J]; 0 unless
+                              options.balance */
+    int is_undetermined;   /* a singular state is so near that qdd is the derivative of the step's qd, not
+                              solved for */
+    double t_begin, t_end; /* the last accepted step [s] */
+    struct refdyn_residual start; /* residuals of the state that was given to refdyn_integrator_start */
     int start_is_off; /* that state was not on the programme: refdyn_is_consistent with sqrt(DBL_EPSILON) */
     struct refdyn_statistics statistics;
+    int solves_by_joints;        /* steps by a tangent are solved in O(n), from `tangent_vectors` */
+    enum refdyn_method method;   /* in use */
+    struct refdyn_choice choice; /* of REFDYN_AUTO */
+    struct refdyn_refused_crossing refused; /* with REFDYN_PASS */
 
     /* when a step has failed */
     int cause;       /* status of the last failure of an evaluation or projection, 0: none */
     double failed_t; /* where it failed; work->fault says in which row or coordinate; q, qd stay the last
                         accepted state [s] */
 
-    /* the steps' own; a state is q, qd, work_done (2 n + 1), a slope qd, qdd, power, lambda (2 n + 1 + m) */
-    enum refdyn_method method;     /* in use */
-    struct refdyn_choice choice;   /* REFDYN_AUTO: how it was chosen */
-    double t_begin, t_end;         /* the last accepted step [s] */
-    double *state, *slope;         /* at its begin */
-    double *state_new, *slope_new; /* at its end */
-    double *seen;                  /* the state that q and qd belong to */
-    double *stage, *side;          /* a stage's state, and the right side of its equation */
-    double *stages;                /* slopes of all stages; Rosenbrock: their (2 n) increments; collocation:
-                                      their accelerations, see collocation.c */
-    double *error;                 /* (2 n) estimate for q, qd */
-    double *units;                 /* (n) what 1 rad weighs against: options.length for translations, 1 */
-    double *aligned;               /* (n) q for which `directions` were found, in the metric of M */
-    int is_aligned;                /* 0: they are to be found; in the metric of M partition.choices then */
-    double tried_t, tried_h;       /* collocation: begin and length of the last attempt, */
-    double last_h;                 /* length of the last step, 0: there is none, */
-    double factored_h;             /* step that the kept factors are for, 0: none, */
-    int factored_choice;           /* partition.choices then, */
-    double rate;                   /* fastest vibration that the error estimate has met lately [1/s], */
-    double contraction;            /* how fast the last iteration converged */
-    int is_looked_into;            /* the interpolant of the last step is complete */
-    int is_passing;                /* the last step led through a state where the rows lose rank: by rk8, */
-    double *unpassed;              /* state and slope before, for when the step is refused, */
-    enum refdyn_method method_before; /* instead of this one; */
-    double singular_t;                /* when they do [s], */
-    double singular_gap;              /* how near that no stage lies, as a part of the step */
-    int is_undetermined; /* the state seen is so near that one that qdd is the derivative of the step's qd,
-                            not solved for */
-    struct refdyn_refused_passage refused;
-    struct refdyn_linear linear; /* its tangent is that of t_begin once has_tangent */
-    int has_tangent;
-    double
-        *breaks; /* (break_count) kinks of formulas of time, ascending; every step ends at the next one [s] */
-    int break_next; /* first of them that lies ahead */
-    double
-        *switches; /* (2 switch_count) what changes sign at other kinks, at the begin of a step and beyond */
-    double switched;   /* the last of these kinks that was found [s] */
-    double t_limit;    /* stages are evaluated before this: the left side of a break, by so much that rounding
-                          cannot matter; INFINITY: no break ahead [s] */
-    double t_final;    /* end of the motion, see refdyn_drive_until [s] */
-    double t_most;     /* no step reaches beyond, see refdyn_drive_limit [s] */
-    double step_next;  /* adaptive: proposed step, 0: to be found [s] */
-    double step_cap;   /* adaptive: steps longer than this have failed lately [s], */
-    double cap_growth; /* and grow to it by this factor after the next one */
-    double error_last, step_last; /* adaptive: error norm and length of the last accepted step, 0: none [s] */
-    double refused_error, refused_h;    /* adaptive: the same of the last attempt at this one, 0: none [s] */
-    double from, to;                    /* fixed step: output interval in progress [s] */
-    long interval_steps, interval_done; /* fixed step: steps of that interval */
-    long evaluations_before;            /* of the workspace, at the start */
+    struct refdyn_motion *motion; /* the steps' own */
 };
 
-/* Bytes that refdyn_drive_init needs; 0: it refuses the model or an option. */
-size_t refdyn_drive_size(const struct refdyn_model *model, const struct refdyn_options *options);
+/* Bytes that refdyn_integrator_init needs; 0: it refuses the model or an option. */
+size_t refdyn_integrator_size(const struct refdyn_model *model, const struct refdyn_options *options);
 /* Errors: BAD_OPTION, BAD_MEMORY, FUNCTION_MISSING (refdyn_can_run); OTHER_VERSION, BAD_MODEL. */
-int refdyn_drive_init(struct refdyn_drive *drive, struct refdyn_workspace *work,
-                      const struct refdyn_options *options, void *memory, size_t size);
+int refdyn_integrator_init(struct refdyn_integrator *integrator, struct refdyn_workspace *work,
+                           const struct refdyn_options *options, void *memory, size_t size);
 /* Sets the state (copied) and evaluates it; clears the statistics. With options.project_start the state is
- * projected first. Calls refdyn_prepare, then sets the gains in work->p as options.stabilise asks. Errors:
- * those of refdyn_accelerate and refdyn_project. */
-int refdyn_drive_start(struct refdyn_drive *drive, double t, const double *q, const double *qd);
+ * projected first. Calls refdyn_prepare; the gains are those that options.stabilise asks for, work->p keeps
+ * the caller's. Errors: those of refdyn_accelerate and refdyn_project. */
+int refdyn_integrator_start(struct refdyn_integrator *integrator, double t, const double *q,
+                            const double *qd);
 /* Goes on towards t_out by at most `steps` accepted steps; t is t_out when they were enough, the end of the
  * last one otherwise. Fixed step: the interval from the last output to t_out is cut into ceil(interval/step)
  * equal steps, the i-th begins at from + i (to - from)/count. Errors: > 0 from a fixed step whose evaluation
  * failed, or a tangent at the begin of a step; STEP_TOO_SMALL, TOO_MANY_STEPS;
- * BAD_OPTION when t_out lies before t. The drive then stays at the last accepted state, with cause and
- * failed_t set; refdyn_drive_refresh evaluates that state again. */
-int refdyn_drive_step(struct refdyn_drive *drive, double t_out, long steps);
+ * BAD_OPTION when t_out lies before t. The integrator then stays at the last accepted state, with cause and
+ * failed_t set; refdyn_integrator_refresh evaluates that state again. */
+int refdyn_integrator_step(struct refdyn_integrator *integrator, double t_out, long steps);
 /* The motion ends at t: no step reaches beyond, and the automatic choice tries no method that cannot pay
  * before. INFINITY: not known, as at the start. */
-void refdyn_drive_until(struct refdyn_drive *drive, double t);
+void refdyn_integrator_until(struct refdyn_integrator *integrator, double t);
 /* From now on no step reaches beyond t, until t lies behind: a time at which the caller will change inputs.
  * INFINITY: none, as at the start. */
-void refdyn_drive_limit(struct refdyn_drive *drive, double t);
+void refdyn_integrator_limit(struct refdyn_integrator *integrator, double t);
 /* Steps until t_out. Same errors. */
-int refdyn_drive_to(struct refdyn_drive *drive, double t_out);
+int refdyn_integrator_to(struct refdyn_integrator *integrator, double t_out);
 /* The state at t inside the last step, t_begin <= t <= t_end, as at an output; the steps go on from its end.
  * Errors: BAD_OPTION when t lies outside; those of refdyn_accelerate and refdyn_project. */
-int refdyn_drive_look(struct refdyn_drive *drive, double t);
+int refdyn_integrator_look(struct refdyn_integrator *integrator, double t);
 /* Programme force r (n) at the state that is seen [N, N m]; where that is undetermined M qdd - f, else as
  * refdyn_programme_force. */
-void refdyn_drive_force(struct refdyn_drive *drive, double *force);
-/* After the caller has changed work->x, work->p (then refdyn_prepare) or the drive's q, qd between steps:
- * goes on from there, with the gains that options.stabilise asks for. Errors: those of refdyn_accelerate. */
-int refdyn_drive_refresh(struct refdyn_drive *drive);
+void refdyn_integrator_force(struct refdyn_integrator *integrator, double *force);
+/* After the caller has changed work->x, work->p (then refdyn_prepare) or the integrator's q, qd between
+ * steps: goes on from there, with the gains that options.stabilise asks for. Errors: those of
+ * refdyn_accelerate. */
+int refdyn_integrator_refresh(struct refdyn_integrator *integrator);
 
 /* ---- Energy balance ---- */
 
@@ -523,9 +448,9 @@ struct refdyn_energy {
 /* Kinetic and potential energy at a state into energy (2). Error: FUNCTION_MISSING. */
 int refdyn_energies(const struct refdyn_workspace *work, double t, const double *q, const double *qd,
                     double *energy);
-/* Begins a balance at the drive's state, adds its state at an output. Error: FUNCTION_MISSING. */
-int refdyn_energy_start(struct refdyn_energy *energy, const struct refdyn_drive *drive);
-int refdyn_energy_add(struct refdyn_energy *energy, const struct refdyn_drive *drive);
+/* Begins a balance at the integrator's state, adds its state at an output. Error: FUNCTION_MISSING. */
+int refdyn_energy_start(struct refdyn_energy *energy, const struct refdyn_integrator *integrator);
+int refdyn_energy_add(struct refdyn_energy *energy, const struct refdyn_integrator *integrator);
 /* Largest |change of kinetic + potential - work| over the largest change of kinetic, potential or work; 0
  * when nothing changed. */
 double refdyn_energy_error(const struct refdyn_energy *energy);

@@ -21,7 +21,7 @@ PROGRAM = """
 #include "linear/chain.h"
 #include "constraints/constraints.h"
 #include "linear/dense.h"
-#include "private/linearise.h"
+#include "implicit/linearisation.h"
 
 #include <math.h>
 #include <stdio.h>

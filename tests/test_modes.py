@@ -380,31 +380,35 @@ def test_numbers_that_fail(tmp_path):
 
 SPECTRUM = """
 #include "MODEL.h"
-#include "private/linearise.h"
+#include "motion/motion.h"
 #include <stdlib.h>
 
 int spectrum(const double *q, double *rate, double *damping);
+
+static int spectrum_at_begin(struct refdyn_step *step, double *rate, double *damping) {
+    return refdyn_linear_spectrum(step->linear, step->evaluation.work, step->t_begin, step->state, step->rates, step->stage, rate, damping);
+}
 
 /* At rest at q, rows without gains. */
 int spectrum(const double *q, double *rate, double *damping) {
     const struct refdyn_model *model = &MODEL_model;
     const struct refdyn_options options = refdyn_options_default(REFDYN_AUTO);
-    const size_t work_size = refdyn_workspace_size(model), drive_size = refdyn_drive_size(model, &options);
-    void *work_memory = malloc(work_size), *drive_memory = malloc(drive_size);
+    const size_t work_size = refdyn_workspace_size(model), size = refdyn_integrator_size(model, &options);
+    void *work_memory = malloc(work_size), *memory = malloc(size);
     double *qd = calloc((size_t)model->n, sizeof *qd);
     struct refdyn_workspace work;
-    struct refdyn_drive drive;
+    struct refdyn_integrator integrator;
     int status = refdyn_workspace_init(&work, model, work_memory, work_size);
     if (!status)
-        status = refdyn_drive_init(&drive, &work, &options, drive_memory, drive_size);
+        status = refdyn_integrator_init(&integrator, &work, &options, memory, size);
     if (!status)
         refdyn_anchor(&work, 0, q, qd, NULL);
     if (!status)
-        status = refdyn_drive_start(&drive, 0, q, qd);
+        status = refdyn_integrator_start(&integrator, 0, q, qd);
     if (!status)
-        status = refdyn_linear_spectrum(&drive, rate, damping);
+        status = spectrum_at_begin(&integrator.motion->step, rate, damping);
     free(qd);
-    free(drive_memory);
+    free(memory);
     free(work_memory);
     return status;
 }

@@ -8,7 +8,7 @@ import subprocess
 import mpmath
 import pytest
 
-from program import SCALE, SOURCE
+from program import BUILD, SCALE
 
 DIGITS = 50
 THETAS = [mpmath.mpf(k) / 8 for k in range(9)]
@@ -61,19 +61,33 @@ def test_trees():
 
 # ---- The tables in C
 
+class Definition(ctypes.Structure):
+    """struct refdyn_method_definition"""
+    _fields_ = ([("name", ctypes.c_char_p)]
+                + [(name, ctypes.c_int) for name in ("order", "order_error", "is_last_new", "projects_by_matrix")]
+                + [("kind", ctypes.c_void_p), ("table", ctypes.c_void_p)])
+
+
+def table_of(library, kind, name):
+    """The coefficients of a method, with what all methods have."""
+    method = Definition.in_dll(library, "refdyn_method_" + name)
+    table = kind.from_address(method.table)
+    assert method.name.decode() == name
+    table.name, table.order, table.is_last_new = name, method.order, method.is_last_new
+    return table
+
+
 class Rosenbrock(ctypes.Structure):
     """struct refdyn_rosenbrock_table"""
-    _fields_ = ([("name", ctypes.c_char_p)]
-                + [(name, ctypes.c_int) for name in ("stages", "interpolant_stages", "order", "order_error", "order_interpolant",
-                                                     "interpolant_terms", "is_w_method")]
+    _fields_ = ([(name, ctypes.c_int) for name in ("stages", "interpolant_stages", "order_error", "order_interpolant",
+                                                   "interpolant_terms", "is_w_method")]
                 + [("gamma", ctypes.c_double)]
                 + [(name, ctypes.POINTER(ctypes.c_double)) for name in ("a", "c", "alpha", "gamma_sum", "b", "e", "interpolant")])
 
 
 class Collocation(ctypes.Structure):
     """struct refdyn_collocation_table"""
-    _fields_ = ([("name", ctypes.c_char_p)]
-                + [(name, ctypes.c_int) for name in ("stages", "order", "continued", "eigenvalues")]
+    _fields_ = ([(name, ctypes.c_int) for name in ("stages", "continued", "eigenvalues")]
                 + [(name, ctypes.c_double) for name in ("ratio", "share")]
                 + [(name, ctypes.POINTER(ctypes.c_double)) for name in ("c", "a", "aa", "b", "bb", "lagrange", "e", "e_low", "lambda",
                                                                         "left", "right")])
@@ -81,9 +95,8 @@ class Collocation(ctypes.Structure):
 
 class RungeKutta(ctypes.Structure):
     """struct refdyn_tableau"""
-    _fields_ = ([("name", ctypes.c_char_p)]
-                + [(name, ctypes.c_int) for name in ("stages", "interpolant_stages", "order", "order_error", "order_error_low",
-                                                     "order_interpolant", "degree", "is_last_new")]
+    _fields_ = ([(name, ctypes.c_int) for name in ("stages", "interpolant_stages", "order_error", "order_error_low",
+                                                   "order_interpolant", "degree")]
                 + [(name, ctypes.POINTER(ctypes.c_double)) for name in ("a", "b", "c", "e", "e_low", "interpolant_a", "interpolant_c",
                                                                         "interpolant")])
 
@@ -174,21 +187,19 @@ def precision():
 @pytest.fixture(scope="module")
 def library(tmp_path_factory):
     path = tmp_path_factory.mktemp("tables") / "tables.so"
-    subprocess.run(["gcc", "-std=c11", "-fPIC", "-shared", "-I", SOURCE / "runtime", *(SOURCE / "runtime").rglob("*_tables.c"), "-o", path], check=True)
+    subprocess.run(["gcc", "-shared", "-Wl,--whole-archive", BUILD / "librefdyn_runtime.a", "-Wl,--no-whole-archive", "-lm", "-o", path], check=True)
     return ctypes.CDLL(str(path))
 
 
 @pytest.fixture(scope="module", params=["rodas5p", "rodas6p", "ros34pw2"])
 def rosenbrock(request, library):
-    table = Rosenbrock.in_dll(library, "refdyn_" + request.param)
-    assert table.name.decode() == request.param
+    table = table_of(library, Rosenbrock, request.param)
     return RosenbrockTable(table)
 
 
 @pytest.fixture(scope="module", params=["rk4", "rk54", "rk8"])
 def runge_kutta(request, library):
-    table = RungeKutta.in_dll(library, "refdyn_" + request.param)
-    assert table.name.decode() == request.param
+    table = table_of(library, RungeKutta, request.param)
     return RungeKuttaTable(table)
 
 
@@ -206,7 +217,7 @@ def check_order(weights, value, order, bound, what):
 
 def check_interpolant(method, bound):
     """Every theta has its own weights and conditions."""
-    order, name = method.table.order_interpolant, method.table.name.decode()
+    order, name = method.table.order_interpolant, method.table.name
     worst = max(max(residuals(method.weights(theta), method.value, k, theta)) for theta in THETAS for k in range(1, order + 1))
     beyond = max(max(residuals(method.weights(theta), method.value, order + 1, theta)) for theta in THETAS)
     print(f"{name} interpolant: order {order}, residual {float(worst):.1e}, of the next {float(beyond):.1e}")
@@ -220,13 +231,13 @@ BOUNDS = {"rodas5p": 1e-13, "rodas6p": 1e-13, "ros34pw2": 1e-14, "rk4": 1e-15, "
 # ---- Runge-Kutta
 
 def test_runge_kutta_order(runge_kutta):
-    name = runge_kutta.table.name.decode()
+    name = runge_kutta.table.name
     check_order(runge_kutta.b, runge_kutta.value, runge_kutta.table.order, BOUNDS[name], name)
 
 
 def test_runge_kutta_embedded_orders(runge_kutta):
     table = runge_kutta.table
-    name = table.name.decode()
+    name = table.name
     for e, order in (runge_kutta.e, table.order_error), (runge_kutta.e_low, table.order_error_low):
         assert (e is None) == (order == 0)
         if e is not None:
@@ -234,12 +245,12 @@ def test_runge_kutta_embedded_orders(runge_kutta):
 
 
 def test_runge_kutta_interpolant(runge_kutta):
-    check_interpolant(runge_kutta, BOUNDS[runge_kutta.table.name.decode()])
+    check_interpolant(runge_kutta, BOUNDS[runge_kutta.table.name])
 
 
 def test_runge_kutta_ends(runge_kutta):
     """c is the sum of a row of a; the interpolant begins and ends with the state and the slope of its end."""
-    table, s, bound = runge_kutta.table, runge_kutta.all, BOUNDS[runge_kutta.table.name.decode()] * SCALE
+    table, s, bound = runge_kutta.table, runge_kutta.all, BOUNDS[runge_kutta.table.name] * SCALE
     sums = runge_kutta.A * mpmath.ones(s, 1)
     assert max(abs(sums[i] - runge_kutta.c[i]) for i in range(s)) <= bound
     new = table.stages - (1 if table.is_last_new else 0)
@@ -252,27 +263,27 @@ def test_runge_kutta_ends(runge_kutta):
 # ---- Rosenbrock
 
 def test_rosenbrock_order(rosenbrock):
-    name = rosenbrock.table.name.decode()
+    name = rosenbrock.table.name
     check_order(rosenbrock.b, rosenbrock.value, rosenbrock.table.order, BOUNDS[name], name)
 
 
 def test_rosenbrock_embedded_order(rosenbrock):
-    name = rosenbrock.table.name.decode()
+    name = rosenbrock.table.name
     check_order(rosenbrock.b - rosenbrock.e, rosenbrock.value, rosenbrock.table.order_error, BOUNDS[name], name + " embedded")
 
 
 def test_rosenbrock_interpolant(rosenbrock):
     if rosenbrock.table.interpolant_terms:
-        check_interpolant(rosenbrock, BOUNDS[rosenbrock.table.name.decode()])
+        check_interpolant(rosenbrock, BOUNDS[rosenbrock.table.name])
 
 
 def test_rosenbrock_sums(rosenbrock):
     """What makes a step of y' = f(t, y) the step of the same without t (Solving ODEs II, IV.7)."""
     s, table, ones = rosenbrock.all, rosenbrock.table, mpmath.ones(rosenbrock.all, 1)
-    bound = BOUNDS[table.name.decode()] * SCALE
+    bound = BOUNDS[table.name] * SCALE
     alpha, gamma_sum = rosenbrock.A * ones, rosenbrock.G * ones
     worst = [max(abs(alpha[i] - table.alpha[i]) for i in range(s)), max(abs(gamma_sum[i] - table.gamma_sum[i]) for i in range(s))]
-    print(f"{table.name.decode()}: alpha {float(worst[0]):.1e}, gamma_sum {float(worst[1]):.1e}")
+    print(f"{table.name}: alpha {float(worst[0]):.1e}, gamma_sum {float(worst[1]):.1e}")
     assert max(worst) <= bound
     assert all(table.b[i] == table.e[i] == 0 for i in range(table.stages, s))
 
@@ -285,9 +296,9 @@ def test_rosenbrock_stability(rosenbrock):
     at_infinity = abs(1 - (b * mpmath.lu_solve(B, ones))[0])
     largest = max(abs(1 + 1j * y * (b * mpmath.lu_solve(mpmath.eye(s) - 1j * y * B, ones))[0])
                   for y in (mpmath.mpf(10) ** (mpmath.mpf(k) / 8) for k in range(-16, 25)))
-    print(f"{table.name.decode()}: |R(infinity)| {float(at_infinity):.1e}, largest on the axis 1 + {float(largest - 1):.1e}")
-    assert at_infinity <= BOUNDS[table.name.decode()] * SCALE
-    assert largest <= 1 + BOUNDS[table.name.decode()] * SCALE
+    print(f"{table.name}: |R(infinity)| {float(at_infinity):.1e}, largest on the axis 1 + {float(largest - 1):.1e}")
+    assert at_infinity <= BOUNDS[table.name] * SCALE
+    assert largest <= 1 + BOUNDS[table.name] * SCALE
 
 
 def test_w_method_order(rosenbrock):
@@ -301,8 +312,8 @@ def test_w_method_order(rosenbrock):
             for marked in set(markings(tree)):
                 found = (rosenbrock.b * rosenbrock.value_marked(marked))[0]
                 worst = max(worst, abs(found - (0 if has_fat(marked) else 1 / density(tree))))
-    print(f"{table.name.decode()}: with any matrix, residual {float(worst):.1e}")
-    assert worst <= BOUNDS[table.name.decode()] * SCALE
+    print(f"{table.name}: with any matrix, residual {float(worst):.1e}")
+    assert worst <= BOUNDS[table.name] * SCALE
 
 
 # ---- One step as rosenbrock.h writes it
@@ -365,7 +376,7 @@ def test_rosenbrock_step(rosenbrock):
             y_new, estimate, between = rosenbrock_step(table, h, jacobian, slope_t)
             errors.append([mpmath.norm(y_new - at_end), mpmath.norm(y_new - estimate - at_end), mpmath.norm(between - within)])
         rates = [mpmath.log(coarse / fine, 2) for coarse, fine in zip(*errors)]
-        print(f"{table.name.decode()}: error of a step, embedded, within it, falls with h^{[round(float(rate), 2) for rate in rates]}")
+        print(f"{table.name}: error of a step, embedded, within it, falls with h^{[round(float(rate), 2) for rate in rates]}")
         for rate, order in zip(rates, (table.order, table.order_error, table.order_interpolant)):
             assert rate == pytest.approx(order + 1, abs=0.35)
 
@@ -408,7 +419,7 @@ class DerivedCollocation:
     """All entries of a table, as collocation.h defines them."""
 
     def __init__(self, table):
-        self.name, self.order, s = table.name.decode(), table.order, table.stages
+        self.name, self.order, s = table.name, table.order, table.stages
         self.c, self.s = abscissae(self.name), s
         self.lagrange = lagrange_polynomials(self.c)
         self.a = mpmath.matrix([[integral(L, c) for L in self.lagrange] for c in self.c])
@@ -459,8 +470,7 @@ class DerivedCollocation:
 
 @pytest.fixture(scope="module", params=["gauss12", "radau9"])
 def collocation(request, library, precision):
-    table = Collocation.in_dll(library, "refdyn_" + request.param)
-    assert table.name.decode() == request.param
+    table = table_of(library, Collocation, request.param)
     return table, DerivedCollocation(table)
 
 
@@ -483,7 +493,7 @@ def test_collocation_entries(collocation):
                "left": sum(derived.real_left, []), "right": sum(derived.real_right, [])}
     worst = {name: last_places(getattr(table, name)[:len(exact)], exact) for name, exact in entries.items()}
     worst["ratio"], worst["share"] = last_places([table.ratio], [K_low / K]), last_places([table.share], [C / K])
-    print(table.name.decode(), {name: round(float(value), 2) for name, value in worst.items()})
+    print(table.name, {name: round(float(value), 2) for name, value in worst.items()})
     assert all(value <= LAST_PLACES * SCALE for value in worst.values()), worst
 
 
@@ -503,7 +513,7 @@ def test_collocation_parts_make_the_whole(collocation):
                      for (k, m), value in (B.items() if is_a else [((k, k), 1) for k in range(s)])]
             size = mpmath.fsum(map(abs, terms))
             worst = max(worst, abs(mpmath.fsum(terms) - (mpmath.mpf(table.a[i * s + j]) if is_a else i == j)) / size)
-        print(f"{table.name.decode()}: {'a' if is_a else 'identity'} to {float(worst):.1e} of its terms")
+        print(f"{table.name}: {'a' if is_a else 'identity'} to {float(worst):.1e} of its terms")
         assert worst <= 4 * mpmath.mpf(2) ** -53 * SCALE
 
 
@@ -513,7 +523,7 @@ ASSUMPTIONS = {"gauss12": (12, 6, 6), "radau9": (9, 5, 4)}
 
 def test_collocation_order(collocation):
     table, _ = collocation
-    s, name = table.stages, table.name.decode()
+    s, name = table.stages, table.name
     p, eta, zeta = ASSUMPTIONS[name]
     assert table.order == p <= min(eta + zeta + 1, 2 * eta + 2)
     a, b, c = matrix(table.a, s, s), matrix(table.b, 1, s), [mpmath.mpf(value) for value in table.c[:s]]
@@ -551,7 +561,7 @@ def test_collocation_stability(collocation):
     left = [abs(stability(table, -y * mpmath.expj(angle))) for y in decades for angle in (0, 0.4, 0.8, 1.2, 1.5, 1.57)]
     assert all(mpmath.re(value) > 0 for value in derived.eigenvalues)
     assert max(left) <= 1 + 1e-13 * SCALE
-    if table.name == b"gauss12":
+    if table.name == "gauss12":
         print(f"gauss12: | |R| - 1 | on the axis {float(max(abs(value - 1) for value in axis)):.1e}")
         assert max(abs(value - 1) for value in axis) <= 1e-13 * SCALE
         return
@@ -569,6 +579,6 @@ def test_collocation_error_estimate(collocation):
         d, d_low, error = map(abs, derived.vibration(x))
         turned = table.ratio * d / d_low
         estimate = table.share * d * turned ** (table.order - table.stages - 1)
-        print(f"{table.name.decode()}: {float(x)} rad, seen as {float(turned):.3f}, estimate / error {float(estimate / error):.2f}")
+        print(f"{table.name}: {float(x)} rad, seen as {float(turned):.3f}, estimate / error {float(estimate / error):.2f}")
         assert mpmath.mpf(1) / 3 < estimate / error < 3
         assert x > 0.1 or abs(estimate / error - 1) < 1e-3

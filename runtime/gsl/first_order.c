@@ -2,7 +2,7 @@
  * The exact Jacobian of the motion as a system of first order.
  *
  * Takes the emitted `tangent` at a state; gives the derivatives of accelerations a by positions, rates and
- * time from (linearise.h)
+ * time from (linearisation.h)
  *     [ M  -u^T ] [ da      ]   [ -K   dq - D    dqd - f_t dt ]
  *     [ u   0   ] [ dlambda ] = [ -G_q dq - G_qd dqd - g_t dt ]
  * with one factorisation and a solution for each column.
@@ -13,9 +13,6 @@
 
 #include <string.h>
 
-#include "../private/linearise.h"
-#include "../private/slope.h"
-
 /* Changes of the accelerations into column[i stride]. */
 static void fill_column(struct refdyn_linear *linear, enum refdyn_by by, int j, double *column, int stride) {
     refdyn_linear_change_by(linear, by, j);
@@ -23,23 +20,22 @@ static void fill_column(struct refdyn_linear *linear, enum refdyn_by by, int j, 
         column[i * stride] = linear->x[i];
 }
 
-int refdyn_first_order_slope(struct refdyn_drive *drive, double t, const double *y, double *dydt) {
-    const int status = refdyn_slope(drive, t, y, drive->side);
-    memcpy(dydt, drive->side, (size_t)(2 * drive->work->n + 1) * sizeof *dydt);
+int refdyn_first_order_rates(struct refdyn_step *step, double t, const double *y, double *dydt) {
+    const int status = refdyn_rates(&step->evaluation, t, y, step->side);
+    memcpy(dydt, step->side, refdyn_state_bytes(step));
     return status;
 }
 
-int refdyn_first_order_jacobian(struct refdyn_drive *drive, double t, const double *y, double *by_y,
+int refdyn_first_order_jacobian(struct refdyn_step *step, double t, const double *y, double *by_y,
                                 double *by_t) {
-    struct refdyn_linear *linear = &drive->linear;
-    const int n = drive->work->n, size = 2 * n + 1;
-    drive->has_tangent = 0;
-    drive->statistics.tangents++;
-    int status = refdyn_slope(drive, t, y, drive->side);
+    struct refdyn_linear *linear = step->linear;
+    struct refdyn_workspace *work = step->evaluation.work;
+    const int n = step->n, size = 2 * n + 1;
+    int status = refdyn_rates(&step->evaluation, t, y, step->side);
     if (!status)
-        status = refdyn_linear_evaluate(linear, drive->work, t, y, drive->side);
+        status = refdyn_linear_evaluate(linear, work, t, y, step->side);
     if (!status)
-        status = refdyn_linear_factor(linear, drive->work, 0);
+        status = refdyn_linear_factor_accelerations(linear, work);
     if (status)
         return status;
     memset(by_y, 0, (size_t)(size * size) * sizeof *by_y);

@@ -24,6 +24,32 @@
 #include "refdyn.h"
 #include "base/layout.h"
 
+/* The tangent as vectors of joints, and factors in O(n). By position: all joints
+ * beyond one follow it. */
+struct refdyn_chain {
+    const struct refdyn_model *model;
+    int n, is_planar, border;            /* border: couplings, and the rows of the last factorisation */
+    int left, right;                     /* components of a wrench, 3 or 6, and of what it meets, 5 or 12 */
+    int record;                          /* doubles of a joint's vectors, in the order of chain_wide.c */
+    double *records;                     /* (n x record) */
+    double *stiffness, *damping;         /* (n) beside the vectors */
+    const double *pulled, *by_q, *by_qd; /* (couplings x n) in the result */
+    double *factors;     /* n x (left + 2 right + 1) real numbers, then as many wide ones: chain_wide.h */
+    double *responses;   /* (couplings + m) x n, likewise: A^-1 of the border's columns */
+    double *border_rows; /* likewise: the rows of the border for the last g */
+    double *corner;      /* (couplings + m)^2, then as many complex ones for each lane: its L U */
+    double *inner;       /* (slots x left x right) numbers, X of chain.h */
+    double *sweep;       /* (n x right) numbers, what is carried */
+    double *side;        /* room of right sides: 4 n, and 2 n + 2 (couplings + m) numbers */
+    double *scale;       /* (couplings + m) room */
+    int *order;          /* (n) coordinate by position */
+    int *parent;         /* (n) position of the joint before, -1: none */
+    int *other, *next;   /* (n) the second joint beyond each, and one more beside it, -1: none */
+    int *moves;          /* (n) 0: its origin is that of the joint before */
+    int *slot;           /* (n) of X: that of the first joint beyond, else its own */
+    int *pivot;          /* (couplings + m), then as many for each lane */
+};
+
 /* Lays out arrays with room for factors of a real matrix, and (has_wide) of those of a collocation method. */
 void refdyn_chain_lay_out(struct refdyn_chain *chain, const struct refdyn_model *model, int has_wide,
                           struct room *room);

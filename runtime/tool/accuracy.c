@@ -62,11 +62,11 @@ static double find_fall(const struct candidate *now, double accuracy, int order)
 }
 
 static double tolerance_of(const struct candidate *candidate) {
-    return candidate->trial.motion.drive.options.tol;
+    return candidate->trial.motion.integrator.options.tol;
 }
 
 static long tries_of(const struct candidate *candidate) {
-    const struct refdyn_statistics *statistics = &candidate->trial.motion.drive.statistics;
+    const struct refdyn_statistics *statistics = &candidate->trial.motion.integrator.statistics;
     return statistics->steps + statistics->rejected;
 }
 
@@ -116,7 +116,7 @@ static bool tighten(struct refdyn_options *drive, const struct candidate *now, d
         return false;
     if (now->trial.result == REFDYN_OK)
         drive->step_max =
-            now->trial.motion.drive.statistics.step_largest * pow(tol / drive->tol, 1.0 / order);
+            now->trial.motion.integrator.statistics.step_largest * pow(tol / drive->tol, 1.0 / order);
     drive->tol = tol;
     return true;
 }

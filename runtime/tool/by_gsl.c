@@ -40,10 +40,11 @@ struct by_gsl {
     struct refdyn_gsl steps;
 };
 
-int by_gsl_open(struct by_gsl **gsl, struct refdyn_drive *drive, const char *method) {
+int by_gsl_open(struct by_gsl **gsl, struct refdyn_integrator *integrator, const char *method) {
     gsl_set_error_handler_off();
     *gsl = allocate(1, sizeof **gsl);
-    return refdyn_gsl_init(&(*gsl)->steps, drive, (enum refdyn_gsl_method)refdyn_gsl_method_find(method));
+    return refdyn_gsl_init(&(*gsl)->steps, integrator,
+                           (enum refdyn_gsl_method)refdyn_gsl_method_find(method));
 }
 
 int by_gsl_step(struct by_gsl *gsl, double t_out, long steps) {
@@ -60,8 +61,8 @@ void by_gsl_close(struct by_gsl *gsl) {
 
 const bool by_gsl_is_built = false;
 
-int by_gsl_open(struct by_gsl **gsl, struct refdyn_drive *drive, const char *method) {
-    (void)drive;
+int by_gsl_open(struct by_gsl **gsl, struct refdyn_integrator *integrator, const char *method) {
+    (void)integrator;
     (void)method;
     *gsl = NULL;
     return REFDYN_BAD_OPTION;

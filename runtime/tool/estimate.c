@@ -17,14 +17,15 @@ void track_start(struct track *track, const struct refdyn_model *model, long roo
     track->r = allocate(outputs * 3 * (size_t)model->point_count, sizeof *track->r);
 }
 
-void track_add(struct track *track, const struct refdyn_drive *drive) {
-    const struct refdyn_workspace *work = drive->work;
+void track_add(struct track *track, const struct refdyn_integrator *integrator) {
+    const struct refdyn_workspace *work = integrator->work;
     const struct refdyn_model *model = work->model;
     const long i = track->count++;
-    track->t[i] = drive->t;
-    memcpy(track->q + i * model->n, drive->q, (size_t)model->n * sizeof *track->q);
+    track->t[i] = integrator->t;
+    memcpy(track->q + i * model->n, integrator->q, (size_t)model->n * sizeof *track->q);
     if (model->point_count > 0)
-        model->r(work->p, work->x, drive->t, drive->q, drive->qd, track->r + 3 * i * model->point_count);
+        model->r(work->p, work->x, integrator->t, integrator->q, integrator->qd,
+                 track->r + 3 * i * model->point_count);
 }
 
 void track_release(struct track *track) {

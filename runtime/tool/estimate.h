@@ -23,7 +23,7 @@ struct track {
 
 void track_start(struct track *track, const struct refdyn_model *model, long room);
 /* The drive's state is the next output. */
-void track_add(struct track *track, const struct refdyn_drive *drive);
+void track_add(struct track *track, const struct refdyn_integrator *integrator);
 void track_release(struct track *track);
 
 /* The largest of some errors, and when. */

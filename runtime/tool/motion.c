@@ -187,23 +187,23 @@ int motion_start(struct motion *motion, struct scene *scene, const struct refdyn
     motion->method = refdyn_method_name((int)drive->method);
     motion->every = every > 0 ? every : span / DEFAULT_OUTPUTS;
     motion->outputs = count_outputs(motion);
-    size_t size = refdyn_drive_size(scene->model, drive);
+    size_t size = refdyn_integrator_size(scene->model, drive);
     motion->memory = allocate(1, size);
-    int status = refdyn_drive_init(&motion->drive, &scene->work, drive, motion->memory, size);
+    int status = refdyn_integrator_init(&motion->integrator, &scene->work, drive, motion->memory, size);
     double begin = cpu_seconds();
     if (scene->inputs)
         inputs_set(scene->inputs, motion->from, scene->work.x);
     if (status == REFDYN_OK)
-        status = refdyn_drive_start(&motion->drive, motion->from, scene->q, scene->qd);
-    refdyn_drive_until(&motion->drive, until);
-    refdyn_drive_limit(&motion->drive, next_sample(motion));
+        status = refdyn_integrator_start(&motion->integrator, motion->from, scene->q, scene->qd);
+    refdyn_integrator_until(&motion->integrator, until);
+    refdyn_integrator_limit(&motion->integrator, next_sample(motion));
     motion->cpu_s = cpu_seconds() - begin;
-    return status == REFDYN_OK ? refdyn_energy_start(&motion->energy, &motion->drive) : status;
+    return status == REFDYN_OK ? refdyn_energy_start(&motion->energy, &motion->integrator) : status;
 }
 
 int motion_by_gsl(struct motion *motion, const char *method) {
     motion->method = method;
-    return by_gsl_open(&motion->gsl, &motion->drive, method);
+    return by_gsl_open(&motion->gsl, &motion->integrator, method);
 }
 
 double motion_time(const struct motion *motion, long i) {
@@ -211,13 +211,13 @@ double motion_time(const struct motion *motion, long i) {
 }
 
 double motion_fraction(const struct motion *motion) {
-    return (motion->drive.t - motion->from) / (motion->until - motion->from);
+    return (motion->integrator.t - motion->from) / (motion->until - motion->from);
 }
 
 /* Beyond its limit, or on the way there: at a tenth of it, twice as fast would still be too slow. */
 static bool is_too_slow(const struct motion *motion, double cpu_s) {
     const double limit = motion->cpu_limit;
-    return limit > 0 && motion->drive.t < motion->until &&
+    return limit > 0 && motion->integrator.t < motion->until &&
            (cpu_s > limit || (cpu_s > limit / 10 && cpu_s > 2 * limit * motion_fraction(motion)));
 }
 
@@ -227,10 +227,10 @@ bool motion_is_stopped(const struct motion *motion) {
 
 /* The inputs of the sample at the drive's time, from which the state is met anew. */
 static int take_sample(struct motion *motion) {
-    struct refdyn_drive *drive = &motion->drive;
-    inputs_set(motion->scene->inputs, drive->t, drive->work->x);
-    refdyn_drive_limit(drive, next_sample(motion));
-    const int status = refdyn_drive_refresh(drive);
+    struct refdyn_integrator *integrator = &motion->integrator;
+    inputs_set(motion->scene->inputs, integrator->t, integrator->work->x);
+    refdyn_integrator_limit(integrator, next_sample(motion));
+    const int status = refdyn_integrator_refresh(integrator);
     if (status == REFDYN_OK && motion->stops)
         stops_hold(motion->stops);
     return status;
@@ -238,17 +238,17 @@ static int take_sample(struct motion *motion) {
 
 /* Some steps towards `goal`; with stops to watch, to the next end of a step and no further. */
 static int go_on(struct motion *motion, double goal) {
-    struct refdyn_drive *drive = &motion->drive;
-    const double before = drive->t, sample = next_sample(motion);
+    struct refdyn_integrator *integrator = &motion->integrator;
+    const double before = integrator->t, sample = next_sample(motion);
     double bound = fmin(goal, sample);
-    if (motion->stops && before < drive->t_end)
-        bound = fmin(bound, drive->t_end);
+    if (motion->stops && before < integrator->t_end)
+        bound = fmin(bound, integrator->t_end);
     const long steps = motion->stops ? 1 : STEPS_PER_LOOK;
-    int status =
-        motion->gsl ? by_gsl_step(motion->gsl, bound, steps) : refdyn_drive_step(drive, bound, steps);
+    int status = motion->gsl ? by_gsl_step(motion->gsl, bound, steps)
+                             : refdyn_integrator_step(integrator, bound, steps);
     if (status == REFDYN_OK && motion->stops)
         status = stops_meet(motion->stops, before);
-    if (status == REFDYN_OK && drive->t == sample && !motion_is_stopped(motion))
+    if (status == REFDYN_OK && integrator->t == sample && !motion_is_stopped(motion))
         status = take_sample(motion);
     return status;
 }
@@ -256,7 +256,7 @@ static int go_on(struct motion *motion, double goal) {
 int motion_to(struct motion *motion, long i, struct progress *progress) {
     double goal = motion_time(motion, i), begin = cpu_seconds();
     int status = REFDYN_OK;
-    while (status == REFDYN_OK && motion->drive.t < goal && !motion_is_stopped(motion)) {
+    while (status == REFDYN_OK && motion->integrator.t < goal && !motion_is_stopped(motion)) {
         status = go_on(motion, goal);
         if (progress)
             progress_show(progress, motion_fraction(motion));
@@ -268,7 +268,7 @@ int motion_to(struct motion *motion, long i, struct progress *progress) {
     motion->cpu_s += cpu_seconds() - begin;
     motion->wall_s = wall_seconds() - motion->started;
     if (status == REFDYN_OK)
-        status = refdyn_energy_add(&motion->energy, &motion->drive);
+        status = refdyn_energy_add(&motion->energy, &motion->integrator);
     return status == REFDYN_OK && interrupted ? MOTION_INTERRUPTED : status;
 }
 

@@ -22,7 +22,7 @@ extern const char *const stabilise_names[STABILISE_COUNT];
 
 struct motion {
     struct scene *scene;
-    struct refdyn_drive drive;
+    struct refdyn_integrator integrator;
     const char *method;
     struct by_gsl *gsl; /* takes the steps, NULL: the drive does */
     void *memory;

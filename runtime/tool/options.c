@@ -39,7 +39,8 @@ struct rule {
 
 static const struct rule rules[] = {
     {"output", "FILE", KIND_TEXT, FIELD(output), "where results go"},
-    {"emit", "M,h,...", KIND_LIST, FIELD(emit), "these quantities only; all: every one but derivatives; implicit: the tangent of implicit steps"},
+    {"emit", "M,h,...", KIND_LIST, FIELD(emit),
+     "these quantities only; all: every one but derivatives; implicit: the tangent of implicit steps"},
     {"state", "STATE.json", KIND_TEXT, FIELD(state),
      "t, q, qd, inputs, parameters; what is left out is the model's"},
     {"until", "T", KIND_POSITIVE, FIELD(until), "end of the motion [s]"},

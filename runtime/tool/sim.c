@@ -35,16 +35,16 @@ static void print_remedies(const struct options *options, const struct refdyn_op
 }
 
 /* A start off the programme: the residual of each row, and what can be done. */
-static void print_start(const struct options *options, const struct refdyn_drive *drive) {
-    const struct refdyn_workspace *work = drive->work;
+static void print_start(const struct options *options, const struct refdyn_integrator *integrator) {
+    const struct refdyn_workspace *work = integrator->work;
     char text[2][NUMBER_LENGTH];
-    if (!drive->start_is_off)
+    if (!integrator->start_is_off)
         return;
-    if (drive->options.project_start) {
+    if (integrator->options.project_start) {
         fprintf(stderr,
                 "refdyn: the start was off the programme (largest |phi| %.4g, |psi| %.4g) and was projected "
                 "onto it\n",
-                drive->start.phi, drive->start.psi);
+                integrator->start.phi, integrator->start.psi);
         return;
     }
     fprintf(stderr, "refdyn: warning: the start is off the programme:\n");
@@ -57,14 +57,14 @@ static void print_start(const struct options *options, const struct refdyn_drive
             fprintf(stderr, "phi = %s, ", exact_text(work->phi[i], text[0]));
         fprintf(stderr, "psi = %s\n", exact_text(work->psi[i], text[1]));
     }
-    print_remedies(options, &drive->options);
+    print_remedies(options, &integrator->options);
 }
 
 /* ---- Runs ---- */
 
 static void on_start(const struct task *task, const struct motion *motion) {
     target_keep_part(task->scene->result);
-    print_start(task->options, &motion->drive);
+    print_start(task->options, &motion->integrator);
     print_redundant_rows(&task->scene->work);
 }
 
@@ -83,7 +83,7 @@ static bool keep_part(struct target *target, bool has_rows, bool has_last) {
 }
 
 /* That a way through a state where the rows lose rank was looked for, and what came of it. */
-static void print_refused(const struct refdyn_refused_passage *refused) {
+static void print_refused(const struct refdyn_refused_crossing *refused) {
     char text[NUMBER_LENGTH];
     if (refused->tries == 0)
         return;
@@ -97,17 +97,18 @@ static void print_refused(const struct refdyn_refused_passage *refused) {
 /* How far the start is from the programme, and how near its projection came. */
 static void print_start_residuals(const struct trial *trial) {
     const struct scene *scene = trial->motion.scene;
-    const struct refdyn_drive *drive = &trial->motion.drive;
+    const struct refdyn_integrator *integrator = &trial->motion.integrator;
     if (trial->result != REFDYN_NO_CONVERGENCE && trial->result != REFDYN_ROWS_INCONSISTENT)
         return;
-    print_residuals(drive->work, scene->state.t, scene->q, scene->qd, "the start");
-    if (memcmp(scene->q, drive->q, (size_t)scene->model->n * sizeof *drive->q) != 0)
-        print_residuals(drive->work, scene->state.t, drive->q, drive->qd, "where the projection ended");
+    print_residuals(integrator->work, scene->state.t, scene->q, scene->qd, "the start");
+    if (memcmp(scene->q, integrator->q, (size_t)scene->model->n * sizeof *integrator->q) != 0)
+        print_residuals(integrator->work, scene->state.t, integrator->q, integrator->qd,
+                        "where the projection ended");
 }
 
 static void print_failure(const struct trial *trial) {
     const struct motion *motion = &trial->motion;
-    const struct refdyn_drive *drive = &motion->drive;
+    const struct refdyn_integrator *integrator = &motion->integrator;
     const struct scene *scene = motion->scene;
     char text[NUMBER_LENGTH];
     if (trial->unfit)
@@ -118,16 +119,16 @@ static void print_failure(const struct trial *trial) {
     } else if (trial->result == MOTION_INTERRUPTED || trial->result == MOTION_NOT_WRITTEN)
         fprintf(stderr, "refdyn: %s at t = %s s\n",
                 trial->result == MOTION_INTERRUPTED ? "interrupted" : "the rows could no longer be written",
-                exact_text(drive->t, text));
+                exact_text(integrator->t, text));
     else {
-        if (drive->cause > 0 && drive->cause != trial->result)
-            fprintf(stderr, "refdyn: at t = %s s: %s\n", exact_text(drive->failed_t, text),
-                    refdyn_status_text(drive->cause));
-        numbers_failed(scene, trial->result, drive->t, drive->q, drive->qd);
-        if (print_condition(drive->work, drive->t, drive->q, drive->qd) &&
-            drive->options.singular == REFDYN_STOP)
+        if (integrator->cause > 0 && integrator->cause != trial->result)
+            fprintf(stderr, "refdyn: at t = %s s: %s\n", exact_text(integrator->failed_t, text),
+                    refdyn_status_text(integrator->cause));
+        numbers_failed(scene, trial->result, integrator->t, integrator->q, integrator->qd);
+        if (print_condition(integrator->work, integrator->t, integrator->q, integrator->qd) &&
+            integrator->options.singular == REFDYN_STOP)
             fputs("refdyn: --singular pass leads through where a branch can be followed\n", stderr);
-        print_refused(&drive->refused);
+        print_refused(&integrator->refused);
         if (trial->result > REFDYN_OK && !trial->unfit)
             fputs("refdyn: a smaller --step or --tol may help\n", stderr);
     }
@@ -157,15 +158,15 @@ static enum status finish(const struct summary *summary, const struct scene *sce
 
 /* A tenth of the tolerance, or half the step; where not the tolerance rules the steps they are shorter, too,
  * and where it does not rule iterations, a tenth of what does. */
-static struct refdyn_options finer(const struct refdyn_drive *drive) {
-    struct refdyn_options options = drive->options;
+static struct refdyn_options finer(const struct refdyn_integrator *integrator) {
+    struct refdyn_options options = integrator->options;
     if (options.tol > 0) {
-        const int order = refdyn_method_order(drive->method);
-        const long *steps_by = drive->statistics.steps_by;
+        const int order = refdyn_method_order(integrator->method);
+        const long *steps_by = integrator->statistics.steps_by;
         if (steps_by[REFDYN_RADAU9] > 0 || steps_by[REFDYN_GAUSS12] > 0)
             options.tol = refdyn_settled_tolerance(options.tol);
         options.tol *= verify_part;
-        options.step_max = drive->statistics.step_largest * pow(verify_part, 1.0 / order);
+        options.step_max = integrator->statistics.step_largest * pow(verify_part, 1.0 / order);
     } else
         options.step /= 2;
     return options;
@@ -174,17 +175,17 @@ static struct refdyn_options finer(const struct refdyn_drive *drive) {
 /* The same motion once more, to the same end, and the error of the first one. */
 static enum status verify(const struct trial *trial, const struct task *task, struct summary *summary,
                           struct estimate *estimate) {
-    const struct refdyn_drive *drive = &trial->motion.drive;
-    const struct refdyn_options options = finer(drive);
+    const struct refdyn_integrator *integrator = &trial->motion.integrator;
+    const struct refdyn_options options = finer(integrator);
     struct task again = *task;
     struct trial second;
-    again.until = drive->t;
+    again.until = integrator->t;
     again.has_stops = false;
     again.on_start = NULL;
     trial_run(&second, &again, &options, NULL);
     enum status status = second.result == REFDYN_OK ? STATUS_DONE : STATUS_NUMBERS;
     if (status == STATUS_DONE) {
-        const int order = refdyn_method_order(drive->method);
+        const int order = refdyn_method_order(integrator->method);
         estimate_make(estimate, &trial->track, &second.track,
                       options.tol > 0 ? verify_part : pow(0.5, order));
         summary->estimate = estimate;
@@ -211,7 +212,7 @@ static enum status simulate(const struct task *task, const struct refdyn_options
     else {
         summary.cpu_total_s = trial.motion.cpu_s;
         enum status verified = STATUS_DONE;
-        if (task->options->verify && trial.motion.drive.t > trial.motion.from)
+        if (task->options->verify && trial.motion.integrator.t > trial.motion.from)
             verified = verify(&trial, task, &summary, &estimate);
         status = finish(&summary, task->scene);
         status = status == STATUS_DONE ? verified : status;

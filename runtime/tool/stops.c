@@ -37,11 +37,12 @@ static enum status read_stop(struct stops *stops, const struct options *options,
     return status;
 }
 
-enum status stops_read(struct stops *stops, const struct options *options, struct refdyn_drive *drive) {
+enum status stops_read(struct stops *stops, const struct options *options,
+                       struct refdyn_integrator *integrator) {
     enum status status = STATUS_DONE;
-    *stops = (struct stops){.drive = drive};
+    *stops = (struct stops){.integrator = integrator};
     stops->list = allocate((size_t)options->stop_count, sizeof *stops->list);
-    table_start(&stops->table, drive);
+    table_start(&stops->table, integrator);
     for (int i = 0; i < options->stop_count && status == STATUS_DONE; i++)
         status = read_stop(stops, options, options->stops[i]);
     return status;
@@ -54,7 +55,7 @@ bool stops_hold(struct stops *stops) {
         const double value = stops->table.values[stop->column];
         if (stop->is_below ? value < stop->value : value > stop->value) {
             stops->reached = stop;
-            stops->t = stops->drive->t;
+            stops->t = stops->integrator->t;
             return true;
         }
     }
@@ -63,19 +64,19 @@ bool stops_hold(struct stops *stops) {
 
 /* By bisection down to neighbouring times: also across a jump, at which the later side counts. */
 int stops_meet(struct stops *stops, double t_before) {
-    double before = t_before, after = stops->drive->t;
+    double before = t_before, after = stops->integrator->t;
     if (!stops_hold(stops))
         return REFDYN_OK;
     while (after - before > DBL_EPSILON * fmax(fabs(before), fabs(after))) {
         const double middle = before + (after - before) / 2;
         if (!(middle > before && middle < after))
             break;
-        const int status = refdyn_drive_look(stops->drive, middle);
+        const int status = refdyn_integrator_look(stops->integrator, middle);
         if (status != REFDYN_OK)
             return status;
         *(stops_hold(stops) ? &after : &before) = middle;
     }
-    const int status = refdyn_drive_look(stops->drive, after);
+    const int status = refdyn_integrator_look(stops->integrator, after);
     if (status == REFDYN_OK)
         stops_hold(stops);
     return status;

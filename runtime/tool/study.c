@@ -46,24 +46,24 @@ bool is_settled(const struct study *study, const struct trial *trial) {
 /* ---- One run */
 
 static void put_track(const struct runs *runs, const struct motion *motion, long output) {
-    const struct refdyn_drive *drive = &motion->drive;
-    const struct refdyn_workspace *work = drive->work;
+    const struct refdyn_integrator *integrator = &motion->integrator;
+    const struct refdyn_workspace *work = integrator->work;
     const int tracked = runs->study->tracked;
     double *track = runs->track + output * tracked;
     if (runs->study->stride == 3)
-        work->model->r(work->p, work->x, drive->t, drive->q, drive->qd, track);
+        work->model->r(work->p, work->x, integrator->t, integrator->q, integrator->qd, track);
     else
-        memcpy(track, drive->q, (size_t)tracked * sizeof *track);
+        memcpy(track, integrator->q, (size_t)tracked * sizeof *track);
 }
 
 static void keep_facts(struct trial *trial, const struct motion *motion) {
-    const struct refdyn_statistics *s = &motion->drive.statistics;
+    const struct refdyn_statistics *s = &motion->integrator.statistics;
     const double fraction = motion_fraction(motion);
     trial->cpu_s = motion->cpu_s;
     if (trial->result == MOTION_TOO_SLOW)
         trial->cpu_s /= fraction;
-    trial->cause = motion->drive.cause;
-    trial->stopped_t = motion->drive.t;
+    trial->cause = motion->integrator.cause;
+    trial->stopped_t = motion->integrator.t;
     trial->steps = s->steps;
     trial->rejected = s->rejected;
     trial->evaluations = s->evaluations;

@@ -12,14 +12,14 @@ static const char *row_name(const struct refdyn_model *model, int row) {
 }
 
 /* What the automatic choice took, and why. */
-static void print_choice(const struct refdyn_drive *drive) {
-    const struct refdyn_choice *choice = &drive->choice;
+static void print_choice(const struct refdyn_integrator *integrator) {
+    const struct refdyn_choice *choice = &integrator->choice;
     const char *before = "";
     fputs("chosen       ", stderr);
     for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
-        if (drive->statistics.steps_by[method] > 0) {
+        if (integrator->statistics.steps_by[method] > 0) {
             fprintf(stderr, "%s%s for %ld steps", before, refdyn_method_name(method),
-                    drive->statistics.steps_by[method]);
+                    integrator->statistics.steps_by[method]);
             before = ", ";
         }
     if (choice->rate > 0)
@@ -35,14 +35,14 @@ static void print_choice(const struct refdyn_drive *drive) {
 }
 
 static void print_method(const struct motion *motion) {
-    const struct refdyn_drive *drive = &motion->drive;
-    const struct refdyn_options *o = &drive->options;
+    const struct refdyn_integrator *integrator = &motion->integrator;
+    const struct refdyn_options *o = &integrator->options;
     char text[NUMBER_LENGTH];
     fprintf(stderr, "method       %s, %s %s, stabilised by %s%s\n", motion->method,
             o->tol > 0 ? "tolerance" : "step [s]", exact_text(o->tol > 0 ? o->tol : o->step, text),
             stabilise_names[o->stabilise], is_automatic(o) ? ", gains from the step" : "");
-    if (o->method == REFDYN_AUTO && drive->statistics.steps > 0)
-        print_choice(drive);
+    if (o->method == REFDYN_AUTO && integrator->statistics.steps > 0)
+        print_choice(integrator);
 }
 
 static void print_rows(const struct refdyn_model *model, const struct refdyn_statistics *s) {
@@ -56,15 +56,15 @@ static void print_rows(const struct refdyn_model *model, const struct refdyn_sta
 
 /* States where the rows lose rank, with the step that led through each. */
 static void print_passages(const struct refdyn_statistics *s) {
-    const int kept = s->passages < REFDYN_PASSAGES_KEPT ? s->passages : REFDYN_PASSAGES_KEPT;
-    if (s->passages == 0)
+    const int kept = s->crossings < REFDYN_CROSSINGS_KEPT ? s->crossings : REFDYN_CROSSINGS_KEPT;
+    if (s->crossings == 0)
         return;
     fprintf(stderr, "passed       %d state%s where the rows lose rank, error of each step at most %.2g;",
-            s->passages, s->passages > 1 ? "s" : "", s->passage_error);
+            s->crossings, s->crossings > 1 ? "s" : "", s->crossing_error);
     for (int i = 0; i < kept; i++)
-        fprintf(stderr, "%s t = %.9g s by %.3g s", i ? "," : "", s->passage[i].t,
-                s->passage[i].t_end - s->passage[i].t_begin);
-    fputs(s->passages > kept ? ", ...\n" : "\n", stderr);
+        fprintf(stderr, "%s t = %.9g s by %.3g s", i ? "," : "", s->crossing[i].t,
+                s->crossing[i].t_end - s->crossing[i].t_begin);
+    fputs(s->crossings > kept ? ", ...\n" : "\n", stderr);
 }
 
 /* Errors of less than these parts, of the largest change and of all energy, are none to speak of. */
@@ -82,13 +82,13 @@ static void warn_of_balance(const struct refdyn_energy *energy) {
 
 void summary_print(const struct summary *summary) {
     const struct motion *motion = &summary->trial->motion;
-    const struct refdyn_statistics *s = &motion->drive.statistics;
+    const struct refdyn_statistics *s = &motion->integrator.statistics;
     char text[NUMBER_LENGTH];
     print_method(motion);
     fprintf(stderr, "steps        %ld taken, %ld rejected, from %.3g to %.3g s\n", s->steps, s->rejected,
             s->step_smallest, s->step_largest);
     fprintf(stderr, "evaluations  %ld, tangents %ld%s\n", s->evaluations, s->tangents,
-            s->tangents && motion->drive.linear.is_chain ? ", solved joint by joint" : "");
+            s->tangents && motion->integrator.solves_by_joints ? ", solved joint by joint" : "");
     if (motion->scene->model->m > 0)
         print_rows(motion->scene->model, s);
     print_passages(s);
@@ -118,30 +118,31 @@ static void put_rows(struct document *document, const struct refdyn_model *model
 }
 
 static void put_passages(struct document *document, const struct refdyn_statistics *s) {
-    double t[REFDYN_PASSAGES_KEPT], stretch[REFDYN_PASSAGES_KEPT], error[REFDYN_PASSAGES_KEPT];
-    const int kept = s->passages < REFDYN_PASSAGES_KEPT ? s->passages : REFDYN_PASSAGES_KEPT;
+    double t[REFDYN_CROSSINGS_KEPT], stretch[REFDYN_CROSSINGS_KEPT], error[REFDYN_CROSSINGS_KEPT];
+    const int kept = s->crossings < REFDYN_CROSSINGS_KEPT ? s->crossings : REFDYN_CROSSINGS_KEPT;
     for (int i = 0; i < kept; i++) {
-        t[i] = s->passage[i].t;
-        stretch[i] = s->passage[i].t_end - s->passage[i].t_begin;
-        error[i] = s->passage[i].error;
+        t[i] = s->crossing[i].t;
+        stretch[i] = s->crossing[i].t_end - s->crossing[i].t_begin;
+        error[i] = s->crossing[i].error;
     }
     put_open(document, "passed", '{');
-    put_whole(document, "count", s->passages);
+    put_whole(document, "count", s->crossings);
     put_array(document, "t", t, kept);
     put_array(document, "stretch", stretch, kept);
     put_array(document, "error", error, kept);
-    put_number(document, "error_max", s->passage_error);
+    put_number(document, "error_max", s->crossing_error);
     put_close(document, '}');
 }
 
 static void put_method(struct document *document, const struct motion *motion) {
-    const struct refdyn_options *options = &motion->drive.options;
+    const struct refdyn_options *options = &motion->integrator.options;
     put_text(document, "method", motion->method);
     if (options->method == REFDYN_AUTO) {
         put_open(document, "chosen", '{');
         for (int method = 0; method < REFDYN_METHOD_COUNT; method++)
-            if (motion->drive.statistics.steps_by[method] > 0)
-                put_whole(document, refdyn_method_name(method), motion->drive.statistics.steps_by[method]);
+            if (motion->integrator.statistics.steps_by[method] > 0)
+                put_whole(document, refdyn_method_name(method),
+                          motion->integrator.statistics.steps_by[method]);
         put_close(document, '}');
     }
     put_text(document, "stabilise",
@@ -160,7 +161,7 @@ static void put_stop(struct document *document, const struct motion *motion) {
 
 static void put_summary(struct document *document, const struct summary *summary) {
     const struct motion *motion = &summary->trial->motion;
-    const struct refdyn_statistics *s = &motion->drive.statistics;
+    const struct refdyn_statistics *s = &motion->integrator.statistics;
     put_method(document, motion);
     put_whole(document, "steps", s->steps);
     put_whole(document, "rejected", s->rejected);
@@ -172,7 +173,7 @@ static void put_summary(struct document *document, const struct summary *summary
     put_number(document, "psi_max", s->psi_max);
     if (motion->scene->model->m > 0)
         put_rows(document, motion->scene->model, s);
-    if (motion->drive.options.singular == REFDYN_PASS)
+    if (motion->integrator.options.singular == REFDYN_PASS)
         put_passages(document, s);
     put_number(document, "energy_error", refdyn_energy_error(&motion->energy));
     put_number(document, "cpu_s", motion->cpu_s);

@@ -95,10 +95,10 @@ static void name_columns(const struct refdyn_model *model, struct columns *colum
         add_settled(columns, "course_", text_format("%s", model->courses[i]));
 }
 
-void table_start(struct table *table, struct refdyn_drive *drive) {
-    const struct refdyn_model *model = drive->work->model;
+void table_start(struct table *table, struct refdyn_integrator *integrator) {
+    const struct refdyn_model *model = integrator->work->model;
     size_t n = (size_t)model->n, columns = 3 * (size_t)model->point_count;
-    *table = (struct table){.drive = drive, .count = count_columns(model)};
+    *table = (struct table){.integrator = integrator, .count = count_columns(model)};
     table->names = allocate((size_t)table->count, sizeof *table->names);
     table->values = allocate((size_t)table->count, sizeof *table->values);
     table->room = allocate(n + columns * (n + 3) + (size_t)model->course_count, sizeof *table->room);
@@ -118,26 +118,27 @@ static void put_values(struct table *table, const double *values, int count) {
 }
 
 /* rdd = C qdd + d */
-static void add_accelerations(const struct refdyn_drive *drive, const double *C, double *rdd, int rows) {
-    int n = drive->work->n;
+static void add_accelerations(const struct refdyn_integrator *integrator, const double *C, double *rdd,
+                              int rows) {
+    int n = integrator->work->n;
     for (int i = 0; i < rows; i++)
         for (int j = 0; j < n; j++)
-            rdd[i] += C[i * n + j] * drive->qdd[j];
+            rdd[i] += C[i * n + j] * integrator->qdd[j];
 }
 
 static void put_points(struct table *table) {
-    const struct refdyn_drive *drive = table->drive;
-    const struct refdyn_workspace *work = drive->work;
+    const struct refdyn_integrator *integrator = table->integrator;
+    const struct refdyn_workspace *work = integrator->work;
     const struct refdyn_model *model = work->model;
     int rows = 3 * model->point_count;
     double *r = table->room, *rd = r + rows, *rdd = rd + rows, *C = rdd + rows;
     if (rows == 0)
         return;
-    model->r(work->p, work->x, drive->t_right, drive->q, drive->qd, r);
-    model->rd(work->p, work->x, drive->t_right, drive->q, drive->qd, rd);
-    model->d(work->p, work->x, drive->t_right, drive->q, drive->qd, rdd);
-    model->C(work->p, work->x, drive->t_right, drive->q, drive->qd, C);
-    add_accelerations(drive, C, rdd, rows);
+    model->r(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, r);
+    model->rd(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, rd);
+    model->d(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, rdd);
+    model->C(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, C);
+    add_accelerations(integrator, C, rdd, rows);
     for (int point = 0; point < model->point_count; point++) {
         put_values(table, r + 3 * point, 3);
         put_values(table, rd + 3 * point, 3);
@@ -146,7 +147,7 @@ static void put_points(struct table *table) {
 }
 
 static void put_residuals(struct table *table) {
-    const struct refdyn_workspace *work = table->drive->work;
+    const struct refdyn_workspace *work = table->integrator->work;
     for (int i = 0; i < work->m; i++)
         if (work->model->rows[i].level == REFDYN_POSITION)
             put_value(table, work->phi[i]);
@@ -156,30 +157,30 @@ static void put_residuals(struct table *table) {
 }
 
 static void put_courses(struct table *table) {
-    const struct refdyn_drive *drive = table->drive;
-    const struct refdyn_workspace *work = drive->work;
+    const struct refdyn_integrator *integrator = table->integrator;
+    const struct refdyn_workspace *work = integrator->work;
     const struct refdyn_model *model = work->model;
     if (!model->course_count)
         return;
-    model->course(work->p, work->x, drive->t_right, drive->q, drive->qd, table->room);
+    model->course(work->p, work->x, integrator->t_right, integrator->q, integrator->qd, table->room);
     put_values(table, table->room, model->course_count);
 }
 
 void table_fill(struct table *table) {
-    const struct refdyn_drive *drive = table->drive;
-    int n = drive->work->n;
+    const struct refdyn_integrator *integrator = table->integrator;
+    int n = integrator->work->n;
     double energy[2] = {0, 0};
     table->filled = 0;
-    put_value(table, drive->t);
-    put_values(table, drive->q, n);
-    put_values(table, drive->qd, n);
+    put_value(table, integrator->t);
+    put_values(table, integrator->q, n);
+    put_values(table, integrator->qd, n);
     put_points(table);
     put_residuals(table);
-    refdyn_energies(drive->work, drive->t_right, drive->q, drive->qd, energy);
+    refdyn_energies(integrator->work, integrator->t_right, integrator->q, integrator->qd, energy);
     put_value(table, energy[0] + energy[1]);
-    refdyn_drive_force(table->drive, table->room);
+    refdyn_integrator_force(table->integrator, table->room);
     put_values(table, table->room, n);
-    put_values(table, drive->work->x, drive->work->model->input_count);
+    put_values(table, integrator->work->x, integrator->work->model->input_count);
     put_courses(table);
 }
 

@@ -11,7 +11,7 @@
 #include <stdio.h>
 
 struct table {
-    struct refdyn_drive *drive;
+    struct refdyn_integrator *integrator;
     char **names;   /* (count) */
     double *values; /* (count) of the last table_fill */
     int count, filled;
@@ -20,8 +20,8 @@ struct table {
 
 extern const char table_input_lead[]; /* before the name of an input whose name is taken */
 
-void table_start(struct table *table, struct refdyn_drive *drive);
-/* The values of the drive's state. */
+void table_start(struct table *table, struct refdyn_integrator *integrator);
+/* The values of the integrator's state. */
 void table_fill(struct table *table);
 void table_header(const struct table *table, FILE *out);
 /* The first column that is infinite or NaN after table_fill, NULL: none. */

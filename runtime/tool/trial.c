@@ -6,39 +6,39 @@
 
 /* A row is written when all of it is finite; else the motion ends there. */
 static void add_output(struct trial *trial, struct table *table, FILE *rows) {
-    struct refdyn_drive *drive = &trial->motion.drive;
+    struct refdyn_integrator *integrator = &trial->motion.integrator;
     if (rows) {
         table_fill(table);
         const char *unfit = table_not_finite(table);
         if (unfit) {
             trial->unfit = text_format("%s", unfit);
             trial->result = REFDYN_NOT_FINITE;
-            drive->work->fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
+            integrator->work->fault = (struct refdyn_fault){.row = -1, .coordinate = -1};
             return;
         }
         table_row(table, rows);
         if (ferror(rows))
             trial->result = MOTION_NOT_WRITTEN;
     }
-    track_add(&trial->track, drive);
+    track_add(&trial->track, integrator);
 }
 
 /* The state in which the motion ended before its time, as one more row. What is told of the failure stays. */
 static void add_last(struct trial *trial, struct table *table, FILE *rows) {
-    struct refdyn_drive *drive = &trial->motion.drive;
-    const struct refdyn_fault fault = drive->work->fault;
-    const int cause = drive->cause;
-    const double failed_t = drive->failed_t;
-    if (trial->track.count == 0 || drive->t > trial->track.t[trial->track.count - 1]) {
-        const bool is_seen = refdyn_drive_refresh(drive) == REFDYN_OK;
+    struct refdyn_integrator *integrator = &trial->motion.integrator;
+    const struct refdyn_fault fault = integrator->work->fault;
+    const int cause = integrator->cause;
+    const double failed_t = integrator->failed_t;
+    if (trial->track.count == 0 || integrator->t > trial->track.t[trial->track.count - 1]) {
+        const bool is_seen = refdyn_integrator_refresh(integrator) == REFDYN_OK;
         if (is_seen)
             table_fill(table);
         if (is_seen && !table_not_finite(table))
             table_row(table, rows);
     }
-    drive->work->fault = fault;
-    drive->cause = cause;
-    drive->failed_t = failed_t;
+    integrator->work->fault = fault;
+    integrator->cause = cause;
+    integrator->failed_t = failed_t;
 }
 
 /* From the start to the end, output by output. */
@@ -72,14 +72,14 @@ void trial_run(struct trial *trial, const struct task *task, const struct refdyn
     if (!trial->is_started)
         return;
     if (task->has_stops) {
-        trial->usage = stops_read(&trial->stops, task->options, &motion->drive);
+        trial->usage = stops_read(&trial->stops, task->options, &motion->integrator);
         motion->stops = &trial->stops;
     }
     if (trial->usage != STATUS_DONE)
         return;
     if (task->on_start)
         task->on_start(task, motion);
-    table_start(&table, &motion->drive);
+    table_start(&table, &motion->integrator);
     track_start(&trial->track, task->scene->model, motion->outputs);
     go(trial, &table, rows);
     table_release(&table);

@@ -61,8 +61,8 @@ struct trial {
 struct motion {
     struct scene *scene;
     struct refdyn_workspace work;
-    struct refdyn_drive drive;
-    void *work_memory, *drive_memory;
+    struct refdyn_integrator integrator;
+    void *work_memory, *integrator_memory;
     double *by_y, *by_t; /* row-major Jacobian */
     double *track;       /* (outputs x tracked) */
 };
@@ -89,24 +89,26 @@ static double cpu_seconds(void) {
 
 static void open_motion(struct motion *motion, struct scene *scene, const struct refdyn_options *options) {
     const struct refdyn_model *model = scene->model;
-    const size_t work_size = refdyn_workspace_size(model), drive_size = refdyn_drive_size(model, options);
+    const size_t work_size = refdyn_workspace_size(model),
+                 integrator_size = refdyn_integrator_size(model, options);
     const size_t size = (size_t)(2 * model->n + 1);
     *motion = (struct motion){.scene = scene};
     motion->work_memory = room(1, work_size);
-    motion->drive_memory = room(1, drive_size);
+    motion->integrator_memory = room(1, integrator_size);
     motion->by_y = room(size * size, sizeof(double));
     motion->by_t = room(size, sizeof(double));
     motion->track = room((size_t)(scene->outputs * scene->tracked), sizeof(double));
     if (refdyn_workspace_init(&motion->work, model, motion->work_memory, work_size) ||
-        refdyn_drive_init(&motion->drive, &motion->work, options, motion->drive_memory, drive_size))
-        stop("drive", model->name);
+        refdyn_integrator_init(&motion->integrator, &motion->work, options, motion->integrator_memory,
+                               integrator_size))
+        stop("integrator", model->name);
     refdyn_prepare(&motion->work);
     refdyn_anchor(&motion->work, 0, scene->q, scene->qd, NULL);
 }
 
 static void close_motion(struct motion *motion) {
     free(motion->work_memory);
-    free(motion->drive_memory);
+    free(motion->integrator_memory);
     free(motion->by_y);
     free(motion->by_t);
     free(motion->track);
@@ -124,25 +126,25 @@ static void look(struct motion *motion, int i, double t, const double *q, const 
 /* ---- The integrators; each returns 0 when it reached the end ---- */
 
 static int by_core(struct motion *motion) {
-    struct refdyn_drive *drive = &motion->drive;
-    int status = refdyn_drive_start(drive, 0, motion->scene->q, motion->scene->qd);
-    refdyn_drive_until(drive, motion->scene->until);
+    struct refdyn_integrator *integrator = &motion->integrator;
+    int status = refdyn_integrator_start(integrator, 0, motion->scene->q, motion->scene->qd);
+    refdyn_integrator_until(integrator, motion->scene->until);
     for (int i = 0; i < motion->scene->outputs && !status; i++) {
-        status = refdyn_drive_to(drive, output_time(motion->scene, i));
-        look(motion, i, drive->t, drive->q, drive->qd);
+        status = refdyn_integrator_to(integrator, output_time(motion->scene, i));
+        look(motion, i, integrator->t, integrator->q, integrator->qd);
     }
     return status;
 }
 
 static int by_gsl(struct motion *motion, enum refdyn_gsl_method method) {
-    struct refdyn_drive *drive = &motion->drive;
+    struct refdyn_integrator *integrator = &motion->integrator;
     struct refdyn_gsl gsl;
-    int status = refdyn_gsl_init(&gsl, drive, method);
+    int status = refdyn_gsl_init(&gsl, integrator, method);
     if (!status)
-        status = refdyn_drive_start(drive, 0, motion->scene->q, motion->scene->qd);
+        status = refdyn_integrator_start(integrator, 0, motion->scene->q, motion->scene->qd);
     for (int i = 0; i < motion->scene->outputs && !status; i++) {
         status = refdyn_gsl_to(&gsl, output_time(motion->scene, i));
-        look(motion, i, drive->t, drive->q, drive->qd);
+        look(motion, i, integrator->t, integrator->q, integrator->qd);
     }
     refdyn_gsl_release(&gsl);
     return status;
@@ -150,7 +152,8 @@ static int by_gsl(struct motion *motion, enum refdyn_gsl_method method) {
 
 static int cvode_slope(realtype t, N_Vector y, N_Vector dydt, void *data) {
     struct motion *motion = data;
-    return refdyn_first_order_slope(&motion->drive, t, N_VGetArrayPointer(y), N_VGetArrayPointer(dydt));
+    return refdyn_first_order_rates(&motion->integrator.motion->step, t, N_VGetArrayPointer(y),
+                                    N_VGetArrayPointer(dydt));
 }
 
 static int cvode_jacobian(realtype t, N_Vector y, N_Vector dydt, SUNMatrix J, void *data, N_Vector a,
@@ -158,8 +161,8 @@ static int cvode_jacobian(realtype t, N_Vector y, N_Vector dydt, SUNMatrix J, vo
     (void)dydt, (void)a, (void)b, (void)c;
     struct motion *motion = data;
     const int size = 2 * motion->work.n + 1;
-    const int status =
-        refdyn_first_order_jacobian(&motion->drive, t, N_VGetArrayPointer(y), motion->by_y, motion->by_t);
+    const int status = refdyn_first_order_jacobian(&motion->integrator.motion->step, t, N_VGetArrayPointer(y),
+                                                   motion->by_y, motion->by_t);
     for (int j = 0; j < size; j++)
         for (int i = 0; i < size; i++)
             SM_ELEMENT_D(J, i, j) = motion->by_y[i * size + j];
@@ -171,7 +174,7 @@ static int set_cvode(struct motion *motion, void *cvode, N_Vector y, N_Vector we
                      SUNLinearSolver solver, enum kind kind) {
     const int n = motion->work.n;
     for (int i = 0; i < 2 * n; i++)
-        NV_Ith_S(weights, i) = motion->drive.options.tol;
+        NV_Ith_S(weights, i) = motion->integrator.options.tol;
     NV_Ith_S(weights, 2 * n) = weight_none;
     return CVodeInit(cvode, cvode_slope, 0, y) || CVodeSVtolerances(cvode, 0, weights) ||
            CVodeSetUserData(cvode, motion) || CVodeSetLinearSolver(cvode, solver, J) ||
@@ -188,8 +191,8 @@ static int run_cvode(struct motion *motion, void *cvode, N_Vector y) {
             return 1;
         look(motion, i, t, state, state + n);
     }
-    return CVodeGetNumSteps(cvode, &motion->drive.statistics.steps) ||
-           CVodeGetNumJacEvals(cvode, &motion->drive.statistics.tangents);
+    return CVodeGetNumSteps(cvode, &motion->integrator.statistics.steps) ||
+           CVodeGetNumJacEvals(cvode, &motion->integrator.statistics.tangents);
 }
 
 static void no_message(int code, const char *module, const char *function, char *message, void *data) {
@@ -199,19 +202,19 @@ static void no_message(int code, const char *module, const char *function, char 
 static int by_cvode(struct motion *motion, enum kind kind) {
     const int n = motion->work.n;
     SUNContext context;
-    int status = refdyn_drive_start(&motion->drive, 0, motion->scene->q, motion->scene->qd);
+    int status = refdyn_integrator_start(&motion->integrator, 0, motion->scene->q, motion->scene->qd);
     if (status || SUNContext_Create(NULL, &context))
         return 1;
     N_Vector y = N_VNew_Serial(2 * n + 1, context), weights = N_VClone(y);
     SUNMatrix J = SUNDenseMatrix(2 * n + 1, 2 * n + 1, context);
     SUNLinearSolver solver = SUNLinSol_Dense(y, J, context);
     void *cvode = CVodeCreate(CV_BDF, context);
-    memcpy(N_VGetArrayPointer(y), motion->drive.state_new, (size_t)(2 * n + 1) * sizeof(double));
+    memcpy(N_VGetArrayPointer(y), motion->integrator.state_new, (size_t)(2 * n + 1) * sizeof(double));
     CVodeSetErrHandlerFn(cvode, no_message, NULL);
     status = set_cvode(motion, cvode, y, weights, J, solver, kind);
     if (!status)
         status = run_cvode(motion, cvode, y);
-    motion->drive.statistics.evaluations = motion->work.evaluations;
+    motion->integrator.statistics.evaluations = motion->work.evaluations;
     CVodeFree(&cvode);
     SUNLinSolFree(solver);
     SUNMatDestroy(J);
@@ -273,9 +276,9 @@ static void try_once(const struct integrator *integrator, struct scene *scene, s
     trial->seconds = trial->is_done ? fmin(trial->seconds, seconds) : seconds;
     trial->is_done = 1;
     trial->error = status ? INFINITY : reference ? distance(scene, motion.track, reference) : 0;
-    trial->steps = motion.drive.statistics.steps;
-    trial->evaluations = motion.drive.statistics.evaluations;
-    trial->tangents = motion.drive.statistics.tangents;
+    trial->steps = motion.integrator.statistics.steps;
+    trial->evaluations = motion.integrator.statistics.evaluations;
+    trial->tangents = motion.integrator.statistics.tangents;
     if (kept)
         memcpy(kept, motion.track, (size_t)(scene->outputs * scene->tracked) * sizeof *kept);
     close_motion(&motion);

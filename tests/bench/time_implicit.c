@@ -1,14 +1,15 @@
 /*
- * Times what an implicit step is made of, with matrices and in O(n): MODEL_model with both forms of the tangent.
+ * Times what an implicit step is made of, with matrices and in O(n): MODEL_model with both forms of the
+ * tangent.
  *
- * Prints n, then for each form the microseconds of the tangent, a factorisation and a solution with the products of its
- * right side, the least of some batches that take turns, as CPU time.
+ * Prints n, then for each form the microseconds of the tangent, a factorisation and a solution with the
+ * products of its right side, the least of some batches that take turns, as CPU time.
  */
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
 
-#include "private/linearise.h"
+#include "implicit/linearisation.h"
 
 extern const struct refdyn_model MODEL;
 

@@ -59,7 +59,7 @@ def lines(headers):
 
 
 OURS = [f'"{path.name}"' for path in PUBLIC]
-USE = "extern double refdyn_used(const struct refdyn_drive *drive);\n"
+USE = "extern double refdyn_used(const struct refdyn_integrator *integrator);\n"
 
 
 @pytest.mark.parametrize("name", COMPILERS)
@@ -98,7 +98,7 @@ def identifiers(paths):
 def test_no_identifier_is_a_macro_of_another_header():
     """A macro with arguments is one only before a parenthesis, where the public headers have functions of their own alone."""
     found = identifiers(PUBLIC)
-    assert {"refdyn_drive_to", "qdd", "REFDYN_OK", "complex_factors"} <= found
+    assert {"refdyn_integrator_to", "qdd", "REFDYN_OK", "is_undetermined"} <= found
     for compiler in (["gcc", "-std=gnu11", "-xc"], ["g++", "-std=gnu++17", "-xc++"]):
         macros = set()
         for group in foreign(compiler):
@@ -127,7 +127,7 @@ def public_names(path):
 
 def test_every_public_name_begins_with_ours():
     names = set().union(*map(public_names, PUBLIC))
-    assert {"REFDYN_OK", "refdyn_status", "refdyn_drive_to", "REFDYN_H", "refdyn_function", "REFDYN_MSBDF", "REFDYN_CANDIDATES"} <= names
+    assert {"REFDYN_OK", "refdyn_status", "refdyn_integrator_to", "REFDYN_H", "refdyn_function", "REFDYN_MSBDF", "REFDYN_CANDIDATES"} <= names
     foreign_names = {name for name in names if not name.startswith(("refdyn_", "REFDYN_"))}
     assert foreign_names <= {"gsl_odeiv2_system", "gsl_odeiv2_driver"}, foreign_names
 

@@ -117,11 +117,11 @@ static void unknown_methods(void) {
     for (int i = 0; i < 6; i++) {
         const enum refdyn_method method = (enum refdyn_method)wrong[i];
         const char *fact = NULL;
-        struct refdyn_drive drive;
+        struct refdyn_integrator integrator;
         struct refdyn_options options = refdyn_options_default(method);
         CHECK(refdyn_options_validate(&options, &fact) == REFDYN_BAD_OPTION && fact && strstr(fact, "method"));
-        CHECK(refdyn_drive_size(model, &options) == 0);
-        CHECK(refdyn_drive_init(&drive, &work, &options, room, 1000000) == REFDYN_BAD_OPTION);
+        CHECK(refdyn_integrator_size(model, &options) == 0);
+        CHECK(refdyn_integrator_init(&integrator, &work, &options, room, 1000000) == REFDYN_BAD_OPTION);
         CHECK(!refdyn_method_name(wrong[i]) && !refdyn_method_order(method) && !refdyn_can_run(model, method));
         CHECK(!refdyn_method_is_implicit(method));
     }
@@ -166,18 +166,18 @@ static void refused(const struct refdyn_model *wrong, int status) {
     const struct refdyn_options options = refdyn_options_default(REFDYN_AUTO);
     const struct refdyn_statics_options of_statics = refdyn_statics_default();
     struct refdyn_statics_result result;
-    struct refdyn_drive drive;
+    struct refdyn_integrator integrator;
     double values[16] = {0}, room[4096];
     const int held[] = {0};
     CHECK(refdyn_workspace_size(wrong) == 0);
-    CHECK(refdyn_drive_size(wrong, &options) == 0);
+    CHECK(refdyn_integrator_size(wrong, &options) == 0);
     CHECK(refdyn_statics_size(wrong) == 0);
     CHECK(refdyn_set_coordinate(wrong, values, "arm_psi", 1) == status);
     CHECK(refdyn_find_row(wrong, "row") == -1 && refdyn_find_point(wrong, "E") == -1);
     CHECK(refdyn_workspace_init(&work, wrong, room, sizeof room) == status);
     CHECK(refdyn_set_parameter(&work, "m_E", 1) == status && refdyn_set_input(&work, "tau", 1) == status);
     nothing_changes(values);
-    CHECK(refdyn_drive_init(&drive, &work, &options, room, sizeof room) == status);
+    CHECK(refdyn_integrator_init(&integrator, &work, &options, room, sizeof room) == status);
     CHECK(refdyn_statics(&work, &of_statics, held, 1, values, NULL, &result, room, sizeof room) == status);
 }
 
@@ -274,7 +274,7 @@ static void largest_models(void) {
                 large.tangent_vectors = form / 2 ? large.M : NULL;
                 CHECK(refdyn_workspace_size(&large) > (size_t)large.n * (size_t)large.n * sizeof(double));
                 CHECK(refdyn_statics_size(&large) > (size_t)large.n * (size_t)large.n * sizeof(double));
-                CHECK(refdyn_drive_size(&large, &options) > (size_t)large.n * sizeof(double));
+                CHECK(refdyn_integrator_size(&large, &options) > (size_t)large.n * sizeof(double));
                 CHECK(refdyn_workspace_init(&work, &large, memory, 8) == REFDYN_BAD_MEMORY);
             }
     free(parents);
@@ -284,14 +284,14 @@ static void largest_models(void) {
 /* Who goes on with a workspace that was refused is refused, too. */
 static void workspace_without_memory(void) {
     const struct refdyn_options options = refdyn_options_default(REFDYN_RK4);
-    struct refdyn_drive drive;
+    struct refdyn_integrator integrator;
     double room[4096];
     const size_t needed = refdyn_workspace_size(model);
     double values[16] = {0};
     CHECK(refdyn_workspace_init(&work, model, NULL, needed) == REFDYN_BAD_MEMORY);
     nothing_changes(values);
     CHECK(refdyn_set_parameter(&work, "m_E", 1) == REFDYN_BAD_MEMORY && refdyn_set_input(&work, "tau", 1) == REFDYN_BAD_MEMORY);
-    CHECK(refdyn_drive_init(&drive, &work, &options, room, sizeof room) == REFDYN_BAD_MEMORY);
+    CHECK(refdyn_integrator_init(&integrator, &work, &options, room, sizeof room) == REFDYN_BAD_MEMORY);
 }
 
 static void every_status_has_a_text(void) {

@@ -96,24 +96,24 @@ static void print(const char *what, int status, const double *values, int count)
 }
 
 static void move(struct refdyn_workspace *work, struct refdyn_options options) {
-    const size_t size = refdyn_drive_size(work->model, &options);
-    struct refdyn_drive drive;
+    const size_t size = refdyn_integrator_size(work->model, &options);
+    struct refdyn_integrator integrator;
     void *memory = malloc(size);
     double q[4], qd[4];
-    int status = refdyn_drive_init(&drive, work, &options, memory, size);
+    int status = refdyn_integrator_init(&integrator, work, &options, memory, size);
     refdyn_initial_state(work, q, qd);
     refdyn_anchor(work, 0, q, qd, NULL);
     if (!status)
-        status = refdyn_drive_start(&drive, 0, q, qd);
+        status = refdyn_integrator_start(&integrator, 0, q, qd);
     for (int i = 1; i <= 3 && !status; i++)
-        status = refdyn_drive_to(&drive, 0.21 * i);
-    print(refdyn_method_name((int)options.method), status, drive.q, 4);
-    print("rates", status, drive.qd, 4);
-    print("accelerations", drive.statistics.steps > 3, drive.qdd, 4);
+        status = refdyn_integrator_to(&integrator, 0.21 * i);
+    print(refdyn_method_name((int)options.method), status, integrator.q, 4);
+    print("rates", status, integrator.qd, 4);
+    print("accelerations", integrator.statistics.steps > 3, integrator.qdd, 4);
     q[1] = NAN;
-    print("NaN", refdyn_drive_start(&drive, 0, q, qd), NULL, 0);
+    print("NaN", refdyn_integrator_start(&integrator, 0, q, qd), NULL, 0);
     q[1] = INFINITY;
-    print("infinite", refdyn_drive_start(&drive, 0, q, qd), NULL, 0);
+    print("infinite", refdyn_integrator_start(&integrator, 0, q, qd), NULL, 0);
     free(memory);
 }
 

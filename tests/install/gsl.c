@@ -6,29 +6,29 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-static int run(struct refdyn_drive *drive, struct refdyn_workspace *work,
+static int run(struct refdyn_integrator *integrator, struct refdyn_workspace *work,
                const struct refdyn_options *options, enum refdyn_gsl_method method) {
-    const size_t size = refdyn_drive_size(work->model, options);
+    const size_t size = refdyn_integrator_size(work->model, options);
     void *memory = malloc(size);
     double q[4], qd[4];
     struct refdyn_gsl gsl;
-    int status = refdyn_drive_init(drive, work, options, memory, size);
+    int status = refdyn_integrator_init(integrator, work, options, memory, size);
     if (!status)
-        status = refdyn_gsl_init(&gsl, drive, method);
+        status = refdyn_gsl_init(&gsl, integrator, method);
     if (!status) {
         refdyn_prepare(work);
         refdyn_initial_state(work, q, qd);
         refdyn_anchor(work, 0, q, qd, NULL);
-        status = refdyn_drive_start(drive, 0, q, qd);
+        status = refdyn_integrator_start(integrator, 0, q, qd);
         if (!status)
             status = refdyn_gsl_to(&gsl, 0.25);
         if (!status)
-            status = refdyn_drive_refresh(drive);
+            status = refdyn_integrator_refresh(integrator);
         if (!status)
             status = refdyn_gsl_to(&gsl, 0.5);
-        if (!status && (drive->t != 0.5 || refdyn_gsl_to(&gsl, 0.4) != REFDYN_BAD_OPTION))
+        if (!status && (integrator->t != 0.5 || refdyn_gsl_to(&gsl, 0.4) != REFDYN_BAD_OPTION))
             status = -1000;
-        printf("%s %.17g %.17g\n", refdyn_gsl_method_name((int)method), drive->q[0], drive->qd[0]);
+        printf("%s %.17g %.17g\n", refdyn_gsl_method_name((int)method), integrator->q[0], integrator->qd[0]);
         refdyn_gsl_release(&gsl);
     }
     free(memory);
@@ -41,19 +41,20 @@ int main(void) {
     void *memory = malloc(size);
     struct refdyn_options options = refdyn_options_default(REFDYN_RODAS5P);
     struct refdyn_workspace work;
-    struct refdyn_drive drive;
+    struct refdyn_integrator integrator;
     gsl_set_error_handler_off();
     options.tol = 1e-9;
     int status = refdyn_workspace_init(&work, model, memory, size);
-    if (!status && run(&drive, &work, &options, REFDYN_MSBDF) != REFDYN_BAD_OPTION) /* it cannot project */
+    if (!status &&
+        run(&integrator, &work, &options, REFDYN_MSBDF) != REFDYN_BAD_OPTION) /* it cannot project */
         status = 1000;
     if (!status)
-        status = run(&drive, &work, &options, REFDYN_BSIMP);
+        status = run(&integrator, &work, &options, REFDYN_BSIMP);
     options.stabilise = REFDYN_BAUMGARTE;
     if (!status)
-        status = run(&drive, &work, &options, REFDYN_MSBDF);
+        status = run(&integrator, &work, &options, REFDYN_MSBDF);
     options.step_limit = 3;
-    if (!status && run(&drive, &work, &options, REFDYN_MSBDF) != REFDYN_TOO_MANY_STEPS)
+    if (!status && run(&integrator, &work, &options, REFDYN_MSBDF) != REFDYN_TOO_MANY_STEPS)
         status = 1000;
     free(memory);
     return status != 0;

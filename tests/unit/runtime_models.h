@@ -1,7 +1,7 @@
 /*
  * Models of the runtime's tests, written by hand against refdyn_model.h, each with its equations above it.
  *
- * A rig is a model with its workspace and drive in memory that has guard bytes at both ends.
+ * A rig is a model with its workspace and integrator in memory that has guard bytes at both ends.
  */
 #ifndef RUNTIME_MODELS_H
 #define RUNTIME_MODELS_H
@@ -407,12 +407,12 @@ static inline int guards_hold(struct memory_piece piece) {
 struct rig {
     struct refdyn_model model;
     struct refdyn_workspace work;
-    struct refdyn_drive drive;
-    struct memory_piece work_memory, drive_memory;
+    struct refdyn_integrator integrator;
+    struct memory_piece work_memory, integrator_memory;
     double q[8], qd[8], qdd[8]; /* start values; room for the larger of the models above */
 };
 
-/* Workspace of a model, start values, no drive yet. */
+/* Workspace of a model, start values, no integrator yet. */
 static inline void rig_open(struct rig *rig, struct refdyn_model model) {
     memset(rig, 0, sizeof *rig);
     rig->model = model;
@@ -422,19 +422,19 @@ static inline void rig_open(struct rig *rig, struct refdyn_model model) {
     refdyn_initial_state(&rig->work, rig->q, rig->qd);
 }
 
-static inline int rig_drive(struct rig *rig, const struct refdyn_options *options) {
-    free(rig->drive_memory.bytes);
-    rig->drive_memory = guarded(refdyn_drive_size(&rig->model, options));
-    return refdyn_drive_init(&rig->drive, &rig->work, options, inside(rig->drive_memory),
-                             rig->drive_memory.size);
+static inline int rig_integrator(struct rig *rig, const struct refdyn_options *options) {
+    free(rig->integrator_memory.bytes);
+    rig->integrator_memory = guarded(refdyn_integrator_size(&rig->model, options));
+    return refdyn_integrator_init(&rig->integrator, &rig->work, options, inside(rig->integrator_memory),
+                                  rig->integrator_memory.size);
 }
 
 /* True when nothing was written outside the memory that was asked for. */
 static inline int rig_close(struct rig *rig) {
-    const int holds =
-        guards_hold(rig->work_memory) && (!rig->drive_memory.bytes || guards_hold(rig->drive_memory));
+    const int holds = guards_hold(rig->work_memory) &&
+                      (!rig->integrator_memory.bytes || guards_hold(rig->integrator_memory));
     free(rig->work_memory.bytes);
-    free(rig->drive_memory.bytes);
+    free(rig->integrator_memory.bytes);
     return holds;
 }
 

@@ -10,7 +10,7 @@
 #include "check.h"
 #include "linear/dense.h"
 #include "runtime_models.h"
-#include "private/step.h"
+#include "motion/motion.h"
 
 static const double row_forever = 1e9;
 
@@ -24,14 +24,14 @@ static double largest_difference(const double *a, const double *b, int count) {
     return largest;
 }
 
-/* A drive of the model, started at its start values and qd (NULL: at rest) at time t. */
+/* An integrator of the model, started at its start values and qd (NULL: at rest) at time t. */
 static int rig_start(struct rig *rig, struct refdyn_model model, struct refdyn_options options, double t,
                      const double *qd) {
     rig_open(rig, model);
     if (qd)
         memcpy(rig->qd, qd, (size_t)model.n * sizeof *qd);
-    const int status = rig_drive(rig, &options);
-    return status ? status : refdyn_drive_start(&rig->drive, t, rig->q, rig->qd);
+    const int status = rig_integrator(rig, &options);
+    return status ? status : refdyn_integrator_start(&rig->integrator, t, rig->q, rig->qd);
 }
 
 static void test_names(void) {
@@ -54,10 +54,10 @@ static void end_state(enum refdyn_method method, enum refdyn_stabilise stabilise
     options.stabilise = stabilise;
     options.project_start = 1;
     CHECK(rig_start(&rig, spring_model(2), options, begin, qd) == REFDYN_OK);
-    CHECK(refdyn_drive_to(&rig.drive, end) == REFDYN_OK);
-    CHECK(rig.drive.statistics.steps == steps && rig.drive.statistics.rejected == 0);
-    CHECK(rig.drive.t == end);
-    memcpy(state, rig.drive.seen, 6 * sizeof *state);
+    CHECK(refdyn_integrator_to(&rig.integrator, end) == REFDYN_OK);
+    CHECK(rig.integrator.statistics.steps == steps && rig.integrator.statistics.rejected == 0);
+    CHECK(rig.integrator.t == end);
+    memcpy(state, rig.integrator.q, 6 * sizeof *state);
     CHECK(rig_close(&rig));
 }
 
@@ -66,8 +66,7 @@ static void test_orders(void) {
     end_state(REFDYN_RK8, REFDYN_PROJECT, 1500, exact);
     for (int method = REFDYN_RK4; method < EXPLICIT_COUNT; method++)
         for (int stabilise = REFDYN_NONE; stabilise <= REFDYN_PROJECT; stabilise++) {
-            const int order = refdyn_method_facts((enum refdyn_method)method).order,
-                      steps = order > 5 ? 12 : 60;
+            const int order = refdyn_method_order((enum refdyn_method)method), steps = order > 5 ? 12 : 60;
             end_state((enum refdyn_method)method, (enum refdyn_stabilise)stabilise, steps, coarse);
             end_state((enum refdyn_method)method, (enum refdyn_stabilise)stabilise, 2 * steps, fine);
             const double rate =
@@ -87,23 +86,25 @@ static void test_landing(void) {
     const double qd[] = {0.2317, -0.713, 0.617};
     CHECK(rig_start(&rig, spring_model(0), options, 0, qd) == REFDYN_OK);
     for (int i = 1; i <= 30; i++) {
-        CHECK(refdyn_drive_to(&rig.drive, i * 0.1) == REFDYN_OK);
-        CHECK(rig.drive.t == i * 0.1);
-        CHECK(rig.drive.statistics.steps == 6 * i); /* 5.78 steps, rounded up */
+        CHECK(refdyn_integrator_to(&rig.integrator, i * 0.1) == REFDYN_OK);
+        CHECK(rig.integrator.t == i * 0.1);
+        CHECK(rig.integrator.statistics.steps == 6 * i); /* 5.78 steps, rounded up */
     }
-    CHECK_NEAR(rig.drive.statistics.step_largest, 0.1 / 6, 1e-15);
+    CHECK_NEAR(rig.integrator.statistics.step_largest, 0.1 / 6, 1e-15);
     /* two at the start, one an output */
-    CHECK(rig.drive.statistics.evaluations == 4 * rig.drive.statistics.steps + 2 + 30);
-    CHECK(refdyn_drive_to(&rig.drive, 3) == REFDYN_OK); /* already there */
-    CHECK(refdyn_drive_to(&rig.drive, 2.9) == REFDYN_BAD_OPTION);
-    CHECK(refdyn_drive_to(&rig.drive, NAN) == REFDYN_BAD_OPTION);
-    CHECK(refdyn_drive_to(&rig.drive, INFINITY) == REFDYN_BAD_OPTION);
+    CHECK(rig.integrator.statistics.evaluations == 4 * rig.integrator.statistics.steps + 2 + 30);
+    CHECK(refdyn_integrator_to(&rig.integrator, 3) == REFDYN_OK); /* already there */
+    CHECK(refdyn_integrator_to(&rig.integrator, 2.9) == REFDYN_BAD_OPTION);
+    CHECK(refdyn_integrator_to(&rig.integrator, NAN) == REFDYN_BAD_OPTION);
+    CHECK(refdyn_integrator_to(&rig.integrator, INFINITY) == REFDYN_BAD_OPTION);
     CHECK(rig_close(&rig));
     /* an interval that is a multiple of the step, up to rounding, takes just that many */
     options.step = 1e-5;
     CHECK(rig_start(&rig, film_model(), options, 0, NULL) == REFDYN_OK);
-    CHECK(refdyn_drive_to(&rig.drive, 0.05) == REFDYN_OK && rig.drive.statistics.steps == 5000);
-    CHECK(refdyn_drive_to(&rig.drive, 0.1) == REFDYN_OK && rig.drive.statistics.steps == 10000);
+    CHECK(refdyn_integrator_to(&rig.integrator, 0.05) == REFDYN_OK &&
+          rig.integrator.statistics.steps == 5000);
+    CHECK(refdyn_integrator_to(&rig.integrator, 0.1) == REFDYN_OK &&
+          rig.integrator.statistics.steps == 10000);
     CHECK(rig_close(&rig));
 }
 
@@ -113,15 +114,15 @@ static void test_adaptive_landing(void) {
     options.tol = 1e-8;
     CHECK(rig_start(&rig, spring_model(0), options, 0, NULL) == REFDYN_OK);
     for (int i = 1; i <= 100; i++) {
-        CHECK(refdyn_drive_to(&rig.drive, i * 0.02) == REFDYN_OK);
-        CHECK(rig.drive.t == i * 0.02);
+        CHECK(refdyn_integrator_to(&rig.integrator, i * 0.02) == REFDYN_OK);
+        CHECK(rig.integrator.t == i * 0.02);
     }
-    const long many_stops = rig.drive.statistics.steps;
-    CHECK(refdyn_drive_start(&rig.drive, 0, rig.q, rig.qd) == REFDYN_OK);
-    CHECK(refdyn_drive_to(&rig.drive, 2) == REFDYN_OK);
-    CHECK(rig.drive.statistics.steps <= many_stops);
+    const long many_stops = rig.integrator.statistics.steps;
+    CHECK(refdyn_integrator_start(&rig.integrator, 0, rig.q, rig.qd) == REFDYN_OK);
+    CHECK(refdyn_integrator_to(&rig.integrator, 2) == REFDYN_OK);
+    CHECK(rig.integrator.statistics.steps <= many_stops);
     /* without projection each step costs six evaluations, the first of the next is its last */
-    const struct refdyn_statistics *statistics = &rig.drive.statistics;
+    const struct refdyn_statistics *statistics = &rig.integrator.statistics;
     CHECK(statistics->evaluations == 6 * (statistics->steps + statistics->rejected) + 3);
     CHECK(rig_close(&rig));
 }
@@ -135,22 +136,23 @@ static void check_look(enum refdyn_method method) {
     double at_output[3], end[3];
     options.tol = options.tol > 0 ? 1e-7 : 0;
     CHECK(rig_start(&rig, spring_model(2), options, 0, qd) == REFDYN_OK);
-    CHECK(refdyn_drive_look(&rig.drive, 0) == REFDYN_OK);
-    CHECK(refdyn_drive_to(&rig.drive, 0.5) == REFDYN_OK);
-    memcpy(at_output, rig.drive.q, sizeof at_output);
-    CHECK(refdyn_drive_to(&rig.drive, 1) == REFDYN_OK);
-    memcpy(end, rig.drive.q, sizeof end);
-    CHECK(refdyn_drive_start(&rig.drive, 0, rig.q, rig.qd) == REFDYN_OK);
-    while (rig.drive.t_end < 0.5)
-        CHECK(refdyn_drive_step(&rig.drive, 0.5, 1) == REFDYN_OK);
-    CHECK(refdyn_drive_look(&rig.drive, rig.drive.t_begin) == REFDYN_OK && rig.drive.t == rig.drive.t_begin);
-    CHECK(refdyn_drive_look(&rig.drive, 0.5) == REFDYN_OK && rig.drive.t == 0.5);
-    CHECK(largest_difference(at_output, rig.drive.q, 3) < 1e-9);
-    CHECK(refdyn_drive_look(&rig.drive, nextafter(rig.drive.t_end, 2)) == REFDYN_BAD_OPTION);
-    CHECK(refdyn_drive_look(&rig.drive, nextafter(rig.drive.t_begin, 0)) == REFDYN_BAD_OPTION);
-    CHECK(refdyn_drive_look(&rig.drive, NAN) == REFDYN_BAD_OPTION && rig.drive.t == 0.5);
-    CHECK(refdyn_drive_to(&rig.drive, 1) == REFDYN_OK);
-    CHECK(largest_difference(end, rig.drive.q, 3) < 1e-9);
+    CHECK(refdyn_integrator_look(&rig.integrator, 0) == REFDYN_OK);
+    CHECK(refdyn_integrator_to(&rig.integrator, 0.5) == REFDYN_OK);
+    memcpy(at_output, rig.integrator.q, sizeof at_output);
+    CHECK(refdyn_integrator_to(&rig.integrator, 1) == REFDYN_OK);
+    memcpy(end, rig.integrator.q, sizeof end);
+    CHECK(refdyn_integrator_start(&rig.integrator, 0, rig.q, rig.qd) == REFDYN_OK);
+    while (rig.integrator.t_end < 0.5)
+        CHECK(refdyn_integrator_step(&rig.integrator, 0.5, 1) == REFDYN_OK);
+    CHECK(refdyn_integrator_look(&rig.integrator, rig.integrator.t_begin) == REFDYN_OK &&
+          rig.integrator.t == rig.integrator.t_begin);
+    CHECK(refdyn_integrator_look(&rig.integrator, 0.5) == REFDYN_OK && rig.integrator.t == 0.5);
+    CHECK(largest_difference(at_output, rig.integrator.q, 3) < 1e-9);
+    CHECK(refdyn_integrator_look(&rig.integrator, nextafter(rig.integrator.t_end, 2)) == REFDYN_BAD_OPTION);
+    CHECK(refdyn_integrator_look(&rig.integrator, nextafter(rig.integrator.t_begin, 0)) == REFDYN_BAD_OPTION);
+    CHECK(refdyn_integrator_look(&rig.integrator, NAN) == REFDYN_BAD_OPTION && rig.integrator.t == 0.5);
+    CHECK(refdyn_integrator_to(&rig.integrator, 1) == REFDYN_OK);
+    CHECK(largest_difference(end, rig.integrator.q, 3) < 1e-9);
     CHECK(rig_close(&rig));
 }
 
@@ -168,22 +170,23 @@ static void test_tolerance(void) {
         options.tol = tol;
         options.project_start = 1;
         CHECK(rig_start(&rig, spring_model(2), options, 0.2, qd) == REFDYN_OK);
-        CHECK(rig.drive.start_is_off && rig.drive.start.phi > 1e-3);
-        CHECK(refdyn_drive_to(&rig.drive, 1.2) == REFDYN_OK);
+        CHECK(rig.integrator.start_is_off && rig.integrator.start.phi > 1e-3);
+        CHECK(refdyn_integrator_to(&rig.integrator, 1.2) == REFDYN_OK);
         if (tol < 1e-12)
-            memcpy(exact, rig.drive.seen, sizeof exact);
+            memcpy(exact, rig.integrator.q, sizeof exact);
         else {
-            const double error = largest_difference(rig.drive.seen, exact, 3);
+            const double error = largest_difference(rig.integrator.q, exact, 3);
             CHECK(error < 30 * tol);
             CHECK(error_last == row_forever || error > error_last);
             error_last = error;
         }
-        CHECK(rig.drive.statistics.phi_max < 1e-14 && rig.drive.statistics.psi_max < 1e-13);
+        CHECK(rig.integrator.statistics.phi_max < 1e-14 && rig.integrator.statistics.psi_max < 1e-13);
         CHECK(rig_close(&rig));
     }
 }
 
-/* Two drives taking turns give bit by bit what one gives alone, and so does the same drive a second time. */
+/* Two integrators taking turns give bit by bit what one gives alone, and so does the same one a second time.
+ */
 static void test_reproduces(void) {
     struct rig one, two;
     const double qd[] = {0.2317, -0.713, 0.617};
@@ -191,16 +194,16 @@ static void test_reproduces(void) {
     struct refdyn_options options = refdyn_options_default(REFDYN_RK54);
     options.balance = options.project_start = 1;
     CHECK(rig_start(&one, spring_model(2), options, 0.2, qd) == REFDYN_OK);
-    CHECK(refdyn_drive_to(&one.drive, 1) == REFDYN_OK);
-    memcpy(alone, one.drive.seen, sizeof alone);
+    CHECK(refdyn_integrator_to(&one.integrator, 1) == REFDYN_OK);
+    memcpy(alone, one.integrator.q, sizeof alone);
     CHECK(rig_start(&two, spring_model(2), options, 0.2, qd) == REFDYN_OK);
-    CHECK(refdyn_drive_start(&one.drive, 0.2, one.q, one.qd) == REFDYN_OK);
-    while (one.drive.t < 1 || two.drive.t < 1) {
-        CHECK(refdyn_drive_step(&one.drive, 1, 1) == REFDYN_OK);
-        CHECK(refdyn_drive_step(&two.drive, 1, 1) == REFDYN_OK);
+    CHECK(refdyn_integrator_start(&one.integrator, 0.2, one.q, one.qd) == REFDYN_OK);
+    while (one.integrator.t < 1 || two.integrator.t < 1) {
+        CHECK(refdyn_integrator_step(&one.integrator, 1, 1) == REFDYN_OK);
+        CHECK(refdyn_integrator_step(&two.integrator, 1, 1) == REFDYN_OK);
     }
-    CHECK(memcmp(alone, one.drive.seen, sizeof alone) == 0);
-    CHECK(memcmp(alone, two.drive.seen, sizeof alone) == 0);
+    CHECK(memcmp(alone, one.integrator.q, sizeof alone) == 0);
+    CHECK(memcmp(alone, two.integrator.q, sizeof alone) == 0);
     CHECK(rig_close(&one));
     CHECK(rig_close(&two));
 }
@@ -220,10 +223,10 @@ static void test_allocates_nothing(void) {
     options.project_start = 1;
     options.balance = 1;
     rig_open(&rig, spring_model(2));
-    CHECK(rig_drive(&rig, &options) == REFDYN_OK);
+    CHECK(rig_integrator(&rig, &options) == REFDYN_OK);
     const long before = allocated();
-    CHECK(refdyn_drive_start(&rig.drive, 0.2, rig.q, qd) == REFDYN_OK);
-    CHECK(refdyn_drive_to(&rig.drive, 0.5) == REFDYN_OK);
+    CHECK(refdyn_integrator_start(&rig.integrator, 0.2, rig.q, qd) == REFDYN_OK);
+    CHECK(refdyn_integrator_to(&rig.integrator, 0.5) == REFDYN_OK);
     CHECK(allocated() == before);
     CHECK(rig_close(&rig));
 }
@@ -243,12 +246,12 @@ static double balance_error(enum refdyn_method method, enum refdyn_stabilise sta
     options.tol = step > 0 ? 0 : 1e-11;
     options.step = step;
     CHECK(rig_start(&rig, spring_model(rows), options, 0.2, qd) == REFDYN_OK);
-    CHECK(refdyn_energy_start(&energy, &rig.drive) == REFDYN_OK);
+    CHECK(refdyn_energy_start(&energy, &rig.integrator) == REFDYN_OK);
     for (int i = 1; i <= 20; i++) {
-        CHECK(refdyn_drive_to(&rig.drive, 0.2 + i * 0.05) == REFDYN_OK);
-        CHECK(refdyn_energy_add(&energy, &rig.drive) == REFDYN_OK);
+        CHECK(refdyn_integrator_to(&rig.integrator, 0.2 + i * 0.05) == REFDYN_OK);
+        CHECK(refdyn_energy_add(&energy, &rig.integrator) == REFDYN_OK);
     }
-    CHECK(rig.drive.work_done != 0 && energy.largest_change > 0.1);
+    CHECK(rig.integrator.work_done != 0 && energy.largest_change > 0.1);
     CHECK(rig_close(&rig));
     return refdyn_energy_error(&energy);
 }
@@ -262,7 +265,7 @@ static void test_energy(void) {
     struct rig rig;
     struct refdyn_energy energy;
     CHECK(rig_start(&rig, film_model(), refdyn_options_default(REFDYN_RK4), 0, NULL) == REFDYN_OK);
-    CHECK(refdyn_energy_start(&energy, &rig.drive) == REFDYN_FUNCTION_MISSING);
+    CHECK(refdyn_energy_start(&energy, &rig.integrator) == REFDYN_FUNCTION_MISSING);
     CHECK_NEAR(refdyn_energy_error(&energy), 0, 0);
     CHECK(rig_close(&rig));
 }
@@ -276,12 +279,12 @@ static void test_pendulum(void) {
     struct refdyn_options options = refdyn_options_default(REFDYN_RK54);
     options.tol = 1e-12;
     CHECK(rig_start(&rig, rod_model(rod_dependent), options, 0, NULL) == REFDYN_OK);
-    CHECK(refdyn_drive_to(&rig.drive, 5) == REFDYN_OK);
-    CHECK_NEAR(largest_difference(rig.drive.q, at_5, 2), 0, 1e-9);
-    CHECK(refdyn_drive_to(&rig.drive, 10) == REFDYN_OK);
-    CHECK_NEAR(largest_difference(rig.drive.q, at_10, 2), 0, 1e-9);
+    CHECK(refdyn_integrator_to(&rig.integrator, 5) == REFDYN_OK);
+    CHECK_NEAR(largest_difference(rig.integrator.q, at_5, 2), 0, 1e-9);
+    CHECK(refdyn_integrator_to(&rig.integrator, 10) == REFDYN_OK);
+    CHECK_NEAR(largest_difference(rig.integrator.q, at_10, 2), 0, 1e-9);
     double energy[2];
-    CHECK(refdyn_energies(&rig.work, 10, rig.drive.q, rig.drive.qd, energy) == REFDYN_OK);
+    CHECK(refdyn_energies(&rig.work, 10, rig.integrator.q, rig.integrator.qd, energy) == REFDYN_OK);
     CHECK_NEAR(energy[0] + energy[1], 0, 1e-9);
     CHECK(rig_close(&rig));
 }
@@ -294,9 +297,9 @@ static void test_car_axis(void) {
     struct refdyn_options options = refdyn_options_default(REFDYN_RK54);
     options.tol = 1e-12;
     CHECK(rig_start(&rig, axis_model(), options, 0, qd) == REFDYN_OK);
-    CHECK(!rig.drive.start_is_off);
-    CHECK(refdyn_drive_to(&rig.drive, 3) == REFDYN_OK);
-    CHECK_NEAR(largest_difference(rig.drive.q, at_3, 4), 0, 1e-9);
+    CHECK(!rig.integrator.start_is_off);
+    CHECK(refdyn_integrator_to(&rig.integrator, 3) == REFDYN_OK);
+    CHECK_NEAR(largest_difference(rig.integrator.q, at_3, 4), 0, 1e-9);
     CHECK(rig_close(&rig));
 }
 
@@ -311,13 +314,13 @@ static void test_changes_partition(void) {
         rig_open(&rig, rod_model(rod_dependent));
         rig.work.p[0] = 0;
         refdyn_prepare(&rig.work);
-        CHECK(rig_drive(&rig, &options) == REFDYN_OK);
-        CHECK(refdyn_drive_start(&rig.drive, 0, rig.q, qd) == REFDYN_OK);
+        CHECK(rig_integrator(&rig, &options) == REFDYN_OK);
+        CHECK(refdyn_integrator_start(&rig.integrator, 0, rig.q, qd) == REFDYN_OK);
         CHECK(rig.work.partition.is_declared);
-        CHECK(refdyn_drive_to(&rig.drive, 2 * acos(-1) / rate) == REFDYN_OK);
-        CHECK_NEAR(rig.drive.q[0], -1, 1e-8);
-        CHECK_NEAR(rig.drive.q[1], 0, 1e-8);
-        const struct refdyn_statistics *statistics = &rig.drive.statistics;
+        CHECK(refdyn_integrator_to(&rig.integrator, 2 * acos(-1) / rate) == REFDYN_OK);
+        CHECK_NEAR(rig.integrator.q[0], -1, 1e-8);
+        CHECK_NEAR(rig.integrator.q[1], 0, 1e-8);
+        const struct refdyn_statistics *statistics = &rig.integrator.statistics;
         CHECK(statistics->partition_changes >= 2 && statistics->partition_changes <= 8);
         CHECK(statistics->condition_max < 20 && statistics->pivot_min > 0.05);
         CHECK(rig_close(&rig));
@@ -333,14 +336,14 @@ static void test_redundant_motion(void) {
         options.tol = method == REFDYN_RK4 ? 0 : 1e-10;
         const double qd[] = {0.317, 0, 0.317, 0.317};
         CHECK(rig_start(&rig, cranks_model(), options, 0, qd) == REFDYN_OK);
-        CHECK(!rig.drive.start_is_off && rig.work.partition.rank == 3);
+        CHECK(!rig.integrator.start_is_off && rig.work.partition.rank == 3);
         const double energy = cranks_energy(rig.q, qd);
-        CHECK(refdyn_drive_to(&rig.drive, 0.4) == REFDYN_OK);
+        CHECK(refdyn_integrator_to(&rig.integrator, 0.4) == REFDYN_OK);
         CHECK(rig.work.partition.rank == 3);
-        CHECK_NEAR(rig.drive.q[0] - rig.drive.q[2], 0, 1e-9);
-        CHECK_NEAR(rig.drive.q[0] - rig.drive.q[3], 0, 1e-9);
-        CHECK_NEAR(rig.drive.q[1], 0, 1e-9);
-        CHECK_NEAR(cranks_energy(rig.drive.q, rig.drive.qd), energy, 1e-8 * fabs(energy));
+        CHECK_NEAR(rig.integrator.q[0] - rig.integrator.q[2], 0, 1e-9);
+        CHECK_NEAR(rig.integrator.q[0] - rig.integrator.q[3], 0, 1e-9);
+        CHECK_NEAR(rig.integrator.q[1], 0, 1e-9);
+        CHECK_NEAR(cranks_energy(rig.integrator.q, rig.integrator.qd), energy, 1e-8 * fabs(energy));
         CHECK(rig_close(&rig));
     }
 }
@@ -357,35 +360,35 @@ static void test_passing(void) {
         const double qd[] = {0.317, 0, 0.317, 0.317};
         CHECK(rig_start(&rig, cranks_model(), options, 0, qd) == REFDYN_OK);
         const double energy = cranks_energy(rig.q, qd);
-        const struct refdyn_statistics *statistics = &rig.drive.statistics;
+        const struct refdyn_statistics *statistics = &rig.integrator.statistics;
         for (int i = 1; i <= 30; i++) {
-            CHECK(refdyn_drive_to(&rig.drive, 0.05 * i) == REFDYN_OK);
+            CHECK(refdyn_integrator_to(&rig.integrator, 0.05 * i) == REFDYN_OK);
             CHECK(rig.work.partition.rank == 3);
-            CHECK_NEAR(rig.drive.q[0] - rig.drive.q[2], 0, 1e-9);
-            CHECK_NEAR(rig.drive.q[0] - rig.drive.q[3], 0, 1e-9);
-            CHECK_NEAR(rig.drive.q[1], 0, 1e-9);
-            CHECK_NEAR(cranks_energy(rig.drive.q, rig.drive.qd), energy, 1e-7 * fabs(energy));
+            CHECK_NEAR(rig.integrator.q[0] - rig.integrator.q[2], 0, 1e-9);
+            CHECK_NEAR(rig.integrator.q[0] - rig.integrator.q[3], 0, 1e-9);
+            CHECK_NEAR(rig.integrator.q[1], 0, 1e-9);
+            CHECK_NEAR(cranks_energy(rig.integrator.q, rig.integrator.qd), energy, 1e-7 * fabs(energy));
         }
-        CHECK(statistics->passages == 2);
-        const struct refdyn_passage passages[2] = {statistics->passage[0], statistics->passage[1]};
+        CHECK(statistics->crossings == 2);
+        const struct refdyn_crossing crossings[2] = {statistics->crossing[0], statistics->crossing[1]};
         for (int i = 0; i < 2; i++) { /* seen there */
-            CHECK(passages[i].t_begin < passages[i].t && passages[i].t < passages[i].t_end);
-            CHECK(passages[i].error <= 1e-9);
-            CHECK(refdyn_drive_start(&rig.drive, 0, rig.q, qd) == REFDYN_OK);
-            CHECK(refdyn_drive_to(&rig.drive, passages[i].t) == REFDYN_OK);
-            const double *now = rig.drive.qd, *qdd = rig.drive.qdd;
+            CHECK(crossings[i].t_begin < crossings[i].t && crossings[i].t < crossings[i].t_end);
+            CHECK(crossings[i].error <= 1e-9);
+            CHECK(refdyn_integrator_start(&rig.integrator, 0, rig.q, qd) == REFDYN_OK);
+            CHECK(refdyn_integrator_to(&rig.integrator, crossings[i].t) == REFDYN_OK);
+            const double *now = rig.integrator.qd, *qdd = rig.integrator.qdd;
             double force[CRANKS_N];
-            CHECK(rig.drive.is_undetermined);
-            refdyn_drive_force(&rig.drive, force);
+            CHECK(rig.integrator.is_undetermined);
+            refdyn_integrator_force(&rig.integrator, force);
             CHECK_NEAR(dense_dot(force, now, CRANKS_N), 0, 1e-4);
-            CHECK_NEAR(cranks_energy(rig.drive.q, now), energy, 1e-7 * fabs(energy));
+            CHECK_NEAR(cranks_energy(rig.integrator.q, now), energy, 1e-7 * fabs(energy));
             CHECK_NEAR(now[1], 0, 1e-7);
             CHECK_NEAR(now[2], now[0], 1e-7);
             CHECK_NEAR(qdd[1], 0, 1e-4);
             CHECK_NEAR(qdd[2], qdd[0], 1e-4);
             /* and what is seen behind is determined again */
-            CHECK(refdyn_drive_to(&rig.drive, passages[i].t_end + 0.01) == REFDYN_OK);
-            CHECK(!rig.drive.is_undetermined);
+            CHECK(refdyn_integrator_to(&rig.integrator, crossings[i].t_end + 0.01) == REFDYN_OK);
+            CHECK(!rig.integrator.is_undetermined);
         }
         CHECK(rig_close(&rig));
     }
@@ -400,28 +403,28 @@ static void test_undefined_mid_run(void) {
     const double qd[] = {0.713};
     struct refdyn_options options = refdyn_options_default(REFDYN_RK4);
     CHECK(rig_start(&rig, film_model(), options, 0, qd) == REFDYN_OK);
-    CHECK(refdyn_drive_to(&rig.drive, 1) == REFDYN_NOT_FINITE);
-    CHECK(rig.drive.cause == REFDYN_NOT_FINITE && rig.work.fault.coordinate == 0);
-    CHECK(rig.drive.t <= 0.5173 && rig.drive.t > 0.5173 - 2e-3 && rig.drive.failed_t > 0.5173);
-    CHECK(isfinite(rig.drive.q[0]) && isfinite(rig.drive.qd[0]));
+    CHECK(refdyn_integrator_to(&rig.integrator, 1) == REFDYN_NOT_FINITE);
+    CHECK(rig.integrator.cause == REFDYN_NOT_FINITE && rig.work.fault.coordinate == 0);
+    CHECK(rig.integrator.t <= 0.5173 && rig.integrator.t > 0.5173 - 2e-3 && rig.integrator.failed_t > 0.5173);
+    CHECK(isfinite(rig.integrator.q[0]) && isfinite(rig.integrator.qd[0]));
     /* the input is put right, and the motion goes on from the last accepted state */
     rig.work.x[0] = 2;
-    CHECK(refdyn_drive_refresh(&rig.drive) == REFDYN_OK);
-    CHECK(refdyn_drive_to(&rig.drive, 1) == REFDYN_OK);
+    CHECK(refdyn_integrator_refresh(&rig.integrator) == REFDYN_OK);
+    CHECK(refdyn_integrator_to(&rig.integrator, 1) == REFDYN_OK);
     CHECK(rig_close(&rig));
 
     options = refdyn_options_default(REFDYN_RK54);
     CHECK(rig_start(&rig, film_model(), options, 0, qd) == REFDYN_OK);
-    CHECK(refdyn_drive_to(&rig.drive, 1) == REFDYN_STEP_TOO_SMALL);
-    CHECK(rig.drive.cause == REFDYN_NOT_FINITE);
-    CHECK_NEAR(rig.drive.t, 0.5173, 1e-12);
+    CHECK(refdyn_integrator_to(&rig.integrator, 1) == REFDYN_STEP_TOO_SMALL);
+    CHECK(rig.integrator.cause == REFDYN_NOT_FINITE);
+    CHECK_NEAR(rig.integrator.t, 0.5173, 1e-12);
     CHECK(rig_close(&rig));
 
     rig_open(&rig, film_model());
     rig.work.x[0] = -1;
-    CHECK(rig_drive(&rig, &options) == REFDYN_OK);
-    CHECK(refdyn_drive_start(&rig.drive, 0, rig.q, qd) == REFDYN_NOT_FINITE);
-    CHECK(rig.drive.cause == REFDYN_NOT_FINITE && rig.drive.failed_t == 0);
+    CHECK(rig_integrator(&rig, &options) == REFDYN_OK);
+    CHECK(refdyn_integrator_start(&rig.integrator, 0, rig.q, qd) == REFDYN_NOT_FINITE);
+    CHECK(rig.integrator.cause == REFDYN_NOT_FINITE && rig.integrator.failed_t == 0);
     CHECK(rig_close(&rig));
 }
 
@@ -432,10 +435,10 @@ static void test_unstable(void) {
     const double qd[] = {3.17, -7.13, 6.17};
     options.step = 0.7;
     CHECK(rig_start(&rig, spring_model(0), options, 0, qd) == REFDYN_OK);
-    const int status = refdyn_drive_to(&rig.drive, 1e3);
+    const int status = refdyn_integrator_to(&rig.integrator, 1e3);
     CHECK(status > 0);
     for (int i = 0; i < 6; i++)
-        CHECK(isfinite(rig.drive.seen[i]));
+        CHECK(isfinite(rig.integrator.q[i]));
     CHECK(rig_close(&rig));
 }
 
@@ -444,36 +447,36 @@ static void test_limits(void) {
     struct refdyn_options options = refdyn_options_default(REFDYN_RK4);
     options.step_limit = 100;
     CHECK(rig_start(&rig, spring_model(0), options, 0, NULL) == REFDYN_OK);
-    CHECK(refdyn_drive_to(&rig.drive, 1) == REFDYN_TOO_MANY_STEPS);
-    CHECK(rig.drive.statistics.steps == 100);
-    CHECK_NEAR(rig.drive.t, 0.1, 1e-15);
+    CHECK(refdyn_integrator_to(&rig.integrator, 1) == REFDYN_TOO_MANY_STEPS);
+    CHECK(rig.integrator.statistics.steps == 100);
+    CHECK_NEAR(rig.integrator.t, 0.1, 1e-15);
     CHECK(rig_close(&rig));
     options.step = 1e-20;
     CHECK(rig_start(&rig, spring_model(0), options, 0, NULL) == REFDYN_OK);
-    CHECK(refdyn_drive_to(&rig.drive, 1) == REFDYN_STEP_TOO_SMALL);
+    CHECK(refdyn_integrator_to(&rig.integrator, 1) == REFDYN_STEP_TOO_SMALL);
     CHECK(rig_close(&rig));
     /* no step is longer than step_max, the first one included */
     options = refdyn_options_default(REFDYN_RK8);
     options.step = 0.5;
     options.step_max = 0.01;
     CHECK(rig_start(&rig, spring_model(0), options, 0, NULL) == REFDYN_OK);
-    CHECK(refdyn_drive_step(&rig.drive, 1, 1) == REFDYN_OK);
-    CHECK(rig.drive.statistics.step_largest == 0.01);
+    CHECK(refdyn_integrator_step(&rig.integrator, 1, 1) == REFDYN_OK);
+    CHECK(rig.integrator.statistics.step_largest == 0.01);
     CHECK(rig_close(&rig));
 }
 
 /* No step, fixed or adaptive, reaches beyond the limit. */
-static void test_drive_limit(void) {
+static void test_limit(void) {
     for (int method = REFDYN_RK4; method < EXPLICIT_COUNT; method++) {
         struct rig rig;
         struct refdyn_options options = refdyn_options_default((enum refdyn_method)method);
         int ends = 0;
         options.step = 0.07;
         CHECK(rig_start(&rig, spring_model(0), options, 0, NULL) == REFDYN_OK);
-        refdyn_drive_limit(&rig.drive, 0.25);
-        while (rig.drive.t_end < 0.5) {
-            CHECK(refdyn_drive_step(&rig.drive, 0.5, 1) == REFDYN_OK);
-            ends += rig.drive.t_end == 0.25;
+        refdyn_integrator_limit(&rig.integrator, 0.25);
+        while (rig.integrator.t_end < 0.5) {
+            CHECK(refdyn_integrator_step(&rig.integrator, 0.5, 1) == REFDYN_OK);
+            ends += rig.integrator.t_end == 0.25;
         }
         CHECK(ends == 1);
         CHECK(rig_close(&rig));
@@ -491,12 +494,13 @@ static void test_choice_after_refresh(void) {
     struct rig rig;
     const double qd[] = {0.713};
     CHECK(rig_start(&rig, film_model(), refdyn_options_default(REFDYN_AUTO), 0, qd) == REFDYN_OK);
-    CHECK(refdyn_drive_to(&rig.drive, 0.0713) == REFDYN_OK);
-    const double back = rig.drive.t_end - rig.drive.t, gone = rig.drive.t_end - rig.drive.choice.marked_t;
+    CHECK(refdyn_integrator_to(&rig.integrator, 0.0713) == REFDYN_OK);
+    const double back = rig.integrator.t_end - rig.integrator.t,
+                 gone = rig.integrator.t_end - rig.integrator.motion->automatic.marked_t;
     CHECK(back > 0);
-    CHECK(refdyn_drive_refresh(&rig.drive) == REFDYN_OK);
-    CHECK(rig.drive.t_end == rig.drive.t);
-    CHECK_NEAR(rig.drive.t_end - rig.drive.choice.marked_t, gone, 1e-15);
+    CHECK(refdyn_integrator_refresh(&rig.integrator) == REFDYN_OK);
+    CHECK(rig.integrator.t_end == rig.integrator.t);
+    CHECK_NEAR(rig.integrator.t_end - rig.integrator.motion->automatic.marked_t, gone, 1e-15);
     CHECK(rig_close(&rig));
 }
 
@@ -527,12 +531,13 @@ static void test_options(void) {
     rig_open(&rig, film_model());
     options = fixed;
     options.method = REFDYN_METHOD_COUNT;
-    CHECK(refdyn_drive_size(rig.work.model, &options) == 0);
+    CHECK(refdyn_integrator_size(rig.work.model, &options) == 0);
     options = fixed;
     options.step = 0;
-    CHECK(rig_drive(&rig, &options) == REFDYN_BAD_OPTION);
-    CHECK(rig_drive(&rig, &fixed) == REFDYN_OK);
-    CHECK(refdyn_drive_init(&rig.drive, &rig.work, &fixed, inside(rig.drive_memory), 8) == REFDYN_BAD_MEMORY);
+    CHECK(rig_integrator(&rig, &options) == REFDYN_BAD_OPTION);
+    CHECK(rig_integrator(&rig, &fixed) == REFDYN_OK);
+    CHECK(refdyn_integrator_init(&rig.integrator, &rig.work, &fixed, inside(rig.integrator_memory), 8) ==
+          REFDYN_BAD_MEMORY);
     CHECK(rig_close(&rig));
 }
 
@@ -554,7 +559,7 @@ int main(void) {
     test_undefined_mid_run();
     test_unstable();
     test_limits();
-    test_drive_limit();
+    test_limit();
     test_choice_after_refresh();
     test_options();
     return check_summary();

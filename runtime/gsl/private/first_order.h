@@ -5,16 +5,16 @@
 #ifndef REFDYN_FIRST_ORDER_H
 #define REFDYN_FIRST_ORDER_H
 
-#include "../../refdyn.h"
+#include "methods/step.h"
 
-/* f(t, y) into dydt. Errors: those of refdyn_accelerate. */
-int refdyn_first_order_slope(struct refdyn_drive *drive, double t, const double *y, double *dydt);
+/* f(t, y) into dydt; the step's `side` is overwritten. Errors: those of refdyn_accelerate. */
+int refdyn_first_order_rates(struct refdyn_step *step, double t, const double *y, double *dydt);
 /*
  * df/dy (row-major) and df/dt (2 n + 1) at (t, y). The row of work_done is 0: nothing depends on the work, so
- * that Newton's method needs it for no other component. The drive needs room for a tangent: that of an
+ * that Newton's method needs it for no other component. The motion needs room for a tangent: that of an
  * implicit method. Errors: NOT_FINITE, MATRIX_SINGULAR.
  */
-int refdyn_first_order_jacobian(struct refdyn_drive *drive, double t, const double *y, double *by_y,
+int refdyn_first_order_jacobian(struct refdyn_step *step, double t, const double *y, double *by_y,
                                 double *by_t);
 
 #endif

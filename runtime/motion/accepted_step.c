@@ -1,0 +1,297 @@
+/*
+ * One accepted step of a motion: tried, brought onto the programme, judged.
+ *
+ * Takes the state at the end of the last step; gives the next one. How long it is, step_control.c tells, and
+ * by which method, automatic_method.c; it ends at the next time event, and leads through singular states by
+ * singular_crossing.c.
+ */
+#include "base/arithmetic.h"
+
+#include "motion/accepted_step.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "constraints/constraints.h"
+#include "motion/automatic_method.h"
+#include "motion/singular_crossing.h"
+#include "motion/statistics.h"
+#include "motion/work_done.h"
+
+static const double passage_reach = 8, passage_reach_fixed = 4; /* steps ahead, in which a state where the
+                                                                   rows lose rank is looked for */
+
+void refdyn_motion_failed(struct refdyn_motion *motion, int cause, double t) {
+    motion->failure = (struct refdyn_failure){cause, t};
+}
+
+/* ---- One step ---- */
+
+/* The end of the last step is the begin of the next one, on the right side of a time event. */
+static int begin(struct refdyn_motion *motion) {
+    struct refdyn_step *step = &motion->step;
+    int status = REFDYN_OK;
+    refdyn_crossing_leave(motion);
+    if (step->t_begin != step->t_end) {
+        refdyn_step_next(step, refdyn_events_right_of(&motion->events, step->t_end));
+        refdyn_linear_leave_begin(&motion->linear);
+    }
+    refdyn_automatic_take_up(motion);
+    if (step->method->kind->begins_by_tangent)
+        status =
+            refdyn_linear_at_begin(&motion->linear, motion->work, step->t_begin, step->state, step->rates);
+    if (!status || refdyn_automatic_after_failure(motion))
+        return REFDYN_OK;
+    refdyn_motion_failed(motion, status, step->t_begin);
+    return status;
+}
+
+/* Far off the programme: the fault is at a row, and at a coordinate or none. */
+static int is_far_off(struct refdyn_motion *motion, int row, int coordinate) {
+    motion->work->fault = (struct refdyn_fault){.row = row, .coordinate = coordinate};
+    return REFDYN_NO_CONVERGENCE;
+}
+
+/* Does a projection from `before` say that the step went wrong: near a singular position the nearest state on
+ * the programme may lie on another branch. */
+static int judge_projection(struct refdyn_motion *motion, const double *before, int row) {
+    const struct refdyn_step *step = &motion->step;
+    const int is_adaptive = motion->options.tol > 0;
+    const double most = is_adaptive ? refdyn_programme_moved_most(step) : INFINITY;
+    const double longest = fmax(step->t_end - step->t_begin, motion->statistics.step_largest);
+    for (int j = 0; j < step->n; j++)
+        if (!(fabs(step->state_new[j] - before[j]) <= most * step->units[j]))
+            return is_far_off(motion, row, j);
+    if (is_adaptive && refdyn_programme_moves_velocities(step, before, step->state_new, longest))
+        return is_far_off(motion, row, -1);
+    return REFDYN_OK;
+}
+
+/* The new state onto the programme; step->side: the state before. */
+static int meet_programme_nearby(struct refdyn_motion *motion, double t_new) {
+    struct refdyn_step *step = &motion->step;
+    const int row = refdyn_residuals(motion->work).phi_row;
+    memcpy(step->side, step->state_new, (size_t)(2 * step->n) * sizeof(double));
+    const int status = refdyn_programme_meet(&motion->programme, step, t_new, step->state_new);
+    if (status)
+        return status;
+    if (motion->crossing.is_on)
+        return refdyn_crossing_follow(motion, step->side, step->state_new);
+    return judge_projection(motion, step->side, row);
+}
+
+/* Row terms, projection where that is asked for, partition, rates and work at the new state. */
+static int complete(struct refdyn_motion *motion) {
+    struct refdyn_workspace *work = motion->work;
+    struct refdyn_step *step = &motion->step;
+    const int n = work->n;
+    const double t = refdyn_events_right_of(&motion->events, step->t_end);
+    double *q = step->state_new, *qd = step->state_new + n;
+    int status = refdyn_row_terms(work, t, q, qd);
+    int is_known = step->method->is_last_new && step->t_end < step->t_limit;
+    if (!status && work->m > 0 && (motion->options.stabilise == REFDYN_PROJECT || motion->crossing.is_on)) {
+        status = meet_programme_nearby(motion, t);
+        is_known = is_known && memcmp(step->side, step->state_new, (size_t)(2 * n) * sizeof *q) == 0;
+    }
+    work->partition.rank_most = work->m;
+    if (!status)
+        status = refdyn_partition_watch(work, t, q, qd);
+    work->partition.rank_most = work->partition.rank;
+    if (!status && !is_known)
+        status = refdyn_rates(&step->evaluation, t, step->state_new, step->rates_new);
+    work->partition.rank_most = work->partition.rank;
+    if (status)
+        refdyn_motion_failed(motion, status, step->t_end);
+    return status;
+}
+
+/* The step is accepted. */
+static int arrive(struct refdyn_motion *motion, double h) {
+    struct refdyn_step *step = &motion->step;
+    refdyn_statistics_step(&motion->statistics, motion->work, h);
+    refdyn_statistics_method(&motion->statistics, step->number);
+    refdyn_automatic_after_step(motion);
+    return motion->options.balance && step->method->kind->leaves_out_work
+               ? refdyn_find_work_done(step, 1, step->state_new + 2 * step->n)
+               : REFDYN_OK;
+}
+
+static int attempt(struct refdyn_motion *motion, double t_new, double h) {
+    refdyn_parameters_set_gains(&motion->parameters, motion->work->model, &motion->options, h);
+    const int status = refdyn_step_take(&motion->step, t_new, h);
+    if (status)
+        refdyn_motion_failed(motion, status, motion->step.failed_t);
+    return status;
+}
+
+/* ---- Through a state where the rows lose rank ---- */
+
+/* One attempt, from t_begin to t_new. */
+static int attempt_passage(struct refdyn_motion *motion, double t_new) {
+    const double h = t_new - motion->step.t_begin;
+    double error;
+    int status = refdyn_crossing_enter(motion);
+    if (!status)
+        status = attempt(motion, t_new, h);
+    if (!status)
+        status = refdyn_crossing_judge(motion, &error);
+    if (status)
+        return status;
+    refdyn_crossing_look_back(motion);
+    status = complete(motion);
+    if (!status)
+        status = arrive(motion, h);
+    if (!status)
+        refdyn_crossing_record(motion, error);
+    return status;
+}
+
+int refdyn_pass_singular(struct refdyn_motion *motion, double h, double t_bound, double *t) {
+    struct refdyn_partition *partition = &motion->work->partition;
+    const struct refdyn_options *options = &motion->options;
+    const int is_fixed = options->tol == 0, rank = partition->rank;
+    const double reach = (is_fixed ? passage_reach_fixed : passage_reach) * h;
+    *t = INFINITY;
+    if (options->singular != REFDYN_PASS || !refdyn_crossing_is_ahead(motion, reach, t))
+        return 0;
+    if (refdyn_crossing_is_vain(motion, *t))
+        return 0;
+    const double t_new = refdyn_crossing_end(motion, *t, t_bound);
+    if (!is_fixed && options->step_max > 0 && isfinite(t_new) &&
+        t_new - motion->step.t_begin > options->step_max)
+        return 0;
+    const int status = isfinite(t_new) ? attempt_passage(motion, t_new) : REFDYN_NO_CONVERGENCE;
+    if (!status)
+        return 1;
+    refdyn_motion_failed(motion, status, motion->failure.t);
+    refdyn_crossing_refuse(motion, t_new);
+    partition->rank_most = rank;
+    refdyn_statistics_rejected(&motion->statistics, 1);
+    return 0;
+}
+
+/* ---- Fixed steps ---- */
+
+static int step_fixed(struct refdyn_motion *motion, double t_out, double t_bound) {
+    struct refdyn_step_control *control = &motion->control;
+    double t_singular, t_new;
+    int status = refdyn_control_plan(control, motion->options.step, motion->step.t_begin, t_out);
+    if (status)
+        return status;
+    const double h = refdyn_control_fixed(control, &t_new);
+    if (refdyn_pass_singular(motion, h, t_bound, &t_singular)) {
+        refdyn_control_leave_interval(control);
+        return REFDYN_OK;
+    }
+    if (t_singular <= t_new + h / 2) {
+        refdyn_motion_failed(motion, motion->failure.cause, t_singular);
+        return motion->failure.cause;
+    }
+    status = attempt(motion, t_new, h);
+    if (!status)
+        status = complete(motion);
+    if (!status)
+        status = arrive(motion, h);
+    if (!status)
+        refdyn_control_fixed_done(control);
+    return status;
+}
+
+/* ---- Adaptive steps ---- */
+
+/* An attempt at one step; *error: in tolerances, INFINITY where it could not be evaluated. The step is
+ * accepted when it is at most 1. */
+static int attempt_adaptive(struct refdyn_motion *motion, double h, double t_new, double *error) {
+    int status = attempt(motion, t_new, h);
+    *error = INFINITY;
+    if (status)
+        return status;
+    *error = refdyn_step_largest_error(&motion->step, h) / refdyn_automatic_tolerance(motion);
+    if (!(*error <= 1))
+        return REFDYN_OK;
+    status = complete(motion);
+    if (status)
+        return status;
+    if (motion->options.singular == REFDYN_PASS && refdyn_crossing_was_missed(motion)) {
+        refdyn_motion_failed(motion, REFDYN_NO_CONVERGENCE, motion->crossing.t);
+        return REFDYN_NO_CONVERGENCE;
+    }
+    return arrive(motion, h);
+}
+
+/* Tries one step; 1: accepted, 0: refused and the next one is smaller. */
+static int try_adaptive(struct refdyn_motion *motion, double h, double t_new) {
+    double error;
+    const int status = attempt_adaptive(motion, h, t_new, &error);
+    if (!status && error <= 1) {
+        refdyn_control_accepted(&motion->control, motion->step.method, h, error);
+        refdyn_motion_failed(motion, REFDYN_OK, motion->failure.t);
+        return 1;
+    }
+    refdyn_statistics_rejected(&motion->statistics, 1);
+    if (status) {
+        refdyn_motion_failed(motion, status, motion->failure.t);
+        refdyn_control_failed(&motion->control, h);
+        if (status == REFDYN_NOT_FINITE && refdyn_automatic_after_failure(motion))
+            return 0;
+    }
+    refdyn_control_refused(&motion->control, motion->step.method, h, status ? INFINITY : error);
+    return 0;
+}
+
+int refdyn_step_limit_reached(const struct refdyn_motion *motion) {
+    const struct refdyn_statistics *statistics = &motion->statistics;
+    return motion->options.step_limit > 0 &&
+           statistics->steps + statistics->rejected >= motion->options.step_limit;
+}
+
+static int step_adaptive(struct refdyn_motion *motion, double t_out, double t_stop, double t_bound) {
+    const double t_begin = motion->step.t_begin;
+    struct refdyn_step_control *control = &motion->control;
+    double t_singular;
+    refdyn_control_find(control, &motion->step, t_stop, t_out - t_begin);
+    if (motion->options.step_max > 0)
+        refdyn_control_bound(control, motion->options.step_max);
+    if (refdyn_pass_singular(motion, control->next, t_bound, &t_singular))
+        return REFDYN_OK;
+    /* no step but that one reaches beyond it */
+    const double half_way = (t_singular - t_begin) / 2, t_near = fmin(t_stop, t_begin + half_way);
+    for (;;) {
+        if (refdyn_step_limit_reached(motion))
+            return REFDYN_TOO_MANY_STEPS;
+        if (!(fmin(control->next, half_way) >= refdyn_control_least(t_begin, t_out)))
+            return REFDYN_STEP_TOO_SMALL;
+        const double h = refdyn_control_clip(control, t_begin, t_near);
+        const double t_new = h == t_near - t_begin ? t_near : t_begin + h;
+        if (try_adaptive(motion, h, t_new))
+            return REFDYN_OK;
+    }
+}
+
+/* A time that no step may pass, unless it has been passed. */
+static double if_ahead(const struct refdyn_motion *motion, double t) {
+    return t > motion->step.t_begin ? t : INFINITY;
+}
+
+double refdyn_motion_bound(const struct refdyn_motion *motion) {
+    return fmin(if_ahead(motion, motion->t_most), if_ahead(motion, motion->t_final));
+}
+
+int refdyn_accept_step(struct refdyn_motion *motion, double t_out) {
+    const int status = begin(motion);
+    if (status)
+        return status;
+    if (refdyn_step_limit_reached(motion))
+        return REFDYN_TOO_MANY_STEPS;
+    const int is_fixed = motion->options.tol == 0;
+    const double least = refdyn_control_least(motion->step.t_begin, t_out);
+    const struct refdyn_reach reach = {is_fixed ? motion->options.step : motion->control.next, t_out,
+                                       motion->t_final, least};
+    const double ahead = refdyn_events_ahead(&motion->events, &motion->step, &reach);
+    double bound = refdyn_motion_bound(motion);
+    const double t_bound = fmin(bound, ahead);
+    if ((is_fixed || motion->step.method->kind->ends_at_outputs) && bound > t_out + least)
+        bound = t_out;
+    const double t_stop = ahead < bound - least ? ahead : bound;
+    return is_fixed ? step_fixed(motion, t_stop, t_bound) : step_adaptive(motion, t_out, t_stop, t_bound);
+}

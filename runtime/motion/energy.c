@@ -1,0 +1,56 @@
+/*
+ * Energy balance of a motion.
+ *
+ * Takes an integrator at its outputs; gives the largest |change of (kinetic + potential) - work| over the
+ * largest change of kinetic energy, potential energy or work. Work is that of all non-conservative and
+ * programme forces, integrated with the motion (options.balance).
+ */
+#include "base/arithmetic.h"
+
+#include "refdyn.h"
+
+#include <math.h>
+
+int refdyn_energies(const struct refdyn_workspace *work, double t, const double *q, const double *qd,
+                    double *energy) {
+    if (!work->model->energy)
+        return REFDYN_FUNCTION_MISSING;
+    work->model->energy(work->p, work->x, t, q, qd, energy);
+    return REFDYN_OK;
+}
+
+static int at_state(const struct refdyn_integrator *integrator, double *energy) {
+    return refdyn_energies(integrator->work, integrator->t_right, integrator->q, integrator->qd, energy);
+}
+
+int refdyn_energy_start(struct refdyn_energy *energy, const struct refdyn_integrator *integrator) {
+    double now[2] = {0, 0};
+    const int status = at_state(integrator, now);
+    *energy = (struct refdyn_energy){
+        .kinetic = now[0],
+        .potential = now[1],
+        .kinetic_start = now[0],
+        .potential_start = now[1],
+        .work_start = integrator->work_done,
+    };
+    return status;
+}
+
+int refdyn_energy_add(struct refdyn_energy *energy, const struct refdyn_integrator *integrator) {
+    double now[2];
+    const int status = at_state(integrator, now);
+    if (status)
+        return status;
+    energy->kinetic = now[0];
+    energy->potential = now[1];
+    const double kinetic = now[0] - energy->kinetic_start, potential = now[1] - energy->potential_start;
+    const double work = integrator->work_done - energy->work_start;
+    const double change = fmax(fmax(fabs(kinetic), fabs(potential)), fabs(work));
+    energy->largest_change = fmax(energy->largest_change, change);
+    energy->largest_error = fmax(energy->largest_error, fabs(kinetic + potential - work));
+    return REFDYN_OK;
+}
+
+double refdyn_energy_error(const struct refdyn_energy *energy) {
+    return energy->largest_change > 0 ? energy->largest_error / energy->largest_change : 0;
+}
