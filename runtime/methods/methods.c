@@ -20,6 +20,13 @@ const struct refdyn_method_definition *refdyn_method_definition(enum refdyn_meth
     return (int)method >= 0 && (int)method < REFDYN_METHOD_COUNT ? methods[method] : NULL;
 }
 
+void refdyn_method_use(enum refdyn_method method, struct refdyn_step *step) {
+    step->number = method;
+    step->method = methods[method];
+    refdyn_linear_drop_factors(step->linear);
+    refdyn_step_break_off(step);
+}
+
 const char *refdyn_method_name(int method) {
     const struct refdyn_method_definition *definition = refdyn_method_definition((enum refdyn_method)method);
     return definition ? definition->name : NULL;

@@ -31,13 +31,6 @@ void refdyn_step_break_off(struct refdyn_step *step) {
         step->method->kind->begin(step);
 }
 
-void refdyn_step_use(struct refdyn_step *step, enum refdyn_method method) {
-    step->number = method;
-    step->method = refdyn_method_definition(method);
-    refdyn_linear_drop_factors(step->linear);
-    refdyn_step_break_off(step);
-}
-
 void refdyn_step_guide(struct refdyn_step *step, const struct refdyn_stage_guide *guide) {
     step->guide = guide;
     step->evaluation.by_partition = guide != NULL;

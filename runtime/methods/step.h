@@ -82,8 +82,6 @@ struct refdyn_step {
 
 void refdyn_step_lay_out(struct refdyn_step *step, const struct refdyn_model *model, int memory_size,
                          struct room *room);
-/* The next step is one of this method, which continues nothing and keeps no factors. */
-void refdyn_step_use(struct refdyn_step *step, enum refdyn_method method);
 /* Stages are brought onto the programme from now on, and rates taken by the index partition; NULL: not. */
 void refdyn_step_guide(struct refdyn_step *step, const struct refdyn_stage_guide *guide);
 /* The method continues nothing of earlier steps. */
@@ -104,6 +102,9 @@ void refdyn_step_limit(struct refdyn_step *step, double t);
 double refdyn_step_inside(const struct refdyn_step *step, double t);
 /* theta of a time between the ends. */
 double refdyn_step_theta(const struct refdyn_step *step, double t);
+
+/* The next step is one of this method, which continues nothing and keeps no factors: methods.c. */
+void refdyn_method_use(enum refdyn_method method, struct refdyn_step *step);
 
 static inline size_t refdyn_state_bytes(const struct refdyn_step *step) {
     return (size_t)(2 * step->n + 1) * sizeof(double);

@@ -331,7 +331,7 @@ static void look_at_rates(struct refdyn_motion *motion) {
 }
 
 static void begin_with(struct refdyn_motion *motion, enum refdyn_method method) {
-    refdyn_step_use(&motion->step, method);
+    refdyn_method_use(method, &motion->step);
     refdyn_control_begin(&motion->control, first_step(motion, method));
     refdyn_programme_forget(&motion->programme);
 }

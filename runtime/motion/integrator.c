@@ -232,7 +232,7 @@ static void clear(struct refdyn_motion *motion) {
     refdyn_control_begin(&motion->control, motion->options.step);
     refdyn_crossing_start(motion);
     refdyn_step_guide(&motion->step, NULL);
-    refdyn_step_use(&motion->step, method == REFDYN_AUTO ? REFDYN_RK8 : method);
+    refdyn_method_use(method == REFDYN_AUTO ? REFDYN_RK8 : method, &motion->step);
     refdyn_partition_reset(motion->work);
 }
 

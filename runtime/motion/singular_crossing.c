@@ -241,7 +241,7 @@ int refdyn_crossing_is_near(const struct refdyn_motion *motion, double t) {
 static void follow_with(struct refdyn_motion *motion, enum refdyn_method method,
                         const struct refdyn_stage_guide *guide) {
     struct refdyn_step *step = &motion->step;
-    refdyn_step_use(step, method);
+    refdyn_method_use(method, step);
     refdyn_step_guide(step, guide);
     refdyn_programme_forget(&motion->programme);
 }
