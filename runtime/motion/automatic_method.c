@@ -24,47 +24,31 @@
 /* Places of the candidates. */
 enum { EXPLICIT, ROSENBROCK, COLLOCATION };
 
-enum {
-    TRIAL_STEPS = 10,
-    MEASURED_STEPS = 4,
-    LOOK_STEPS = 25,
-    FEW_STEPS = 200,
-    FEW_STEPS_AT_LIMIT = 100,
-    MANY_STEPS = 500,
-    PATIENCE_FIRST = 100,
-    PATIENCE_MOST = 5000
-};
+/* Steps of a trial, of which the last ones are measured: the first ones are those of a beginning. A look at
+ * the progress. A motion of few steps, which ends before another trial would pay: a round of trials takes 30
+ * steps. */
+enum { TRIAL_STEPS = 10, MEASURED_STEPS = 4, LOOK_STEPS = 25, FEW_STEPS = 200 };
 
-/* |lambda| h of rk8 on the imaginary and on the negative real axis, a little inside. */
+/* |lambda| h of rk8 on the imaginary and on the negative real axis, a little inside. Below half of it the
+ * step follows accuracy. */
 static const double explicit_limit = 5;
-static const double near_limit = 0.8;
-/* Below this |lambda| h the step of an explicit method follows its accuracy. */
-static const double follows_accuracy = 2;
 /* Damping ratio of the fastest mode from which it has to be damped: Radau. */
 static const double damped = 0.2;
 /* In a motion of many steps the errors of a Rosenbrock method, which damps vibrations that nothing else damps
  * and has a lower order in stiff motions, add up to so many times those of the others; above the tolerance
- * `loose` they may be too small to be followed, and below it the factor grows with this power. */
-static const double adds_up = 30, loose = 1e-4, adds_up_power = 0.75;
+ * `loose` they may be too small to be followed. */
+static const double adds_up = 30, loose = 1e-5;
 /* Radians of the fastest mode in a step, below which it is followed, and the factor by which errors of a
- * method that does not damp it add up. */
+ * method that does not damp it, or stirs it up, add up. */
 static const double followed = 10, adds_up_followed = 5;
-/* The same factor of an explicit method that stirs up what would be damped. */
-static const double stirred_up = 5;
 /* Radians of the fastest mode in a step of a Rosenbrock method, above which it is not excited. */
 static const double left_behind = 300;
-/* Where fast modes are damped, a Rosenbrock method loses order: it has to go this much further than
- * collocation, whose errors do not grow with the steps. */
-static const double reduced_order_share = 0.5;
 /* A method that goes less far than this part of what it did when chosen is put on trial. */
 static const double slowed = 0.4;
 
 /* Operations on dense matrices take this part of the time that those of emitted functions do: they fill
- * vectors. */
-static const double dense_share = 0.4;
-/* The same of sweeps over joints. */
-static const double chain_share = 0.8;
-static const double cost_of_unknown = 100; /* operations a coordinate, for models that do not tell */
+ * vectors. The same of sweeps over joints. */
+static const double dense_share = 0.4, chain_share = 0.8;
 
 /* Those of implicit steps with the tangent. */
 static double linear_operations(const struct refdyn_motion *motion) {
@@ -86,14 +70,18 @@ static double linear_operations(const struct refdyn_motion *motion) {
 /* Operations counted so far. */
 static double operations(const struct refdyn_motion *motion) {
     const struct refdyn_model *model = motion->work->model;
-    const double n = model->n;
-    const double qdd = model->qdd_cost > 0 ? model->qdd_cost : cost_of_unknown * n;
-    return (double)(motion->work->evaluations - motion->evaluations_before) * qdd + linear_operations(motion);
+    const long evaluations = motion->work->evaluations - motion->evaluations_before;
+    return (double)evaluations * model->qdd_cost + linear_operations(motion);
 }
 
 static void mark(struct refdyn_motion *motion) {
     motion->automatic.marked_t = motion->step.t_end;
     motion->automatic.marked_operations = operations(motion);
+}
+
+/* The mean length of the steps since the last mark. */
+static double mean_step(const struct refdyn_motion *motion, int steps) {
+    return (motion->step.t_end - motion->automatic.marked_t) / steps;
 }
 
 static double progress(const struct refdyn_motion *motion) {
@@ -108,9 +96,7 @@ static int is_explicit(enum refdyn_method method) {
 /* An explicit method cannot keep a step beyond its limit, though a few steps do not show it. */
 static double lasting_progress(const struct refdyn_motion *motion, enum refdyn_method method) {
     const struct refdyn_automatic *choice = &motion->automatic;
-    const double now = progress(motion), step = (motion->step.t_end - choice->marked_t) / MEASURED_STEPS;
-    if (method == REFDYN_RODAS5P && choice->found.damping >= damped && motion->options.tol < loose)
-        return now * reduced_order_share;
+    const double now = progress(motion), step = mean_step(motion, MEASURED_STEPS);
     if (!is_explicit(method) || !(step * choice->found.rate > explicit_limit))
         return now;
     return now * explicit_limit / (step * choice->found.rate);
@@ -126,8 +112,7 @@ static void ask_for(struct refdyn_motion *motion, int candidate) {
 static void go_on_with(struct refdyn_motion *motion, int candidate) {
     struct refdyn_automatic *choice = &motion->automatic;
     choice->next = choice->found.candidates[candidate];
-    choice->patience = choice->chosen == candidate && choice->patience < PATIENCE_MOST ? 2 * choice->patience
-                                                                                       : choice->patience;
+    choice->patience *= choice->chosen == candidate ? 2 : 1;
     choice->chosen = candidate;
     choice->at = -1;
     choice->steps_left = choice->patience;
@@ -145,26 +130,27 @@ static int best(const struct refdyn_automatic *choice) {
 /* |lambda| h of the explicit method that is tried, 0 for others. */
 static double reach_of_explicit(const struct refdyn_motion *motion) {
     const struct refdyn_automatic *choice = &motion->automatic;
-    const double step = (motion->step.t_end - choice->marked_t) / MEASURED_STEPS;
+    const double step = mean_step(motion, MEASURED_STEPS);
     return is_explicit(choice->found.candidates[choice->at]) ? step * choice->found.rate : 0;
 }
 
 /* The explicit method's step is ruled by its accuracy: nothing else need be tried. */
 static int explicit_suffices(const struct refdyn_motion *motion) {
     return is_explicit(motion->automatic.found.candidates[motion->automatic.at]) &&
-           reach_of_explicit(motion) < follows_accuracy;
+           reach_of_explicit(motion) < explicit_limit / 2;
 }
 
-/* The motion ends (where that is known) before another trial would pay: in few steps at the plain
- * tolerance. At its limit an explicit method's steps say nothing of those that others could take. */
-static int is_nearly_done(const struct refdyn_motion *motion) {
+/* So many steps of this length are left that another trial pays; FEW_STEPS where the end is not known. */
+static int is_nearly_done(const struct refdyn_motion *motion, double step) {
+    return motion->t_final - motion->step.t_end < FEW_STEPS * step;
+}
+
+/* That of the method that has won so far, at the plain tolerance. */
+static double best_step(const struct refdyn_motion *motion) {
     const struct refdyn_automatic *choice = &motion->automatic;
     const double gone = choice->found.progress[best(choice)] / choice->found.progress[choice->at];
     const double sharper = motion->options.tol / refdyn_automatic_tolerance(motion);
-    const double step = (motion->step.t_end - choice->marked_t) / MEASURED_STEPS *
-                        pow(sharper, 1.0 / motion->step.method->order_error);
-    const int few = reach_of_explicit(motion) > near_limit * explicit_limit ? FEW_STEPS_AT_LIMIT : FEW_STEPS;
-    return motion->t_final - motion->step.t_end < few * step * gone;
+    return mean_step(motion, MEASURED_STEPS) * gone * pow(sharper, 1.0 / motion->step.method->order_error);
 }
 
 /* Points of Gauss keep vibrations, those of Radau damp what the steps, as they are now, leave far behind. */
@@ -188,7 +174,7 @@ static void judge(struct refdyn_motion *motion) {
     choice->found.progress[choice->at] = lasting_progress(motion, choice->found.candidates[choice->at]);
     if (explicit_suffices(motion)) {
         go_on_with(motion, choice->at);
-    } else if (is_nearly_done(motion)) {
+    } else if (is_nearly_done(motion, best_step(motion))) {
         choice->is_short = motion->statistics.steps < FEW_STEPS; /* too short for errors to add up, too */
         go_on_with(motion, best(choice));
     } else if (has_another(motion)) {
@@ -226,21 +212,22 @@ static int follows_vibrations(const struct refdyn_motion *motion) {
  * what it stirs up of the fastest mode has the tolerance's size. */
 static int damps_at_limit(const struct refdyn_motion *motion) {
     const struct refdyn_automatic *choice = &motion->automatic;
-    return choice->found.damping >= damped &&
-           motion->control.last * choice->found.rate > near_limit * explicit_limit;
+    return choice->found.damping >= damped && motion->control.last * choice->found.rate > explicit_limit / 2;
+}
+
+/* The factor by which errors of the method in use add up, beside those of the others. */
+static double adding_up(const struct refdyn_motion *motion) {
+    const enum refdyn_method method = motion->step.number;
+    if ((method == REFDYN_GAUSS12 && follows_vibrations(motion)) ||
+        (is_explicit(method) && damps_at_limit(motion)))
+        return adds_up_followed;
+    return method == REFDYN_RODAS5P && !motion->automatic.is_short && motion->options.tol < loose ? adds_up
+                                                                                                  : 1;
 }
 
 double refdyn_automatic_tolerance(const struct refdyn_motion *motion) {
     const double tol = motion->options.tol;
-    if (motion->options.method == REFDYN_AUTO && motion->step.number == REFDYN_GAUSS12 &&
-        follows_vibrations(motion))
-        return tol / adds_up_followed;
-    if (motion->options.method == REFDYN_AUTO && is_explicit(motion->step.number) && damps_at_limit(motion))
-        return tol / stirred_up;
-    if (motion->options.method != REFDYN_AUTO || motion->step.number != REFDYN_RODAS5P ||
-        motion->automatic.is_short || !(tol < loose))
-        return tol;
-    return fmax(tol / fmin(pow(loose / tol, adds_up_power), adds_up), DBL_EPSILON);
+    return motion->options.method == REFDYN_AUTO ? fmax(tol / adding_up(motion), DBL_EPSILON) : tol;
 }
 
 void refdyn_automatic_start(struct refdyn_motion *motion) {
@@ -248,16 +235,10 @@ void refdyn_automatic_start(struct refdyn_motion *motion) {
     const enum refdyn_method rosenbrock = motion->work->model->saturates ? REFDYN_RADAU9 : REFDYN_RODAS5P;
     *choice = (struct refdyn_automatic){.found.candidates = {REFDYN_RK8, rosenbrock, REFDYN_GAUSS12},
                                         .chosen = -1,
-                                        .patience = PATIENCE_FIRST,
+                                        .patience = FEW_STEPS / 2,
                                         .wants_spectrum = 1};
     mark(motion);
     ask_for(motion, EXPLICIT);
-}
-
-/* Few steps as the last ones are left, so that no trial pays. */
-static int ends_soon(const struct refdyn_motion *motion) {
-    return motion->t_final - motion->step.t_end <
-           FEW_STEPS * (motion->step.t_end - motion->automatic.marked_t) / LOOK_STEPS;
 }
 
 /* Does the chosen method still do what it was chosen for? */
@@ -266,7 +247,7 @@ static void look(struct refdyn_motion *motion) {
     const double now = progress(motion);
     const int is_due = choice->steps_left <= 0,
               is_slow = now < slowed * choice->found.progress[choice->chosen];
-    if ((is_due || is_slow) && !ends_soon(motion)) {
+    if ((is_due || is_slow) && !is_nearly_done(motion, mean_step(motion, LOOK_STEPS))) {
         begin_trial(motion, now);
     } else {
         mark(motion);
@@ -305,9 +286,8 @@ static double first_step(const struct refdyn_motion *motion, enum refdyn_method 
 
 /* So many steps of an explicit method until the end that it is not worth beginning with it. */
 static int is_too_long_for_explicit(const struct refdyn_motion *motion) {
-    const double steps =
-        (motion->t_final - motion->step.t_end) * motion->automatic.found.rate / explicit_limit;
-    return isfinite(steps) && steps > MANY_STEPS;
+    return isfinite(motion->t_final) && motion->automatic.found.rate > 0 &&
+           !is_nearly_done(motion, 2 * explicit_limit / motion->automatic.found.rate);
 }
 
 /* The rates of the linearised equations. Where the tangent is not finite, as at a root of 0, they are unknown

@@ -12,7 +12,8 @@ static const double tol_default = 1e-6;  /* [rad]: a micrometre at 1 m */
 static const double length_default = 1;  /* [m] */
 
 struct refdyn_options refdyn_options_default(enum refdyn_method method) {
-    const int is_fixed = refdyn_method_definition(method)->order_error == 0;
+    const struct refdyn_method_definition *definition = refdyn_method_definition(method);
+    const int is_fixed = !definition || definition->order_error == 0;
     return (struct refdyn_options){
         .method = method,
         .step = is_fixed ? step_default : 0,
