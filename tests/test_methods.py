@@ -57,19 +57,19 @@ struct motion {
     pthread_barrier_t *together;              /* NULL: alone */
 };
 
-static int follow(struct motion *motion, struct refdyn_drive *drive, const double *q, const double *qd) {
-    const size_t bytes = (size_t)drive->work->n * sizeof(double);
-    int status = refdyn_drive_start(drive, 0, q, qd);
+static int follow(struct motion *motion, struct refdyn_integrator *integrator, const double *q, const double *qd) {
+    const size_t bytes = (size_t)integrator->work->n * sizeof(double);
+    int status = refdyn_integrator_start(integrator, 0, q, qd);
     for (int i = 0; i < OUTPUTS && !status; i++) {
         double *values = motion->values + i * (3 * MOST + 2);
-        status = refdyn_drive_to(drive, 0.02 * (i + 1));
+        status = refdyn_integrator_to(integrator, 0.02 * (i + 1));
         if (!status)
-            status = refdyn_drive_look(drive, drive->t_begin + 0.3 * (drive->t_end - drive->t_begin));
-        memcpy(values, drive->q, bytes);
-        memcpy(values + MOST, drive->qd, bytes);
-        memcpy(values + 2 * MOST, drive->qdd, bytes);
-        values[3 * MOST] = drive->t;
-        values[3 * MOST + 1] = drive->work_done;
+            status = refdyn_integrator_look(integrator, integrator->t_begin + 0.3 * (integrator->t_end - integrator->t_begin));
+        memcpy(values, integrator->q, bytes);
+        memcpy(values + MOST, integrator->qd, bytes);
+        memcpy(values + 2 * MOST, integrator->qdd, bytes);
+        values[3 * MOST] = integrator->t;
+        values[3 * MOST + 1] = integrator->work_done;
     }
     return status;
 }
@@ -77,13 +77,13 @@ static int follow(struct motion *motion, struct refdyn_drive *drive, const doubl
 static void *run(void *argument) {
     struct motion *motion = argument;
     const struct refdyn_model *model = &MODEL_model;
-    const size_t work_size = refdyn_workspace_size(model), drive_size = refdyn_drive_size(model, &motion->options);
-    void *work_memory = malloc(work_size), *drive_memory = malloc(drive_size);
+    const size_t work_size = refdyn_workspace_size(model), size = refdyn_integrator_size(model, &motion->options);
+    void *work_memory = malloc(work_size), *memory = malloc(size);
     struct refdyn_workspace work;
-    struct refdyn_drive drive;
+    struct refdyn_integrator integrator;
     double q[MOST], qd[MOST];
     if (refdyn_workspace_init(&work, model, work_memory, work_size) ||
-        refdyn_drive_init(&drive, &work, &motion->options, drive_memory, drive_size))
+        refdyn_integrator_init(&integrator, &work, &motion->options, memory, size))
         abort();
     if (motion->together)
         pthread_barrier_wait(motion->together);
@@ -92,10 +92,10 @@ static void *run(void *argument) {
     for (int i = 0; i < work.n; i++)
         qd[i] = motion->faster * qd[i] + (motion->faster - 1) / 10;
     refdyn_anchor(&work, 0, q, qd, NULL);
-    motion->status = follow(motion, &drive, q, qd);
+    motion->status = follow(motion, &integrator, q, qd);
     motion->allocations = allocations - before;
-    motion->statistics = drive.statistics;
-    free(drive_memory);
+    motion->statistics = integrator.statistics;
+    free(memory);
     free(work_memory);
     return NULL;
 }
