@@ -50,22 +50,16 @@ static void reduce_mass(struct refdyn_workspace *work) {
     }
 }
 
-/* side (n, in the order of the partition) := its independent part plus P^T times the dependent one, from
- * `rank` on. */
-static void fold_dependent(struct refdyn_workspace *work) {
-    const int rank = work->partition.rank, count = work->n - rank;
-    for (int k = 0; k < rank; k++)
-        dense_add(work->side + rank, work->side[k], work->P + k * (count + 1), count);
-}
-
-/* side := [P^T 1] (f - M_d^T c) */
+/* side := f - M_d^T c in the order of the partition, then its independent part plus P^T times the dependent
+ * one */
 static void reduce_force(struct refdyn_workspace *work) {
-    const int n = work->n, rank = work->partition.rank;
+    const int n = work->n, rank = work->partition.rank, count = n - rank;
     for (int b = 0; b < n; b++)
         work->side[b] = work->f[work->partition.column[b]];
     for (int k = 0; k < rank; k++)
-        dense_add(work->side, -work->P[k * (n - rank + 1) + n - rank], work->mass_d + k * n, n);
-    fold_dependent(work);
+        dense_add(work->side, -work->P[k * (count + 1) + count], work->mass_d + k * n, n);
+    for (int k = 0; k < rank; k++)
+        dense_add(work->side + rank, work->side[k], work->P + k * (count + 1), count);
 }
 
 /* qdd_d = P qdd_i + c, both into the order of the model. */
