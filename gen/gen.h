@@ -4,11 +4,11 @@
 #ifndef REFDYN_GEN_GEN_H
 #define REFDYN_GEN_GEN_H
 
-#include "memory.h"
-#include "message.h"
-#include "model.h"
-#include "read.h"
-#include "tree.h"
+#include "base/memory.h"
+#include "base/message.h"
+#include "model/model.h"
+#include "read/read_model.h"
+#include "tree/tree.h"
 
 #include <setjmp.h>
 #include <stdio.h>
@@ -20,7 +20,7 @@ struct generation {
     struct graph graph;
     struct messages messages;
     struct model model;
-    struct tree tree, rolled; /* see runs.h */
+    struct tree tree, rolled; /* see roll.h */
     struct plan *plan;
     jmp_buf out_of_memory;
 };

@@ -2,7 +2,7 @@
 #include "csv.h"
 #include "escape.h"
 #include "output.h"
-#include "text.h"
+#include "base/text.h"
 
 #include <errno.h>
 #include <stdarg.h>
@@ -181,7 +181,7 @@ bool csv_open(struct csv *csv, const char *path, const char *what) {
 
 bool csv_number(const struct csv *csv, int i, double *value) {
     const char *field = csv->fields[i];
-    if (number_of_text(field, value))
+    if (text_to_number(field, value))
         return true;
     if (!*field)
         return csv_complain(csv, "%.*s: the field is empty, a finite number is needed", SHOWN_MOST,

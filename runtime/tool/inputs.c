@@ -1,7 +1,7 @@
 /* Sampled inputs from a CSV file: see inputs.h. */
 #include "inputs.h"
 #include "csv.h"
-#include "message.h"
+#include "base/message.h"
 #include "output.h"
 #include "table.h"
 
@@ -62,7 +62,8 @@ static void warn_of_passed(const struct reading *reading) {
         if (find_input(csv, model->inputs[i].name) < 0)
             missing[count++] = model->inputs[i].name;
     for (int i = 0; i < csv->count; i++) {
-        const char *near = reading->role[i] == ROLE_NONE ? nearest_name(csv->names[i], missing, count) : NULL;
+        const char *near =
+            reading->role[i] == ROLE_NONE ? message_nearest_name(csv->names[i], missing, count) : NULL;
         char *text = near ? text_format("warning: inputs: column %s is passed over, the nearest input is %s",
                                         csv->names[i], near)
                           : NULL;

@@ -40,9 +40,9 @@ static enum status refuse_acceleration_rows(struct scene *scene) {
         const struct row *row = &generation->model.rows[i];
         if (row->level != ROW_ACCELERATION)
             continue;
-        complain(&generation->messages, row->place,
-                 "%s: is a row in accelerations, modes takes rows of positions and velocities only",
-                 row->name);
+        message_error(&generation->messages, row->place,
+                      "%s: is a row in accelerations, modes takes rows of positions and velocities only",
+                      row->name);
         print_messages(generation, seen);
         return STATUS_FAULT;
     }

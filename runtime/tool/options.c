@@ -2,9 +2,9 @@
  */
 #include "options.h"
 #include "by_gsl.h"
-#include "message.h"
+#include "base/message.h"
 #include "refdyn.h"
-#include "text.h"
+#include "base/text.h"
 
 #include <errno.h>
 #include <getopt.h>
@@ -39,7 +39,8 @@ struct rule {
 
 static const struct rule rules[] = {
     {"output", "FILE", KIND_TEXT, FIELD(output), "where results go"},
-    {"emit", "M,h,...", KIND_LIST, FIELD(emit), "these quantities only; all: every one but derivatives; implicit: the tangent of implicit steps"},
+    {"emit", "M,h,...", KIND_LIST, FIELD(emit),
+     "these quantities only; all: every one but derivatives; implicit: the tangent of implicit steps"},
     {"state", "STATE.json", KIND_TEXT, FIELD(state),
      "t, q, qd, inputs, parameters; what is left out is the model's"},
     {"until", "T", KIND_POSITIVE, FIELD(until), "end of the motion [s]"},
@@ -211,7 +212,7 @@ static const char *nearest_option(const struct option *table, const char *given)
     int count = 0;
     for (; table->name; table++)
         names[count++] = table->name;
-    return nearest_name(given, names, count);
+    return message_nearest_name(given, names, count);
 }
 
 /* getopt_long answered `answer`, '?' or ':'; optopt is a letter, or at most RULE_COUNT for a long option. */
@@ -231,7 +232,7 @@ static enum status wrong_option(const struct command *command, const struct opti
 
 static enum status read_positive(const struct command *command, const char *name, const char *text,
                                  double *value) {
-    if (!number_of_text(text, value) || *value <= 0)
+    if (!text_to_number(text, value) || *value <= 0)
         return usage_error(command, "--%s: '%s' is no positive number", name, text);
     return STATUS_DONE;
 }

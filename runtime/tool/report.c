@@ -5,7 +5,7 @@
 #include "gnuplot.h"
 #include "interrupt.h"
 #include "output.h"
-#include "text.h"
+#include "base/text.h"
 #include "page.h"
 #include "timing.h"
 
@@ -49,7 +49,7 @@ static enum status read_numbers(const struct options *options, const char *name,
     char *item;
     for (int i = 0; (item = list_item(text, i)); i++) {
         double number = 0;
-        const bool is_good = number_of_text(item, &number) && number > 0 && number < most && i < SETTINGS_MAX;
+        const bool is_good = text_to_number(item, &number) && number > 0 && number < most && i < SETTINGS_MAX;
         free(item);
         if (!is_good)
             return usage_error(options->command, "--%s: '%s' is no list of up to %d numbers between 0 and %g",

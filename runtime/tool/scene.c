@@ -1,7 +1,7 @@
 /* One model made ready: see scene.h. */
 #include "scene.h"
 #include "commands.h"
-#include "source_file.h"
+#include "read/source_file.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -43,7 +43,7 @@ static const char *kind_of(const json_t *value) {
 
 static void unknown_name(struct reading *reading, int line, const char *what, const char *name,
                          const char *const *known, int count) {
-    const char *near = nearest_name(name, known, count);
+    const char *near = message_nearest_name(name, known, count);
     if (near)
         complain_at(reading, line, "%s: no %s is called so, the nearest is %s", name, what, near);
     else

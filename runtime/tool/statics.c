@@ -11,7 +11,7 @@ static enum status unknown_coordinate(const struct options *options, const struc
     const char **names = allocate((size_t)model->n, sizeof *names);
     for (int i = 0; i < model->n; i++)
         names[i] = model->coordinates[i].name;
-    const char *near = nearest_name(name, names, model->n);
+    const char *near = message_nearest_name(name, names, model->n);
     free(names);
     if (near)
         return usage_error(options->command, "--hold: the model has no coordinate '%s', the nearest is %s",
@@ -54,8 +54,8 @@ static enum status refuse_loops(struct scene *scene) {
         const struct row *row = &generation->model.rows[i];
         if (!row->is_closure)
             continue;
-        complain(&generation->messages, row->place,
-                 "%s: closes a loop, statics takes trees only (rows do not act in it)", row->name);
+        message_error(&generation->messages, row->place,
+                      "%s: closes a loop, statics takes trees only (rows do not act in it)", row->name);
         print_messages(generation, seen);
         return STATUS_FAULT;
     }

@@ -1,8 +1,8 @@
 /* Conditions that end a motion: see stops.h. */
 #include "stops.h"
-#include "message.h"
+#include "base/message.h"
 #include "output.h"
-#include "text.h"
+#include "base/text.h"
 
 #include <float.h>
 #include <math.h>
@@ -17,7 +17,8 @@ static int find_column(const struct table *table, const char *name) {
 }
 
 static enum status wrong_column(const struct stops *stops, const struct options *options, const char *name) {
-    const char *near = nearest_name(name, (const char *const *)stops->table.names, stops->table.count);
+    const char *near =
+        message_nearest_name(name, (const char *const *)stops->table.names, stops->table.count);
     return usage_error(options->command, "--stop: the CSV has no column '%s'%s%s", name,
                        near ? ", the nearest is " : "", near ? near : "");
 }
@@ -26,7 +27,7 @@ static enum status read_stop(struct stops *stops, const struct options *options,
     const size_t length = strcspn(text, "<>");
     const char *number = text + length + (text[length] != '\0');
     struct stop stop = {.text = text, .is_below = text[length] == '<'};
-    if (length == 0 || !number_of_text(number, &stop.value))
+    if (length == 0 || !text_to_number(number, &stop.value))
         return usage_error(options->command, "--stop: '%s' is not of the form NAME<VALUE or NAME>VALUE",
                            text);
     char *name = text_format("%.*s", (int)length, text);

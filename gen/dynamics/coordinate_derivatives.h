@@ -1,0 +1,30 @@
+/*
+ * How an expression in symbols changes with the coordinates: the one rule behind rows, forces and tangents.
+ *
+ * Takes an expression of time, coordinates and points, gives its n derivatives by the coordinates' values,
+ * rates or accelerations. A point's symbol of order i moves with the coordinates of order i by the columns of
+ * C, at every order.
+ */
+#ifndef REFDYN_GEN_COORDINATE_DERIVATIVES_H
+#define REFDYN_GEN_COORDINATE_DERIVATIVES_H
+
+#include "dynamics/kinematics.h"
+
+/* Derivatives of e by the symbols of one order: a coordinate a frame, then three for each point; still in
+ * symbols. */
+expression *coordinate_derivatives_symbol_gradient(const struct kinematics *k, expression e, int order);
+
+/* The same with the symbols replaced by the kinematics. */
+expression *coordinate_derivatives_placed_gradient(const struct kinematics *k, expression e, int order);
+
+/* The same as derivatives by the coordinates of all frames, points by their kinematics; `resting`: at qd = 0.
+ */
+expression *coordinate_derivatives_coefficients(const struct kinematics *k, expression e, int order,
+                                                bool resting);
+
+/* Symbols of points replaced by their kinematics, accelerations at qdd = 0. */
+expression coordinate_derivatives_with_points(const struct kinematics *k, expression e);
+/* The same at qd = 0. */
+expression coordinate_derivatives_at_rest(const struct kinematics *k, expression e);
+
+#endif

@@ -1,0 +1,108 @@
+/*
+ * Dynamics: mass matrix, bias forces, gravity, energy and the solution of M x = f, from the tips inward.
+ *
+ * Takes kinematics, gives expressions; each function is one recursion of formulation, sect. 7, written in
+ * link frames with 3-vectors. A wrench is taken about the origin of the frame in whose axes it is given.
+ */
+#ifndef REFDYN_GEN_DYNAMICS_H
+#define REFDYN_GEN_DYNAMICS_H
+
+#include "dynamics/kinematics.h"
+#include "tree/recursion.h"
+
+#include <stddef.h>
+
+struct wrench {
+    struct vector moment, force; /* [N m], [N] */
+};
+
+/* A recursion over the frames of k whose state has `size` bytes a frame. */
+struct recursion dynamics_recursion_over(const struct kinematics *k, void *state, size_t size,
+                                         void (*step)(void *context, int i), void *context);
+struct wrench wrench_add(struct graph *g, struct wrench a, struct wrench b);
+/* Of the body that moves with frame i; in a run that of the element that the loop is at. */
+struct inertia dynamics_own_inertia(const struct kinematics *k, int i);
+/* About a point from which its own is r away. */
+struct wrench wrench_shift(struct graph *g, struct vector r, struct wrench w);
+/* About the origin of frame i's parent, in its axes. */
+struct wrench wrench_to_parent(const struct kinematics *k, int i, struct wrench w);
+
+/*
+ * Composite pseudo-inertia of all beyond each joint, in the joint's frame; entry [n] is the ground's. M
+ * (n x n, both halves) of a tree without runs is derived on the way, NULL: it is not.
+ */
+struct inertia *dynamics_composite_inertias(const struct kinematics *k, expression *M);
+
+/* The wrench that accelerates all beyond joint i by one unit of its coordinate. */
+struct wrench wrench_of_unit(const struct kinematics *k, int i, const struct inertia *beyond);
+/* R m R^T for the rotation R from frame i to its parent. */
+struct matrix articulated_body_matrix_to_parent(const struct kinematics *k, int i, struct matrix m);
+
+/*
+ * c_i = tr{X_i Gc_i}: the generalized forces of the bias accelerations; with `less_gravity` gravity's
+ * generalized forces are in it (c + g).
+ */
+expression *dynamics_bias_forces(const struct kinematics *k, bool less_gravity);
+
+/* g_i = dEp_g/dq_i, and its derivatives g_i,j (n x n). */
+expression *dynamics_gravity_forces(const struct kinematics *k, const struct inertia *composites);
+expression *dynamics_gravity_tangent(const struct kinematics *k, const struct inertia *composites);
+
+/* s_i = dEk/dq_i, the second sum of the printed form of h. */
+expression *dynamics_printed_sum(const struct kinematics *k);
+
+expression dynamics_kinetic_energy(const struct kinematics *k);
+expression dynamics_gravity_energy(const struct kinematics *k, const struct inertia *composites);
+
+/* Accelerations of a frame, own axes, at which its body's load is taken: reference_accelerations.c. */
+struct reference {
+    struct vector angular;  /* dw/dt [rad/s^2] */
+    struct vector linear;   /* of the origin, minus gravity [m/s^2] */
+    struct matrix gradient; /* of `linear` in space [1/s^2] */
+};
+/* The wrench of inertia and gravity that each body takes at these accelerations, in its frame. */
+struct wrench *dynamics_loads(const struct kinematics *k, const struct reference *references);
+/* Of the body of frame i: moment J wd + w x J w + mc x a and force m a + wd x mc + w x (w x mc) for the
+ * acceleration a of its origin. */
+struct wrench wrench_of_inertia(const struct kinematics *k, int i, struct vector wd,
+                                const struct matrix *gradient, struct vector a);
+
+/* M x = f: articulated inertias eliminated from the tips; then any right side costs O(n). */
+struct elimination;
+/* Of M + diag(diagonal), by frame; NULL: of M. */
+struct elimination *articulated_body_eliminate(const struct kinematics *k, const expression *diagonal);
+/* f minus the generalized forces of `loads` (by frame, or NULL), which are summed on the way. `references`:
+ * the accelerations that these loads are taken at, NULL: they depend on none. */
+struct right_side {
+    const expression *f;
+    const struct wrench *loads;
+    const struct reference *references;
+};
+/* Accelerations of a frame, own axes, beyond those of its reference; `whole`: dw/dt with the reference's. */
+struct acceleration {
+    struct vector angular, linear, whole;
+};
+/* Accelerations by frame into `frames` unless it is NULL. */
+expression *articulated_body_solve(const struct kinematics *k, const struct elimination *elimination,
+                                   struct right_side side, struct acceleration **frames);
+/* Is frame i the last of the turns that are eliminated together? */
+bool articulated_body_ends_ball(const struct elimination *elimination, int i);
+/* By frame; for bodies behind ball joints dw/dt is not that at qdd = 0. */
+struct reference *reference_accelerations_derive(const struct kinematics *k,
+                                                 const struct elimination *elimination);
+/* Those at qdd = 0, behind ball joints, too. */
+struct reference *reference_accelerations_bias(const struct kinematics *k);
+/* Can a load act on frame i? Not on one between the turns that are eliminated together. */
+bool articulated_body_takes_load(const struct elimination *elimination, int i);
+
+/*
+ * M x = f: M as L^T D L (mass_factor.c); then any right side costs O(n^2), in branched trees less. In trees
+ * without runs alone.
+ */
+struct factors;
+struct factors *mass_factor(const struct kinematics *k, const expression *mass_matrix);
+expression *mass_factor_solve(const struct factors *factors, const expression *f);
+/* Additions and multiplications of the factorisation of a matrix M in which no entry vanishes. */
+long mass_factor_operations(const struct tree *tree);
+
+#endif
