@@ -2798,12 +2798,12 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 #define SET(field) .field =
 #endif
 
-#if REFDYN_MODEL_VERSION != 1
-#error "manipulator_flexible was emitted for version 1 of refdyn_model.h, and this refdyn_model.h is of another one: emit it again."
+#if REFDYN_MODEL_VERSION != 2
+#error "manipulator_flexible was emitted for version 2 of refdyn_model.h, and this refdyn_model.h is of another one: emit it again."
 #endif
 
 const struct refdyn_model manipulator_flexible_model = {
-    SET(interface_version) 1,
+    SET(interface_version) 2,
     SET(name) "manipulator_flexible",
     SET(hash) "cb9a902658bd5d13",
     SET(n) 13,
@@ -2819,7 +2819,6 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(qdd_cost) 2625,
     SET(tangent_cost) 0,
     SET(tangent_vectors_cost) 0,
-    SET(shifted_cost) 0,
     SET(coupling_count) 0,
     SET(coordinates) manipulator_flexible_coordinate_names,
     SET(parameters) manipulator_flexible_parameter_names,
@@ -2866,8 +2865,6 @@ const struct refdyn_model manipulator_flexible_model = {
     SET(accelerations) manipulator_flexible_accelerations_doubles,
     SET(tangent) 0,
     SET(tangent_vectors) 0,
-    SET(diagonals) 0,
-    SET(shifted) 0,
     SET(d_qdd) 0,
     SET(d_qdd_free) 0,
     SET(d_force) 0,

@@ -952,12 +952,12 @@ static void manipulator_rigid_start_doubles(const double *p, const double *x, do
 #define SET(field) .field =
 #endif
 
-#if REFDYN_MODEL_VERSION != 1
-#error "manipulator_rigid was emitted for version 1 of refdyn_model.h, and this refdyn_model.h is of another one: emit it again."
+#if REFDYN_MODEL_VERSION != 2
+#error "manipulator_rigid was emitted for version 2 of refdyn_model.h, and this refdyn_model.h is of another one: emit it again."
 #endif
 
 const struct refdyn_model manipulator_rigid_model = {
-    SET(interface_version) 1,
+    SET(interface_version) 2,
     SET(name) "manipulator_rigid",
     SET(hash) "20a898bb9c6d4c9e",
     SET(n) 4,
@@ -973,7 +973,6 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(qdd_cost) 400,
     SET(tangent_cost) 0,
     SET(tangent_vectors_cost) 0,
-    SET(shifted_cost) 0,
     SET(coupling_count) 0,
     SET(coordinates) manipulator_rigid_coordinate_names,
     SET(parameters) manipulator_rigid_parameter_names,
@@ -1020,8 +1019,6 @@ const struct refdyn_model manipulator_rigid_model = {
     SET(accelerations) manipulator_rigid_accelerations_doubles,
     SET(tangent) 0,
     SET(tangent_vectors) 0,
-    SET(diagonals) 0,
-    SET(shifted) 0,
     SET(d_qdd) 0,
     SET(d_qdd_free) 0,
     SET(d_force) 0,

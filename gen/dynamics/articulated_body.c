@@ -7,8 +7,7 @@
  * inertia maps (angular, linear) acceleration to (moment, force): [J H; H^T M], J and M symmetric. Three
  * turns at one point, as of a spring-damping element, are eliminated together, as a ball joint: the moment m
  * in it follows from the forces on its coordinates alone, wd = J^-1 (m - p_n - H a), and only M - H^T J^-1 H
- * is passed on. What vanishes then is an exact zero, not a difference. With something added to the diagonal
- * of M, as the matrix of an implicit step has it, turns are eliminated one by one.
+ * is passed on. What vanishes then is an exact zero, not a difference.
  */
 #include "dynamics/dynamics.h"
 #include "base/memory.h"
@@ -21,11 +20,10 @@ struct articulated {
     struct tensor M;
 };
 
-/* What stays of joint i, s added to the diagonal: U = inertia times joint axis, D = e.U + s, U / D, 1 / D and
- * kept = s / D. */
+/* What stays of joint i: U = inertia times joint axis, D = e.U, U / D and 1 / D. */
 struct pivot {
     struct wrench U, U_over_D;
-    expression D_inverse, kept;
+    expression D_inverse;
 };
 
 /* What stays of a ball joint, in the axes of its last frame: J = L D L^T, J^-1 H, and how its coordinates
@@ -51,7 +49,6 @@ struct elimination {
     struct stage *stages;       /* by last frame; what ends no stage is left out */
     bool *ends_stage;           /* by frame */
     struct articulated *beyond; /* by frame: what all beyond it adds */
-    const expression *diagonal; /* by frame: what is added to that of M, or NULL */
 };
 
 /* A rigid body: J, H = [mc]x, M = m 1. */
@@ -92,8 +89,7 @@ static expression reciprocal(struct graph *g, expression e) {
     return expr_div(g, expr_one(g), e);
 }
 
-static struct pivot pivot_of(struct graph *g, const struct joint *joint, const struct articulated *a,
-                             expression added) {
+static struct pivot pivot_of(struct graph *g, const struct joint *joint, const struct articulated *a) {
     struct pivot p;
     const int axis = joint->axis;
     expression D;
@@ -104,34 +100,28 @@ static struct pivot pivot_of(struct graph *g, const struct joint *joint, const s
         p.U = (struct wrench){column_of(&a->H, axis), tensor_column(&a->M, axis)};
         D = a->M.at[axis];
     }
-    p.D_inverse = reciprocal(g, expr_add(g, D, added));
+    p.D_inverse = reciprocal(g, D);
     p.U_over_D.moment = vector_scale(g, p.D_inverse, p.U.moment);
     p.U_over_D.force = vector_scale(g, p.D_inverse, p.U.force);
-    p.kept = expr_mul(g, added, p.D_inverse);
-    /* Along the joint's own axis U is D - s. */
-    (joint->is_revolute ? &p.U_over_D.moment : &p.U_over_D.force)->at[axis] =
-        expr_sub(g, expr_one(g), p.kept);
+    /* Along the joint's own axis U is D. */
+    (joint->is_revolute ? &p.U_over_D.moment : &p.U_over_D.force)->at[axis] = expr_one(g);
     return p;
 }
 
-/* What the joint keeps: after the elimination s / D of the inertia along its axis is left, and where nothing
- * is added to the diagonal that is zero, exactly and not by subtraction. */
-static void keep_along_axis(struct graph *g, const struct joint *joint, const struct pivot *p,
-                            struct articulated *a) {
+/* Along the joint's axis no inertia is left: zero, exactly and not by subtraction. */
+static void clear_along_axis(const struct joint *joint, struct articulated *a) {
     struct tensor *own = joint->is_revolute ? &a->J : &a->M;
     for (int i = 0; i < 3; i++) {
-        expression *entry = &own->at[tensor_index(joint->axis, i)];
-        expression *coupling = &a->H.at[joint->is_revolute ? 3 * joint->axis + i : 3 * i + joint->axis];
-        *entry = expr_mul(g, p->kept, *entry);
-        *coupling = expr_mul(g, p->kept, *coupling);
+        own->at[tensor_index(joint->axis, i)] = 0;
+        a->H.at[joint->is_revolute ? 3 * joint->axis + i : 3 * i + joint->axis] = 0;
     }
 }
 
-/* [J H; H^T M] - U U^T / D: of the joint's own axis U (1 - (D - s) / D) is left. */
+/* [J H; H^T M] - U U^T / D. */
 static void eliminate_joint(struct graph *g, const struct joint *joint, const struct pivot *p,
                             struct articulated *a) {
     const struct vector um = p->U.moment, uf = p->U.force, om = p->U_over_D.moment, of = p->U_over_D.force;
-    keep_along_axis(g, joint, p, a);
+    clear_along_axis(joint, a);
     for (int i = 0; i < 3; i++)
         for (int j = 0; j < 3; j++) {
             const int ij = tensor_index(i, j);
@@ -430,19 +420,19 @@ static void list_stages(const struct kinematics *k, struct elimination *e) {
         const int first = i;
         if (k->tree->frames[i].kind != FRAME_JOINT)
             continue;
-        i += !e->diagonal && is_ball(k->tree, i) ? 2 : 0;
+        i += is_ball(k->tree, i) ? 2 : 0;
         e->stages[i] = (struct stage){.first = first, .last = i};
         e->ends_stage[i] = true;
     }
 }
 
 static struct articulated eliminate_stage(const struct kinematics *k, struct stage *stage,
-                                          struct articulated own, expression added) {
+                                          struct articulated own) {
     struct graph *g = k->g;
     const struct frame *frame = &k->tree->frames[stage->last];
     if (stage->last > stage->first)
         return eliminate_ball(k, stage, &own);
-    stage->pivot = pivot_of(g, &frame->joint, &own, added);
+    stage->pivot = pivot_of(g, &frame->joint, &own);
     kinematics_name_scalar(k, stage->last, "D_inverse", stage->pivot.D_inverse);
     kinematics_name_vector(k, stage->last, "U_moment", stage->pivot.U.moment);
     kinematics_name_vector(k, stage->last, "U_force", stage->pivot.U.force);
@@ -469,7 +459,7 @@ static void eliminate_inward(void *context, int i) {
         const struct inertia inertia = dynamics_own_inertia(k, i);
         const struct articulated rigid_part = rigid(k->g, &inertia);
         own = articulated_add(k->g, rigid_part, &e->beyond[i]);
-        own = eliminate_stage(k, &e->stages[i], own, e->diagonal ? e->diagonal[i] : expr_zero(k->g));
+        own = eliminate_stage(k, &e->stages[i], own);
     }
     if (frame->parent < 0)
         return;
@@ -477,10 +467,9 @@ static void eliminate_inward(void *context, int i) {
     e->beyond[frame->parent] = articulated_add(k->g, e->beyond[frame->parent], &own);
 }
 
-struct elimination *articulated_body_eliminate(const struct kinematics *k, const expression *diagonal) {
+struct elimination *articulated_body_eliminate(const struct kinematics *k) {
     struct elimination *e = memory_get(k->memory, sizeof *e);
     e->k = k;
-    e->diagonal = diagonal;
     e->beyond = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof *e->beyond);
     list_stages(k, e);
     const struct recursion recursion =
@@ -516,10 +505,8 @@ static struct wrench reduce_joint(const struct kinematics *k, const struct stage
     struct wrench through = {vector_scale(g, u, stage->pivot.U_over_D.moment),
                              vector_scale(g, u, stage->pivot.U_over_D.force)};
     through = wrench_add(g, p, through);
-    /* Along the joint's own axis e.p + u_i (1 - s / D) = f_i - u_i s / D is passed on: f_i, exactly, without
-     * s. */
-    (joint->is_revolute ? &through.moment : &through.force)->at[joint->axis] =
-        expr_sub(g, solution->side.f[i], expr_mul(g, u, stage->pivot.kept));
+    /* Along the joint's own axis e.p + u_i = f_i is passed on, exactly. */
+    (joint->is_revolute ? &through.moment : &through.force)->at[joint->axis] = solution->side.f[i];
     return through;
 }
 

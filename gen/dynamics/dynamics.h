@@ -69,8 +69,7 @@ struct wrench wrench_of_inertia(const struct kinematics *k, int i, struct vector
 
 /* M x = f: articulated inertias eliminated from the tips; then any right side costs O(n). */
 struct elimination;
-/* Of M + diag(diagonal), by frame; NULL: of M. */
-struct elimination *articulated_body_eliminate(const struct kinematics *k, const expression *diagonal);
+struct elimination *articulated_body_eliminate(const struct kinematics *k);
 /* f minus the generalized forces of `loads` (by frame, or NULL), which are summed on the way. `references`:
  * the accelerations that these loads are taken at, NULL: they depend on none. */
 struct right_side {

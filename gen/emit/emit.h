@@ -7,8 +7,8 @@
 #include "plan/plan.h"
 #include "base/text.h"
 
-/* An array that a function takes behind qd: by coordinate, by row, by coordinate. */
-enum { GIVEN_ARRAYS = 3 };
+/* An array that a function takes behind qd: by coordinate, by row. */
+enum { GIVEN_ARRAYS = 2 };
 struct given_array {
     const char *name;
     int count; /* 0: it takes none */

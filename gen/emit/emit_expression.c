@@ -67,19 +67,15 @@ static void emit_infix(struct emission *x, struct text *text, const struct node 
 }
 
 static const char *coordinate_array(struct emission *x, int order) {
-    struct given_array given[GIVEN_ARRAYS];
-    bool *const uses[] = {&x->uses_q, &x->uses_qd, &x->uses_given[0], &x->uses_given[2]};
-    emit_list_given(x->plan, x->function, given);
-    const char *const arrays[] = {"q", "qd", given[0].name, given[2].name};
+    static const char *const arrays[] = {"q", "qd", "qdd"};
+    bool *const uses[] = {&x->uses_q, &x->uses_qd, &x->uses_given[0]};
     *uses[order] = true;
     return arrays[order];
 }
 
 static const char *row_array(struct emission *x) {
-    struct given_array given[GIVEN_ARRAYS];
-    emit_list_given(x->plan, x->function, given);
     x->uses_given[1] = true;
-    return given[1].name;
+    return "lambda";
 }
 
 /* q[4 + 3 * e]: of the element that the loop is at. */

@@ -37,14 +37,10 @@ static void emit_result_type(struct emission *x, struct text *text, const struct
 }
 
 void emit_list_given(const struct plan *plan, const struct function *function, struct given_array *list) {
-    static const char *const names[GIVEN_COUNT][GIVEN_ARRAYS] = {
-        [GIVEN_MOTION] = {"qdd", "lambda"}, [GIVEN_SIDES] = {"f", "k", "s"}};
     const int n = plan->tree->count, m = plan->model->row_count;
-    const int counts[GIVEN_ARRAYS] = {n, m, n}, places[GIVEN_ARRAYS] = {n, 2 * n + 1, 2 * n + 1 + m};
-    for (int i = 0; i < GIVEN_ARRAYS; i++) {
-        const char *name = names[function->given][i];
-        list[i] = (struct given_array){name, name ? counts[i] : 0, places[i]};
-    }
+    const bool is_taken = function->takes_motion;
+    list[0] = (struct given_array){"qdd", is_taken ? n : 0, n};
+    list[1] = (struct given_array){"lambda", is_taken ? m : 0, 2 * n + 1};
 }
 
 static void emit_arguments(struct emission *x, struct text *text, const struct function *function) {

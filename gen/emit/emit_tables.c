@@ -257,7 +257,6 @@ static void set_functions(struct emission *x, struct text *text) {
                                         "point_terms", "constrained",
                                         "terms",       "accelerations",
                                         "tangent",     "tangent_vectors",
-                                        "diagonals",   "shifted",
                                         "d_qdd",       "d_qdd_free",
                                         "d_force",     "d_statics",
                                         "d_rows",      "course",
@@ -322,9 +321,8 @@ static void emit_model_table(struct emission *x, struct text *text, const char *
     text_add(text, "    SET(saturates) %d,\n", saturates(plan));
     text_add(text, "    SET(qdd_cost) %ld,\n    SET(tangent_cost) %ld,\n",
              cost_of(plan, model->row_count ? "constrained" : "qdd_free"), cost_of(plan, "tangent"));
-    text_add(text,
-             "    SET(tangent_vectors_cost) %ld,\n    SET(shifted_cost) %ld,\n    SET(coupling_count) %d,\n",
-             cost_of(plan, "tangent_vectors"), cost_of(plan, "shifted"), plan->coupling_count);
+    text_add(text, "    SET(tangent_vectors_cost) %ld,\n    SET(coupling_count) %d,\n",
+             cost_of(plan, "tangent_vectors"), plan->coupling_count);
     set_pointer(x, text, "coordinates", "coordinate_names", true);
     set_pointer(x, text, "parameters", "parameter_names", plan->parameter_count > 0);
     set_pointer(x, text, "inputs", "input_names", model->input_count > 0);

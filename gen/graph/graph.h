@@ -29,18 +29,16 @@ enum operation {
 
 enum cost { COST_NONE, COST_ADD, COST_MUL, COST_DIV, COST_FUNCTION };
 
-/* What a symbol stands for. `order` counts time derivatives: 0 value, 1 rate, 2 acceleration. Functions that
- * take a right side and a diagonal from their caller (plan.h) read those as order 2 and 3, and as
- * multipliers. */
+/* What a symbol stands for. `order` counts time derivatives: 0 value, 1 rate, 2 acceleration. */
 enum symbol_kind {
     SYMBOL_PARAMETER,  /* index: parameter */
     SYMBOL_INPUT,      /* index: input */
     SYMBOL_TIME,       /* t */
-    SYMBOL_COORDINATE, /* index: coordinate, order 0..3: q, qd, qdd */
+    SYMBOL_COORDINATE, /* index: coordinate, order 0..2: q, qd, qdd */
     SYMBOL_POINT,      /* index: 3 * point + axis, order 0..2, ground frame */
     SYMBOL_MULTIPLIER, /* index: row; of programme forces u^T lambda */
     SYMBOL_START, /* index: handle of a coordinate, point or time symbol, taken at the start of the motion */
-    SYMBOL_ELEMENT, /* index: frame of a run (tree.h), order 0..3: the same of the element that a loop is at
+    SYMBOL_ELEMENT, /* index: frame of a run (tree.h), order 0..2: the same of the element that a loop is at
                      */
     SYMBOL_LAST,    /* index: run; 1 in its last element, 0 in the others */
     SYMBOL_CARRIED, /* index: slot; its value when an iteration begins */

@@ -32,10 +32,10 @@ static const struct element_run *run_of(const struct plan *plan, int run) {
     return &plan->rolled->runs[run];
 }
 
-/* Behind rates stands what a function takes beside them: see `given` in plan.h. */
+/* Accelerations stand behind rates: see takes_motion in plan.h. */
 static double coordinate_value(const struct arguments *a, int coordinate, int order) {
-    const int n = a->plan->tree->count, places[] = {0, 0, n, 2 * n + 1 + a->plan->model->row_count};
-    return order == 0 ? a->q[coordinate] : a->qd[places[order] + coordinate];
+    const int n = a->plan->tree->count;
+    return order == 0 ? a->q[coordinate] : a->qd[(order - 1) * n + coordinate];
 }
 
 static double element_value(const struct arguments *a, const struct symbol *s, int r) {

@@ -65,17 +65,9 @@ struct part {
     bool is_added; /* to what that array holds */
 };
 
-/* What a function takes beside state, time, parameters and inputs: arrays that stand behind qd. */
-enum given {
-    GIVEN_NOTHING,
-    GIVEN_MOTION, /* qdd (n), power (1), lambda (m), as `constrained` gives them */
-    GIVEN_SIDES,  /* f (n), nothing (1), k (m), s (n): right sides, and what is added to a diagonal */
-    GIVEN_COUNT
-};
-
 struct function {
     const char *quantity, *about;
-    enum given given;
+    bool takes_motion;    /* behind qd stands what `constrained` gives: qdd (n), power (1), lambda (m) */
     bool has_blocks;      /* its result is a struct even with one part, whose name is that of an argument */
     struct array *arrays; /* parts of the result, then local arrays, which loops read */
     int array_count, local_count, array_capacity;

@@ -13,7 +13,7 @@ static const double redundant = 1e-12;
 
 static const struct elimination *elimination(struct derivation *d, struct solution *solution) {
     if (!solution->elimination)
-        solution->elimination = articulated_body_eliminate(&d->kinematics, NULL);
+        solution->elimination = articulated_body_eliminate(&d->kinematics);
     return solution->elimination;
 }
 
@@ -164,10 +164,6 @@ static expression row_times(struct derivation *d, const struct row_terms *row, c
     return sum;
 }
 
-static expression right_side(const struct solution *solution, const struct row_terms *row, int i) {
-    return solution->k ? solution->k[i] : row[i].k;
-}
-
 /* Responses M^-1 u^T, S and k - u qdd_free, rows as loads. */
 static void respond_to_loads(struct derivation *d, struct solution *solution) {
     const int m = d->m;
@@ -184,8 +180,8 @@ static void respond_to_loads(struct derivation *d, struct solution *solution) {
                 row_times(d, &row[j], loads[j], solution->responses[i], frames);
     }
     for (int i = 0; i < m; i++)
-        solution->lambda[i] = expr_sub(d->g, right_side(solution, row, i),
-                                       row_times(d, &row[i], loads[i], solution->free, solution->frames));
+        solution->lambda[i] =
+            expr_sub(d->g, row[i].k, row_times(d, &row[i], loads[i], solution->free, solution->frames));
 }
 
 /* The same by the coefficients u. */
@@ -195,7 +191,7 @@ static void respond_to_coefficients(struct derivation *d, struct solution *solut
     for (int i = 0; i < m; i++)
         solution->responses[i] = solve(d, solution, row[i].u);
     for (int i = 0; i < m; i++) {
-        solution->lambda[i] = expr_sub(d->g, right_side(solution, row, i), dot(d, row[i].u, solution->free));
+        solution->lambda[i] = expr_sub(d->g, row[i].k, dot(d, row[i].u, solution->free));
         for (int j = 0; j <= i; j++)
             solution->S[i * m + j] = solution->S[j * m + i] = dot(d, row[i].u, solution->responses[j]);
     }
@@ -223,32 +219,6 @@ static const expression *constrained_by(struct derivation *d, struct solution *s
     struct constraint_effect x = {d, solution};
     recursion_visit_joints(d->g, d->kinematics.tree, add_effect, &x);
     return solution->qdd;
-}
-
-/* ---- For right sides that the caller gives ---- */
-
-struct given_sides {
-    const struct kinematics *k;
-    expression *f, *s;
-};
-
-static void take_sides(void *context, int i) {
-    struct given_sides *x = context;
-    x->f[i] = kinematics_coordinate_of(x->k, i, 2);
-    x->s[i] = kinematics_coordinate_of(x->k, i, 3);
-}
-
-const expression *shifted_solution(struct derivation *d) {
-    struct given_sides sides = {&d->kinematics, derivation_new_values(d, d->frames),
-                                derivation_new_values(d, d->frames)};
-    expression *k = derivation_new_values(d, d->m);
-    recursion_visit_joints(d->g, d->kinematics.tree, take_sides, &sides);
-    for (int i = 0; i < d->m; i++)
-        k[i] = expr_symbol(d->g, SYMBOL_MULTIPLIER, i, 0);
-    struct solution solution = {.k = k, .elimination = articulated_body_eliminate(&d->kinematics, sides.s)};
-    solution.free = articulated_body_solve(&d->kinematics, solution.elimination,
-                                           (struct right_side){.f = sides.f}, &solution.frames);
-    return d->m ? constrained_by(d, &solution) : solution.free;
 }
 
 /* ---- Which way of solving M x = f ---- */

@@ -383,7 +383,7 @@ static struct builder start_given(struct derivation *d, struct function *f) {
     struct caller_accelerations x = {&d->kinematics, derivation_new_values(d, d->frames)};
     recursion_visit_joints(d->g, d->kinematics.tree, take_acceleration, &x);
     b.given = given_motion_derive(&d->kinematics, x.accelerations, NULL);
-    f->given = GIVEN_MOTION;
+    f->takes_motion = true;
     return b;
 }
 
@@ -525,14 +525,6 @@ void derivatives_build_tangent_vectors(struct derivation *d, struct function *f)
     b.arrays = pair_loops_open_results(d->plan, &d->kinematics, f);
     add_joint_vectors(&b);
     d->plan->coupling_count = force_derivatives_add_couplings(&b, -1);
-}
-
-void build_diagonals(struct derivation *d, struct function *f) {
-    struct builder b = open_builder(d, f, false);
-    b.given = given_motion_derive(&d->kinematics, derivation_new_values(d, d->frames), NULL);
-    const int stiffness = derivation_add_array(d, f, "stiffness", "(n) -dQ_i/dq_i", d->n, 0);
-    const int damping = derivation_add_array(d, f, "damping", "(n) -dQ_i/dqd_i", d->n, 0);
-    force_derivatives_set_own_derivatives(&b, -1, stiffness, damping);
 }
 
 /* All joints turn about one axis of the ground or slide across it. */

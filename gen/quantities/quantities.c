@@ -302,11 +302,6 @@ static void build_equations(struct derivation *d, struct function *f) {
         compose(d, f, "row_terms", rows->arrays[i].name);
 }
 
-static void build_shifted(struct derivation *d, struct function *f) {
-    f->given = GIVEN_SIDES;
-    spread_array(d, f, "y", "(n) solution of (M + diag(s)) y - u^T lambda = f, u y = k", shifted_solution(d));
-}
-
 static void build_course(struct derivation *d, struct function *f) {
     derivation_add_array(d, f, "course", "values that the model records, by NAME_model.courses",
                          d->model->course_count, 0);
@@ -454,10 +449,6 @@ static const struct quantity quantities[] = {
      is_corrected, "corrected form", derivatives_build_tangent, ON_REQUEST},
     {"tangent_vectors", "the tangent as vectors of joints, O(n)", is_corrected, "corrected form",
      derivatives_build_tangent_vectors, ON_REQUEST},
-    {"diagonals", "K and D of springs, dampers and forces of the joints themselves", is_corrected,
-     "corrected form", build_diagonals, ON_REQUEST},
-    {"shifted", "solution of (M + diag(s)) y - u^T lambda = f, u y = k for given f, k and s, O(n m)", always,
-     "", build_shifted, ON_REQUEST},
     {"d_qdd", "derivatives of qdd", is_corrected, "corrected form", derivatives_build_d_qdd, IN_BLOCKS},
     {"d_qdd_free", "derivatives of qdd_free", is_corrected, "corrected form", derivatives_build_d_qdd_free,
      IN_BLOCKS},

@@ -13,7 +13,6 @@
 struct solution {
     bool is_dense;
     const struct elimination *elimination; /* by the recursion */
-    const expression *k;                   /* by row; NULL: the stabilised right side */
     const expression *free;                /* qdd_free */
     expression **responses;                /* M^-1 u^T by row */
     expression *S, *lambda;                /* u M^-1 u^T, multipliers */
@@ -81,9 +80,6 @@ const expression *accelerations_free(struct derivation *d);
 const expression *accelerations_recursive(struct derivation *d);
 /* With qdd, lambda, responses and S. */
 const struct solution *accelerations_constrained(struct derivation *d);
-/* y of (M + diag(s)) y - u^T lambda = f, u y = k, by frame, for f, s and k that the caller of the function
- * gives. */
-const expression *shifted_solution(struct derivation *d);
 /* S x = rest in place of rest; `what` names x. */
 void accelerations_solve_rows(struct derivation *d, const expression *S, expression *rest, const char *what);
 /* Operations of a call that computes these values and nothing else; what depends on parameters alone is free.
@@ -116,8 +112,6 @@ void derivatives_build_tangent(struct derivation *d, struct function *f);
 void derivatives_build_tangent_vectors(struct derivation *d, struct function *f);
 /* Does an implicit step take fewer operations with `tangent_vectors` than with `tangent`? */
 bool derivatives_prefer_vectors(struct derivation *d);
-/* Springs, dampers and forces of the joints themselves, on the diagonals of K and D. */
-void build_diagonals(struct derivation *d, struct function *f);
 /* The name of block 0, 1 ... of such derivatives, "q", "qd", "t", "x" (the inputs) and "p" (the parameters);
  * NULL behind the last one. */
 const char *derivatives_block_name(int block);

@@ -38,7 +38,6 @@ static const struct quantity quantities[] = {
     QUANTITY(point_terms), QUANTITY(constrained),
     QUANTITY(terms),       QUANTITY(accelerations),
     QUANTITY(tangent),     QUANTITY(tangent_vectors),
-    QUANTITY(diagonals),   QUANTITY(shifted),
     QUANTITY(d_qdd),       QUANTITY(d_qdd_free),
     QUANTITY(d_force),     QUANTITY(d_statics),
     QUANTITY(d_rows),      QUANTITY(switches),

@@ -131,10 +131,10 @@ enum status motion_fit(const struct scene *scene, const struct options *options,
     if (refdyn_can_run(scene->model, drive->method))
         return STATUS_DONE;
     fprintf(stderr,
-            "refdyn: %s: --method %s needs %s, which the printed form does not have; without it go %s\n",
-            scene->model->name, options->method,
-            refdyn_method_uses_tangent(drive->method) ? "the exact tangent" : "the diagonals of K and D",
-            known_methods(known, true));
+            "refdyn: %s: --method %s needs the exact tangent, which the printed form does not have; without "
+            "it go "
+            "%s\n",
+            scene->model->name, options->method, known_methods(known, true));
     return STATUS_FAULT;
 }
 

@@ -180,7 +180,7 @@ static enum status run_study(struct report *report, struct study *study, const s
                              double seconds) {
     struct scene scene;
     struct study_plan plan = report->plan;
-    unsigned needs = NEEDS_MOTION | NEEDS_POINTS | NEEDS_TANGENT | NEEDS_DIAGONAL;
+    unsigned needs = NEEDS_MOTION | NEEDS_POINTS | NEEDS_TANGENT;
     if (options->from && strcmp(options->from, "statics") == 0)
         needs |= NEEDS_STATICS;
     enum status status = scene_open(&scene, options, needs, motion_state_path(options));

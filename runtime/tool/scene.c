@@ -173,7 +173,7 @@ static char *emit_list(const struct model *model, const struct options *options,
                            options->emit ? options->emit : "");
     bool rows = model->row_count > 0, points = model->point_count > 0;
     return text_format(
-        "%s%s%s%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
+        "%s%s%s%s%s%s%s%s%s%s", needs & NEEDS_STATE ? "start,M,h,Q,qdd_free" : "start,equations",
         needs & NEEDS_STATE && rows ? ",u,v,phi,psi,k" : "", needs & NEEDS_STATICS ? ",Q,Q_q" : "",
         needs & (NEEDS_STATE | NEEDS_MOTION) ? ",energy,power,course" : "",
         !(needs & NEEDS_MOTION) ? ""
@@ -182,9 +182,6 @@ static char *emit_list(const struct model *model, const struct options *options,
         !(needs & NEEDS_TANGENT) ? ""
         : needs & NEEDS_LINEAR   ? ",tangent"
                                  : ",implicit",
-        !(needs & NEEDS_DIAGONAL) ? ""
-        : rows                    ? ",diagonals,shifted,u"
-                                  : ",diagonals,shifted",
         needs & NEEDS_POINTS && points ? ",r" : "", needs & NEEDS_POINT_RATES && points ? ",rd,C,d" : "",
         needs & NEEDS_LINEAR && rows ? ",d_rows" : "", needs & NEEDS_LINEAR && points ? ",C" : "");
 }

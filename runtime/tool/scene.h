@@ -39,8 +39,7 @@ enum {
     NEEDS_ALL = 32,         /* all that the scene has */
     NEEDS_TANGENT = 64,     /* tangent */
     NEEDS_LINEAR = 128,     /* d_rows, C */
-    NEEDS_DIAGONAL = 256,   /* diagonals, shifted, u */
-    NEEDS_RESULT = 512      /* the files of -o and --summary, opened before anything is computed */
+    NEEDS_RESULT = 256      /* the files of -o and --summary, opened before anything is computed */
 };
 
 /* Reads the model for `gen` and `check`; messages go to stderr. */

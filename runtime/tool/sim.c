@@ -337,10 +337,8 @@ static unsigned find_needs(const struct options *options, const struct refdyn_op
     unsigned needs = NEEDS_RESULT | NEEDS_MOTION | NEEDS_POINTS | NEEDS_POINT_RATES;
     if (options->from && strcmp(options->from, "statics") == 0)
         needs |= NEEDS_STATICS;
-    if (refdyn_method_uses_tangent(drive->method))
+    if (refdyn_method_is_implicit(drive->method))
         needs |= NEEDS_TANGENT;
-    if (refdyn_uses_diagonal(drive))
-        needs |= NEEDS_DIAGONAL;
     return needs;
 }
 
