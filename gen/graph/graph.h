@@ -119,6 +119,8 @@ void graph_start(struct graph *g, struct memory *memory);
 /* A graph of the same nodes that grows apart from g: for trials. No loop may be open. */
 struct graph graph_copy(const struct graph *g);
 
+/* The handle of a node; a new one where no node is equal to it. Only folding.c and graph.c build nodes. */
+expression graph_intern(struct graph *g, struct node node);
 expression expr_number(struct graph *g, double value);
 expression expr_symbol(struct graph *g, enum symbol_kind kind, int index, int order);
 static inline expression expr_zero(const struct graph *g) {

@@ -186,16 +186,6 @@ static expression base_of_start(void *context, struct graph *graph, expression e
     return symbol->kind == SYMBOL_START ? (expression)symbol->index : e;
 }
 
-static double parameter_value(void *context, const struct symbol *symbol) {
-    const struct parameter *parameters = context;
-    return symbol->kind == SYMBOL_PARAMETER ? parameters[symbol->index].value : 0;
-}
-
-double parameters_evaluate(struct graph *graph, const struct parameter *parameters, expression e) {
-    struct parameter *context = (struct parameter *)(uintptr_t)parameters; /* only read */
-    return rewrite_evaluate(graph, e, parameter_value, context);
-}
-
 /* Does a value wait for a parameter that is known at the start of a motion only? */
 struct waiting {
     const struct declarations *declarations;

@@ -1,6 +1,6 @@
 /*
  * models/editor/refdyn.lua, the definitions that an editor's Lua language server reads (the form of LuaLS
- * annotations), says what the tables of fields (gen/fields.def), functions and operators (gen/ops.def) say.
+ * annotations), says what the tables of fields (gen/read/fields.def), functions and operators (gen/graph/ops.def) say.
  * With an argument, prints the file: what to write there when a table has changed.
  */
 #include "read/fields.h"
