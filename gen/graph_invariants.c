@@ -186,6 +186,11 @@ static bool follows_remark_before(const struct graph *g, uint32_t index) {
     return remark->text && remark->from <= g->count && (!index || g->remarks[index - 1].from <= remark->from);
 }
 
+static bool holds_node(const struct graph *g, uint32_t place) {
+    return g->table[place] < g->count;
+}
+
+static const struct promise of_places[] = {{"the table holds handles of nodes", holds_node}};
 static const struct promise of_loops[] = {{"loops do not nest", follows_loop_before}};
 static const struct promise of_slots[] = {
     {"a slot has a loop and its two symbols", has_symbols},
@@ -227,7 +232,7 @@ const char *graph_violation(const struct graph *g) {
     const struct list lists[] = {
         LIST("symbol", g->symbol_count, of_symbols), LIST("node", g->count, of_nodes),
         LIST("loop", g->loop_count, of_loops),       LIST("slot", g->slot_count, of_slots),
-        LIST("remark", g->remark_count, of_remarks),
+        LIST("remark", g->remark_count, of_remarks), LIST("place", g->table_size, of_places),
     };
     if (g->open)
         return violation_at(g, "loop", g->open, "no loop is open between passes");
