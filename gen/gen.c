@@ -1,11 +1,14 @@
 /*
- * The pass list of the generator: read, check, expand, read the programme, check it, derive, plan, print.
+ * The pass list of the generator: read, check, expand, read the programme, check it; then `passes`; then
+ * print.
  */
 #include "gen.h"
+#include "explain/explain.h"
 #include "plan/plan.h"
 #include "tree/roll.h"
 
 #include <errno.h>
+#include <stdlib.h>
 #include <string.h>
 #include <unistd.h>
 
@@ -79,25 +82,130 @@ enum gen_status gen_read(struct generation *gen, const struct read_request *requ
     return gen->messages.errors ? GEN_MODEL_ERROR : GEN_OK;
 }
 
-enum gen_status gen_plan(struct generation *gen, const char *emit) {
-    if (setjmp(gen->out_of_memory))
-        return no_memory(gen, "derive its equations");
-    struct plan *plan = gen->plan = memory_get(&gen->memory, sizeof *plan);
-    *plan = (struct plan){.memory = &gen->memory,
-                          .g = &gen->graph,
-                          .model = &gen->model,
-                          .tree = &gen->tree,
-                          .rolled = &gen->rolled};
+/* ---- The passes behind reading, in their order ---- */
+
+static bool start_plan(struct generation *gen) {
+    gen->plan = memory_get(&gen->memory, sizeof *gen->plan);
+    *gen->plan = (struct plan){.memory = &gen->memory,
+                               .g = &gen->graph,
+                               .model = &gen->model,
+                               .tree = &gen->tree,
+                               .rolled = &gen->rolled};
+    return true;
+}
+
+static bool roll_elements(struct generation *gen) {
     const bool has_loops = !gen->model.printed_form && gen->model.accelerations != ACCELERATIONS_DENSE;
     roll_tree(&gen->memory, &gen->model, &gen->tree, has_loops ? gen->model.loops : LOOPS_NEVER,
               &gen->rolled);
-    if (!quantities_list_functions(plan, emit)) {
-        message_error(&gen->messages, gen->model.place, "--emit %s: nothing to emit, the model has %s", emit,
-                      plan->left_out);
-        return GEN_MODEL_ERROR;
+    return true;
+}
+
+static bool derive_quantities(struct generation *gen) {
+    if (quantities_list_functions(gen->plan, gen->emit))
+        return true;
+    message_error(&gen->messages, gen->model.place, "--emit %s: nothing to emit, the model has %s", gen->emit,
+                  gen->plan->left_out);
+    return false;
+}
+
+static bool order_all_sums(struct generation *gen) {
+    order_of_sums(gen->plan);
+    return true;
+}
+
+static bool plan_all_functions(struct generation *gen) {
+    plan_functions(gen->plan);
+    return true;
+}
+
+/* `expand` has given its tree while the model was read: its programme names coordinates. */
+static const struct pass {
+    const char *name;
+    bool (*run)(struct generation *gen); /* false: with a complaint */
+    void (*explain)(const struct generation *gen, struct text *text);
+} passes[] = {
+    {"expand", start_plan, explain_tree},         {"roll", roll_elements, explain_rolled_tree},
+    {"derive", derive_quantities, explain_graph}, {"sums", order_all_sums, explain_graph},
+    {"plan", plan_all_functions, explain_plan},
+};
+enum { PASSES = sizeof passes / sizeof *passes };
+
+#ifdef NDEBUG
+enum { HAS_CHECKS = 0 };
+#else
+enum { HAS_CHECKS = 1 };
+#endif
+
+/* What passes promise each other. `sums` changes nodes where they stand, so that the graph is looked at
+ * before it. */
+static const char *violation_behind(struct generation *gen, const struct pass *pass) {
+    if (pass->run == plan_all_functions)
+        return plan_violation(gen->plan);
+    return pass->run == order_all_sums ? NULL : graph_violation(&gen->graph);
+}
+
+/* The work of looking is none of the model's. */
+static void check_invariants(struct generation *gen, const struct pass *pass) {
+    const double work = gen->memory.work;
+    const char *broken = violation_behind(gen, pass);
+    gen->memory.work = work;
+    if (!broken)
+        return;
+    fprintf(stderr, "refdyn: behind pass %s of %s: %s\n", pass->name, gen->model.name, broken);
+    abort();
+}
+
+static bool run_passes(struct generation *gen, int count) {
+    for (int i = 0; i < count; i++) {
+        if (!passes[i].run(gen))
+            return false;
+        if (HAS_CHECKS)
+            check_invariants(gen, &passes[i]);
     }
-    plan_functions(plan);
-    emit_files(plan);
+    return true;
+}
+
+enum gen_status gen_plan(struct generation *gen, const char *emit) {
+    gen->emit = emit;
+    if (setjmp(gen->out_of_memory))
+        return no_memory(gen, "derive its equations");
+    if (!run_passes(gen, PASSES))
+        return GEN_MODEL_ERROR;
+    emit_files(gen->plan);
+    return GEN_OK;
+}
+
+static int find_pass(const char *name) {
+    int pass = 0;
+    while (pass < PASSES && strcmp(passes[pass].name, name))
+        pass++;
+    return pass;
+}
+
+static const char *wrong_pass(struct memory *memory, const char *pass) {
+    const char *known = "";
+    for (int i = 0; i < PASSES; i++)
+        known = memory_format(memory, "%s %s", known, passes[i].name);
+    return memory_format(memory, "no pass is called '%s', known:%s", pass, known);
+}
+
+const char *gen_wrong_pass(struct generation *gen, const char *pass) {
+    if (setjmp(gen->out_of_memory))
+        return "out of memory";
+    return find_pass(pass) < PASSES ? NULL : wrong_pass(&gen->memory, pass);
+}
+
+enum gen_status gen_explain(struct generation *gen, const char *emit, const char *pass, FILE *out) {
+    gen->emit = emit;
+    if (setjmp(gen->out_of_memory))
+        return no_memory(gen, "derive its equations");
+    const int last = find_pass(pass);
+    if (!run_passes(gen, last + 1))
+        return GEN_MODEL_ERROR;
+    struct text text = {.memory = &gen->memory};
+    passes[last].explain(gen, &text);
+    fputs(text.data, out);
     return GEN_OK;
 }
 

@@ -66,21 +66,8 @@ void emit_signature(struct emission *x, struct text *text, const struct function
     text_add(text, ")");
 }
 
-/* The section that e belongs to: the last remark before it. */
-static const char *remark_of(const struct graph *g, expression e) {
-    uint32_t low = 0, high = g->remark_count;
-    while (low < high) {
-        const uint32_t middle = (low + high) / 2;
-        if (g->remarks[middle].from <= e)
-            low = middle + 1;
-        else
-            high = middle;
-    }
-    return low ? g->remarks[low - 1].text : NULL;
-}
-
 static void emit_remark(struct writer *w, expression e) {
-    const char *remark = remark_of(w->x->g, e);
+    const char *remark = graph_remark_of(w->x->g, e);
     if (remark && remark != w->last_remark)
         text_add(w->text, "%s/* %s */\n", w->indent, remark);
     w->last_remark = remark;

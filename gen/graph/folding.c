@@ -105,7 +105,7 @@ expression expr_div(struct graph *g, expression a, expression b) {
     double x, y;
     if (both_numbers(g, a, b, &x, &y))
         return expr_number(g, x / y);
-    if (a == 0 && b != 0)
+    if (a == 0)
         return 0; /* assumes a divisor that is not zero */
     bool negative = take_sign(g, &a);
     negative ^= take_sign(g, &b);

@@ -95,15 +95,26 @@ static uint16_t loop_of(const struct graph *g, const struct node *node) {
     return 0;
 }
 
+/* The slot of the table that holds an equal node, or the empty one where it belongs. */
+static uint32_t slot_of_node(const struct graph *g, const struct node *node) {
+    uint32_t slot = hash_node(node) & (g->table_size - 1);
+    while (g->table[slot] && !same_node(&g->nodes[g->table[slot]], node))
+        slot = (slot + 1) & (g->table_size - 1);
+    return slot;
+}
+
+expression graph_find_node(const struct graph *g, const struct node *node) {
+    return g->table[slot_of_node(g, node)];
+}
+
 /* The handle of an equal node, or a new one. */
 expression graph_intern(struct graph *g, struct node node) {
     memory_work(g->memory, 1);
     if (4 * g->count >= 3 * g->table_size)
         grow_table(g);
-    uint32_t slot = hash_node(&node) & (g->table_size - 1);
-    for (; g->table[slot]; slot = (slot + 1) & (g->table_size - 1))
-        if (same_node(&g->nodes[g->table[slot]], &node))
-            return g->table[slot];
+    const uint32_t slot = slot_of_node(g, &node);
+    if (g->table[slot])
+        return g->table[slot];
     if (g->count == g->capacity)
         grow_nodes(g);
     node.loop = loop_of(g, &node);
@@ -217,6 +228,18 @@ void graph_remark(struct graph *g, const char *text) {
         g->remark_capacity = capacity;
     }
     g->remarks[g->remark_count++] = (struct remark){g->count, text};
+}
+
+const char *graph_remark_of(const struct graph *g, expression e) {
+    uint32_t low = 0, high = g->remark_count;
+    while (low < high) {
+        const uint32_t middle = (low + high) / 2;
+        if (g->remarks[middle].from <= e)
+            low = middle + 1;
+        else
+            high = middle;
+    }
+    return low ? g->remarks[low - 1].text : NULL;
 }
 
 bool operation_is_gain(enum operation operation) {

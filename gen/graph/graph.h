@@ -161,6 +161,8 @@ expression expr_spline(struct graph *g, int table, expression at);
 /* The derivative of a spline node by its operand. */
 expression expr_spline_derivative(struct graph *g, expression e);
 
+/* The handle of an equal node; 0: there is none. */
+expression graph_find_node(const struct graph *g, const struct node *node);
 bool expr_is_number(const struct graph *g, expression e, double *value);  /* value may be NULL */
 const struct symbol *expr_as_symbol(const struct graph *g, expression e); /* NULL when e is no symbol */
 /* The first name given stays. `text` must live as long as the graph. */
@@ -168,6 +170,8 @@ void graph_name_value(struct graph *g, expression e, const char *text);
 
 /* Starts a section of the graph. `text` must live as long as the graph. */
 void graph_remark(struct graph *g, const char *text);
+/* The section that e belongs to: the last remark before it, or NULL. */
+const char *graph_remark_of(const struct graph *g, expression e);
 
 int operation_arity(enum operation operation);
 /* RATE_GAIN or POSITION_GAIN. */
@@ -216,5 +220,9 @@ void rewrite_visit_symbols(struct graph *g, expression e, void (*visit)(void *co
  */
 double rewrite_evaluate(struct graph *g, expression e,
                         double (*value_of)(void *context, const struct symbol *s), void *context);
+
+/* graph_invariants.c: what of the above does not hold, with the entry at fault; NULL: all holds. No loop may
+ * be open. */
+const char *graph_violation(const struct graph *g);
 
 #endif

@@ -143,7 +143,7 @@ void plan_set_frame(struct memory *memory, const struct tree *tree, struct funct
 bool quantities_list_functions(struct plan *plan, const char *emit);
 /* order_of_sums.c: in all functions. */
 void order_of_sums(struct plan *plan);
-/* plan.c: statements, derived values, pieces, counts. */
+/* plan.c: statements, derived values, pieces, counts; when sums are in order. */
 void plan_functions(struct plan *plan);
 enum { FEWEST_ANGLES = 4 }; /* of one pass: as wide as vectors of doubles mostly are */
 /* angles.c: the coordinates in the pass over angles, and whether a node is one of its results. */
@@ -172,6 +172,10 @@ int plan_value_count(const struct function *function);
 void plan_mark_results(const struct function *function, bool *needed);
 /* By handle: all nodes that the functions listed so far are made of. */
 bool *plan_mark_nodes_of_functions(const struct plan *plan);
+
+/* plan_invariants.c: what of the above does not hold of planned functions, with the value at fault; NULL: all
+ * holds. */
+const char *plan_violation(struct plan *plan);
 
 /* emit.c: the text of all files into plan->files, NAME.h first, then the parts NAME.c, NAME_2.c ... */
 void emit_files(struct plan *plan);

@@ -11,13 +11,14 @@ const struct command commands[] = {
     {.name = "gen",
      .run = run_gen,
      .operands = "MODEL.lua",
-     .options = "output! emit accelerations loops set fold",
+     .options = "output! emit explain accelerations loops set fold",
      .output = "DIR",
      .purpose = "write the C code of a model",
      .help = "Writes NAME.h and NAME.c (more .c files when long) into the folder of -o, and prints what was "
              "emitted.\n\n"
              "  refdyn gen models/manipulator.lua -o out\n"
-             "  refdyn gen models/manipulator.lua --set n_rfe=8 --emit qdd -o out\n"},
+             "  refdyn gen models/manipulator.lua --set n_rfe=8 --emit qdd -o out\n"
+             "  refdyn gen models/manipulator.lua --emit M --explain plan\n"},
     {.name = "check",
      .run = run_check,
      .operands = "MODEL.lua",
@@ -183,13 +184,25 @@ static enum status emit_scene(struct scene *scene, const struct options *options
     return status;
 }
 
+static enum status explain_pass(struct scene *scene, const struct options *options) {
+    struct generation *generation = &scene->generation;
+    const int seen = generation->messages.count;
+    const char *wrong = gen_wrong_pass(generation, options->explain);
+    if (wrong)
+        return usage_error(options->command, "--explain: %s", wrong);
+    if (options->output)
+        return usage_error(options->command, "--explain prints and writes no files, -o is too much");
+    return tell(generation, options, seen, gen_explain(generation, options->emit, options->explain, stdout));
+}
+
 enum status run_gen(const struct options *options) {
     struct scene scene = {.compiled = {.file = -1}};
     enum status status = scene_read(&scene, options);
     if (status == STATUS_DONE) {
-        struct generation *generation = &scene.generation;
-        const char *wrong = options->emit ? gen_wrong_emit(generation, options->emit) : NULL;
-        status = wrong ? usage_error(options->command, "--emit: %s", wrong) : emit_scene(&scene, options);
+        const char *wrong = options->emit ? gen_wrong_emit(&scene.generation, options->emit) : NULL;
+        status = wrong              ? usage_error(options->command, "--emit: %s", wrong)
+                 : options->explain ? explain_pass(&scene, options)
+                                    : emit_scene(&scene, options);
     }
     scene_close(&scene);
     return status;

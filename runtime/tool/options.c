@@ -41,6 +41,8 @@ static const struct rule rules[] = {
     {"output", "FILE", KIND_TEXT, FIELD(output), "where results go"},
     {"emit", "M,h,...", KIND_LIST, FIELD(emit),
      "these quantities only; all: every one but derivatives; implicit: the tangent of implicit steps"},
+    {"explain", "PASS", KIND_TEXT, FIELD(explain),
+     "without -o: print what the generator holds behind a pass: expand, roll, derive, sums or plan"},
     {"state", "STATE.json", KIND_TEXT, FIELD(state),
      "t, q, qd, inputs, parameters; what is left out is the model's"},
     {"until", "T", KIND_POSITIVE, FIELD(until), "end of the motion [s]"},
@@ -338,7 +340,7 @@ static bool is_given(const struct options *options, const struct rule *rule) {
     return rule->kind == KIND_POSITIVE ? *(const double *)field > 0 : *(const char *const *)field != NULL;
 }
 
-/* Operands and needed options. */
+/* Operands and needed options; what explains a pass writes nothing. */
 static enum status check_complete(const struct options *options) {
     const struct command *command = options->command;
     bool many = strstr(command->operands, "...") != NULL;
@@ -352,7 +354,8 @@ static enum status check_complete(const struct options *options) {
                            command->operands);
     for (int i = 0; i < RULE_COUNT; i++) {
         bool needed;
-        if (knows(command, &rules[i], &needed) && needed && !is_given(options, &rules[i]))
+        if (knows(command, &rules[i], &needed) && needed && !options->explain &&
+            !is_given(options, &rules[i]))
             return usage_error(command, "%s%s is missing",
                                strcmp(shown_name(&rules[i]), "-o") == 0 ? "" : "--", shown_name(&rules[i]));
     }

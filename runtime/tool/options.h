@@ -26,7 +26,7 @@ struct options {
     int stop_count;
     bool fold, verify;
     /* NULL: not given */
-    const char *output, *emit, *state, *from, *at, *method, *stabilise, *singular, *start, *hold, *summary,
+    const char *output, *emit, *explain, *state, *from, *at, *method, *stabilise, *singular, *start, *hold, *summary,
         *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops;
     /* 0: not given */
     double until, step, step_max, tolerance, accuracy, every, modes, seconds;
