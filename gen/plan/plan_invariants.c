@@ -82,7 +82,7 @@ static bool is_slot_at_hand(const struct walk *w, expression e) {
 }
 
 static bool is_order_given(const struct walk *w, int order) {
-    return order < 2 || w->function->given == GIVEN_SIDES || (order == 2 && w->function->given);
+    return order < 2 || (order == 2 && w->function->takes_motion);
 }
 
 static bool is_element_at_hand(const struct walk *w, const struct symbol *s) {
@@ -102,7 +102,7 @@ static bool is_symbol_at_hand(const struct walk *w, expression e) {
     case SYMBOL_COORDINATE:
         return s->index < w->plan->tree->count && is_order_given(w, s->order);
     case SYMBOL_MULTIPLIER:
-        return s->index < w->plan->model->row_count && w->function->given;
+        return s->index < w->plan->model->row_count && w->function->takes_motion;
     case SYMBOL_ELEMENT:
         return is_element_at_hand(w, s);
     case SYMBOL_LAST:
@@ -307,14 +307,14 @@ static void check_counts(struct walk *w) {
 /* ---- Loops over arrays ---- */
 
 /* Is it an array of `count` entries, or none where none is allowed? */
-static bool is_array(const struct walk *w, int array, int count) {
+static bool is_array_of(const struct walk *w, int array, int count) {
     return array == NOTHING || (array >= 0 && array < plan_count_arrays(w->function) &&
                                 w->function->arrays[array].count == count);
 }
 
 static bool are_arrays(const struct walk *w, const struct vector_arrays *arrays, int count) {
-    return is_array(w, arrays->at[0], count) && is_array(w, arrays->at[1], count) &&
-           is_array(w, arrays->at[2], count);
+    return is_array_of(w, arrays->at[0], count) && is_array_of(w, arrays->at[1], count) &&
+           is_array_of(w, arrays->at[2], count);
 }
 
 static bool are_terms(const struct walk *w, const struct pair_terms *terms, int n) {
@@ -331,7 +331,7 @@ static bool are_pairs(const struct walk *w, const struct pairs *pairs) {
         holds = pairs->order[j] >= 0 && pairs->order[j] < n && j < pairs->end[j] && pairs->end[j] <= n;
     for (int p = 0; p < pairs->product_count; p++) {
         const struct pair_product *product = &pairs->products[p];
-        holds &= product->array != NOTHING && is_array(w, product->array, n * n) &&
+        holds &= product->array != NOTHING && is_array_of(w, product->array, n * n) &&
                  are_terms(w, &product->turn.rows, n) && are_terms(w, &product->turn.columns, n) &&
                  are_terms(w, &product->slide.rows, n) && are_terms(w, &product->slide.columns, n);
     }
@@ -351,7 +351,7 @@ static int columns_of(const struct walk *w, int array) {
 }
 
 static bool is_square(const struct walk *w, int array) {
-    return is_array(w, array) && is_array(w, array, columns_of(w, array) * columns_of(w, array));
+    return is_array(w, array) && is_array_of(w, array, columns_of(w, array) * columns_of(w, array));
 }
 
 static bool is_product(const struct walk *w, const struct product *product) {
@@ -359,12 +359,12 @@ static bool is_product(const struct walk *w, const struct product *product) {
         return false;
     const int height = columns_of(w, product->left), width = columns_of(w, product->right);
     const int sum = w->function->arrays[product->left].count / height;
-    return is_array(w, product->target, height * width) && is_array(w, product->right, sum * width);
+    return is_array_of(w, product->target, height * width) && is_array_of(w, product->right, sum * width);
 }
 
 static bool is_solving(const struct walk *w, const struct solving *solving) {
     return is_square(w, solving->matrix) && is_array(w, solving->array) &&
-           is_array(w, solving->array, columns_of(w, solving->matrix) * columns_of(w, solving->array));
+           is_array_of(w, solving->array, columns_of(w, solving->matrix) * columns_of(w, solving->array));
 }
 
 static bool has_its_arrays(const struct walk *w, const struct loop *loop) {
