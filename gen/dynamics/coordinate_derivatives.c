@@ -52,7 +52,7 @@ expression *coordinate_derivatives_placed_gradient(const struct kinematics *k, e
     return c;
 }
 
-/* Adds what a frame's coordinate moves by the points. */
+/* c_j += (de/dr) . C_j for all points: theory, sect. 6.2. */
 struct coefficients {
     const struct kinematics *k;
     expression *c; /* by frame, then three weights a point */

@@ -1,6 +1,6 @@
 /*
  * From links to frames: one frame a coordinate, welds merged, beams cut into rigid finite elements.
- * Takes a checked model, gives the tree of tree.h. Formulas: formulation, sect. 1 and 2.
+ * Takes a checked model, gives the tree of tree.h. Formulas: theory, sect. 3.1 to 3.3.
  */
 #include "tree/tree.h"
 #include "base/memory.h"
@@ -64,7 +64,7 @@ static void add_inertia(struct expansion *x, const struct fixed_frame *at, struc
     *into = inertia_add(x->g, *into, inertia_place(x->g, &at->placement, inertia));
 }
 
-/* J about the origin = J about the centre + m (c.c 1 - c c^T). */
+/* J about the origin = J about the centre + m (c.c 1 - c c^T): theory, sect. 3.3. */
 static struct inertia solid_inertia(struct graph *g, const struct solid *solid) {
     struct placement to_center = placement_identity();
     struct inertia inertia = {.mass = solid->mass};
@@ -74,7 +74,8 @@ static struct inertia solid_inertia(struct graph *g, const struct solid *solid) 
     return inertia_place(g, &solid->placement, inertia);
 }
 
-/* The exact integral over a prism from x = 0 to `length`. */
+/* The exact integral over a prism from x = 0 to `length`: mc = m l/2, Jxx = rho l (Iy + Iz),
+ * Jyy = m l^2/3 + rho l Iy, Jzz = m l^2/3 + rho l Iz. Theory, sect. 3.3. */
 static struct inertia prism_inertia(struct graph *g, const struct segment *segment, expression length) {
     const expression line = expr_mul(g, segment->rho, length);
     const expression mass = expr_mul(g, line, segment->area);
@@ -88,7 +89,7 @@ static struct inertia prism_inertia(struct graph *g, const struct segment *segme
     };
 }
 
-/* s = E Iz / dl, E Iy / dl, G It / dl with G = E / (2 (1 + nu)) */
+/* s = E Iz / dl, E Iy / dl, G It / dl with G = E / (2 (1 + nu)): theory, sect. 3.2. */
 static expression element_stiffness(struct graph *g, const struct segment *segment, int turn, expression dl) {
     const expression G =
         expr_div(g, segment->E, expr_mul(g, expr_number(g, 2), expr_add(g, expr_one(g), segment->nu)));
@@ -97,7 +98,7 @@ static expression element_stiffness(struct graph *g, const struct segment *segme
     return expr_div(g, rigidity[turn], dl);
 }
 
-/* The length that one spring-damping element stands for. */
+/* dl, the length that one spring-damping element stands for: theory, sect. 3.1. */
 static expression spacing(struct graph *g, const struct segment *segment) {
     return segment->rfe > 1 ? expr_div(g, segment->length, expr_number(g, segment->rfe - 1))
                             : segment->length;

@@ -2,8 +2,8 @@
  * The tree: one frame for each elementary coordinate, what is welded merged into the frame that it moves
  * with.
  *
- * Takes the links of a model; cuts beams into rigid finite elements (formulation, sect. 2). Frame i belongs
- * to coordinate i, its parent has a smaller index, -1 is the ground. T_i = T_parent A_i D_i(q_i).
+ * Takes the links of a model; cuts beams into rigid finite elements (theory, sect. 3). Frame i belongs to
+ * coordinate i, its parent has a smaller index, -1 is the ground. T_i = T_p A_i D_i(q_i): theory, sect. 2.1.
  */
 #ifndef REFDYN_GEN_TREE_H
 #define REFDYN_GEN_TREE_H
