@@ -46,7 +46,7 @@ struct stage {
 
 struct elimination {
     const struct kinematics *k;
-    struct stage *stages;       /* by last frame; what ends no stage is left out */
+    struct stage *stages;       /* by the frame that ends it; the others are empty */
     bool *ends_stage;           /* by frame */
     struct articulated *beyond; /* by frame: what all beyond it adds */
 };
@@ -79,7 +79,8 @@ static struct vector tensor_column(const struct tensor *t, int column) {
     return c;
 }
 
-/* 1 / e; of one of two constants, one of two reciprocals. */
+/* 1 / e. Where e chooses one of two constants for the last element of a run, the same choice of their
+ * reciprocals: then no iteration divides. */
 static expression reciprocal(struct graph *g, expression e) {
     const struct node node = g->nodes[e];
     const struct symbol *s = node.operation == OP_WHERE ? expr_as_symbol(g, node.operand[0]) : NULL;

@@ -181,8 +181,8 @@ static void place_joint(struct kinematics *k, int i) {
 }
 
 /*
- * From the frame's axes to those of its body. Sine and cosine of the sum of the angles by those of the
- * coordinates, which are taken in one pass.
+ * Cosine and sine of the angle from the frame's axes to those of its body (theory, sect. 4.12): a sum of
+ * joint angles, by the addition theorems from those of the coordinates, which are all taken in one pass.
  */
 static void turn_body(struct kinematics *k, int i, const struct frame_motion *parent) {
     struct graph *g = k->g;
@@ -351,7 +351,7 @@ struct vector kinematics_acceleration_less_gravity(const struct kinematics *k, i
     const struct fixed_frame *fixed = &k->tree->points[point];
     const struct vector rho = kinematics_from_body(k, fixed->frame, vector_of(fixed->placement.position));
     const struct vector across = matrix_times(g, gradient->at, rho);
-    if (vector_is_zero(k->points[point].d)) /* of the ground, or of what only slides */
+    if (vector_is_zero(k->points[point].d)) /* on the ground, or behind prismatic joints alone */
         return k->points[point].d;
     const expression *rotation = k->frames[fixed->frame].rotation.at;
     if (k->model->points[point].is_direction)

@@ -29,7 +29,7 @@ static struct vector_arrays arrays_of(struct builder *b, const struct pair_vecto
     return pair_loops_add_arrays(&b->arrays, name, gather(b, vectors, offset));
 }
 
-/* The same of the given motion. */
+/* The same of the motion at given qdd. */
 static struct vector_arrays motion_arrays(struct builder *b, const char *name, size_t offset) {
     struct vector *list = memory_get(b->d->memory, ((size_t)b->d->frames + 1) * sizeof *list);
     for (int i = 0; i < b->d->frames; i++)
@@ -44,8 +44,7 @@ static struct pair_move moved(struct builder *b, const struct vector *moments, s
     return move;
 }
 
-/* Arrays by their names in force_and_inertia_vectors.h and given.h: near ones, the joints' motions, and far
- * ones, which are felt. */
+/* Arrays of the vectors of force_and_inertia_vectors.h and given.h, near and far: theory, sect. 7.4. */
 struct near_arrays {
     struct vector_arrays axis, rate, rate2;
 };
@@ -207,7 +206,7 @@ static expression derivative_by_variable(void *context, struct graph *g, express
     return s->kind == by->kind && s->index == by->index ? expr_one(g) : expr_zero(g);
 }
 
-/* Sets the derivatives of all blocks of variables that have a width: in one sweep. */
+/* Sets the derivatives of all blocks of variables that have a width, in one sweep. */
 static void differentiate_terms(struct derivation *d, struct terms *terms, const int widths[BLOCK_COUNT]) {
     int total = 0;
     for (int k = BY_T; k < BLOCK_COUNT; k++)
@@ -765,7 +764,7 @@ static int columns_before(const bool *is_emitted, int column) {
     return count;
 }
 
-/* What loops give: a whole column each. */
+/* Results of loops over elements: whole columns. */
 static void keep_run_results(struct function *f, const bool *is_emitted) {
     int kept = 0;
     for (int i = 0; i < f->run_result_count; i++) {
