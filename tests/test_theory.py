@@ -10,7 +10,7 @@ THEORY = SOURCE / "gen" / "theory.md"
 FOLDERS = ("gen", "runtime", "models", "tests", "generated")
 SUFFIXES = {".c", ".h", ".def", ".md", ".lua", ".py"}
 NUMBERS = r"\d+(?:\.\d+)?(?:(?:,| and| to)\s+\d+(?:\.\d+)?)*"
-CITATION = re.compile(rf"\btheory(?:\]\([^)]*\))?,?\s+sect\.\s+({NUMBERS})", re.I)
+CITATION = re.compile(rf"\btheory(?:\]\([^)]*\))?,?\s+(?:sect\.\s+)?({NUMBERS})", re.I)
 EMISSION = "all,tangent,tangent_vectors,d_qdd,d_qdd_free,d_force,d_statics,d_rows"
 
 
@@ -91,7 +91,7 @@ def emitted(tmp_path_factory):
 def test_symbols_are_names_in_the_emitted_code(emitted):
     """FRAME is any coordinate, ROW any row, POINT the point; of axes, one of the three."""
     def pattern(name):
-        of = {"FRAME": r"[a-z]+_[a-z]+(_\d+)?", "ROW": r"row_\d", "POINT": r"point_E"}
+        of = {"FRAME": r"[a-z]+(_[a-z]+)*(_\d+)?", "ROW": r"row_\d", "POINT": r"point_E"}
         return re.sub("FRAME|ROW|POINT", lambda found: of[found.group()], re.sub(r"(?<=_)x(?=d?$)", "[xyz]", name))
     missing = [(symbol, name) for symbol, _, names in symbols() for name in names
                if not re.search(rf"\b{pattern(name)}\b", emitted)]
