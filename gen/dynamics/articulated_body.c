@@ -1,13 +1,13 @@
 /*
- * The solution of M x = f in O(n): articulated inertias, eliminated joint by joint from the tips
- * (Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 7; here the velocities stand in f, so that one
- * elimination serves any f).
+ * The solution of M x = f in O(n): articulated inertias, eliminated joint by joint from the tips (theory,
+ * sect. 5.1 to 5.4; Featherstone, Rigid Body Dynamics Algorithms, 2008, ch. 7). The velocities stand in f, so
+ * one elimination serves every right side.
  *
  * Takes kinematics, gives x for right sides f; declared in body_dynamics.h. For each frame the articulated
- * inertia maps (angular, linear) acceleration to (moment, force): [J H; H^T M], J and M symmetric. Three
- * turns at one point, as of a spring-damping element, are eliminated together, as a ball joint: the moment m
- * in it follows from the forces on its coordinates alone, wd = J^-1 (m - p_n - H a), and only M - H^T J^-1 H
- * is passed on. What vanishes then is an exact zero, not a difference.
+ * inertia IA = [J H; H^T M], J and M symmetric, maps (angular, linear) acceleration to (moment, force). Three
+ * turns at one point, as of a spring-damping element, are eliminated together, as a ball joint: its moment m
+ * follows from the forces on its coordinates alone, and only M - H^T J^-1 H is passed on. What vanishes there
+ * is an exact zero, not a difference.
  */
 #include "dynamics/dynamics.h"
 #include "base/memory.h"
@@ -20,20 +20,20 @@ struct articulated {
     struct tensor M;
 };
 
-/* What stays of joint i: U = inertia times joint axis, D = e.U, U / D and 1 / D. */
+/* What is kept of joint i: U = IA e, D = e . U, as U / D and 1 / D. Theory, sect. 5.2. */
 struct pivot {
     struct wrench U, U_over_D;
     expression D_inverse;
 };
 
-/* What stays of a ball joint, in the axes of its last frame: J = L D L^T, J^-1 H, and how its coordinates
- * turn. */
+/* What is kept of a ball joint, in the axes of its last frame: J = L D L^T, J^-1 H, and where its three axes
+ * stand. Theory, sect. 5.3. */
 struct ball {
     expression D_inverse[3], L[3]; /* L: yx zx zy */
     struct matrix H, J_inverse_H;
     struct matrix turn; /* from the last frame's axes to those of what carries the first */
     expression tilt,
-        cos_inverse; /* the first axis in the middle frame: cos along itself, tilt along the last axis */
+        cos_inverse; /* in the middle frame the first axis is cos along itself, tilt along the last axis */
 };
 
 /* One step of the elimination: the joint of frame `first`, or a ball joint of the three frames up to `last`.
@@ -46,12 +46,12 @@ struct stage {
 
 struct elimination {
     const struct kinematics *k;
-    struct stage *stages;       /* by last frame; what ends no stage is left out */
+    struct stage *stages;       /* by the frame that ends it; the others are empty */
     bool *ends_stage;           /* by frame */
     struct articulated *beyond; /* by frame: what all beyond it adds */
 };
 
-/* A rigid body: J, H = [mc]x, M = m 1. */
+/* IA of a rigid body: J, H = [mc]x, M = m 1. Theory, sect. 5.1. */
 static struct articulated rigid(struct graph *g, const struct inertia *inertia) {
     struct articulated a = {.H = {{0}}};
     const expression *mc = inertia->moment;
@@ -79,7 +79,8 @@ static struct vector tensor_column(const struct tensor *t, int column) {
     return c;
 }
 
-/* 1 / e; of one of two constants, one of two reciprocals. */
+/* 1 / e. Where e chooses one of two constants for the last element of a run, the same choice of their
+ * reciprocals: then no iteration divides. */
 static expression reciprocal(struct graph *g, expression e) {
     const struct node node = g->nodes[e];
     const struct symbol *s = node.operation == OP_WHERE ? expr_as_symbol(g, node.operand[0]) : NULL;
@@ -89,6 +90,7 @@ static expression reciprocal(struct graph *g, expression e) {
     return expr_div(g, expr_one(g), e);
 }
 
+/* U = IA e is column `axis` of [J; H^T] for a revolute joint, of [H; M] for a prismatic one. */
 static struct pivot pivot_of(struct graph *g, const struct joint *joint, const struct articulated *a) {
     struct pivot p;
     const int axis = joint->axis;
@@ -108,7 +110,7 @@ static struct pivot pivot_of(struct graph *g, const struct joint *joint, const s
     return p;
 }
 
-/* Along the joint's axis no inertia is left: zero, exactly and not by subtraction. */
+/* IA e - U U.e / D = 0: the row and column of the joint's own axis are set to zero, not subtracted. */
 static void clear_along_axis(const struct joint *joint, struct articulated *a) {
     struct tensor *own = joint->is_revolute ? &a->J : &a->M;
     for (int i = 0; i < 3; i++) {
@@ -117,7 +119,7 @@ static void clear_along_axis(const struct joint *joint, struct articulated *a) {
     }
 }
 
-/* [J H; H^T M] - U U^T / D. */
+/* IA - U U^T / D: theory, sect. 5.2. */
 static void eliminate_joint(struct graph *g, const struct joint *joint, const struct pivot *p,
                             struct articulated *a) {
     const struct vector um = p->U.moment, uf = p->U.force, om = p->U_over_D.moment, of = p->U_over_D.force;
@@ -152,7 +154,7 @@ struct matrix articulated_body_matrix_to_parent(const struct kinematics *k, int 
     return full;
 }
 
-/* The axis that r lies along, -1 when it lies along none. */
+/* The axis that r is parallel to, -1: none. */
 static int axis_along(struct vector r) {
     for (int a = 0; a < 3; a++)
         if (r.at[a] && !r.at[(a + 1) % 3] && !r.at[(a + 2) % 3])
@@ -160,7 +162,7 @@ static int axis_along(struct vector r) {
     return -1;
 }
 
-/* r x M r x^T for r of length l along an axis: by l^2, so that J does not wait for H. */
+/* [r]x M [r]x^T for r of length l along an axis, by l^2: then J' can be computed before H'. */
 static struct tensor lever_square(struct graph *g, int axis, expression l, struct tensor M) {
     struct tensor square = {{0}};
     const int b = (axis + 1) % 3, c = (axis + 2) % 3, bc = tensor_index(b, c);
@@ -171,7 +173,7 @@ static struct tensor lever_square(struct graph *g, int axis, expression l, struc
     return square;
 }
 
-/* About the parent's origin, r from there to here: H' = H + r x M, J' = J - H r x + r x H'^T. */
+/* About the parent's origin, r away: H' = H + [r]x M, J' = J - H [r]x + [r]x H'^T. Theory, sect. 5.1. */
 static struct articulated shift_articulated(struct graph *g, struct vector r, struct articulated a) {
     const int axis = axis_along(r);
     struct articulated b = a;
@@ -272,8 +274,8 @@ static struct vector solve_ball(struct graph *g, const struct ball *ball, struct
 }
 
 /*
- * The last pivot, zz - yz^2 / yy, inverted as yy / (yy zz - yz^2): it rounds alike, and does not wait for the
- * pivot before it.
+ * The last pivot, zz - yz^2 / yy, inverted as yy / (yy zz - yz^2): the rounding is as small, and the division
+ * need not wait for that of the pivot before.
  */
 static expression last_pivot_inverse(struct graph *g, expression yy, expression zz, expression yz) {
     if (!yz)
@@ -296,7 +298,7 @@ static void factor_ball(struct graph *g, const struct tensor *J, struct ball *ba
     ball->D_inverse[2] = last_pivot_inverse(g, yy, expr_sub(g, zz, expr_mul(g, ball->L[1], xz)), yz);
 }
 
-/* The first axis seen from the middle frame. */
+/* cos and tilt of theory, sect. 5.3: the first axis in the middle frame. */
 static void tilt_ball(const struct kinematics *k, const struct stage *stage, struct ball *ball) {
     const struct tree *tree = k->tree;
     const int first = tree->frames[stage->first].joint.axis, last = tree->frames[stage->last].joint.axis;
@@ -307,8 +309,9 @@ static void tilt_ball(const struct kinematics *k, const struct stage *stage, str
 }
 
 /*
- * All three turns in one: a vector waits for one product instead of three. Not in loops over elements, where
- * other work fills the time and the matrix would have to be kept.
+ * The rotation of all three turns as one matrix, so that a vector takes one product instead of three that
+ * wait for each other. Not in loops over elements: there other work fills the time, and the matrix would have
+ * to be stored.
  */
 static bool has_turn(const struct kinematics *k, const struct stage *stage) {
     return k->tree->frames[stage->last].run < 0;
@@ -347,7 +350,7 @@ static struct vector into_ball(const struct kinematics *k, const struct stage *s
     return v;
 }
 
-/* M - H^T J^-1 H is all that a ball joint passes on. */
+/* M - H^T J^-1 H is all that a ball joint passes on, from y = L^-1 H and z = D^-1 y: theory, sect. 5.3. */
 static struct articulated eliminate_ball(const struct kinematics *k, struct stage *stage,
                                          const struct articulated *beyond) {
     struct graph *g = k->g;
@@ -375,8 +378,8 @@ static struct articulated eliminate_ball(const struct kinematics *k, struct stag
     return rest;
 }
 
-/* The moment in the joint, in the middle frame, from the forces on its three coordinates: each is the
- * moment's part along its axis. */
+/* The moment in the joint, in the middle frame: m_last = f_last, m_middle = f_middle, m_first = (f_first -
+ * tilt f_last) / cos, since each force is the moment's part along its axis. Theory, sect. 5.3. */
 static struct vector ball_moment(const struct kinematics *k, const struct stage *stage, const expression *f) {
     struct graph *g = k->g;
     const struct frame *frames = k->tree->frames;
@@ -389,13 +392,15 @@ static struct vector ball_moment(const struct kinematics *k, const struct stage 
     return moment;
 }
 
-/* dw/dt of the frame that turn i leads to, at rest in it; beside references its rate turns it, too. */
+/* dw/dt behind turn i with its coordinate's acceleration at zero; beside references w x e qd is added. */
 static struct vector carry_turn(const struct kinematics *k, int i, bool moves, struct vector wd) {
     const struct vector turned = kinematics_to_child(k, i, wd);
     return moves ? kinematics_gyroscopic(k, i, turned) : turned;
 }
 
-/* The coordinates' accelerations from dw/dt on both sides, or from what it differs by on both. */
+/* x_first = delta_first / cos, x_middle = delta_middle, x_last = delta_last - tilt x_first with delta the
+ * relative angular acceleration in the middle frame, of dw/dt or of what it differs by from references on
+ * both sides. Theory, sect. 5.3 and 5.5. */
 static void ball_coordinates(const struct kinematics *k, const struct stage *stage, bool moves,
                              struct vector inside, struct vector outside, expression *x) {
     struct graph *g = k->g;
@@ -448,7 +453,8 @@ static void remark_stage(const struct kinematics *k, const struct stage *stage) 
                                      k->tree->frames[stage->last].name));
 }
 
-/* A whole stage at its last frame; what its other frames and frames without a joint pass on. */
+/* IA_i = I_i + what the children pass on (theory, sect. 5.1). A stage is eliminated at its last frame; its
+ * other frames, and frames without a joint, pass on what they get. */
 static void eliminate_inward(void *context, int i) {
     struct elimination *e = context;
     const struct kinematics *k = e->k;
@@ -482,19 +488,19 @@ static expression wrench_dot(struct graph *g, struct wrench a, struct vector ang
     return expr_add(g, vector_dot(g, a.moment, angular), vector_dot(g, a.force, linear));
 }
 
-/* One right side on its way: what the tips pass on, then the accelerations from the base. */
+/* One right side: wrenches inward, then accelerations outward. Theory, sect. 5.4. */
 struct solution {
     const struct kinematics *k;
     const struct elimination *elimination;
     struct right_side side;
-    struct wrench *p;                   /* at each frame: what comes from all beyond */
-    expression *u;                      /* force left for a joint */
-    struct vector *angular_at_rest;     /* J^-1 (m - p_n) of a ball joint, by its last frame */
+    struct wrench *p;                   /* by frame: what all beyond passes on */
+    expression *u;                      /* force that is left for a joint */
+    struct vector *angular_at_rest;     /* J^-1 (m - n_p) of a ball joint, by its last frame */
     struct acceleration *accelerations; /* of each frame */
     expression *x;
 };
 
-/* What is left of f_i after all beyond, u_i = f_i - e.p; p + I e u_i / D goes on. */
+/* u_i = f_i - e . p is left for the joint, p + U u_i / D is passed on: theory, sect. 5.4. */
 static struct wrench reduce_joint(const struct kinematics *k, const struct stage *stage, struct wrench p,
                                   struct solution *solution) {
     struct graph *g = k->g;
@@ -505,13 +511,13 @@ static struct wrench reduce_joint(const struct kinematics *k, const struct stage
     struct wrench through = {vector_scale(g, u, stage->pivot.U_over_D.moment),
                              vector_scale(g, u, stage->pivot.U_over_D.force)};
     through = wrench_add(g, p, through);
-    /* Along the joint's own axis e.p + u_i = f_i is passed on, exactly. */
+    /* Along the joint's own axis that is e . p + u_i = f_i, exactly. */
     (joint->is_revolute ? &through.moment : &through.force)->at[joint->axis] = solution->side.f[i];
     return through;
 }
 
-/* The moment m and the force p_f + H^T J^-1 (m - p_n) go on, about the origin of the frame that carries the
- * first. */
+/* m and f_p + H^T J^-1 (m - n_p) are passed on, about the origin of the frame that carries the first turn:
+ * theory, sect. 5.3. */
 static struct wrench reduce_ball(const struct kinematics *k, const struct stage *stage, struct wrench p,
                                  struct solution *solution) {
     struct graph *g = k->g;
@@ -553,7 +559,8 @@ static void reduce_inward(void *context, int i) {
         solution->p[parent] = wrench_add(k->g, solution->p[parent], through);
 }
 
-/* x_i = (u_i - U.a) / D with a the acceleration that the parent passes on. */
+/* x_i = (u_i - U . a') / D with a' the parent's acceleration, moved here; then a = a' + e x_i. Theory, sect.
+ * 5.4. */
 static struct acceleration accelerate_joint(const struct kinematics *k, const struct stage *stage,
                                             struct acceleration carried, struct solution *solution) {
     struct graph *g = k->g;
@@ -575,14 +582,15 @@ static struct vector carried_origin(const struct kinematics *k, int i, struct ac
     return vector_add(k->g, parent.linear, vector_cross(k->g, parent.angular, k->joints[i].shift));
 }
 
-/* What frame i would do if its joint stood still. */
+/* a': acceleration of frame i with its joint at rest. */
 static struct acceleration carry_outward(const struct kinematics *k, int i, struct acceleration parent) {
     return (struct acceleration){kinematics_to_child(k, i, parent.angular),
                                  kinematics_to_child(k, i, carried_origin(k, i, parent)),
                                  kinematics_to_child(k, i, parent.whole)};
 }
 
-/* wd = J^-1 (m - p_n) - J^-1 H a, of dw/dt = 0 as the reference has it; `inside`: what carries the joint */
+/* wd = J^-1 (m - n_p) - J^-1 H a, counted from the reference wd = 0 (theory, sect. 5.3 and 5.5). `inside` is
+ * the acceleration of what carries the joint. */
 static struct acceleration accelerate_ball(const struct kinematics *k, const struct stage *stage,
                                            struct acceleration inside, struct solution *solution) {
     struct graph *g = k->g;

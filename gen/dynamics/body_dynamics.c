@@ -51,17 +51,18 @@ struct inertia dynamics_own_inertia(const struct kinematics *k, int i) {
     return inertia;
 }
 
-/* Force f, moment m + r x f. */
+/* (n + r x f, f) */
 struct wrench wrench_shift(struct graph *g, struct vector r, struct wrench w) {
     return (struct wrench){vector_add(g, w.moment, vector_cross(g, r, w.force)), w.force};
 }
 
+/* (E^T n + s x E^T f, E^T f): theory, sect. 4.6. */
 struct wrench wrench_to_parent(const struct kinematics *k, int i, struct wrench w) {
     const struct wrench turned = {kinematics_to_parent(k, i, w.moment), kinematics_to_parent(k, i, w.force)};
     return wrench_shift(k->g, k->joints[i].shift, turned);
 }
 
-/* The part of a wrench that the joint's coordinate feels. */
+/* e . wrench: the part that the joint's coordinate feels. */
 static expression on_joint(const struct kinematics *k, int i, struct wrench w) {
     const struct joint *joint = &k->tree->frames[i].joint;
     return joint->is_revolute ? w.moment.at[joint->axis] : w.force.at[joint->axis];
@@ -73,7 +74,7 @@ struct recursion dynamics_recursion_over(const struct kinematics *k, void *state
                               step,      context};
 }
 
-/* A sum over all bodies beyond each joint, felt by the joint's coordinate. */
+/* F_i = own wrench + sum of F of the children, moved to joint i; e_i . F_i: theory, sect. 4.7. */
 struct inward_sum {
     const struct kinematics *k;
     struct wrench (*own)(const struct kinematics *k, int i);
@@ -110,8 +111,8 @@ static expression *sum_inward(const struct kinematics *k,
 }
 
 /*
- * w x J w from the products of w's components, which the acceleration gradient has anyway. Of two equal
- * moments nothing is left.
+ * w x J w from products of the components of w, which B has anyway; two equal principal moments leave nothing
+ * behind. Theory, sect. 4.7.
  */
 static struct vector gyroscopic_moment(struct graph *g, struct tensor J, struct vector w) {
     struct vector moment;
@@ -128,6 +129,7 @@ static struct vector gyroscopic_moment(struct graph *g, struct tensor J, struct 
     return moment;
 }
 
+/* n = J wd + w x J w + mc x a, f = m a + B mc: theory, sect. 4.7. */
 struct wrench wrench_of_inertia(const struct kinematics *k, int i, struct vector wd,
                                 const struct matrix *gradient, struct vector a) {
     struct graph *g = k->g;
@@ -183,6 +185,8 @@ expression *dynamics_bias_forces(const struct kinematics *k, bool less_gravity) 
     return sum_inward(k, bias_wrench, "bias_moment", "bias_force", "bias forces c");
 }
 
+/* About the parent's origin, s away: mc + m s, J + (2 mc.s 1 - mc s^T - s mc^T) + m (s.s 1 - s s^T): theory,
+ * sect. 4.5. */
 static struct inertia inertia_to_parent(const struct kinematics *k, int i, const struct inertia *inner) {
     struct inertia turned = {.mass = inner->mass};
     struct placement shift = placement_identity();
@@ -209,6 +213,7 @@ static void name_composite(const struct kinematics *k, int i, const struct inert
         kinematics_name_scalar(k, i, names[e], composite->tensor[e]);
 }
 
+/* W = (J e, e x mc) of a revolute joint, (mc x e, m e) of a prismatic one: theory, sect. 4.6. */
 struct wrench wrench_of_unit(const struct kinematics *k, int i, const struct inertia *beyond) {
     struct graph *g = k->g;
     const struct joint *joint = &k->tree->frames[i].joint;
@@ -218,7 +223,8 @@ struct wrench wrench_of_unit(const struct kinematics *k, int i, const struct ine
     return (struct wrench){vector_cross(g, mc, axis), vector_scale(g, beyond->mass, axis)};
 }
 
-/* As soon as the composite is there, which few later values read: compilers keep what waits in registers. */
+/* M_ij = e_j . W_i, W_i moved from joint to joint (theory, sect. 4.6). Each column follows its composite at
+ * once, since few later values read it and compilers then keep less in registers. */
 static void derive_column(const struct composition *x, int i) {
     const struct kinematics *k = x->k;
     const int n = k->tree->count;
@@ -232,6 +238,7 @@ static void derive_column(const struct composition *x, int i) {
     }
 }
 
+/* Ic_i = I_i + sum of Ic of the children, moved to frame i: theory, sect. 4.5. */
 static void compose(void *context, int i) {
     const struct composition *x = context;
     const struct kinematics *k = x->k;
@@ -257,7 +264,7 @@ struct inertia *dynamics_composite_inertias(const struct kinematics *k, expressi
     return x.composites;
 }
 
-/* g_i: what gravity's field does to the composite moment beyond joint i, with the sign of dEp/dq. */
+/* g_i = -e_i . (mc x grav, m grav) with m, mc of the composite: theory, sect. 4.8. */
 struct weights {
     const struct kinematics *k;
     const struct inertia *composites;
@@ -283,8 +290,9 @@ expression *dynamics_gravity_forces(const struct kinematics *k, const struct ine
 }
 
 /*
- * For i on the way from j to the ground, i a turn: g_i,j = -(grav x e_i) . (change of the moment beyond by
- * q_j), all in the ground frame, where nothing has to be carried from joint to joint.
+ * dg_i/dq_j = -(grav x e_i) . Delta_j for a revolute i on the way from j to the ground, Delta_j the change of
+ * the mass moment beyond joint j by q_j: theory, sect. 4.8. In the ground frame nothing is moved from joint
+ * to joint.
  */
 expression *dynamics_gravity_tangent(const struct kinematics *k, const struct inertia *composites) {
     struct graph *g = k->g;
@@ -307,7 +315,7 @@ expression *dynamics_gravity_tangent(const struct kinematics *k, const struct in
     return tangent;
 }
 
-/* Momentum about the frame's origin: force slot m v + w x mc, moment slot J w + mc x v. */
+/* (L, p) about the frame's origin: L = J w + mc x v, p = m v + w x mc. Theory, sect. 4.10. */
 static struct wrench momentum(const struct kinematics *k, int i) {
     struct graph *g = k->g;
     const struct inertia own = dynamics_own_inertia(k, i), *inertia = &own;
@@ -320,8 +328,9 @@ static struct wrench momentum(const struct kinematics *k, int i) {
 }
 
 /*
- * s_i = dEk/dq_i = (rate of change of joint axis i) . (momentum beyond i): with p_i = X_i . L, dp_i/dt =
- * dX_i/dt . L + X_i . dL/dt and, at qdd = 0, dp_i/dt - dEk/dq_i = c_i = X_i . dL/dt.
+ * s_i = dEk/dq_i = (w x e) . L + (v x e) . p of a revolute joint, (w x e) . p of a prismatic one: theory,
+ * sect. 4.11. With the momentum p_i = X_i . L of coordinate i, dp_i/dt = dX_i/dt . L + X_i . dL/dt and, at
+ * qdd = 0, dp_i/dt - dEk/dq_i = c_i = X_i . dL/dt, so that dX_i/dt . L is left for dEk/dq_i.
  */
 struct printed_sum {
     const struct kinematics *k;
@@ -360,7 +369,7 @@ expression *dynamics_printed_sum(const struct kinematics *k) {
     return x.s;
 }
 
-/* v . p + w . L of one body: twice its kinetic energy. */
+/* v . p + w . L of one body, twice its kinetic energy: theory, sect. 4.10. */
 static expression twice_kinetic(void *context, int i) {
     const struct kinematics *k = context;
     const struct wrench L = momentum(k, i);
@@ -374,6 +383,7 @@ expression dynamics_kinetic_energy(const struct kinematics *k) {
     return expr_mul(k->g, expr_number(k->g, 0.5), twice);
 }
 
+/* Ep = -grav . mc of all that moves, in the ground frame. */
 expression dynamics_gravity_energy(const struct kinematics *k, const struct inertia *composites) {
     const struct inertia *all = &composites[k->tree->count];
     graph_remark(k->g, "potential energy of gravity, zero at the ground's origin");

@@ -3,7 +3,7 @@
 #include "base/memory.h"
 #include "dynamics/coordinate_derivatives.h"
 
-/* d/dt of a symbol at qdd = 0. */
+/* d/dt of a symbol at qdd = 0: theory, sect. 6.2. */
 static expression rate_of_symbol(void *context, struct graph *g, expression e) {
     const struct symbol s = *expr_as_symbol(g, e);
     (void)context;
@@ -28,7 +28,8 @@ expression constraints_position_gain(struct graph *g, const struct row *row) {
     return expr_apply1(g, OP_POSITION_GAIN, expr_mul(g, row->beta, row->beta));
 }
 
-/* k = -v - 2 alpha psi - beta^2 phi; velocity rows have no phi, acceleration rows neither. */
+/* k = -v - 2 alpha psi - beta^2 phi (theory, sect. 6.3). phi is 0 in a velocity row, psi, too, in an
+ * acceleration row. */
 static void stabilise(const struct kinematics *k, int index, struct row_terms *terms) {
     struct graph *g = k->g;
     const struct row *row = &k->model->rows[index];
@@ -46,6 +47,8 @@ static void name_row(const struct kinematics *k, int index, const struct row_ter
         graph_name_value(k->g, values[i], memory_format(k->memory, "row_%d_%s", index + 1, names[i]));
 }
 
+/* Position: psi = d(phi)/dt, v = d(psi)/dt at qdd = 0; velocity: v = d(psi)/dt; acceleration: v is the
+ * residual at qdd = 0; u by the symbols of the row's own order. Theory, sect. 6.1. */
 static struct row_terms derive_row(const struct kinematics *k, int index) {
     static const char *const levels[] = {"position", "velocity", "acceleration"};
     const struct row *row = &k->model->rows[index];

@@ -38,8 +38,8 @@ expression *coordinate_derivatives_symbol_gradient(const struct kinematics *k, e
     expression *result = memory_get(k->memory, ((size_t)count + 1) * sizeof *result);
     for (int i = 0; i < k->tree->count; i++)
         if (k->tree->frames[i].kind == FRAME_JOINT && k->tree->frames[i].run < 0)
-            by[i] = kinematics_coordinate_of(
-                k, i, order); /* in a run no formula names any, and 0 has no gradient */
+            by[i] =
+                kinematics_coordinate_of(k, i, order); /* 0, no symbol, in a run, which no formula names */
     for (int i = n; i < count; i++)
         by[i] = expr_symbol(k->g, SYMBOL_POINT, i - n, order);
     rewrite_gradient(k->g, e, by, result, count);
@@ -52,7 +52,7 @@ expression *coordinate_derivatives_placed_gradient(const struct kinematics *k, e
     return c;
 }
 
-/* Adds what a frame's coordinate moves by the points. */
+/* c_j += (de/dr) . C_j for all points: theory, sect. 6.2. */
 struct coefficients {
     const struct kinematics *k;
     expression *c; /* by frame, then three weights a point */

@@ -1,17 +1,18 @@
 /*
- * How an expression in symbols changes with the coordinates: the one rule behind rows, forces and tangents.
+ * Derivatives of an expression in symbols by the coordinates: theory, sect. 6.2, for rows, forces and
+ * tangents.
  *
  * Takes an expression of time, coordinates and points, gives its n derivatives by the coordinates' values,
- * rates or accelerations. A point's symbol of order i moves with the coordinates of order i by the columns of
- * C, at every order.
+ * rates or accelerations. A point's symbol of order o changes with the coordinates of order o by the columns
+ * of C, at every order.
  */
 #ifndef REFDYN_GEN_COORDINATE_DERIVATIVES_H
 #define REFDYN_GEN_COORDINATE_DERIVATIVES_H
 
 #include "dynamics/kinematics.h"
 
-/* Derivatives of e by the symbols of one order: a coordinate a frame, then three for each point; still in
- * symbols. */
+/* Derivatives of e by the symbols of one order: one for each frame's coordinate, then three for each point;
+ * still in symbols. */
 expression *coordinate_derivatives_symbol_gradient(const struct kinematics *k, expression e, int order);
 
 /* The same with the symbols replaced by the kinematics. */

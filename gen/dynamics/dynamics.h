@@ -1,8 +1,8 @@
 /*
  * Dynamics: mass matrix, bias forces, gravity, energy and the solution of M x = f, from the tips inward.
  *
- * Takes kinematics, gives expressions; each function is one recursion of formulation, sect. 7, written in
- * link frames with 3-vectors. A wrench is taken about the origin of the frame in whose axes it is given.
+ * Takes kinematics, gives expressions. Each function is one recursion of theory, sect. 4 or 5, in the axes of
+ * each frame; a wrench is taken about the origin of the frame in whose axes it is given.
  */
 #ifndef REFDYN_GEN_DYNAMICS_H
 #define REFDYN_GEN_DYNAMICS_H
@@ -28,27 +28,24 @@ struct wrench wrench_shift(struct graph *g, struct vector r, struct wrench w);
 struct wrench wrench_to_parent(const struct kinematics *k, int i, struct wrench w);
 
 /*
- * Composite pseudo-inertia of all beyond each joint, in the joint's frame; entry [n] is the ground's. M
- * (n x n, both halves) of a tree without runs is derived on the way, NULL: it is not.
+ * Composite inertias Ic_i of all beyond each joint (theory, sect. 4.5); entry [n] is the ground's. M (n x n,
+ * both halves) of a tree without runs is derived on the way, unless it is NULL.
  */
 struct inertia *dynamics_composite_inertias(const struct kinematics *k, expression *M);
 
-/* The wrench that accelerates all beyond joint i by one unit of its coordinate. */
+/* W_i = Ic_i e_i, the wrench that accelerates all beyond joint i by one unit of qdd_i: theory, sect. 4.6. */
 struct wrench wrench_of_unit(const struct kinematics *k, int i, const struct inertia *beyond);
 /* R m R^T for the rotation R from frame i to its parent. */
 struct matrix articulated_body_matrix_to_parent(const struct kinematics *k, int i, struct matrix m);
 
-/*
- * c_i = tr{X_i Gc_i}: the generalized forces of the bias accelerations; with `less_gravity` gravity's
- * generalized forces are in it (c + g).
- */
+/* c_i = tr{X_i Gc_i} = e_i . F_i, and with `less_gravity` c_i + g_i: theory, sect. 4.7. */
 expression *dynamics_bias_forces(const struct kinematics *k, bool less_gravity);
 
-/* g_i = dEp_g/dq_i, and its derivatives g_i,j (n x n). */
+/* g_i = dEp_g/dq_i, and dg_i/dq_j (n x n): theory, sect. 4.8. */
 expression *dynamics_gravity_forces(const struct kinematics *k, const struct inertia *composites);
 expression *dynamics_gravity_tangent(const struct kinematics *k, const struct inertia *composites);
 
-/* s_i = dEk/dq_i, the second sum of the printed form of h. */
+/* s_i = dEk/dq_i, the second sum of the printed form of h: theory, sect. 4.11. */
 expression *dynamics_printed_sum(const struct kinematics *k);
 
 expression dynamics_kinetic_energy(const struct kinematics *k);
@@ -62,12 +59,13 @@ struct reference {
 };
 /* The wrench of inertia and gravity that each body takes at these accelerations, in its frame. */
 struct wrench *dynamics_loads(const struct kinematics *k, const struct reference *references);
-/* Of the body of frame i: moment J wd + w x J w + mc x a and force m a + wd x mc + w x (w x mc) for the
- * acceleration a of its origin. */
+/* Of the body of frame i at the acceleration a of its origin: moment J wd + w x J w + mc x a and force m a +
+ * B mc, B = [wd]x + [w]x [w]x the gradient. */
 struct wrench wrench_of_inertia(const struct kinematics *k, int i, struct vector wd,
                                 const struct matrix *gradient, struct vector a);
 
-/* M x = f: articulated inertias eliminated from the tips; then any right side costs O(n). */
+/* M x = f by articulated inertias, eliminated from the tips; each right side then costs O(n): theory, sect.
+ * 5.1 to 5.4. */
 struct elimination;
 struct elimination *articulated_body_eliminate(const struct kinematics *k);
 /* f minus the generalized forces of `loads` (by frame, or NULL), which are summed on the way. `references`:
@@ -91,7 +89,7 @@ struct reference *reference_accelerations_derive(const struct kinematics *k,
                                                  const struct elimination *elimination);
 /* Those at qdd = 0, behind ball joints, too. */
 struct reference *reference_accelerations_bias(const struct kinematics *k);
-/* Can a load act on frame i? Not on one between the turns that are eliminated together. */
+/* Can a load act on frame i? It cannot act between the turns of a ball joint. */
 bool articulated_body_takes_load(const struct elimination *elimination, int i);
 
 /*

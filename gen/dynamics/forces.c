@@ -18,7 +18,7 @@ static expression stretch(const struct kinematics *k, int i) {
     return expr_sub(k->g, kinematics_coordinate_of(k, i, 0), k->tree->frames[i].joint.rest);
 }
 
-/* -dV/dq_j and -dV/dr */
+/* -dV/dq_j and the load -dV/dr at each point: theory, sect. 4.9. */
 static void add_energy(const struct kinematics *k, const struct potential *potential,
                        struct named_forces *named) {
     const int n = k->tree->count;
@@ -57,7 +57,7 @@ struct named_forces forces_collect(const struct kinematics *k) {
     return named;
 }
 
-/* How the load's point of attack, or its body's orientation, moves with coordinate j. */
+/* C_j of a force's point of attack; e_j of a torque's body. */
 static struct vector load_column(const struct kinematics *k, const struct load *load, int j) {
     const struct vector still = {{0, 0, 0}}, column = k->points[load->point].columns[j];
     if (!load->is_torque)
@@ -75,7 +75,7 @@ struct application {
     struct applied applied;
 };
 
-/* Springs and dampers of frame j, forces that name it, and Q_j += F . column_j. */
+/* Q_j = -s (q - rest) - d qd + forces that name q_j + sum of F . C_j and of T . e_j: theory, sect. 4.9. */
 static void apply_forces(void *context, int j) {
     const struct application *x = context;
     const struct kinematics *k = x->k;
@@ -122,8 +122,8 @@ expression forces_energy(const struct kinematics *k) {
 }
 
 /*
- * d(column_j)/dq_i: a turn nearer to the ground turns the column of the one farther out, e x column; a
- * torque's axis is turned by the nearer joints alone.
+ * dC_j/dq_i: the joint nearer to the ground, if revolute, turns the column of the farther one, e x C; the
+ * axis of a torque is turned by nearer joints alone. Theory, sect. 7.3.
  */
 static struct vector column_change(const struct kinematics *k, const struct load *load, int j, int i) {
     const struct vector still = {{0, 0, 0}};
@@ -134,6 +134,7 @@ static struct vector column_change(const struct kinematics *k, const struct load
     return vector_cross(k->g, kinematics_joint_axis(k, near), load_column(k, load, far));
 }
 
+/* dQ_j/dq_i += C_j . dF/dq_i + F . dC_j/dq_i: theory, sect. 7.3. */
 static void add_load_tangent(const struct kinematics *k, const struct load *load, expression *tangent) {
     struct graph *g = k->g;
     const int n = k->tree->count;
@@ -173,7 +174,7 @@ expression *forces_tangent(const struct kinematics *k) {
     return tangent;
 }
 
-/* extra_i += power . d(value)/dqd_i */
+/* extra_i += speed * d(value)/dqd_i: a part of sum_j qd_j dQ_j/dqd_i, theory, sect. 9. */
 static void add_printed_rate(const struct kinematics *k, expression speed, expression value,
                              expression *extra) {
     const expression *slope = coordinate_derivatives_coefficients(k, value, 1, false);

@@ -3,15 +3,15 @@
  * at points, energies).
  *
  * Takes the model's forces in symbols, gives generalized forces Q_j, their potential, their power and their
- * tangent. A load F at a point gives Q = C^T F, a torque acts on the turns of its body, an energy V gives Q =
- * -dV/dq, which is a force -dV/dq_j on each coordinate and a load -dV/dr at each point.
+ * tangent (theory, sect. 4.9). A load F at a point gives Q = C^T F, a torque acts on the turns of its body,
+ * an energy V gives Q = -dV/dq, which is a force -dV/dq_j on each coordinate and a load -dV/dr at each point.
  */
 #ifndef REFDYN_GEN_FORCES_H
 #define REFDYN_GEN_FORCES_H
 
 #include "dynamics/kinematics.h"
 
-/* All that the author names, brought to forces on coordinates and loads at points; still in symbols. */
+/* All forces, loads and energies of the model as forces on coordinates and loads at points, in symbols. */
 struct named_forces {
     struct force *forces; /* `coordinate` is the frame */
     struct load *loads;

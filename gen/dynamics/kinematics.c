@@ -61,8 +61,8 @@ struct vector kinematics_to_parent(const struct kinematics *k, int i, struct vec
 
 /*
  * Rot(axis) T Rot(axis)^T: with w = s (jj - ll) + 2 c jl the block across the axis is jj - s w, ll + s w,
- * c w - jl. No diagonal term is a difference from the trace: a slender link's inertia about its axis is a
- * millionth of the others and would drown; here s w carries it, small as the angle is.
+ * c w - jl. No diagonal term is computed as a difference from the trace: a slender link's inertia about its
+ * axis is a millionth of the others and would be lost in rounding; s w is small when the angle is.
  */
 static struct tensor tensor_turn_axis(struct graph *g, int axis, expression c, expression s,
                                       struct tensor t) {
@@ -80,7 +80,7 @@ static struct tensor tensor_turn_axis(struct graph *g, int axis, expression c, e
     return turned;
 }
 
-/* The same by the double angle: four operations more, but a recursion waits for two less. */
+/* The same by the double angle: four operations more, of which two fewer wait for each other. */
 static struct tensor tensor_turn_axis_quickly(struct graph *g, int axis, expression c, expression s,
                                               struct tensor t) {
     const int j = (axis + 1) % 3, l = (axis + 2) % 3, jl = tensor_index(j, l);
@@ -138,7 +138,7 @@ bool kinematics_is_on_path(const struct kinematics *k, int outer, int i) {
     return i == outer;
 }
 
-/* Acceleration at r seen from a frame: a + wd x r + w x (w x r). */
+/* a + B r: acceleration of a place r of a frame whose origin has the acceleration a. */
 static struct vector carried_acceleration(struct graph *g, const struct frame_motion *m, struct vector a,
                                           struct vector r) {
     return vector_add(g, a, matrix_times(g, m->gradient.at, r));
@@ -157,6 +157,7 @@ struct matrix kinematics_acceleration_gradient(struct graph *g, struct vector w,
     return gradient;
 }
 
+/* s_i = x_A, of a prismatic joint x_A + R_A e q: theory, sect. 4.1. */
 static void place_joint(struct kinematics *k, int i) {
     struct graph *g = k->g;
     const struct frame *frame = &k->tree->frames[i];
@@ -180,8 +181,8 @@ static void place_joint(struct kinematics *k, int i) {
 }
 
 /*
- * From the frame's axes to those of its body. Sine and cosine of the sum of the angles by those of the
- * coordinates, which are taken in one pass.
+ * Cosine and sine of the angle from the frame's axes to those of its body (theory, sect. 4.12): a sum of
+ * joint angles, by the addition theorems from those of the coordinates, which are all taken in one pass.
  */
 static void turn_body(struct kinematics *k, int i, const struct frame_motion *parent) {
     struct graph *g = k->g;
@@ -199,8 +200,8 @@ static void turn_body(struct kinematics *k, int i, const struct frame_motion *pa
     kinematics_name_scalar(k, i, "body_sin", motion->sine);
 }
 
-/* Rows of R are the ground's axes seen from the frame, so that each is one to_child away from the parent's.
- */
+/* R_i = R_p E_i^T, r_i = r_p + R_p s_i (theory, sect. 4.1). Rows of R are the ground's axes seen from the
+ * frame, so each is E_i times the parent's. */
 static void place_in_ground(struct kinematics *k, int i, const struct frame_motion *parent) {
     struct graph *g = k->g;
     struct frame_motion *motion = &k->frames[i];
@@ -224,7 +225,8 @@ struct vector kinematics_gyroscopic(const struct kinematics *k, int i, struct ve
     return vector_add(k->g, wd, vector_cross(k->g, k->frames[i].angular, rate));
 }
 
-/* The joint's own share: w += e qd, wd += w x e qd for a turn; v += e qd, a += 2 w x e qd for a slide. */
+/* The joint's own share. Revolute: wd0 += w x e qd, w += e qd. Prismatic: v += e qd, a0 += 2 w x e qd.
+ * Theory, sect. 4.2 and 4.3. */
 static void add_joint_motion(struct kinematics *k, int i) {
     struct graph *g = k->g;
     struct frame_motion *motion = &k->frames[i];
@@ -243,6 +245,8 @@ static void add_joint_motion(struct kinematics *k, int i) {
     }
 }
 
+/* w = E w_p, v = E (v_p + w_p x s), wd0 = E wd0_p, a0 = E (a0_p + B_p s), then the joint's share: theory,
+ * sect. 4.2 and 4.3. */
 static void move_frame(struct kinematics *k, int i, const struct frame_motion *parent) {
     struct graph *g = k->g;
     struct frame_motion *m = &k->frames[i];
@@ -265,6 +269,7 @@ static void move_frame(struct kinematics *k, int i, const struct frame_motion *p
     kinematics_name_vector(k, i, "gravity", m->gravity);
 }
 
+/* At rest; minus gravity its acceleration is -grav. */
 static struct frame_motion ground_motion(const struct kinematics *k) {
     struct frame_motion ground = {.rotation = {{1, 0, 0, 0, 1, 0, 0, 0, 1}}};
     ground.gravity = vector_of(k->model->gravity);
@@ -277,7 +282,7 @@ struct vector kinematics_joint_axis(const struct kinematics *k, int i) {
     return matrix_times(k->g, k->frames[i].rotation.at, axis);
 }
 
-/* Column i of C: how the point, or the direction, moves when only coordinate i does. */
+/* C_i = e x (r - r_i), of a direction e x r; of a prismatic joint e, of a direction 0: theory, sect. 4.4. */
 static struct vector point_column(const struct kinematics *k, int i, struct vector r, bool is_direction) {
     const struct vector axis = kinematics_joint_axis(k, i), still = {{0, 0, 0}};
     if (!k->tree->frames[i].joint.is_revolute)
@@ -316,6 +321,7 @@ static void derive_columns(struct kinematics *k, int index) {
     recursion_visit_joints(k->g, k->tree, derive_column, &x);
 }
 
+/* r = r_i + R rho, rd = R (v + w x rho), d = R (a0 + B rho): theory, sect. 4.4. */
 static void derive_point(struct kinematics *k, int index) {
     struct graph *g = k->g;
     const struct fixed_frame *fixed = &k->tree->points[index];
@@ -345,7 +351,7 @@ struct vector kinematics_acceleration_less_gravity(const struct kinematics *k, i
     const struct fixed_frame *fixed = &k->tree->points[point];
     const struct vector rho = kinematics_from_body(k, fixed->frame, vector_of(fixed->placement.position));
     const struct vector across = matrix_times(g, gradient->at, rho);
-    if (vector_is_zero(k->points[point].d)) /* of the ground, or of what only slides */
+    if (vector_is_zero(k->points[point].d)) /* on the ground, or behind prismatic joints alone */
         return k->points[point].d;
     const expression *rotation = k->frames[fixed->frame].rotation.at;
     if (k->model->points[point].is_direction)
@@ -385,7 +391,8 @@ void kinematics_derive(struct memory *memory, const struct model *model, const s
         derive_point(k, i);
 }
 
-/* How far a frame without a joint stands from the joint before it: added to what comes next. */
+/* Shifts of frames without joints wait here until the next frame with one: theory, sect. 7.4 moves wrenches
+ * from joint to joint. */
 struct ground_shifts {
     const struct kinematics *k;
     struct vector *pending, *shifts;

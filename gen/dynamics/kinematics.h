@@ -1,9 +1,8 @@
 /*
  * Kinematics: rotations, angular velocities and bias accelerations of all frames, from the base outward.
  *
- * Takes the tree, gives expressions in each frame's own axes (formulation, sect. 1 and 7). A bias
- * acceleration is the acceleration at qdd = 0: sum_mn T_mn qd_m qd_n in the formulation's terms. Points are
- * in the ground frame.
+ * Takes the tree, gives expressions in each frame's own axes (theory, sect. 4.1 to 4.4). A bias acceleration
+ * is the acceleration at qdd = 0, sum_jk T_jk qd_j qd_k of theory, sect. 2.1. Points are in the ground frame.
  */
 #ifndef REFDYN_GEN_KINEMATICS_H
 #define REFDYN_GEN_KINEMATICS_H
@@ -23,10 +22,10 @@ struct frame_motion {
     struct vector bias_angular;      /* dw/dt at qdd = 0 [rad/s^2] */
     struct vector bias_linear;       /* acceleration of the origin at qdd = 0 [m/s^2] */
     struct vector bias_less_gravity; /* the same minus gravity: what an accelerometer would show [m/s^2] */
-    struct matrix gradient; /* of bias_linear in space: bias_wd x r + w x (w x r) = gradient r [1/s^2] */
-    struct vector gravity;  /* the field, in own axes [m/s^2] */
-    struct matrix rotation; /* axes in the ground frame */
-    struct vector position; /* origin in the ground frame [m] */
+    struct matrix gradient;          /* B, of bias_linear in space: B r = wd0 x r + w x (w x r) [1/s^2] */
+    struct vector gravity;           /* the field, in own axes [m/s^2] */
+    struct matrix rotation;          /* axes in the ground frame */
+    struct vector position;          /* origin in the ground frame [m] */
 };
 
 /* Of a point, or of a direction: then r is the vector itself. */
@@ -52,11 +51,11 @@ void kinematics_derive(struct memory *memory, const struct model *model, const s
 expression kinematics_coordinate_of(const struct kinematics *k, int i, int order);
 /* Is frame `outer` on the way from frame i to the ground, i itself included? */
 bool kinematics_is_on_path(const struct kinematics *k, int outer, int i);
-/* [wd]x + [w]x [w]x: what makes the acceleration a + (...) r of the one of the origin; once a frame, for its
- * centre and for all that it carries. */
+/* B = [wd]x + [w]x [w]x, which makes a + B r the acceleration at r from that of the origin, a: taken once a
+ * frame, for its centre and for all that it carries. */
 struct matrix kinematics_acceleration_gradient(struct graph *g, struct vector w, struct vector wd);
-/* wd + w x e qd for the axis e of joint i, own axes: what a turn makes of dw/dt at qdd = 0; twice the same is
- * what a slide makes of dv/dt. */
+/* wd + w x e qd for the axis e of joint i, own axes: dw/dt behind a revolute joint at qdd = 0. Twice the same
+ * term is what a prismatic joint adds to the acceleration of the origin (theory, sect. 4.3). */
 struct vector kinematics_gyroscopic(const struct kinematics *k, int i, struct vector wd);
 /* The axis of joint i in the ground frame. */
 struct vector kinematics_joint_axis(const struct kinematics *k, int i);
@@ -71,8 +70,8 @@ struct tensor kinematics_tensor_to_parent(const struct kinematics *k, int i, str
 struct tensor kinematics_tensor_to_parent_quickly(const struct kinematics *k, int i, struct tensor t);
 
 /*
- * d of a point, ground axes, from the acceleration of its frame's origin minus gravity and the gradient of
- * that: where a recursion for these runs anyway. Of a direction, from the gradient alone.
+ * d of a point, in the ground frame, from the acceleration of its frame's origin minus gravity and from B:
+ * for callers whose recursion has both anyway. For a direction from B alone. Theory, sect. 4.4.
  */
 struct vector kinematics_acceleration_less_gravity(const struct kinematics *k, int point,
                                                    struct vector less_gravity, const struct matrix *gradient);

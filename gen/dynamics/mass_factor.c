@@ -1,6 +1,6 @@
 /*
- * The solution of M x = f with M written out: M = L^T D L, then substitutions (Featherstone, Rigid Body
- * Dynamics Algorithms, 2008, sect. 6.5). Declared in body_dynamics.h.
+ * The solution of M x = f with M written out: M = L^T D L, then substitutions (theory, sect. 5.7;
+ * Featherstone, Rigid Body Dynamics Algorithms, 2008, sect. 6.5). Declared in body_dynamics.h.
  *
  * Takes M, gives x for right sides f. M_ij is zero unless one of both joints carries the other; the
  * factorisation goes from the tips inward, so that L has no entry where M has none. For trees without loops
@@ -21,8 +21,7 @@ static int parent_of(const struct factors *x, int i) {
     return x->k->tree->frames[i].parent;
 }
 
-/* Row i is divided by its pivot, and what it says about the joints nearer to the ground is taken out of
- * theirs. */
+/* 1 / D_i = 1 / M_ii, L_ij = M_ij / D_i, M_jl -= L_ij M_il for j, l on the way from i to the ground. */
 static void eliminate_row(struct factors *x, expression *M, int i) {
     struct graph *g = x->k->g;
     const int n = x->k->tree->count;
@@ -49,6 +48,7 @@ struct factors *mass_factor(const struct kinematics *k, const expression *mass_m
     return x;
 }
 
+/* y = L^-T f and z = D^-1 y inward, x = L^-1 z outward. */
 expression *mass_factor_solve(const struct factors *x, const expression *f) {
     struct graph *g = x->k->g;
     const int n = x->k->tree->count;

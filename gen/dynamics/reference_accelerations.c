@@ -2,10 +2,10 @@
  * Reference accelerations: those at which the inertia and gravity of each body are taken as loads, while the
  * recursion for M x = f gives what the true ones differ by.
  *
- * Takes kinematics and the elimination, gives accelerations by frame; declared in body_dynamics.h. They are
- * the bias accelerations, at qdd = 0 - except for dw/dt behind a ball joint, whose accelerations no joint
- * holds: there any reference serves, and dw/dt = 0 need not be turned from frame to frame. The joint's
- * coordinates then take up what dw/dt would have been (ball_coordinates in articulated_body.c).
+ * Takes kinematics and the elimination, gives accelerations by frame; declared in body_dynamics.h (theory,
+ * sect. 5.5). They are the bias accelerations, but for dw/dt behind a ball joint: no joint holds it, so any
+ * reference serves, and dw/dt = 0 need not be turned from frame to frame. The joint's coordinates take up the
+ * difference (ball_coordinates in articulated_body.c).
  */
 #include "dynamics/dynamics.h"
 #include "base/memory.h"
@@ -16,7 +16,8 @@ struct references {
     struct reference *list;
 };
 
-/* w of frame i; before a run, whose frames stand for one of its elements, from that of its parent. */
+/* w of frame i. An ENTRY's motion is that of the element before in its loop, so its w comes from its
+ * parent's. */
 static struct vector angular_velocity(const struct kinematics *k, int i) {
     const struct frame *frame = &k->tree->frames[i];
     const struct vector still = {{0, 0, 0}};
@@ -25,6 +26,7 @@ static struct vector angular_velocity(const struct kinematics *k, int i) {
     return kinematics_to_child(k, i, frame->parent < 0 ? still : k->frames[frame->parent].angular);
 }
 
+/* wdr = E wdr_p + w x e qd, 0 behind a ball joint; ar = E (ar_p + B_p s) + 2 w x e qd: theory, sect. 5.5. */
 static void refer(void *context, int i) {
     const struct references *x = context;
     const struct kinematics *k = x->k;

@@ -43,7 +43,7 @@ struct solid {
                               [kg m^2] */
 };
 
-/* A prismatic stretch of a beam, cut into rigid finite elements of its own length (formulation, sect. 2). */
+/* A prismatic stretch of a beam, cut into rigid finite elements of its own length: theory, sect. 3.1. */
 struct segment {
     int rfe;                     /* number of rigid finite elements, 1: rigid */
     expression length;           /* [m] */
@@ -102,7 +102,7 @@ struct parameter {
     const char *name, *unit;
     struct place place;
     double value;      /* given, or default */
-    bool is_anchored;  /* value at the start of a motion, unless is_given */
+    bool is_anchored;  /* value at the start of a motion, unless is_given: theory, sect. 6.5 */
     bool is_given;     /* set from outside */
     bool is_late;      /* anchored, and nothing says its value before the start of a motion */
     expression anchor; /* of t, q, qd, points, inputs and parameters at the start */
@@ -170,7 +170,7 @@ struct model {
     const struct sources *sources; /* all files that it was read from: source_file.h */
     struct place place;
     struct graph *graph;
-    bool printed_form; /* h and Q as the chapter prints them */
+    bool printed_form; /* h and Q as the chapter prints them: theory, sect. 9 */
     bool fold;         /* parameters are numbers in the graph */
     enum accelerations accelerations;
     enum loops loops;

@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-/* A pivot below this part of its diagonal term is rounding. */
+/* A pivot of S below this part of its diagonal term is rounding: theory, sect. 5.6. */
 static const double redundant = 1e-12;
 
 static const struct elimination *elimination(struct derivation *d, struct solution *solution) {
@@ -60,8 +60,8 @@ static expression dot(struct derivation *d, const expression *a, const expressio
 }
 
 /*
- * 1 / pivot, or 0 for a row that says what earlier rows say: S is positive semidefinite, so what is left of
- * such a row's diagonal term is rounding. Its multiplier is then 0.
+ * 1 / pivot, or 0 for a redundant row: S is positive semidefinite, so only rounding is left of its diagonal
+ * term. Its multiplier is then 0. Theory, sect. 5.6.
  */
 static expression pivot_inverse(struct derivation *d, expression pivot, expression diagonal) {
     struct graph *g = d->g;
@@ -97,7 +97,7 @@ void accelerations_solve_rows(struct derivation *d, const expression *matrix, ex
     }
 }
 
-/* What the multipliers add. */
+/* qdd = qdd_free + M^-1 u^T lambda: theory, sect. 5.6. */
 struct constraint_effect {
     struct derivation *d;
     struct solution *solution;
@@ -115,9 +115,9 @@ static void add_effect(void *context, int j) {
 /* ---- Rows as loads ---- */
 
 /*
- * u^T acts as a force at each point that the row names and on the coordinates that it names itself: solving
- * for those loads, and reading u x from the accelerations of the same points, needs no coefficients of all
- * the coordinates in between.
+ * u^T acts as a force at each point that the row names and on the coordinates that it names itself (theory,
+ * sect. 5.6). Solved with those loads, and with u x read off the accelerations of the same points, a row
+ * needs none of its n coefficients.
  */
 static bool act_as_loads(struct derivation *d, const struct solution *solution) {
     for (int i = 0; i < d->m; i++)
@@ -198,8 +198,8 @@ static void respond_to_coefficients(struct derivation *d, struct solution *solut
 }
 
 /*
- * qdd = qdd_free + M^-1 u^T lambda with (u M^-1 u^T) lambda = k - u qdd_free: the GPME with the
- * multipliers eliminated, one more O(n) solution a row.
+ * qdd = qdd_free + M^-1 u^T lambda with (u M^-1 u^T) lambda = k - u qdd_free: one O(n) solution for each row.
+ * Theory, sect. 5.6.
  */
 static const expression *constrained_by(struct derivation *d, struct solution *solution) {
     if (solution->qdd)

@@ -1,9 +1,9 @@
 /*
  * Quantities that are exact derivatives, emitted on request: the tangent of the motion equations.
  *
- * Takes the given motion and the applied_forces of forces and rows (force_and_inertia_vectors.h), gives
+ * Takes the motion at given qdd and the forces of model and rows (force_and_inertia_vectors.h), gives
  * functions whose n^2 entries are computed by loops (loops.h): products of vectors of two coordinates, and
- * products of arrays where forces depend on the state.
+ * products of arrays where forces depend on the state. Theory, sect. 7.4 to 7.8.
  */
 #include "quantities/force_derivatives.h"
 #include "private/chain_cost.h"
@@ -15,7 +15,7 @@
 
 /* ---- Pairs ---- */
 
-/* One member of every frame's vectors. */
+/* One member of the vectors of all frames. */
 static const struct vector *gather(const struct builder *b, const struct pair_vectors *vectors,
                                    size_t offset) {
     struct vector *list = memory_get(b->d->memory, ((size_t)b->d->frames + 1) * sizeof *list);
@@ -29,7 +29,7 @@ static struct vector_arrays arrays_of(struct builder *b, const struct pair_vecto
     return pair_loops_add_arrays(&b->arrays, name, gather(b, vectors, offset));
 }
 
-/* The same of the given motion. */
+/* The same of the motion at given qdd. */
 static struct vector_arrays motion_arrays(struct builder *b, const char *name, size_t offset) {
     struct vector *list = memory_get(b->d->memory, ((size_t)b->d->frames + 1) * sizeof *list);
     for (int i = 0; i < b->d->frames; i++)
@@ -44,8 +44,7 @@ static struct pair_move moved(struct builder *b, const struct vector *moments, s
     return move;
 }
 
-/* Arrays by their names in force_and_inertia_vectors.h and given.h: near ones, the joints' motions, and far
- * ones, which are felt. */
+/* Arrays of the vectors of force_and_inertia_vectors.h and given.h, near and far: theory, sect. 7.4. */
 struct near_arrays {
     struct vector_arrays axis, rate, rate2;
 };
@@ -90,7 +89,7 @@ static struct far_arrays add_far_arrays(struct builder *b, const struct vector *
     return a;
 }
 
-/* d/dq_j of row i = e'' . N + 2 e' . P + ((a - grav) x e) . A, d/dq_i of row j = e . (moment of i). */
+/* K_ij = e_j'' . N + 2 e_j' . P + lever_j . A, K_ji = e_j . (stiffness moment of i): theory, sect. 7.4. */
 static struct pair_product stiffness_product(const struct near_arrays *near, const struct far_arrays *a,
                                              int array) {
     struct pair_product product = {.array = array};
@@ -103,6 +102,7 @@ static struct pair_product stiffness_product(const struct near_arrays *near, con
     return product;
 }
 
+/* D_ij = 2 e_j' . N + 2 e_j . P, D_ji = 2 e_j . (damping moment of i): theory, sect. 7.4. */
 static struct pair_product damping_product(const struct near_arrays *near, const struct far_arrays *a,
                                            int array) {
     struct pair_product product = {.array = array};
@@ -114,6 +114,7 @@ static struct pair_product damping_product(const struct near_arrays *near, const
     return product;
 }
 
+/* M_ij = M_ji = e_j . N: theory, sect. 7.4. */
 static struct pair_product mass_product(const struct near_arrays *near, const struct far_arrays *a,
                                         int array) {
     struct pair_product product = {.array = array, .is_mirrored = true};
@@ -205,7 +206,7 @@ static expression derivative_by_variable(void *context, struct graph *g, express
     return s->kind == by->kind && s->index == by->index ? expr_one(g) : expr_zero(g);
 }
 
-/* Sets the derivatives of all blocks of variables that have a width: in one sweep. */
+/* Sets the derivatives of all blocks of variables that have a width, in one sweep. */
 static void differentiate_terms(struct derivation *d, struct terms *terms, const int widths[BLOCK_COUNT]) {
     int total = 0;
     for (int k = BY_T; k < BLOCK_COUNT; k++)
@@ -323,7 +324,7 @@ static void spread_u(struct derivation *d, struct function *f, int array) {
 
 /* ---- The tangent and what follows from it ---- */
 
-/* Values that stay what they are while all else changes. */
+/* Values that every derivative takes for constant. */
 struct holding {
     struct graph *g;
     const expression *values;
@@ -594,6 +595,7 @@ static struct row_arrays add_row_arrays(struct builder *b) {
 /*
  * d(lambda) of one block from its derivatives r of M qdd - h - Q - u^T lambda and g of u qdd - k at given
  * qdd, lambda: M dqdd - u^T dlambda = -r and u dqdd = -g give (u M^-1 u^T) dlambda = (M^-1 u^T)^T r - g.
+ * Theory, sect. 7.7.
  */
 static void add_multiplier_loops(struct builder *b, const struct row_arrays *a, const int r[BLOCK_COUNT],
                                  const int minus_g[BLOCK_COUNT], const int dlambda[BLOCK_COUNT]) {
@@ -628,7 +630,7 @@ static struct row_arrays add_multiplier_blocks(struct builder *b, const struct t
     return arrays;
 }
 
-/* dqdd = -M^-1 (r - u^T dlambda) in place of r. */
+/* dqdd = -M^-1 (r - u^T dlambda) in place of r: theory, sect. 7.7. */
 static void build_acceleration_derivatives(struct derivation *d, struct function *f, bool has_rows) {
     int widths[BLOCK_COUNT], r[BLOCK_COUNT], dlambda[BLOCK_COUNT];
     struct builder b = start(d, f, has_rows);
@@ -661,7 +663,7 @@ void derivatives_build_d_qdd_free(struct derivation *d, struct function *f) {
     build_acceleration_derivatives(d, f, false);
 }
 
-/* d(u^T lambda) = its derivatives at given lambda + u^T dlambda. */
+/* d(u^T lambda) = its derivatives at given lambda + u^T dlambda: theory, sect. 7.7. */
 void derivatives_build_d_force(struct derivation *d, struct function *f) {
     int widths[BLOCK_COUNT], force[BLOCK_COUNT], r[BLOCK_COUNT], dlambda[BLOCK_COUNT];
     struct builder b = start(d, f, true);
@@ -762,7 +764,7 @@ static int columns_before(const bool *is_emitted, int column) {
     return count;
 }
 
-/* What loops give: a whole column each. */
+/* Results of loops over elements: whole columns. */
 static void keep_run_results(struct function *f, const bool *is_emitted) {
     int kept = 0;
     for (int i = 0; i < f->run_result_count; i++) {

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-/* ---- Geometry: applied_forces that stay what they are while the columns of C turn ---- */
+/* ---- Constant forces while the columns of C turn ---- */
 
 struct turning {
     const struct kinematics *k;
@@ -11,6 +11,7 @@ struct turning {
     struct turned_applied_forces turned;
 };
 
+/* columns_i = sum of C_i x F, rows_i = columns_i + sum of e_i x T: theory, sect. 7.3. */
 static void turn_applied_forces(void *context, int i) {
     const struct turning *x = context;
     const struct kinematics *k = x->k;
@@ -89,7 +90,7 @@ void force_derivatives_add_turning_pairs(struct builder *b, const struct turned_
     pairs->products[pairs->product_count++] = product;
 }
 
-/* ---- Pulls on coordinates ---- */
+/* ---- Forces on coordinates ---- */
 
 struct scaling {
     struct graph *g;
@@ -109,8 +110,7 @@ expression *force_derivatives_scaled(struct derivation *d, double factor, const 
     return x.scaled;
 }
 
-/* The row of frame i; where no named force applied_forces on it, the diagonal term of spring or damper alone.
- */
+/* The row of frame i; without a named force on it, the diagonal term -s or -d alone. */
 static void give_derivatives_of(struct builder *b, int i, int order, double sign, int array) {
     struct derivation *d = b->d;
     const struct frame *frame = &d->kinematics.tree->frames[i];
@@ -137,9 +137,9 @@ void force_derivatives_set_coordinate_derivatives(struct builder *b, const struc
                 give_derivatives_of(b, i, order, targets->sign, arrays[order]);
 }
 
-/* ---- Pulls at points that depend on the state ---- */
+/* ---- Forces at points that depend on the state: C^T dF/dq, theory, sect. 7.3 ---- */
 
-/* A force on one column of C, and its derivatives, by frame. */
+/* One axis of C, and the derivatives of the force along it, by frame. */
 struct derivative {
     const expression *column, *by[2]; /* by q, by qd */
 };
@@ -245,7 +245,7 @@ void force_derivatives_add_loops(struct builder *b, const struct targets *target
                                           targets->sign, about[order]);
 }
 
-/* ---- Pulls of a tangent in vectors ---- */
+/* ---- Forces in `tangent_vectors` ---- */
 
 static bool is_own(const struct builder *b, const expression *derivatives, int i) {
     for (int j = 0; j < b->d->frames; j++)

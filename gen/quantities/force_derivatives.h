@@ -1,10 +1,10 @@
 /*
- * Derivatives of applied_forces (force_and_inertia_vectors.h) by q and qd, as loops over arrays (loops.h) and
- * entries.
+ * Derivatives of forces (applied_forces of force_and_inertia_vectors.h) by q and qd, as loops over arrays
+ * (loops.h) and entries: theory, sect. 7.3.
  *
- * Takes applied_forces and the motion that they are felt in, adds to a function: entries of springs, dampers
- * and forces on coordinates; products of arrays for forces at points that depend on the state; vectors for
- * the loop over pairs, in which joints turn the columns of C on which the applied_forces act.
+ * Input: applied forces, and the motion at given accelerations. Adds to a function: entries of springs,
+ * dampers and forces on coordinates; products of arrays for forces at points that depend on the state;
+ * vectors for the loop over pairs, in which joints turn the columns of C.
  */
 #ifndef REFDYN_GEN_FORCE_DERIVATIVES_H
 #define REFDYN_GEN_FORCE_DERIVATIVES_H
@@ -12,8 +12,7 @@
 #include "quantities/pair_loops.h"
 #include "quantities/quantities.h"
 
-/* What becomes of derivatives in one function: arrays that they are added to, by number; NOTHING: left out.
- */
+/* Arrays of a function to which derivatives are added, by number; NOTHING: left out. */
 struct targets {
     int by_q, by_qd, mass;
     bool has_inertia;
@@ -30,9 +29,9 @@ struct builder {
 };
 
 /*
- * How joint j turns the columns of i beyond it, by frame: entries are e_j . rows_i and e_j . columns_i. With
- * the force F on C_i and the torque T on e_i, (e_j x C_i) . F = e_j . (C_i x F); a torque's axis is turned by
- * the nearer joints alone, so that e_i x T stands in rows only.
+ * Joint j turns the columns of i beyond it: entry (i, j) gains e_j . rows_i, entry (j, i) gains e_j .
+ * columns_i. With the force F at C_i and the torque T on e_i, (e_j x C_i) . F = e_j . (C_i x F); the axis of
+ * a torque is turned by nearer joints alone, so e_i x T stands in rows only. Theory, sect. 7.3.
  */
 struct turned_applied_forces {
     struct vector *rows, *columns;

@@ -1,8 +1,7 @@
 /*
- * The mass matrix as loops over pairs of coordinates (loops.h): the wrench that accelerates all beyond joint
- * i by one unit of its coordinate, moved from joint to joint toward the ground, dotted with each joint's
- * axis. Takes the composites, adds local arrays and the loop to a function. For trees with runs, and wherever
- * the written-out form (body_dynamics.c) is longer.
+ * The mass matrix as a loop over pairs of coordinates (loops.h): M_ij = e_j . W_i with W_i moved from joint
+ * to joint toward the ground (theory, sect. 4.6). Takes the composites, adds local arrays and the loop to a
+ * function. For trees with runs, and wherever the written-out form (body_dynamics.c) is longer.
  */
 #include "quantities/pair_loops.h"
 #include "quantities/quantities.h"
@@ -12,6 +11,7 @@ struct mass_vectors {
     struct vector *axis, *moment, *force; /* by frame, ground axes */
 };
 
+/* e_i and W_i in the ground frame. */
 static void derive_vectors(void *context, int i) {
     const struct mass_vectors *x = context;
     const struct kinematics *k = &x->d->kinematics;

@@ -26,7 +26,7 @@ struct pair_arrays pair_loops_open(struct plan *plan, const struct kinematics *k
 /* The same for arrays that are parts of the result. */
 struct pair_arrays pair_loops_open_results(struct plan *plan, const struct kinematics *k,
                                            struct function *function);
-/* One more local array, under a name of its own: its number. */
+/* Adds a local array under a name of its own; gives its number. */
 int pair_loops_add_local(struct memory *memory, struct function *function, const char *name, int count,
                          int columns);
 /* Three arrays NAME_x, NAME_y, NAME_z of a vector by frame; axes that are zero everywhere have none. */

@@ -1,10 +1,9 @@
 /*
  * The tangent of statics as loops: dQ_i/dq_j at qd = 0 into a array of a function.
  *
- * Takes the composites and the applied_forces of the model at rest. Gravity does to the moment of mass beyond
- * a joint what a load does to a column of C: it changes by e_j x (change by q_i), so that far vectors are
- * (change by q_i) x gravity (force_pairs.h). For trees with runs, and wherever the written-out form is
- * longer.
+ * Takes the composites and the forces of the model at rest. Gravity does to the mass moment beyond a joint
+ * what a force does to a column of C: joint j turns its change Delta_i, so the far vectors are Delta_i x grav
+ * (theory, sect. 7.8). For trees with runs, and wherever the written-out form is longer.
  */
 #include "quantities/force_derivatives.h"
 
@@ -13,6 +12,7 @@ struct weight {
     struct turned_applied_forces *turned;
 };
 
+/* Delta_i, the force slot of W_i, times gravity. */
 static void add_weight(void *context, int i) {
     const struct weight *x = context;
     const struct kinematics *k = &x->d->kinematics;

@@ -88,7 +88,7 @@ expression *tangent_row_balances(const struct kinematics *k) {
     return balances;
 }
 
-/* What the applied_forces do on the columns of one frame. */
+/* Q_j += -s (q - rest) - d qd + sum of F . C_j and of T . e_j: theory, sect. 7.3. */
 struct pulling {
     const struct given_motion *given;
     const struct applied_forces *applied_forces;
@@ -139,11 +139,12 @@ expression *tangent_generalized_forces(const struct given_motion *given,
 
 /* ---- What lies beyond a joint ---- */
 
-/* Sums over all mass beyond a joint, own axes, arms rho from its origin; inertia stands in the composites. */
+/* Sums over all mass beyond a joint, own axes, arms rho from its origin (theory, sect. 7.5); its inertia
+ * stands in the composites. */
 struct flow {
-    struct vector momentum; /* int rho' dm */
-    struct matrix growth;   /* int rho' rho^T dm */
-    struct wrench load;     /* int (rdd - grav) dm and its moment */
+    struct vector momentum; /* b = int rho' dm */
+    struct matrix growth;   /* E = int rho' rho^T dm */
+    struct wrench load;     /* L = (int rho x (rdd - grav) dm, int (rdd - grav) dm) */
 };
 
 /* a b^T */
@@ -190,6 +191,7 @@ static struct wrench own_load(const struct given_motion *given, int i) {
     return wrench_of_inertia(given->k, i, motion->angular, &gradient, motion->less_gravity);
 }
 
+/* b = w x mc, E = [w]x int rho rho^T dm, L the inertia wrench at the given accelerations. */
 static struct flow own_flow(const struct given_motion *given, int i) {
     struct graph *g = given->k->g;
     const struct inertia own = dynamics_own_inertia(given->k, i), *inertia = &own;
@@ -206,7 +208,7 @@ static struct flow flow_add(struct graph *g, struct flow a, struct flow b) {
                          .load = wrench_add(g, a.load, b.load)};
 }
 
-/* rho + s and rho' + s' for rho and rho'. */
+/* rho + s, rho' + s' instead of rho, rho': E + b s^T + s' (mc + m s)^T, b + m s'. Theory, sect. 7.5. */
 static struct flow flow_to_parent(const struct given_motion *given, int i, const struct inertia *beyond,
                                   struct flow flow) {
     const struct kinematics *k = given->k;
@@ -234,7 +236,8 @@ static void name_flow(const struct kinematics *k, int i, const struct flow *flow
 
 /* ---- Vectors of one coordinate ---- */
 
-/* int rho x (a x rho') dm = (tr(E) 1 - E) a, E = int rho' rho^T; or with E^T. Diagonal terms are sums. */
+/* int rho x (a x rho') dm = (tr(E) 1 - E) a; transposed: int rho' x (a x rho) dm, with E^T. Diagonal terms
+ * are sums of two entries, not differences from the trace. */
 static struct vector around(struct graph *g, const struct matrix *E, bool is_transposed, struct vector a) {
     struct vector b;
     for (int i = 0; i < 3; i++) {
@@ -261,7 +264,7 @@ static struct axis_motion axis_motion(const struct given_motion *given, int i) {
     return (struct axis_motion){e, frame->own_rate, frame->own_rate2};
 }
 
-/* C_i = e: all beyond moves along. */
+/* Prismatic, C_i = e: theory, sect. 7.5. */
 static void slide_vectors(struct graph *g, const struct inertia *beyond, const struct flow *flow,
                           const struct axis_motion *a, struct pair_vectors *v) {
     const struct vector mc = vector_of(beyond->moment);
@@ -274,8 +277,9 @@ static void slide_vectors(struct graph *g, const struct inertia *beyond, const s
 }
 
 /*
- * C_i = e x rho. What turns C_j along with i adds up with e x rho'' to e x (load), up to the acceleration of
- * the origin: int rho x (e x rho'') + (e x rho) x (rdd - grav) = e x int rho x (rdd - grav) + mc x (a x e).
+ * Revolute, C_i = e x rho: theory, sect. 7.5. In the stiffness the load that turns with i and e x rho'' of
+ * C_i'' add up, with lever = (a - grav) x e and a the acceleration of the origin:
+ *     int rho x (e x rho'') + (e x rho) x (rdd - grav) dm = e x int rho x (rdd - grav) dm + mc x lever.
  */
 static void turn_vectors(struct graph *g, const struct inertia *beyond, const struct flow *flow,
                          const struct axis_motion *a, struct vector lever, struct pair_vectors *v) {
@@ -323,7 +327,7 @@ static struct pair_vectors vectors_of_joint(const struct given_motion *given, in
     return v;
 }
 
-/* Sums over all beyond, and what they make of each joint. */
+/* b, E and L inward, and from them the vectors of each joint: theory, sect. 7.5. */
 struct flow_sum {
     const struct given_motion *given;
     const struct inertia *composites;
@@ -365,6 +369,7 @@ struct load_sum {
     expression *forces;
 };
 
+/* F_i = own load + sum of F of the children, e_i . F_i: theory, sect. 4.7 at the given accelerations. */
 static void carry_inward(void *context, int i) {
     const struct load_sum *x = context;
     const struct kinematics *k = x->given->k;

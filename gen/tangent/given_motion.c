@@ -13,7 +13,7 @@ struct matrix given_motion_gradient(const struct given_motion *given, int i) {
                                             given->motions[i].angular);
 }
 
-/* wd += w x e qd + e qdd for a turn; the origin goes with the shift. */
+/* wd = E wd_p + w x e qd + e qdd, the last two for a revolute joint; a = E (a_p + s''). Theory, sect. 7.1. */
 static void accelerate_frame(struct given_motion *given, int i, const struct given_frame_motion *parent) {
     const struct kinematics *k = given->k;
     struct graph *g = k->g;
@@ -33,7 +33,7 @@ static void accelerate_frame(struct given_motion *given, int i, const struct giv
     kinematics_name_vector(k, i, "a_falling", motion->less_gravity);
 }
 
-/* de/dt = w x e, d2e/dt2 = ([wd]x + [w]x [w]x) e. */
+/* e' = w x e, e'' = B e: theory, sect. 7.1. */
 static void turn_axis(struct given_motion *given, int i) {
     const struct kinematics *k = given->k;
     struct graph *g = k->g;
@@ -49,10 +49,8 @@ static void turn_axis(struct given_motion *given, int i) {
     kinematics_name_vector(k, i, "axis_rate2", frame->axis_rate2);
 }
 
-/*
- * ds/dt = w x s, d2s/dt2 = wd x s + w x (w x s), with w, wd of the parent; a slide adds e' qd, 2 w x e qd and
- * e qdd.
- */
+/* s' = w_p x s + e qd, s'' = B_p s + 2 w_p x e qd + e qdd, the terms with e for a prismatic joint: theory,
+ * sect. 7.1. */
 static void move_shift(struct given_motion *given, int i) {
     const struct kinematics *k = given->k;
     struct graph *g = k->g;
@@ -74,7 +72,8 @@ static void move_shift(struct given_motion *given, int i) {
         vector_add(g, vector_add(g, swing, gain), vector_add(g, coriolis, coriolis));
 }
 
-/* Origins that coincide have one velocity, as one expression. */
+/* Velocity and acceleration of the origin in the ground frame: those of the parent's plus s', s''. Origins
+ * that coincide get the same expression. */
 static void move_origin(struct given_motion *given, int i) {
     const struct kinematics *k = given->k;
     struct graph *g = k->g;
@@ -94,7 +93,7 @@ static void move_origin(struct given_motion *given, int i) {
     motion->acceleration = vector_add(g, base->acceleration, to_ground(k, parent, frame->shift_rate2));
 }
 
-/* By the frame that carries the point. */
+/* rdd = R (a + B rho) + grav with a the acceleration of the frame's origin minus gravity. */
 static struct vector accelerate_point(const struct given_motion *given, int index) {
     const struct kinematics *k = given->k;
     struct graph *g = k->g;
@@ -158,7 +157,8 @@ struct column_derivation {
     int point;
 };
 
-/* C_j = e x rho for a turn, e for a slide; rho the arm from the joint, or the direction itself. */
+/* C_j' = e' x rho + e x rho', C_j'' = e'' x rho + 2 e' x rho' + e x rho'' of a revolute joint, e', e'' of a
+ * prismatic one; rho is the arm from the joint, or the direction itself. Theory, sect. 7.2. */
 static void derive_column(void *context, int j) {
     const struct column_derivation *x = context;
     const struct given_motion *given = x->given;
@@ -232,7 +232,7 @@ struct vector given_motion_place_vector(const struct given_motion *given, struct
     return v;
 }
 
-/* What a force on one point adds: weight . column_j */
+/* derivatives_j += weight . C_j, or . C_j', C_j'': what one point's symbol adds. */
 struct column_derivatives {
     const struct kinematics *k;
     struct vector weight;
@@ -246,7 +246,7 @@ static void add_column_derivative(void *context, int j) {
     x->derivatives[j] = expr_add(g, x->derivatives[j], vector_dot(g, x->weight, x->columns[j]));
 }
 
-/* At rest the columns have no rates. */
+/* At rest C_j' and C_j'' are zero. */
 static void add_point_derivatives(struct given_motion *given, int point, struct vector weight, int rate_order,
                                   expression *derivatives) {
     const struct kinematics *k = given->k;
@@ -258,6 +258,8 @@ static void add_point_derivatives(struct given_motion *given, int point, struct 
     recursion_visit_joints(k->g, k->tree, add_column_derivative, &x);
 }
 
+/* de/dq_j^(o) = its own part + sum over i >= o of (i over o) (de/dr^(i)) . d^(i-o)C_j/dt^(i-o), theory,
+ * sect. 7.2. */
 expression *given_motion_derivatives(struct given_motion *given, expression e, int order) {
     static const double over[3][3] = {{1, 0, 0}, {1, 1, 0}, {1, 2, 1}}; /* (i over o) */
     const struct kinematics *k = given->k;

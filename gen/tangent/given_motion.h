@@ -1,18 +1,19 @@
 /*
- * The motion at given accelerations of the coordinates, and how it changes with one coordinate alone while
- * those are given: what exact derivatives of the equations are made of.
+ * The motion at given accelerations of the coordinates, and its derivatives by one coordinate at a time while
+ * those accelerations stay the same: what exact derivatives of the equations are made of.
  *
  * Takes kinematics and accelerations by frame, gives the accelerations of frames and points and, for an
- * expression in symbols, its derivatives by q and qd. The columns of C and their first two time derivatives
- * carry all of that: a point's symbol of order i has the derivative (i over o) d^(i-o)C_j/dt^(i-o) by
- * coordinate j's symbol of order o, because r = r(q, t) makes derivatives by q and by t commute.
+ * expression in symbols, its derivatives by q and qd (theory, sect. 7.1 and 7.2). The columns of C and their
+ * first two time derivatives suffice: a point's symbol of order i has the derivative
+ * (i over o) d^(i-o)C_j/dt^(i-o) by coordinate j's symbol of order o, since r = r(q, t) makes derivatives by
+ * q and by t commute.
  */
 #ifndef REFDYN_GEN_GIVEN_MOTION_H
 #define REFDYN_GEN_GIVEN_MOTION_H
 
 #include "dynamics/kinematics.h"
 
-/* What a frame passes on to those that it carries. */
+/* What a recursion outward carries from frame to frame. */
 struct given_frame_motion {
     struct vector angular;                /* dw/dt, own axes [rad/s^2] */
     struct vector less_gravity;           /* acceleration of the origin minus gravity, own axes [m/s^2] */
@@ -46,7 +47,7 @@ struct given_motion {
 struct given_motion *given_motion_derive(const struct kinematics *k, const expression *accelerations,
                                          const expression *multipliers);
 
-/* [wd]x + [w]x [w]x of a frame, own axes [1/s^2]. */
+/* B = [wd]x + [w]x [w]x of a frame, own axes [1/s^2]. */
 struct matrix given_motion_gradient(const struct given_motion *given, int i);
 /* At rest. */
 struct given_motion *given_motion_at_rest(const struct kinematics *k);

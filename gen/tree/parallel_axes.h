@@ -1,11 +1,10 @@
 /*
- * Turns about parallel axes, one behind the other, as of planar arms and chains: such a frame may keep the
- * axes that its carrier's body had before it turned, while its own body turns on.
+ * Revolute joints about parallel axes, one behind the other, as of planar arms and chains: such a frame may
+ * keep the axes that its carrier's body had before it turned, while its own body turns relative to it.
  *
- * Takes a tree, gives it with marks. Vectors then go from frame to frame as they are, and angular velocities
- * change along one axis; in return each body's own shift and inertia are turned once, by the sum of the
- * angles (W. Khalil and E. Dombre, Modeling, Identification and Control of Robots, 2002). In the form in
- * which the recursions are written, a body whose frame turns with it stands still in it.
+ * Takes a tree, gives it with marks (theory, sect. 4.12). Vectors then go from frame to frame unchanged, and
+ * angular velocities change along one axis; in return each body's own shift and inertia are turned once, by
+ * the sum of the angles (W. Khalil and E. Dombre, Modeling, Identification and Control of Robots, 2002).
  *
  * Beams are left out: in axes that are not an element's own, the large articulated mass along it mixes with
  * the small one across, which costs digits.

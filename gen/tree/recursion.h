@@ -3,8 +3,9 @@
  *
  * A recursion's state is a record of expressions a frame. Outward, a step takes the state of the frame's
  * parent and sets its own; inward, a step takes what came from beyond the frame in its own state and adds to
- * the parent's. At a run the step is taken once, with symbols for what the loop carries: a part of the state
- * that no iteration changes is found by trying, and stays what it was before the loop, zero above all.
+ * the parent's. At a run the step is taken once, with symbols for what the loop carries (theory, sect. 4.13).
+ * A part of the state that no iteration changes is found by trying, and keeps its value from before the loop,
+ * which often is zero.
  */
 #ifndef REFDYN_GEN_RECURSION_H
 #define REFDYN_GEN_RECURSION_H

@@ -2,7 +2,7 @@
  * Beams cut into rigid finite elements, joined by spring-damping elements of up to three turns.
  *
  * Takes a link's beam, gives frames with their inertias, stiffnesses and dampings. Half elements stand at
- * both ends of a segment, so that segments join rigidly. Formulas: formulation, sect. 2.
+ * both ends of a segment, so that segments join rigidly. Formulas: theory, sect. 3.1 to 3.3.
  */
 #include "base/memory.h"
 #include "tree/frames.h"
@@ -11,7 +11,8 @@
 static const char *const turn_names[3] = {"psi", "theta", "phi"};
 static const int turn_axes[3] = {AXIS_Z, AXIS_Y, AXIS_X};
 
-/* The exact integral over a prism from x = 0 to `length`. */
+/* The exact integral over a prism from x = 0 to `length`: mc = m l/2, Jxx = rho l (Iy + Iz),
+ * Jyy = m l^2/3 + rho l Iy, Jzz = m l^2/3 + rho l Iz. Theory, sect. 3.3. */
 static struct inertia prism_inertia(struct graph *g, const struct segment *segment, expression length) {
     const expression line = expr_mul(g, segment->rho, length);
     const expression mass = expr_mul(g, line, segment->area);
@@ -25,7 +26,7 @@ static struct inertia prism_inertia(struct graph *g, const struct segment *segme
     };
 }
 
-/* s = E Iz / dl, E Iy / dl, G It / dl with G = E / (2 (1 + nu)) */
+/* s = E Iz / dl, E Iy / dl, G It / dl with G = E / (2 (1 + nu)): theory, sect. 3.2. */
 static expression element_stiffness(struct graph *g, const struct segment *segment, int turn, expression dl) {
     const expression G =
         expr_div(g, segment->E, expr_mul(g, expr_number(g, 2), expr_add(g, expr_one(g), segment->nu)));
@@ -34,7 +35,7 @@ static expression element_stiffness(struct graph *g, const struct segment *segme
     return expr_div(g, rigidity[turn], dl);
 }
 
-/* The length that one spring-damping element stands for. */
+/* dl, the length that one spring-damping element stands for: theory, sect. 3.1. */
 static expression spacing(struct graph *g, const struct segment *segment) {
     return segment->rfe > 1 ? expr_div(g, segment->length, expr_number(g, segment->rfe - 1))
                             : segment->length;

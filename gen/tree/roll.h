@@ -6,7 +6,7 @@
  * carries the run, so displaced that all elements, the first included, are placed alike; the last one may
  * have an inertia of its own (a beam ends with half an element); the EXIT is the last
  * element's last frame, which carries what follows. Derivations walk the element once, in a loop
- * (recursion.h), whatever the count is.
+ * (recursion.h), whatever the count is. Theory, sect. 4.13.
  */
 #ifndef REFDYN_GEN_ROLL_H
 #define REFDYN_GEN_ROLL_H

@@ -1,6 +1,6 @@
 /*
  * From links to frames: one frame a coordinate, welds merged; rigid_finite_elements.c cuts beams.
- * Takes a checked model, gives the tree of tree.h. Formulas: formulation, sect. 1 and 2.
+ * Takes a checked model, gives the tree of tree.h. Formulas: theory, sect. 3.1 and 3.3.
  */
 #include "tree/tree.h"
 #include "base/memory.h"
@@ -9,7 +9,7 @@
 
 #include <string.h>
 
-/* J about the origin = J about the centre + m (c.c 1 - c c^T). */
+/* J about the origin = J about the centre + m (c.c 1 - c c^T): theory, sect. 3.3. */
 static struct inertia solid_inertia(struct graph *g, const struct solid *solid) {
     struct placement to_center = placement_identity();
     struct inertia inertia = {.mass = solid->mass};

@@ -2,8 +2,8 @@
  * The tree: one frame for each elementary coordinate, what is welded merged into the frame that it moves
  * with.
  *
- * Takes the links of a model; cuts beams into rigid finite elements (formulation, sect. 2). Frame i belongs
- * to coordinate i, its parent has a smaller index, -1 is the ground. T_i = T_parent A_i D_i(q_i).
+ * Takes the links of a model; cuts beams into rigid finite elements (theory, sect. 3). Frame i belongs to
+ * coordinate i, its parent has a smaller index, -1 is the ground. T_i = T_p A_i D_i(q_i): theory, sect. 2.1.
  */
 #ifndef REFDYN_GEN_TREE_H
 #define REFDYN_GEN_TREE_H
@@ -18,8 +18,8 @@ struct inertia {
     expression tensor[6]; /* xx yy zz xy xz yz about the origin [kg m^2] */
 };
 
-/* Axes of frames that turn on about one axis: all turn with their bodies, all but the first keep theirs, or
- * all do. See parallel_axes.h. */
+/* Frames whose joints turn about parallel axes, one behind the other: all turn with their bodies, all but the
+ * first keep their axes, or all keep them. See parallel_axes.h. */
 enum kept_axes { AXES_TURNED, AXES_KEPT_BEHIND, AXES_KEPT };
 
 /* ENTRY and EXIT enclose the frames of one element of a run: see roll.h. They have no joint. */
@@ -38,7 +38,7 @@ struct frame {
     struct placement placement; /* A_i */
     struct inertia inertia;     /* of all that moves with this frame and no later one */
     bool keeps_axes;            /* its axes do not turn with its body: see parallel_axes.h */
-    bool goes_on;               /* its body turns on about the axis about which its carrier's body did */
+    bool goes_on;               /* its body turns about the same axis as its carrier's body */
 };
 
 /* Something fixed to a frame (or to the ground, frame -1). */

@@ -1,5 +1,5 @@
 /*
- * Eigenvalues and shapes of small motions.
+ * Eigenvalues and shapes of small motions (theory, sect. 8.10).
  *
  * Takes the linear equations (linearise.h), gives each x = shape e^(eigenvalue t) once: of a conjugate pair
  * the one with a positive imaginary part.
