@@ -4,14 +4,14 @@
  * Takes the emitted `diagonals` and `shifted` (refdyn_model.h) at the begin of a step; gives what a stage of
  * it solves for.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include "private/diagonal.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "private/dense.h"
+#include "linear/dense.h"
 
 /* Are there rows that may be stabilised? */
 static int has_gains(const struct refdyn_model *model) {

@@ -5,16 +5,16 @@
  * gives solutions: by L U factorisation of dense matrices, or in O(n) from `tangent_vectors` (chain.h) where
  * that takes fewer operations.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include "private/linearise.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "private/chain.h"
-#include "private/core.h"
-#include "private/dense.h"
+#include "linear/chain.h"
+#include "constraints/constraints.h"
+#include "linear/dense.h"
 #include "private/diagonal.h"
 #include "private/slope.h"
 

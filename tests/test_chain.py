@@ -3,7 +3,7 @@ import subprocess
 
 import pytest
 
-from program import MODELS, REFERENCE, SOURCE, TESTS, all_models, refdyn, settings
+from program import CORE_SOURCES, MODELS, REFERENCE, SOURCE, TESTS, all_models, refdyn, settings
 
 RUNS = TESTS / "models" / "runs.lua"
 CASES = {path.stem: (path, {}) for path in all_models() if path != REFERENCE}
@@ -18,9 +18,9 @@ SOLVED = 3e-15    # of solutions, times the condition: what a change of all term
 # Prints figures, the largest of several states: products with M, D, K; and for each g of solutions the error and the condition.
 PROGRAM = """
 #include "MODEL.h"
-#include "private/chain.h"
-#include "private/core.h"
-#include "private/dense.h"
+#include "linear/chain.h"
+#include "constraints/constraints.h"
+#include "linear/dense.h"
 #include "private/linearise.h"
 
 #include <math.h>
@@ -266,7 +266,7 @@ int main(void) {
 def runtime(tmp_path_factory):
     """The core, compiled."""
     folder = tmp_path_factory.mktemp("runtime")
-    subprocess.run(["gcc", "-std=c11", "-O2", "-g", "-c", *(SOURCE / "runtime").glob("*.c")], cwd=folder, check=True)
+    subprocess.run(["gcc", "-std=c11", "-O2", "-g", "-I", SOURCE / "runtime", "-c", *CORE_SOURCES], cwd=folder, check=True)
     return sorted(folder.glob("*.o"))
 
 

@@ -16,7 +16,7 @@
 #define REFDYN_DIAGONAL_H
 
 #include "../refdyn.h"
-#include "room.h"
+#include "base/layout.h"
 
 void refdyn_diagonal_lay_out(struct refdyn_diagonal *diagonal, const struct refdyn_model *model,
                              struct room *room);

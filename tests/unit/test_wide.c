@@ -11,7 +11,7 @@
 #include <string.h>
 
 #include "check.h"
-#include "private/dense.h"
+#include "linear/dense.h"
 
 /* wide.c once more, without wide vectors, under names of its own. */
 #undef __x86_64__
@@ -21,7 +21,7 @@
 #define refdyn_complex_lu_solve plain_complex_lu_solve
 #define refdyn_times plain_times
 #define refdyn_add_all plain_add_all
-#include "../../runtime/wide.c"
+#include "linear/elimination.c"
 #undef refdyn_lu_factor
 #undef refdyn_complex_lu_factor
 #undef refdyn_lu_solve

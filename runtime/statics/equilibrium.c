@@ -10,16 +10,16 @@
  * the correction that follows it, with the same tangent, is at most (1 - a/4) times as long (Deuflhard,
  * Newton Methods for Nonlinear Problems, 2004, sect. 3.3, 5.1). Lengths are in 1 rad and `length`.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
-#include "private/core.h"
+#include "base/model_check.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-#include "private/dense.h"
-#include "private/room.h"
+#include "linear/dense.h"
+#include "base/layout.h"
 
 /* [rad, length] Newton's last correction; the error that is left is about its square */
 static const double tol_default = 1e-12;

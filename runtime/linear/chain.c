@@ -2,14 +2,14 @@
  * The tangent of a tree of joints as vectors: see chain.h. Here is what is done once, and the border; the
  * sweeps over joints are in chain_wide.c.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
-#include "private/chain.h"
+#include "linear/chain.h"
 
 #include <string.h>
 
-#include "private/chain_wide.h"
-#include "private/dense.h"
+#include "linear/chain_sweeps.h"
+#include "linear/dense.h"
 
 /* ---- What the scene is ---- */
 

@@ -7,15 +7,15 @@
  * = u L^-T orthonormalised this is dq = L^-T z, z the shortest solution of A z = -phi; no product u M^-1 u^T
  * is formed, so dependent rows are told apart at full precision.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
-#include "private/core.h"
+#include "constraints/constraints.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-#include "private/dense.h"
+#include "linear/dense.h"
 
 /* Newton doubles the digits from any start that it converges from; 30 iterations also halve a distance 30
  * times. */
@@ -177,16 +177,6 @@ static int correct(struct refdyn_workspace *work, double *q, double *qd) {
     dense_add(q, 1, work->change, n);
     dense_add(qd, 1, work->change + n, n);
     return REFDYN_OK;
-}
-
-double refdyn_distance(const struct refdyn_workspace *work, const double *residual) {
-    double largest = 0;
-    for (int a = 0; a < work->m; a++) {
-        const double size = refdyn_largest(work->u + a * work->n, work->n, NULL);
-        if (size > 0)
-            largest = fmax(largest, fabs(residual[a]) / size);
-    }
-    return largest;
 }
 
 /* At rounding level, or near it and no longer falling; *last is the distance before the last correction. */

@@ -7,13 +7,13 @@
  * subtracted in one pass, which reads and writes each entry once (Golub and Van Loan, Matrix Computations,
  * 3.2.11).
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include <float.h>
 #include <math.h>
 
-#include "private/dense.h"
-#include "private/wide.h"
+#include "linear/dense.h"
+#include "linear/wide.h"
 
 enum { PANEL = 4 };
 

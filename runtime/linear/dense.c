@@ -1,7 +1,7 @@
 /* Small dense kernels: see dense.h. */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
-#include "private/dense.h"
+#include "linear/dense.h"
 
 #include <float.h>
 #include <math.h>
