@@ -16,6 +16,7 @@
 #include <string.h>
 
 #include "linear/dense.h"
+#include "linear/elimination.h"
 
 /* Newton doubles the digits from any start that it converges from; 30 iterations also halve a distance 30
  * times. */
@@ -223,9 +224,9 @@ static int correct_rows(struct refdyn_workspace *work, const struct refdyn_direc
         for (int j = 0; j < count; j++)
             work->basis[i * count + j] = dense_dot(work->u + row * n, along->vectors + listed[j] * n, n);
     }
-    if (refdyn_lu_factor(work->basis, count, work->mark + n, work->lambda) >= 0)
+    if (refdyn_lu_factor(0, work->basis, count, work->mark + n, work->lambda) >= 0)
         return not_converged(work);
-    refdyn_lu_solve(work->basis, count, work->mark + n, work->wanted);
+    refdyn_lu_solve(0, work->basis, count, work->mark + n, work->wanted);
     for (int j = 0; j < count; j++)
         dense_add(x, work->wanted[j], along->vectors + listed[j] * n, n);
     return REFDYN_OK;
