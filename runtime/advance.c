@@ -6,7 +6,7 @@
  * (Gustafsson, ACM TOMS 17:533-554, 1991; constants of Hairer, Norsett and Wanner, Solving ODEs I, IV.2),
  * which keeps explicit methods from bouncing at their stability limit.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include "private/advance.h"
 #include "private/choose.h"
@@ -18,8 +18,8 @@
 #include <string.h>
 
 #include "private/kinks.h"
-#include "private/core.h"
-#include "private/dense.h"
+#include "constraints/constraints.h"
+#include "linear/dense.h"
 #include "private/linearise.h"
 #include "private/pass.h"
 #include "private/slope.h"

@@ -10,14 +10,14 @@
  * saturate, as friction, the Rosenbrock method is left out: its steps are linear, and damp the error that
  * would tell that what sticks begins to slide.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include "private/choose.h"
 
 #include <float.h>
 #include <math.h>
 
-#include "private/chain_cost.h"
+#include "linear/chain_cost.h"
 #include "private/linearise.h"
 #include "private/runge_kutta.h"
 #include "private/step.h"

@@ -7,15 +7,15 @@
  * linearise.h for g = lambda_k h. It starts from the polynomial of the step before, continued. Tangent and
  * factors serve later steps as long as the iteration converges with them. Formulas in collocation.h.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include "private/collocation.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "private/core.h"
-#include "private/dense.h"
+#include "constraints/constraints.h"
+#include "linear/dense.h"
 #include "private/linearise.h"
 #include "private/slope.h"
 #include "private/step.h"

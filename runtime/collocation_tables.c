@@ -6,7 +6,7 @@
  * Hairer and Wanner, Solving ODEs II, IV.5). Everything else follows from the abscissae: tests/test_tables.py
  * derives it again.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include "private/collocation.h"
 

@@ -5,29 +5,25 @@
  * reaches beyond them and then brought onto the programme, with accelerations as the steps take them; the
  * start has those of the index partition, which is chosen there.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include <float.h>
 #include <limits.h>
 #include <math.h>
 #include <string.h>
 
+#include "base/layout.h"
+#include "base/model_check.h"
 #include "private/advance.h"
 #include "private/choose.h"
 #include "private/collocation.h"
 #include "private/kinks.h"
-#include "private/core.h"
-#include "private/dense.h"
+#include "constraints/constraints.h"
+#include "linear/dense.h"
 #include "private/linearise.h"
 #include "private/pass.h"
-#include "private/room.h"
 #include "private/slope.h"
 #include "private/step.h"
-
-double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double length) {
-    const char *unit = model->coordinates[j].unit;
-    return unit && strcmp(unit, "m") == 0 ? length : 1;
-}
 
 double refdyn_largest_change(const struct refdyn_drive *drive, const double *x, const double *y) {
     double largest = 0;

@@ -5,7 +5,7 @@
  * change of kinetic energy, potential energy or work. Work is that of all non-conservative and programme
  * forces, integrated with the motion (options.balance).
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include "refdyn.h"
 

@@ -4,7 +4,7 @@
  * Takes the emitted `breaks`, times that parameters and inputs tell, and `switches`, what changes sign at all
  * others; gives the times at which steps end.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include "private/kinks.h"
 

@@ -1,10 +1,10 @@
 /* The methods by name, and their tables: see step.h. */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include <string.h>
 
 #include "private/collocation.h"
-#include "private/core.h"
+#include "base/model_check.h"
 #include "private/rosenbrock.h"
 #include "private/runge_kutta.h"
 #include "private/step.h"

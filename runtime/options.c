@@ -1,5 +1,5 @@
 /* Options of a motion: defaults and allowed ranges. */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include <float.h>
 #include <math.h>

@@ -6,7 +6,7 @@
  * rows as vectors, columns scaled by 1/sqrt(M_jj), the volume that they span; it is 0 where they lose rank,
  * in whichever way, and does not depend on the partition. Redundant rows are none of these vectors.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include "private/pass.h"
 
@@ -14,8 +14,8 @@
 #include <string.h>
 
 #include "private/advance.h"
-#include "private/core.h"
-#include "private/dense.h"
+#include "constraints/constraints.h"
+#include "linear/dense.h"
 #include "private/slope.h"
 #include "private/step.h"
 

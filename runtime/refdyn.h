@@ -315,7 +315,7 @@ struct refdyn_statistics {
     double passage_error;                                /* largest error of all */
 };
 
-/* The tangent as vectors of joints, and factors in O(n): runtime/private/chain.h. By position: all joints
+/* The tangent as vectors of joints, and factors in O(n): runtime/linear/chain.h. By position: all joints
  * beyond one follow it. */
 struct refdyn_chain {
     const struct refdyn_model *model;

@@ -5,7 +5,7 @@
  * states between. Each stage is one evaluation of the accelerations and one solution with the matrix of
  * linearise.h, g = gamma h, which is factored once a step. Formulas in rosenbrock.h.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include "private/rosenbrock.h"
 
@@ -13,7 +13,7 @@
 #include <string.h>
 
 #include "private/advance.h"
-#include "private/dense.h"
+#include "linear/dense.h"
 #include "private/linearise.h"
 #include "private/slope.h"
 #include "private/step.h"

@@ -7,7 +7,7 @@
  * as alpha_ij, gamma_ij and b_j; here, with the matrix G of the gamma_ij, a = alpha G^-1, c = I / gamma -
  * G^-1, and the weights are those times G^-1, in 50 digits.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include "private/rosenbrock.h"
 

@@ -5,14 +5,14 @@
  * estimate, and states between. Formulas in runge_kutta.h. The work of non-conservative and programme forces
  * is one more component of the state.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include "private/runge_kutta.h"
 
 #include <math.h>
 #include <string.h>
 
-#include "private/dense.h"
+#include "linear/dense.h"
 #include "private/pass.h"
 #include "private/slope.h"
 #include "private/step.h"

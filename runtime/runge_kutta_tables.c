@@ -8,7 +8,7 @@
  * Norsett and Wanner, II.5, II.6, II.10). What they give as nested products of theta and 1 - theta is sorted
  * by powers of theta here.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include "private/runge_kutta.h"
 

@@ -6,14 +6,14 @@
  * partition otherwise and where the rows are near losing rank: it has the condition of K, u M^-1 u^T has its
  * square. Power costs nothing unless options.balance asks for it.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include "private/slope.h"
 
 #include <string.h>
 
-#include "private/core.h"
-#include "private/dense.h"
+#include "constraints/constraints.h"
+#include "linear/dense.h"
 
 /* Both give qdd, the power of the programme force and lambda, as struct NAME_constrained_result. */
 static int by_partition(struct refdyn_drive *drive, double t, const double *q, const double *qd,

@@ -6,6 +6,10 @@ import subprocess
 import tempfile
 
 SOURCE = pathlib.Path(__file__).resolve().parent.parent
+# Of the runtime core, without its users in folders beside it.
+CORE_FILES = sorted(path for path in (SOURCE / "runtime").rglob("*.[ch]")
+                    if path.relative_to(SOURCE / "runtime").parts[0] not in ("tool", "gsl"))
+CORE_SOURCES = [path for path in CORE_FILES if path.suffix == ".c"]
 TESTS = SOURCE / "tests"
 MODELS = SOURCE / "models"
 BUILD = pathlib.Path(os.environ.get("REFDYN_BUILD", SOURCE / "build" / "release"))

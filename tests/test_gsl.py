@@ -5,7 +5,7 @@ import subprocess
 import numpy
 import pytest
 
-from program import BUILD, REFERENCE, SCALE, SOURCE, TESTS, check, close, motion, oracle, read_run, refdyn
+from program import BUILD, CORE_FILES, REFERENCE, SCALE, SOURCE, TESTS, check, close, motion, oracle, read_run, refdyn
 from test_motions import JUMP, deviations, start_file
 
 # Case, its reference, arguments; then for each method the tolerance and the error of the end-effector [m] that it is for.
@@ -138,8 +138,8 @@ def test_core_is_free_of_gsl(installed):
     library = next((installed / "prefix").rglob("librefdyn_runtime.a"))
     assert "gsl_" not in run_command("nm", library)
     assert "gsl" not in next((installed / "prefix").rglob("refdyn.pc")).read_text()
-    users = [path for folder in ("gen", "runtime", "runtime/private", "generated")
-             for path in (SOURCE / folder).glob("*.[ch]") if "gsl" in path.read_text()]
+    users = [path for path in [*(SOURCE / "gen").rglob("*.[ch]"), *(SOURCE / "generated").glob("*.[ch]"), *CORE_FILES]
+             if "gsl" in path.read_text()]
     assert not users
 
 

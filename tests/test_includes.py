@@ -1,11 +1,10 @@
 """Who may include whom, and what no file of ours may contain."""
 import re
 
-from program import SOURCE
+from program import CORE_FILES, SOURCE
 
-OUR_HEADERS = {folder: {path.name for path in (SOURCE / folder).glob("*.h")}
-               for folder in ("gen", "runtime", "runtime/private", "runtime/tool")}
-CORE = ("runtime", "runtime/private")
+CORE = sorted({str(path.parent.relative_to(SOURCE)) for path in CORE_FILES})
+OUR_HEADERS = {folder: {path.name for path in (SOURCE / folder).glob("*.h")} for folder in ("gen", *CORE, "runtime/tool")}
 CORE_HEADERS = set().union(*(OUR_HEADERS[folder] for folder in CORE))
 
 
@@ -53,7 +52,7 @@ def code(path):
 
 def test_runtime_core_is_quiet():
     """The core never prints, exits, or allocates."""
-    for path in [path for folder in CORE for path in sorted((SOURCE / folder).glob("*.[ch]"))]:
+    for path in CORE_FILES:
         calls = re.findall(r"\b(printf|fprintf|puts|perror|exit|abort|malloc|calloc|realloc|free)\s*\(", code(path))
         assert not calls, f"{path.name} calls {sorted(set(calls))}"
 
@@ -74,7 +73,7 @@ def test_changing_variables_are_seen():
 
 def test_no_state_outside_functions():
     """In the generator, the runtime core and the emitted code."""
-    for folder in ("gen", "runtime", "generated"):
+    for folder in ("gen", *CORE, "generated"):
         for path in sorted((SOURCE / folder).glob("*.c")):
             found = [line for line in code(path).splitlines() if changing_variable(line)]
             assert not found, f"{path.name}: {found}"

@@ -3,7 +3,7 @@ import subprocess
 
 import pytest
 
-from program import REFERENCE, SOURCE, TESTS, refdyn, settings
+from program import CORE_SOURCES, REFERENCE, SOURCE, TESTS, refdyn, settings
 
 ARM = TESTS / "models" / "suite" / "arm.lua"
 CASES = {"arm_led": (ARM, dict(n_rfe=2, row="swing", E="2e9", omega=4)), "arm_pushed": (ARM, dict(n_rfe=2, E="2e9", push=2)),
@@ -162,7 +162,7 @@ METHODS = ["auto", "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss1
 def runtime(tmp_path_factory):
     """The core, compiled."""
     folder = tmp_path_factory.mktemp("runtime")
-    subprocess.run(["gcc", "-std=c11", "-O2", "-c", *(SOURCE / "runtime").glob("*.c")], cwd=folder, check=True)
+    subprocess.run(["gcc", "-std=c11", "-O2", "-I", SOURCE / "runtime", "-c", *CORE_SOURCES], cwd=folder, check=True)
     return sorted(folder.glob("*.o"))
 
 

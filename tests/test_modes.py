@@ -9,7 +9,7 @@ import subprocess
 import numpy
 import pytest
 
-from program import MODELS, REFERENCE, SCALE, SOURCE, TESTS, check, close, motion, refdyn, settings
+from program import CORE_SOURCES, MODELS, REFERENCE, SCALE, SOURCE, TESTS, check, close, motion, refdyn, settings
 
 BEAM = TESTS / "models" / "clamped_beam.lua"
 CHAIN = TESTS / "models" / "hanging_chain.lua"
@@ -423,7 +423,7 @@ def test_spectrum(model, values, tmp_path):
     name = next(tmp_path.glob("*.h")).stem
     (tmp_path / "spectrum.c").write_text(SPECTRUM.replace("MODEL", name))
     subprocess.run(["gcc", "-std=c11", "-O0", "-fPIC", "-shared", "-I", SOURCE / "runtime", "-o", tmp_path / "spectrum.so",
-                    *tmp_path.glob("*.c"), *(SOURCE / "runtime").glob("*.c"), "-lm"], check=True)
+                    *tmp_path.glob("*.c"), *CORE_SOURCES, "-lm"], check=True)
     q, rate, damping = (ctypes.c_double * len(found["q"]))(*found["q"]), ctypes.c_double(), ctypes.c_double()
     assert ctypes.CDLL(str(tmp_path / "spectrum.so")).spectrum(q, ctypes.byref(rate), ctypes.byref(damping)) == 0
     fastest = found["modes"][-1]

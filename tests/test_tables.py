@@ -174,7 +174,7 @@ def precision():
 @pytest.fixture(scope="module")
 def library(tmp_path_factory):
     path = tmp_path_factory.mktemp("tables") / "tables.so"
-    subprocess.run(["gcc", "-std=c11", "-fPIC", "-shared", *(SOURCE / "runtime").glob("*_tables.c"), "-o", path], check=True)
+    subprocess.run(["gcc", "-std=c11", "-fPIC", "-shared", "-I", SOURCE / "runtime", *(SOURCE / "runtime").rglob("*_tables.c"), "-o", path], check=True)
     return ctypes.CDLL(str(path))
 
 

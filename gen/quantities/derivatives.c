@@ -6,7 +6,7 @@
  * products of arrays where forces depend on the state. Theory, sect. 7.4 to 7.8.
  */
 #include "quantities/force_derivatives.h"
-#include "private/chain_cost.h"
+#include "linear/chain_cost.h"
 #include "refdyn_model.h"
 #include "dynamics/coordinate_derivatives.h"
 

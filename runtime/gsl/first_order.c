@@ -7,7 +7,7 @@
  *     [ u   0   ] [ dlambda ] = [ -G_q dq - G_qd dqd - g_t dt ]
  * with one factorisation and a solution for each column.
  */
-#include "../private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include "private/first_order.h"
 

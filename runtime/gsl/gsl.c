@@ -4,7 +4,7 @@
  * Takes a drive with a state at t_end; gives the next states there, by GSL's evolution of y' = f(t, y),
  * y = q, qd, work_done, with the Jacobian of first_order.h. What is shown of a state is the drive's own.
  */
-#include "../private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include "refdyn_gsl.h"
 
@@ -15,7 +15,7 @@
 
 #include "../private/advance.h"
 #include "../private/kinks.h"
-#include "../private/core.h"
+#include "constraints/constraints.h"
 #include "private/first_order.h"
 #include "../private/linearise.h"
 #include "../private/pass.h"

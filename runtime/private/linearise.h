@@ -15,9 +15,9 @@
 #ifndef REFDYN_LINEARISE_H
 #define REFDYN_LINEARISE_H
 
-#include "core.h"
+#include "constraints/constraints.h"
 #include "../refdyn.h"
-#include "room.h"
+#include "base/layout.h"
 
 /* Lays out the arrays of a linearisation with this many complex matrices; without a tangent it serves
  * directions in the metric of M alone. */

@@ -9,7 +9,7 @@
 #define REFDYN_STEP_H
 
 #include "../refdyn.h"
-#include "room.h"
+#include "base/layout.h"
 
 /* Of one method: its table, and what all kinds of tables have. */
 struct refdyn_method_facts {

@@ -7,7 +7,7 @@
  * number a line, and every quantity at them to standard output, one line "STATE QUANTITY ENTRY VALUE" for
  * each entry.
  */
-#include "private/chain.h"
+#include "linear/chain.h"
 #include "gen.h"
 #include "emitted_files.h"
 #include "quantities.h"

@@ -219,7 +219,9 @@ def test_headers_of_who_takes_the_sources_are_found(tmp_path):
 
 
 def test_headers_of_who_copies_the_sources(tmp_path):
-    """The folder alone compiles wherever it lies, without a path to anything."""
+    """The folder alone compiles wherever it lies, with itself as the only path."""
     shutil.copytree(RUNTIME, tmp_path / "copied", ignore=shutil.ignore_patterns("tool", "gsl"))
-    for source in sorted((tmp_path / "copied").glob("*.c")):
-        subprocess.run(["cc", "-std=c11", *WARNINGS, "-fsyntax-only", source], check=True, cwd=tmp_path)
+    sources = sorted((tmp_path / "copied").rglob("*.c"))
+    assert len(sources) > 25
+    for source in sources:
+        subprocess.run(["cc", "-std=c11", *WARNINGS, "-I", tmp_path / "copied", "-fsyntax-only", source], check=True, cwd=tmp_path)

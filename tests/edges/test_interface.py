@@ -9,7 +9,7 @@ import subprocess
 
 import pytest
 
-from program import REFERENCE, SOURCE, refdyn
+from program import CORE_SOURCES, REFERENCE, SOURCE, refdyn
 
 RUNTIME = SOURCE / "runtime"
 COMPILE = ["gcc", "-std=gnu11", "-O0", "-Wall", "-Wextra", "-I", RUNTIME]
@@ -343,7 +343,7 @@ def program(emitted, tmp_path_factory):
         shutil.copy(path, folder)
     entries = ", ".join(f'{{"{name}", {name}}}' for name in CASES)
     (folder / "program.c").write_text(PROGRAM.replace("CASES}", entries + "}"))
-    compile_all(folder, sorted(folder.glob("*.c")) + sorted(RUNTIME.glob("*.c")))
+    compile_all(folder, sorted(folder.glob("*.c")) + CORE_SOURCES)
     subprocess.run([*COMPILE, *CHECKS, *folder.glob("*.o"), "-lm", "-o", folder / "program"], check=True)
     return folder / "program"
 
@@ -409,7 +409,7 @@ int main(void) {
     return refdyn_workspace_init(&work, &manipulator_model, memory, sizeof memory) != REFDYN_OTHER_VERSION;
 }
 """)
-    subprocess.run(["gcc", "-std=c11", "-O0", "-I", RUNTIME, *tmp_path.glob("*.c"), *RUNTIME.glob("*.c"), "-lm", "-o", tmp_path / "main"],
+    subprocess.run(["gcc", "-std=c11", "-O0", "-I", RUNTIME, *tmp_path.glob("*.c"), *CORE_SOURCES, "-lm", "-o", tmp_path / "main"],
                    check=True)
     subprocess.run([tmp_path / "main"], check=True)
 

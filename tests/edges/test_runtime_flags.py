@@ -8,11 +8,10 @@ import subprocess
 
 import pytest
 
-from program import SOURCE, TESTS
+from program import CORE_SOURCES, SOURCE, TESTS
 
 RUNTIME = SOURCE / "runtime"
-ARITHMETIC = RUNTIME / "private" / "arithmetic.h"
-SOURCES = sorted(RUNTIME.glob("*.c"))
+ARITHMETIC = RUNTIME / "base" / "arithmetic.h"
 SENTENCE = re.compile(r"The runtime of refdyn needs [^\n]*: compile it with")
 
 
@@ -20,7 +19,7 @@ def compile_files(command, files, folder=None):
     """The finished compilations, two at a time."""
     def one(path):
         target = ["-c", path, "-o", folder / (path.stem + ".o")] if folder else ["-fsyntax-only", path]
-        return subprocess.run([*command, *target], capture_output=True, text=True)
+        return subprocess.run([*command, "-I", RUNTIME, *target], capture_output=True, text=True)
     with concurrent.futures.ThreadPoolExecutor(2) as pool:
         return list(pool.map(one, files))
 
@@ -49,13 +48,13 @@ STOPPED = [("gcc", "-ffast-math"), ("gcc", "-Ofast"), ("gcc", "-funsafe-math-opt
 @pytest.mark.parametrize("compiler, flags", STOPPED)
 def test_compiling_stops(compiler, flags):
     """Every file of the library, whatever of it is compiled that way."""
-    for path, done in zip(SOURCES, compile_files([compiler, "-std=gnu11", "-O2", *flags.split()], SOURCES)):
+    for path, done in zip(CORE_SOURCES, compile_files([compiler, "-std=gnu11", "-O2", *flags.split()], CORE_SOURCES)):
         assert done.returncode != 0 and SENTENCE.search(done.stderr.replace("\\\n", "")), f"{path.name}: {done.stderr[:1000]}"
 
 
 @pytest.mark.parametrize("flags", ["-ffast-math", "-ffinite-math-only", "-funsafe-math-optimizations", "-mfpmath=387"])
 def test_compiling_the_gsl_library_stops(flags):
-    for done in compile_files(["gcc", "-I", RUNTIME, *flags.split()], sorted((RUNTIME / "gsl").glob("*.c"))):
+    for done in compile_files(["gcc", *flags.split()], sorted((RUNTIME / "gsl").glob("*.c"))):
         assert done.returncode != 0 and SENTENCE.search(done.stderr), done.stderr[:1000]
 
 
@@ -67,17 +66,17 @@ def test_32_bit_x86():
     assert stopped.returncode != 0 and SENTENCE.search(stopped.stderr)
     told = ["-m32", "-msse2", "-mfpmath=sse"]
     subprocess.run(["gcc", *told, "-fsyntax-only", "-xc", ARITHMETIC], check=True)
-    if subprocess.run(["gcc", *told, "-fsyntax-only", RUNTIME / "workspace.c"], capture_output=True).returncode:
+    if subprocess.run(["gcc", *told, "-I", RUNTIME, "-fsyntax-only", RUNTIME / "base" / "workspace.c"], capture_output=True).returncode:
         pytest.skip("libraries of 32 bits (gcc-multilib) are not installed: the rest is left out")
-    assert all(done.returncode == 0 for done in compile_files(["gcc", *told], SOURCES))
+    assert all(done.returncode == 0 for done in compile_files(["gcc", *told], CORE_SOURCES))
 
 
 def test_every_file_begins_with_the_checks():
     """Before all functions, those of headers included: what is turned off is turned off behind that line alone."""
-    files = SOURCES + sorted((RUNTIME / "gsl").glob("*.c"))
+    files = CORE_SOURCES + sorted((RUNTIME / "gsl").glob("*.c"))
     assert len(files) > 25
     for path in files:
-        assert re.search(r"^#include (.*)$", path.read_text(), re.M).group(1) in ('"private/arithmetic.h"', '"../private/arithmetic.h"'), path
+        assert re.search(r"^#include (.*)$", path.read_text(), re.M).group(1) == '"base/arithmetic.h"', path
 
 
 # ---- What compilers do not tell ----
@@ -158,7 +157,7 @@ def callers(tmp_path_factory):
 
 def motions(callers, folder, command):
     """What the programs print with the runtime compiled by this command; the unit tests pass."""
-    for done in compile_files(command, SOURCES, folder):
+    for done in compile_files(command, CORE_SOURCES, folder):
         assert done.returncode == 0 and not done.stderr, done.stderr[:2000]
     objects = sorted(folder.glob("*.o"))
     subprocess.run(["gcc", callers / "motions.o", callers / "manipulator_rigid.o", *objects, "-lm", "-o", folder / "motions"], check=True)
@@ -218,7 +217,7 @@ def test_what_nobody_told_is_found(compiler, flags, optimisation, callers, expec
     if not is_known(compiler, flags) or not runs_here(flags):
         pytest.skip(f"{compiler} or the processor has no {' '.join(flags)}")
     command = [compiler, "-std=gnu11", optimisation, *flags, *(SILENT if compiler == "gcc" else [])]
-    assert compile_files(command, [RUNTIME / "arithmetic.c"], tmp_path)[0].returncode == 0
+    assert compile_files(command, [RUNTIME / "base" / "arithmetic.c"], tmp_path)[0].returncode == 0
     others = [path for path in plain.glob("*.o") if path.name != "arithmetic.o"]
     subprocess.run(["gcc", callers / "motions.o", callers / "manipulator_rigid.o", *others, tmp_path / "arithmetic.o", "-lm", "-o",
                     tmp_path / "motions"], check=True)

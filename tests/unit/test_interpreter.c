@@ -3,7 +3,7 @@
  * to 4 units in the last place of its largest entry. Beyond that, the emitted accelerations solve the emitted
  * equations, and are those of the runtime.
  */
-#include "private/chain.h"
+#include "linear/chain.h"
 #include "gen.h"
 #include "emitted_files.h"
 #include "quantities.h"

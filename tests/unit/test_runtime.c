@@ -5,8 +5,8 @@
 #include <string.h>
 
 #include "check.h"
-#include "private/core.h"
-#include "private/dense.h"
+#include "constraints/constraints.h"
+#include "linear/dense.h"
 #include "runtime_models.h"
 
 /* ---- Equations given as numbers: M f u v phi psi k of the case in hand

@@ -8,7 +8,7 @@
 #endif
 
 #include "check.h"
-#include "private/dense.h"
+#include "linear/dense.h"
 #include "runtime_models.h"
 #include "private/step.h"
 

@@ -7,15 +7,16 @@
  * = u L^-T orthonormalised this is dq = L^-T z, z the shortest solution of A z = -phi; no product u M^-1 u^T
  * is formed, so dependent rows are told apart at full precision.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
-#include "private/core.h"
+#include "constraints/constraints.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-#include "private/dense.h"
+#include "linear/dense.h"
+#include "linear/elimination.h"
 
 /* Newton doubles the digits from any start that it converges from; 30 iterations also halve a distance 30
  * times. */
@@ -179,16 +180,6 @@ static int correct(struct refdyn_workspace *work, double *q, double *qd) {
     return REFDYN_OK;
 }
 
-double refdyn_distance(const struct refdyn_workspace *work, const double *residual) {
-    double largest = 0;
-    for (int a = 0; a < work->m; a++) {
-        const double size = refdyn_largest(work->u + a * work->n, work->n, NULL);
-        if (size > 0)
-            largest = fmax(largest, fabs(residual[a]) / size);
-    }
-    return largest;
-}
-
 /* At rounding level, or near it and no longer falling; *last is the distance before the last correction. */
 static int positions_done(const struct refdyn_workspace *work, const double *q, double *last) {
     const double now = refdyn_distance(work, work->phi), before = *last;
@@ -233,9 +224,9 @@ static int correct_rows(struct refdyn_workspace *work, const struct refdyn_direc
         for (int j = 0; j < count; j++)
             work->basis[i * count + j] = dense_dot(work->u + row * n, along->vectors + listed[j] * n, n);
     }
-    if (refdyn_lu_factor(work->basis, count, work->mark + n, work->lambda) >= 0)
+    if (refdyn_lu_factor(0, work->basis, count, work->mark + n, work->lambda) >= 0)
         return not_converged(work);
-    refdyn_lu_solve(work->basis, count, work->mark + n, work->wanted);
+    refdyn_lu_solve(0, work->basis, count, work->mark + n, work->wanted);
     for (int j = 0; j < count; j++)
         dense_add(x, work->wanted[j], along->vectors + listed[j] * n, n);
     return REFDYN_OK;

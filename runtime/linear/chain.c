@@ -2,14 +2,15 @@
  * The tangent of a tree of joints as vectors: see chain.h. Here is what is done once, and the border; the
  * sweeps over joints are in chain_wide.c.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
-#include "private/chain.h"
+#include "linear/chain.h"
 
 #include <string.h>
 
-#include "private/chain_wide.h"
-#include "private/dense.h"
+#include "linear/chain_sweeps.h"
+#include "linear/dense.h"
+#include "linear/elimination.h"
 
 /* ---- What the scene is ---- */
 
@@ -304,8 +305,7 @@ static int factor_corner(struct refdyn_chain *c, const struct factored *f) {
         }
     int failed = -1;
     for (int l = 0; l < lanes && failed < 0; l++)
-        failed = f->wide ? refdyn_complex_lu_factor(corner_of(f, l), b, f->pivot + l * b)
-                         : refdyn_lu_factor(f->corner, b, f->pivot, c->scale);
+        failed = refdyn_lu_factor(f->wide, corner_of(f, l), b, f->pivot + l * b, c->scale);
     return failed < 0 ? REFDYN_OK : REFDYN_MATRIX_SINGULAR;
 }
 
@@ -348,7 +348,7 @@ static void solve_corner(const struct factored *f, double *z) {
     const int b = f->border;
     double *x = z + b * f->width; /* of one lane */
     if (!f->wide) {
-        refdyn_lu_solve(f->corner, b, f->pivot, z);
+        refdyn_lu_solve(0, f->corner, b, f->pivot, z);
         return;
     }
     for (int l = 0; l < REFDYN_LANES; l++) {
@@ -356,7 +356,7 @@ static void solve_corner(const struct factored *f, double *z) {
             x[i] = z[i * f->width + l];
             x[b + i] = z[i * f->width + REFDYN_LANES + l];
         }
-        refdyn_complex_lu_solve(corner_of(f, l), b, f->pivot + l * b, x);
+        refdyn_lu_solve(1, corner_of(f, l), b, f->pivot + l * b, x);
         for (int i = 0; i < b; i++) {
             z[i * f->width + l] = x[i];
             z[i * f->width + REFDYN_LANES + l] = x[b + i];

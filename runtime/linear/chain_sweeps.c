@@ -8,15 +8,15 @@
  * forces; of what it meets: moment, spin, force, turned. In a plane these are one moment about its normal and
  * two forces, b and c, that follow the normal in x y z x.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
-#include "private/chain_wide.h"
+#include "linear/chain_sweeps.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-#include "private/wide.h"
+#include "linear/wide.h"
 
 enum { LANES = REFDYN_LANES, WIDTH_MOST = 2 * LANES };
 

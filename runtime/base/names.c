@@ -4,9 +4,9 @@
  * Takes a model's tables of names; gives an index, or sets a value and tells by a status whether the name is
  * there.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
-#include "private/core.h"
+#include "base/model_check.h"
 
 #include <math.h>
 #include <string.h>

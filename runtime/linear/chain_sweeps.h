@@ -2,8 +2,8 @@
 #ifndef REFDYN_CHAIN_WIDE_H
 #define REFDYN_CHAIN_WIDE_H
 
-#include "../refdyn.h"
-#include "wide.h"
+#include "refdyn.h"
+#include "linear/wide.h"
 
 enum { REFDYN_LEFT_MOST = 6, REFDYN_RIGHT_MOST = 12 }; /* components of a wrench, and of what it meets */
 

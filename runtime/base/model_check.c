@@ -4,9 +4,11 @@
  * Takes a table that may come from another version of the generator or from a hand; gives a status before any
  * size is computed from it.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
-#include "private/core.h"
+#include "base/model_check.h"
+
+#include <string.h>
 
 /* Of parameters, inputs, breaks ...: twice as many still are an int. */
 enum { COUNT_MOST = 1 << 28 };
@@ -58,4 +60,9 @@ int refdyn_model_status(const struct refdyn_model *model) {
     if (!refdyn_model_is_readable(model))
         return REFDYN_OTHER_VERSION;
     return has_counts(model) && has_tables(model) && has_places(model) ? REFDYN_OK : REFDYN_BAD_MODEL;
+}
+
+double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double length) {
+    const char *unit = model->coordinates[j].unit;
+    return unit && strcmp(unit, "m") == 0 ? length : 1;
 }

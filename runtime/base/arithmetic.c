@@ -1,10 +1,10 @@
 /*
- * Whether compiled code computes as it is written: see private/arithmetic.h.
+ * Whether compiled code computes as it is written: see arithmetic.h.
  *
  * Each check has values that the compiler does not know, and a result that differs where it takes the liberty
  * that the comment names.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include <math.h>
 

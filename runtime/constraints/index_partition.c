@@ -8,30 +8,21 @@
  * far this choice is worse conditioned than K itself, and the smallest pivot how near K_d is to being
  * singular.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
-#include "private/core.h"
+#include "constraints/constraints.h"
 
 #include <float.h>
 #include <math.h>
 #include <string.h>
 
-#include "private/dense.h"
+#include "linear/dense.h"
 
 /* A choice is given up when its condition has grown by this factor: pivots then have lost one digit. */
 static const double worse = 10;
 /* Off the programme a row that depends on others on it looks independent, by about as much as coordinates
  * miss; one that was found redundant stays so below this many times that, and below the second. */
 static const double misses = 10, misses_most = 1e-3;
-
-void refdyn_partition_reset(struct refdyn_workspace *work) {
-    struct refdyn_partition *partition = &work->partition;
-    partition->rank = -1;
-    partition->rank_most = work->m;
-    partition->is_declared = partition->changes = partition->choices = 0;
-    partition->condition = partition->condition_chosen = partition->condition_max = 1;
-    partition->pivot = partition->pivot_min = 1;
-}
 
 static void swap_int(int *a, int *b) {
     const int kept = *a;

@@ -1,9 +1,9 @@
 /*
- * The workspace of one model instance: layout, parameters, start of a motion, evaluation of the equations.
+ * The workspace of one model instance: layout, parameters, start of a motion.
  *
  * Takes a model and memory of the caller; gives a workspace whose arrays lie in that memory.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
 #include "refdyn.h"
 
@@ -11,50 +11,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "private/core.h"
-#include "private/dense.h"
-#include "private/room.h"
-
-const char *refdyn_status_text(int status) {
-    switch (status) {
-    case REFDYN_OK:
-        return "done";
-    case REFDYN_NOT_FINITE:
-        return "the equations gave an infinite or undefined value";
-    case REFDYN_MASS_NOT_POSITIVE:
-        return "the mass matrix is not positive definite for the admissible motions";
-    case REFDYN_ROWS_INCONSISTENT:
-        return "a constraint row depends on others but contradicts them";
-    case REFDYN_NO_CONVERGENCE:
-        return "Newton's iteration did not converge";
-    case REFDYN_MATRIX_SINGULAR:
-        return "the matrix of an implicit step is singular";
-    case REFDYN_STEP_TOO_SMALL:
-        return "the step fell below the resolution of the time";
-    case REFDYN_TANGENT_SINGULAR:
-        return "the tangent stiffness is singular: nothing holds the coordinate";
-    case REFDYN_BAD_OPTION:
-        return "an option is out of its range";
-    case REFDYN_BAD_MEMORY:
-        return "the memory given is missing, misaligned or too small";
-    case REFDYN_FUNCTION_MISSING:
-        return "the model lacks a function that is needed";
-    case REFDYN_TOO_MANY_STEPS:
-        return "the limit on the number of steps was reached";
-    case REFDYN_UNKNOWN_NAME:
-        return "the model has nothing of that name, or no emitted function reads it";
-    case REFDYN_BAD_VALUE:
-        return "the value given is infinite or undefined";
-    case REFDYN_OTHER_VERSION:
-        return "the model was emitted for another version of this library: emit it again";
-    case REFDYN_BAD_MODEL:
-        return "the model is missing, or a count or an index in its table is out of range";
-    case REFDYN_BAD_ARITHMETIC:
-        return "the library was compiled with flags that change arithmetic, such as -ffast-math";
-    default:
-        return "unknown status";
-    }
-}
+#include "base/layout.h"
+#include "base/model_check.h"
 
 /* M f u v phi psi k, in the order of the model's `equations` */
 static void lay_out_equations(struct refdyn_workspace *work, struct room *room) {
@@ -100,6 +58,15 @@ size_t refdyn_workspace_size(const struct refdyn_model *model) {
         return 0;
     struct refdyn_workspace work = {.model = model, .n = model->n, .m = model->m};
     return lay_out(&work, NULL);
+}
+
+void refdyn_partition_reset(struct refdyn_workspace *work) {
+    struct refdyn_partition *partition = &work->partition;
+    partition->rank = -1;
+    partition->rank_most = work->m;
+    partition->is_declared = partition->changes = partition->choices = 0;
+    partition->condition = partition->condition_chosen = partition->condition_max = 1;
+    partition->pivot = partition->pivot_min = 1;
 }
 
 static int has_equations(const struct refdyn_model *model) {
@@ -176,73 +143,4 @@ void refdyn_anchor(struct refdyn_workspace *work, double t, const double *q, con
         if (!given || !given[i])
             work->p[model->anchored[i]] = work->anchored[i];
     refdyn_prepare(work);
-}
-
-static void call(refdyn_function *function, const struct refdyn_workspace *work, double t, const double *q,
-                 const double *qd, double *out) {
-    if (function)
-        function(work->p, work->x, t, q, qd, out);
-}
-
-/* u v phi psi k; what the model lacks stays 0. */
-static void call_rows(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
-    const struct refdyn_model *model = work->model;
-    if (model->row_terms) {
-        model->row_terms(work->p, work->x, t, q, qd, work->u);
-        return;
-    }
-    call(model->u, work, t, q, qd, work->u);
-    call(model->v, work, t, q, qd, work->v);
-    call(model->phi, work, t, q, qd, work->phi);
-    call(model->psi, work, t, q, qd, work->psi);
-    call(model->k, work, t, q, qd, work->k);
-}
-
-/* The equations from one function for each quantity. */
-static void call_each(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
-    const struct refdyn_model *model = work->model;
-    call(model->M, work, t, q, qd, work->M);
-    call(model->h, work, t, q, qd, work->f);
-    call(model->Q, work, t, q, qd, work->side);
-    dense_add(work->f, 1, work->side, work->n);
-    call_rows(work, t, q, qd);
-}
-
-int refdyn_row_terms(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
-    if (work->m == 0)
-        return REFDYN_OK;
-    if (!work->model->row_terms && !work->model->u)
-        return refdyn_equations(work, t, q, qd);
-    call_rows(work, t, q, qd);
-    if (refdyn_is_finite(work->u, work->m * (work->n + 4)))
-        return REFDYN_OK;
-    const int status = refdyn_equations(work, t, q, qd);
-    return status ? status : REFDYN_NOT_FINITE;
-}
-
-int refdyn_fault_not_finite(struct refdyn_workspace *work) {
-    const int n = work->n, m = work->m;
-    for (int i = 0; i < n; i++)
-        if (!isfinite(work->f[i]) || !refdyn_is_finite(work->M + i * n, n)) {
-            work->fault = (struct refdyn_fault){.row = -1, .coordinate = i};
-            return REFDYN_NOT_FINITE;
-        }
-    for (int a = 0; a < m; a++)
-        if (!refdyn_is_finite(work->u + a * n, n) ||
-            !isfinite(work->v[a] + work->phi[a] + work->psi[a] + work->k[a])) {
-            work->fault = (struct refdyn_fault){.row = a, .coordinate = -1};
-            return REFDYN_NOT_FINITE;
-        }
-    return REFDYN_OK;
-}
-
-int refdyn_equations(struct refdyn_workspace *work, double t, const double *q, const double *qd) {
-    work->evaluations++;
-    if (work->model->equations)
-        work->model->equations(work->p, work->x, t, q, qd, work->equations);
-    else
-        call_each(work, t, q, qd);
-    if (refdyn_is_finite(work->f, work->n) && refdyn_is_finite(work->v, 4 * work->m))
-        return REFDYN_OK;
-    return refdyn_fault_not_finite(work);
 }

@@ -2,8 +2,8 @@
  * Laying arrays out in one piece of memory: the same list of takes counts bytes (base NULL) and hands them
  * out.
  */
-#ifndef REFDYN_ROOM_H
-#define REFDYN_ROOM_H
+#ifndef REFDYN_LAYOUT_H
+#define REFDYN_LAYOUT_H
 
 #include <stddef.h>
 #include <stdint.h>

@@ -21,8 +21,8 @@
 #ifndef REFDYN_CHAIN_H
 #define REFDYN_CHAIN_H
 
-#include "../refdyn.h"
-#include "room.h"
+#include "refdyn.h"
+#include "base/layout.h"
 
 /* Lays out arrays with room for factors of a real matrix, and (has_wide) of those of a collocation method. */
 void refdyn_chain_lay_out(struct refdyn_chain *chain, const struct refdyn_model *model, int has_wide,

@@ -6,14 +6,14 @@
  * c, c = K_d^-1 k, leaves n - rank equations with a symmetric positive definite matrix: R qdd_i = [P^T 1] (f
  * - M_d^T c),   R = M_ii + P^T M_di + M_id P + P^T M_dd P.
  */
-#include "private/arithmetic.h"
+#include "base/arithmetic.h"
 
-#include "private/core.h"
+#include "constraints/constraints.h"
 
 #include <float.h>
 #include <math.h>
 
-#include "private/dense.h"
+#include "linear/dense.h"
 
 /* mass_d = [M_dd M_di] and Y = M_di + M_dd P / 2 */
 static void couple_mass(struct refdyn_workspace *work) {

@@ -1,18 +1,8 @@
-/* What the files of the core share and no one else needs. */
-#ifndef REFDYN_CORE_H
-#define REFDYN_CORE_H
+/* Equations, index partition and projection: what the rest of the core calls beyond refdyn.h. */
+#ifndef REFDYN_CONSTRAINTS_H
+#define REFDYN_CONSTRAINTS_H
 
-#include "../refdyn.h"
-
-/* Is it there, and of this version? Another one's fields may be read no further than interface_version. */
-static inline int refdyn_model_is_readable(const struct refdyn_model *model) {
-    return model && model->interface_version == REFDYN_MODEL_VERSION;
-}
-
-/* Errors: BAD_MODEL, OTHER_VERSION. */
-int refdyn_model_status(const struct refdyn_model *model);
-/* The same of a workspace's model; BAD_MEMORY when its arrays are not laid out. */
-int refdyn_workspace_status(const struct refdyn_workspace *work);
+#include "refdyn.h"
 
 /* NOT_FINITE with the fault at the first coordinate or row whose equations are infinite or NaN; OK when there
  * is none. */
@@ -45,8 +35,5 @@ struct refdyn_directions {
 };
 int refdyn_project_along(struct refdyn_workspace *work, const struct refdyn_directions *along, double t,
                          double *q, double *qd);
-
-/* What 1 rad weighs against in coordinate j: `length` for a translation, 1 for a rotation. */
-double refdyn_coordinate_unit(const struct refdyn_model *model, int j, double length);
 
 #endif
