@@ -90,9 +90,9 @@ def emitted(tmp_path_factory):
 
 
 def test_symbols_are_names_in_the_emitted_code(emitted):
-    """FRAME is any coordinate, ROW any row, POINT the point; of axes, one of the three."""
+    """FRAME is any coordinate, ROW any row or what rows share, POINT the point; of axes, one of the three."""
     def pattern(name):
-        of = {"FRAME": r"[a-z]+(_[a-z]+)*(_\d+)?", "ROW": r"row_\d", "POINT": r"point_E"}
+        of = {"FRAME": r"[a-z]+(_[a-z]+)*(_\d+)?", "ROW": r"(row_\d|shared)", "POINT": r"point_E"}
         return re.sub("FRAME|ROW|POINT", lambda found: of[found.group()], re.sub(r"(?<=_)x(?=d?$)", "[xyz]", name))
     missing = [(symbol, name) for symbol, name in symbols("1.2", 3) if not re.search(rf"\b{pattern(name)}\b", emitted)]
     assert emitted and not missing
