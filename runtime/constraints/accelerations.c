@@ -14,6 +14,7 @@
 #include <math.h>
 
 #include "linear/dense.h"
+#include "linear/elimination.h"
 
 /* mass_d = [M_dd M_di] and Y = M_di + M_dd P / 2 */
 static void couple_mass(struct refdyn_workspace *work) {
@@ -28,7 +29,7 @@ static void couple_mass(struct refdyn_workspace *work) {
         for (int b = 0; b < count; b++)
             Y[b] = row[rank + b];
         for (int k = 0; k < rank; k++)
-            dense_add(Y, 0.5 * row[k], work->P + k * count, count);
+            dense_add(Y, 0.5 * row[k], work->P + k * (count + 1), count);
     }
 }
 
@@ -42,7 +43,7 @@ static void reduce_mass(struct refdyn_workspace *work) {
         for (int j = i; j < count; j++)
             row[j] = from[column[rank + j]];
         for (int k = 0; k < rank; k++) {
-            const double *P = work->P + k * count, *Y = work->coupling + k * count;
+            const double *P = work->P + k * (count + 1), *Y = work->coupling + k * count;
             dense_add(row + i, P[i], Y + i, count - i);
             dense_add(row + i, Y[i], P + i, count - i);
         }
@@ -54,7 +55,7 @@ static void reduce_mass(struct refdyn_workspace *work) {
 static void fold_dependent(struct refdyn_workspace *work) {
     const int rank = work->partition.rank, count = work->n - rank;
     for (int k = 0; k < rank; k++)
-        dense_add(work->side + rank, work->side[k], work->P + k * count, count);
+        dense_add(work->side + rank, work->side[k], work->P + k * (count + 1), count);
 }
 
 /* side := [P^T 1] (f - M_d^T c) */
@@ -63,7 +64,7 @@ static void reduce_force(struct refdyn_workspace *work) {
     for (int b = 0; b < n; b++)
         work->side[b] = work->f[work->partition.column[b]];
     for (int k = 0; k < rank; k++)
-        dense_add(work->side, -work->rows[k * (n + 1) + n], work->mass_d + k * n, n);
+        dense_add(work->side, -work->P[k * (n - rank + 1) + n - rank], work->mass_d + k * n, n);
     fold_dependent(work);
 }
 
@@ -73,9 +74,10 @@ static void expand(const struct refdyn_workspace *work, double *qdd) {
     const int *restrict column = work->partition.column;
     for (int b = 0; b < count; b++)
         qdd[column[rank + b]] = work->side[rank + b];
-    for (int k = 0; k < rank; k++)
-        qdd[column[k]] =
-            work->rows[k * (n + 1) + n] + dense_dot(work->P + k * count, work->side + rank, count);
+    for (int k = 0; k < rank; k++) {
+        const double *P = work->P + k * (count + 1);
+        qdd[column[k]] = P[count] + dense_dot(P, work->side + rank, count);
+    }
 }
 
 /* A failure that infinities or NaN have caused is told as that. */
@@ -112,29 +114,16 @@ int refdyn_accelerate(struct refdyn_workspace *work, double t, const double *q, 
     return status ? status : refdyn_solve(work, stabilise, qdd);
 }
 
-/* U^T L^T lambda = (M qdd - f)_d with the factors L U = K_d; lambda in the order of the partition. */
-static void find_multipliers(struct refdyn_workspace *work, const double *qdd) {
-    const int n = work->n, stride = n + 1, rank = work->partition.rank;
-    const int *column = work->partition.column;
-    double *lambda = work->lambda;
-    for (int k = 0; k < rank; k++)
-        lambda[k] = dense_dot(work->M + column[k] * n, qdd, n) - work->f[column[k]];
-    for (int k = 0; k < rank; k++) {
-        const double *row = work->rows + k * stride;
-        lambda[k] /= row[k];
-        for (int b = k + 1; b < rank; b++)
-            lambda[b] -= row[b] * lambda[k];
-    }
-    for (int k = rank - 1; k >= 0; k--)
-        for (int a = 0; a < k; a++)
-            lambda[a] -= work->rows[k * stride + a] * lambda[k];
-}
-
+/* K_d^T lambda = (M qdd - f)_d */
 void refdyn_multipliers(struct refdyn_workspace *work, const double *qdd, double *lambda) {
-    find_multipliers(work, qdd);
+    const int n = work->n, rank = work->partition.rank;
+    const int *column = work->partition.column;
+    for (int k = 0; k < rank; k++)
+        work->lambda[k] = dense_dot(work->M + column[k] * n, qdd, n) - work->f[column[k]];
+    refdyn_lu_solve(0, work->rows, rank, work->exchange, work->lambda);
     for (int a = 0; a < work->m; a++)
         lambda[a] = 0;
-    for (int k = 0; k < work->partition.rank; k++)
+    for (int k = 0; k < rank; k++)
         lambda[work->partition.row[k]] = work->lambda[k];
 }
 

@@ -307,6 +307,65 @@ static void test_not_a_number(void) {
         }
 }
 
+/* A^T X = B, residuals beside their terms; right sides in rows that are longer. */
+static void test_transposed(void) {
+    enum { COUNT = 3, STRIDE = 5 };
+    double B[MOST * STRIDE], X[MOST * STRIDE], Y[MOST * STRIDE];
+    for (int n = 1; n <= MOST; n += 3) {
+        fill(given, n * n);
+        fill(B, n * STRIDE);
+        memcpy(X, B, sizeof B);
+        memcpy(Y, B, sizeof B);
+        CHECK(factor_given(n) == -1);
+        refdyn_lu_solve_transposed(factors, n, pivot, X, STRIDE, COUNT);
+        plain_lu_solve_transposed(factors, n, pivot, Y, STRIDE, COUNT);
+        CHECK(is_equal(X, Y, sizeof X));
+        for (int j = 0; j < n * STRIDE; j++) {
+            const int i = j / STRIDE, side = j % STRIDE;
+            long double sum = -(long double)B[j], size = fabs(B[j]);
+            for (int k = 0; k < n && side < COUNT; k++) {
+                sum += (long double)given[k * n + i] * X[k * STRIDE + side];
+                size += fabsl((long double)given[k * n + i] * X[k * STRIDE + side]);
+            }
+            CHECK(side < COUNT ? fabsl(sum) <= 3 * n * (long double)DBL_EPSILON * size : X[j] == B[j]);
+        }
+    }
+}
+
+/* Columns of two vectors and their sums: two pivots, the first the largest of all rows that may be one. */
+static void test_full_pivoting(void) {
+    enum { ROWS = 9, COLUMNS = 5, FORBIDDEN = 4 };
+    for (int sample = 0; sample < 50; sample++) {
+        double A[ROWS * COLUMNS], marks[ROWS], largest = 0;
+        int order[COLUMNS], row = 0, column = 0;
+        fill(A, ROWS * COLUMNS);
+        for (int i = 0; i < ROWS * COLUMNS; i++)
+            A[i] = floor(8 * A[i]);
+        for (int j = 0; j < COLUMNS; j++)
+            order[j] = j;
+        for (int i = 0; i < ROWS; i++) {
+            marks[i] = i != FORBIDDEN;
+            A[2 * ROWS + i] = A[i];
+            A[3 * ROWS + i] = -A[ROWS + i];
+            A[4 * ROWS + i] = 0;
+        }
+        for (int j = 0; j < COLUMNS * ROWS; j++)
+            if (fabs(A[j]) * marks[j % ROWS] > largest) {
+                largest = fabs(A[j]);
+                row = j % ROWS;
+                column = j / ROWS;
+            }
+        const int count = refdyn_eliminate(A, ROWS, COLUMNS, pivot, order, marks);
+        CHECK(count >= 2 && count < COLUMNS);
+        for (int k = 2; k < count; k++) /* what rounding leaves */
+            CHECK(fabs(1 / A[k * ROWS + k]) <= 16 * DBL_EPSILON * largest);
+        CHECK(pivot[0] == row && order[0] == column && pivot[1] != FORBIDDEN);
+        CHECK(marks[0] == 1 && marks[1] == 1 && fabs(1 / A[0]) == largest);
+        for (int i = 1; i < ROWS; i++)
+            CHECK(fabs(A[i]) <= 1 || i == FORBIDDEN);
+    }
+}
+
 static void test_times(void) {
     double x[MOST], y[MOST], z[MOST];
     for (int rows = 1; rows <= MOST; rows += 6)
@@ -367,6 +426,8 @@ int main(void) {
     test_units_of_rows();
     test_singular();
     test_not_a_number();
+    test_transposed();
+    test_full_pivoting();
     test_times();
     test_add_all();
     return check_summary();
