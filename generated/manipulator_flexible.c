@@ -22,72 +22,74 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     const double t4 = t1 * 0.7853981633974483;
     p->derived.column_psi_moment_z = p->m_col * (p->h / 2.0);
     p->derived.arm_element_length = p->L / 3.0;
-    p->derived.constant_1 = p->derived.arm_element_length * 0.5;
-    const double t5 = p->rho * p->derived.constant_1;
-    p->derived.arm_psi_mass = t4 * t5;
-    p->derived.arm_psi_moment_x = 0.5 * (p->derived.constant_1 * p->derived.arm_psi_mass);
+    p->derived.half_arm_element_length = p->derived.arm_element_length * 0.5;
+    const double t5 = p->rho * p->derived.half_arm_element_length;
+    p->derived.arm_half_element_mass = t4 * t5;
+    p->derived.arm_half_element_moment_x = 0.5 * (p->derived.half_arm_element_length * p->derived.arm_half_element_mass);
     const double t6 = t3 + t3;
-    p->derived.arm_psi_inertia_xx = t5 * t6;
-    p->derived.arm_psi_inertia_yy = p->derived.arm_psi_mass * (p->derived.constant_1 * p->derived.constant_1) /
-        3.0 + t3 * t5;
-    p->derived.arm_stiffness_psi = p->E * t3 / p->derived.arm_element_length;
-    p->derived.arm_damping_psi = p->eta * p->derived.arm_stiffness_psi;
+    p->derived.arm_half_element_inertia_xx = t5 * t6;
+    p->derived.arm_half_element_inertia_yy = p->derived.arm_half_element_mass * (p->derived.half_arm_element_length *
+        p->derived.half_arm_element_length) / 3.0 + t3 * t5;
+    p->derived.arm_stiffness_bending = p->E * t3 / p->derived.arm_element_length;
+    p->derived.arm_damping_bending = p->eta * p->derived.arm_stiffness_bending;
     p->derived.arm_stiffness_phi = t2 * 0.09817477042468103 * (p->E / (2.0 * (1.0 + p->nu))) / p->derived.arm_element_length;
     p->derived.arm_damping_phi = p->eta * p->derived.arm_stiffness_phi;
     const double t7 = p->rho * p->derived.arm_element_length;
-    p->derived.arm_phi_1_mass = t4 * t7;
-    p->derived.constant_2 = p->derived.arm_element_length * p->derived.arm_element_length;
-    p->derived.arm_phi_1_moment_x = 0.5 * (p->derived.arm_element_length * p->derived.arm_phi_1_mass);
-    p->derived.arm_phi_1_inertia_xx = t6 * t7;
-    p->derived.arm_phi_1_inertia_yy = p->derived.arm_phi_1_mass * p->derived.constant_2 / 3.0 + t3 * t7;
-    p->derived.constant_3 = p->derived.constant_1 - p->derived.arm_element_length;
+    p->derived.arm_element_mass = t4 * t7;
+    p->derived.arm_element_length_squared = p->derived.arm_element_length * p->derived.arm_element_length;
+    p->derived.arm_element_moment_x = 0.5 * (p->derived.arm_element_length * p->derived.arm_element_mass);
+    p->derived.arm_element_inertia_xx = t6 * t7;
+    p->derived.arm_element_inertia_yy = p->derived.arm_element_mass * p->derived.arm_element_length_squared /
+        3.0 + t3 * t7;
+    p->derived.arm_psi_e_entry_x = p->derived.half_arm_element_length - p->derived.arm_element_length;
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_mass_beyond = p->m_E + p->derived.arm_psi_mass;
+    const double arm_phi_3_mass_beyond = p->m_E + p->derived.arm_half_element_mass;
     /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
-    p->derived.constant_4 = p->derived.arm_element_length * arm_phi_3_mass_beyond;
+    p->derived.arm_element_length_times_arm_phi_3_mass_beyond = p->derived.arm_element_length * arm_phi_3_mass_beyond;
     /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_mass_beyond = p->derived.arm_phi_1_mass + arm_phi_3_mass_beyond;
+    const double arm_phi_2_mass_beyond = p->derived.arm_element_mass + arm_phi_3_mass_beyond;
     /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
-    p->derived.constant_5 = p->derived.arm_element_length * arm_phi_2_mass_beyond;
+    p->derived.arm_element_length_times_arm_phi_2_mass_beyond = p->derived.arm_element_length * arm_phi_2_mass_beyond;
     /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_mass_beyond = p->derived.arm_phi_1_mass + arm_phi_2_mass_beyond;
+    const double arm_phi_1_mass_beyond = p->derived.arm_element_mass + arm_phi_2_mass_beyond;
     /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
-    p->derived.constant_6 = p->derived.constant_1 * arm_phi_1_mass_beyond;
+    p->derived.half_arm_element_length_times_arm_phi_1_mass_beyond = p->derived.half_arm_element_length *
+        arm_phi_1_mass_beyond;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_mass_beyond_2 = p->derived.arm_psi_mass + arm_phi_1_mass_beyond;
+    const double arm_psi_mass_beyond_2 = p->derived.arm_half_element_mass + arm_phi_1_mass_beyond;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_mass_beyond_2 = p->m_col + arm_psi_mass_beyond_2;
     /* base_z: composite pseudo-inertia of all beyond, inward */
     p->derived.base_z_mass_beyond_2 = p->m_base + column_psi_mass_beyond_2;
     /* arm_psi: bias forces c, inward */
-    p->derived.constant_7 = p->derived.arm_psi_inertia_xx - p->derived.arm_psi_inertia_yy;
-    p->derived.constant_8 = p->derived.arm_psi_inertia_yy - p->derived.arm_psi_inertia_xx;
+    p->derived.arm_half_element_inertia_xx_minus_yy = p->derived.arm_half_element_inertia_xx - p->derived.arm_half_element_inertia_yy;
+    p->derived.arm_half_element_inertia_yy_minus_xx = p->derived.arm_half_element_inertia_yy - p->derived.arm_half_element_inertia_xx;
     /* row 1 (position level): u qdd + v = 0 */
-    p->derived.constant_9 = 1.0 / p->a;
-    p->derived.constant_10 = 1.0 / p->b;
-    p->derived.row_1_rate_gain = 2.0 * p->alpha;
+    p->derived.a_inverse = 1.0 / p->a;
+    p->derived.b_inverse = 1.0 / p->b;
+    p->derived.shared_rate_gain = 2.0 * p->alpha;
     p->derived.row_1_position_gain = p->beta * p->beta;
     /* row 2 (velocity level): u qdd + v = 0 */
-    p->derived.constant_11 = 3.141592653589793 * (1.0 / p->T);
+    p->derived.T_inverse_times_pi = 3.141592653589793 * (1.0 / p->T);
     /* potential energy of gravity, zero at the ground's origin */
-    p->derived.constant_12 = p->s_sup * 0.5;
-    p->derived.constant_13 = 0.5 * p->derived.arm_stiffness_psi;
-    p->derived.constant_14 = 0.5 * p->derived.arm_stiffness_phi;
+    p->derived.half_s_sup = p->s_sup * 0.5;
+    p->derived.half_arm_stiffness_bending = 0.5 * p->derived.arm_stiffness_bending;
+    p->derived.half_arm_stiffness_phi = 0.5 * p->derived.arm_stiffness_phi;
     /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     p->derived.effector_z_D_inverse = 1.0 / p->m_E;
     /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    p->derived.constant_15 = 1.0 / p->derived.arm_phi_1_inertia_xx;
-    p->derived.constant_16 = 1.0 / p->derived.arm_psi_inertia_xx;
+    p->derived.arm_element_inertia_xx_inverse = 1.0 / p->derived.arm_element_inertia_xx;
+    p->derived.arm_half_element_inertia_xx_inverse = 1.0 / p->derived.arm_half_element_inertia_xx;
     /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    p->derived.constant_17 = p->derived.constant_3 * p->derived.constant_3;
+    p->derived.arm_psi_e_entry_x_squared = p->derived.arm_psi_e_entry_x * p->derived.arm_psi_e_entry_x;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    p->derived.constant_18 = p->m_base + p->m_col;
+    p->derived.m_base_plus_m_col = p->m_base + p->m_col;
     /* base_z: load, inertia and gravity of the body at these accelerations */
     const double base_z_load_force_z = p->m_base * p->g;
     /* column_psi: load, inertia and gravity of the body at these accelerations */
     const double column_psi_load_force_z = p->m_col * p->g;
     /* arm_psi: force left for the joint, inward */
-    p->derived.constant_19 = base_z_load_force_z + column_psi_load_force_z;
+    p->derived.base_z_load_force_z_plus_column_psi_load_force_z = base_z_load_force_z + column_psi_load_force_z;
 }
 
 #ifndef REFDYN_GENERATED_manipulator_flexible_SINCOS /* parts may be compiled as one */
@@ -219,13 +221,13 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     for (int i = 0; i < 169; i++)
         M[i] = 0.0;
     M[0 * 13 + 0] = p->derived.base_z_mass_beyond_2;
-    M[11 * 13 + 11] = p->derived.arm_psi_inertia_xx;
+    M[11 * 13 + 11] = p->derived.arm_half_element_inertia_xx;
     M[12 * 13 + 12] = p->m_E;
     /* arm_psi: motion from column_psi outward */
     const double arm_psi_sin = sine[0];
     const double arm_psi_cos = cosine[0];
     /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = q[12] + p->derived.constant_1;
+    const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
     /* effector_z: composite pseudo-inertia of all beyond, inward */
     const double t1 = p->m_E * effector_z_shift_x;
     /* arm_psi_1: motion from arm_psi outward */
@@ -286,19 +288,19 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t27 = arm_theta_1_sin * t24 + arm_theta_1_cos * t17;
     const double t28 = arm_psi_1_sin * t27 + arm_psi_1_cos * t23;
     M[12 * 13 + 0] = arm_psi_cos * t28 + arm_psi_sin * (arm_psi_1_cos * t27 - arm_psi_1_sin * t23);
-    M[12 * 13 + 2] = t25 + p->derived.constant_1 * t28;
-    const double t29 = arm_psi_cos * (arm_psi_1_sin * t26 + arm_psi_1_cos * t21 - p->derived.constant_1 *
+    M[12 * 13 + 2] = t25 + p->derived.half_arm_element_length * t28;
+    const double t29 = arm_psi_cos * (arm_psi_1_sin * t26 + arm_psi_1_cos * t21 - p->derived.half_arm_element_length *
         (arm_theta_1_cos * t24 - arm_theta_1_sin * t17)) + arm_psi_sin * (arm_psi_1_cos * t26 - arm_psi_1_sin *
         t21);
     M[12 * 13 + 1] = t29;
     /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_3_moment_beyond_x = t1 + p->derived.arm_psi_moment_x;
-    const double arm_phi_3_inertia_beyond_yy = effector_z_shift_x * t1 + p->derived.arm_psi_inertia_yy;
+    const double arm_phi_3_moment_beyond_x = t1 + p->derived.arm_half_element_moment_x;
+    const double arm_phi_3_inertia_beyond_yy = effector_z_shift_x * t1 + p->derived.arm_half_element_inertia_yy;
     M[10 * 13 + 10] = arm_phi_3_inertia_beyond_yy;
     /* arm_phi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
-    const double t30 = p->derived.arm_psi_inertia_xx * arm_theta_3_sin;
+    const double t30 = p->derived.arm_half_element_inertia_xx * arm_theta_3_sin;
     M[11 * 13 + 9] = -t30;
-    const double t31 = p->derived.arm_psi_inertia_xx * arm_theta_3_cos;
+    const double t31 = p->derived.arm_half_element_inertia_xx * arm_theta_3_cos;
     const double t32 = arm_psi_3_cos * t31;
     M[11 * 13 + 8] = t32;
     const double t33 = arm_psi_3_sin * t31;
@@ -323,11 +325,11 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
     const double t44 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
     const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
-    const double t45 = arm_theta_3_sin * (arm_phi_3_inertia_beyond_yy - p->derived.arm_psi_inertia_xx);
+    const double t45 = arm_theta_3_sin * (arm_phi_3_inertia_beyond_yy - p->derived.arm_half_element_inertia_xx);
     const double t46 = arm_theta_3_sin * t45;
     const double arm_psi_3_inertia_beyond_zz = arm_phi_3_inertia_beyond_yy - t46;
     M[9 * 13 + 9] = arm_psi_3_inertia_beyond_zz;
-    const double arm_psi_3_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + t46;
+    const double arm_psi_3_inertia_beyond_xx = p->derived.arm_half_element_inertia_xx + t46;
     const double arm_psi_3_inertia_beyond_xz = arm_theta_3_cos * t45;
     /* arm_theta_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t47 = arm_psi_3_sin * arm_phi_3_inertia_beyond_yy;
@@ -363,8 +365,8 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t71 = arm_theta_1_sin * t68 - arm_theta_1_cos * t61;
     const double t72 = arm_psi_1_sin * t71 + arm_psi_1_cos * t67;
     M[10 * 13 + 0] = arm_psi_cos * t72 + arm_psi_sin * (arm_psi_1_cos * t71 - arm_psi_1_sin * t67);
-    M[10 * 13 + 2] = p->derived.constant_1 * t72 + t69;
-    const double t73 = arm_psi_cos * (arm_psi_1_sin * t70 + arm_psi_1_cos * t65 - p->derived.constant_1 *
+    M[10 * 13 + 2] = p->derived.half_arm_element_length * t72 + t69;
+    const double t73 = arm_psi_cos * (arm_psi_1_sin * t70 + arm_psi_1_cos * t65 - p->derived.half_arm_element_length *
         (arm_theta_1_cos * t68 + arm_theta_1_sin * t61)) + arm_psi_sin * (arm_psi_1_cos * t70 - arm_psi_1_sin *
         t65);
     M[10 * 13 + 1] = t73;
@@ -376,7 +378,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t77 = arm_psi_3_cos * arm_psi_3_inertia_beyond_xz;
     M[9 * 13 + 8] = t77;
     const double arm_phi_2_inertia_beyond_yz = arm_psi_3_sin * arm_psi_3_inertia_beyond_xz;
-    const double t78 = p->derived.constant_4 + t74;
+    const double t78 = p->derived.arm_element_length_times_arm_phi_3_mass_beyond + t74;
     const double t79 = p->derived.arm_element_length * (t74 + t78);
     const double arm_phi_2_inertia_beyond_xy = arm_psi_3_cos * t75 - p->derived.arm_element_length * arm_phi_2_moment_beyond_y;
     const double arm_phi_2_inertia_beyond_xz = p->derived.arm_element_length * t44 + t77;
@@ -409,19 +411,19 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t100 = arm_theta_1_sin * t97 + arm_theta_1_cos * t90;
     const double t101 = arm_psi_1_sin * t100 + arm_psi_1_cos * t96;
     M[9 * 13 + 0] = arm_psi_cos * t101 + arm_psi_sin * (arm_psi_1_cos * t100 - arm_psi_1_sin * t96);
-    M[9 * 13 + 2] = p->derived.constant_1 * t101 + t98;
-    const double t102 = arm_psi_cos * (arm_psi_1_sin * t99 + arm_psi_1_cos * t94 - p->derived.constant_1 *
+    M[9 * 13 + 2] = p->derived.half_arm_element_length * t101 + t98;
+    const double t102 = arm_psi_cos * (arm_psi_1_sin * t99 + arm_psi_1_cos * t94 - p->derived.half_arm_element_length *
         (arm_theta_1_cos * t97 - arm_theta_1_sin * t90)) + arm_psi_sin * (arm_psi_1_cos * t99 - arm_psi_1_sin *
         t94);
     M[9 * 13 + 1] = t102;
     /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_2_moment_beyond_x = p->derived.arm_phi_1_moment_x + t78;
-    const double arm_phi_2_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + arm_psi_3_inertia_beyond_xx -
+    const double arm_phi_2_moment_beyond_x = p->derived.arm_element_moment_x + t78;
+    const double arm_phi_2_inertia_beyond_xx = p->derived.arm_element_inertia_xx + arm_psi_3_inertia_beyond_xx -
         t76;
     M[8 * 13 + 8] = arm_phi_2_inertia_beyond_xx;
-    const double arm_phi_2_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + arm_phi_3_inertia_beyond_yy +
+    const double arm_phi_2_inertia_beyond_yy = p->derived.arm_element_inertia_yy + arm_phi_3_inertia_beyond_yy +
         t79 + t76;
-    const double arm_phi_2_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + t79 + arm_psi_3_inertia_beyond_zz;
+    const double arm_phi_2_inertia_beyond_zz = p->derived.arm_element_inertia_yy + t79 + arm_psi_3_inertia_beyond_zz;
     const double arm_theta_2_moment_beyond_y = arm_phi_2_cos * arm_phi_2_moment_beyond_y + arm_phi_2_sin *
         t44;
     const double t103 = arm_phi_2_sin * arm_phi_2_moment_beyond_y;
@@ -464,8 +466,8 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t123 = arm_theta_1_sin * t120 + arm_theta_1_cos * t113;
     const double t124 = arm_psi_1_sin * t123 + arm_psi_1_cos * t119;
     M[8 * 13 + 0] = arm_psi_cos * t124 + arm_psi_sin * (arm_psi_1_cos * t123 - arm_psi_1_sin * t119);
-    M[8 * 13 + 2] = p->derived.constant_1 * t124 + t121;
-    const double t125 = arm_psi_cos * (arm_psi_1_sin * t122 + arm_psi_1_cos * t117 - p->derived.constant_1 *
+    M[8 * 13 + 2] = p->derived.half_arm_element_length * t124 + t121;
+    const double t125 = arm_psi_cos * (arm_psi_1_sin * t122 + arm_psi_1_cos * t117 - p->derived.half_arm_element_length *
         (arm_theta_1_cos * t120 - arm_theta_1_sin * t113)) + arm_psi_sin * (arm_psi_1_cos * t122 - arm_psi_1_sin *
         t117);
     M[8 * 13 + 1] = t125;
@@ -506,8 +508,8 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t141 = arm_theta_1_sin * t138 + arm_theta_1_cos * t131;
     const double t142 = arm_psi_1_sin * t141 + arm_psi_1_cos * t137;
     M[7 * 13 + 0] = arm_psi_cos * t142 + arm_psi_sin * (arm_psi_1_cos * t141 - arm_psi_1_sin * t137);
-    M[7 * 13 + 2] = p->derived.constant_1 * t142 + t139;
-    const double t143 = arm_psi_cos * (arm_psi_1_sin * t140 + arm_psi_1_cos * t135 - p->derived.constant_1 *
+    M[7 * 13 + 2] = p->derived.half_arm_element_length * t142 + t139;
+    const double t143 = arm_psi_cos * (arm_psi_1_sin * t140 + arm_psi_1_cos * t135 - p->derived.half_arm_element_length *
         (arm_theta_1_cos * t138 - arm_theta_1_sin * t131)) + arm_psi_sin * (arm_psi_1_cos * t140 - arm_psi_1_sin *
         t135);
     M[7 * 13 + 1] = t143;
@@ -521,7 +523,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     M[6 * 13 + 5] = t147;
     const double arm_phi_1_inertia_beyond_yz = arm_psi_2_sin * arm_psi_2_inertia_beyond_xz + arm_psi_2_cos *
         arm_psi_2_inertia_beyond_yz;
-    const double t148 = p->derived.constant_5 + t144;
+    const double t148 = p->derived.arm_element_length_times_arm_phi_2_mass_beyond + t144;
     const double t149 = p->derived.arm_element_length * (t144 + t148);
     const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t145 - arm_psi_2_inertia_beyond_xy - p->derived.arm_element_length *
         arm_phi_1_moment_beyond_y;
@@ -539,19 +541,19 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t157 = arm_theta_1_sin * t154 - arm_theta_1_cos * arm_phi_1_moment_beyond_y;
     const double t158 = arm_psi_1_sin * t157 + arm_psi_1_cos * t153;
     M[6 * 13 + 0] = arm_psi_cos * t158 + arm_psi_sin * (arm_psi_1_cos * t157 - arm_psi_1_sin * t153);
-    M[6 * 13 + 2] = p->derived.constant_1 * t158 + t155;
-    const double t159 = arm_psi_cos * (arm_psi_1_sin * t156 + arm_psi_1_cos * t151 - p->derived.constant_1 *
+    M[6 * 13 + 2] = p->derived.half_arm_element_length * t158 + t155;
+    const double t159 = arm_psi_cos * (arm_psi_1_sin * t156 + arm_psi_1_cos * t151 - p->derived.half_arm_element_length *
         (arm_theta_1_cos * t154 + arm_theta_1_sin * arm_phi_1_moment_beyond_y)) + arm_psi_sin * (arm_psi_1_cos *
         t156 - arm_psi_1_sin * t151);
     M[6 * 13 + 1] = t159;
     /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
-    const double arm_phi_1_moment_beyond_x = p->derived.arm_phi_1_moment_x + t148;
-    const double arm_phi_1_inertia_beyond_xx = p->derived.arm_phi_1_inertia_xx + arm_psi_2_inertia_beyond_xx -
+    const double arm_phi_1_moment_beyond_x = p->derived.arm_element_moment_x + t148;
+    const double arm_phi_1_inertia_beyond_xx = p->derived.arm_element_inertia_xx + arm_psi_2_inertia_beyond_xx -
         t146;
     M[5 * 13 + 5] = arm_phi_1_inertia_beyond_xx;
-    const double arm_phi_1_inertia_beyond_yy = p->derived.arm_phi_1_inertia_yy + arm_theta_2_inertia_beyond_yy +
+    const double arm_phi_1_inertia_beyond_yy = p->derived.arm_element_inertia_yy + arm_theta_2_inertia_beyond_yy +
         t149 + t146;
-    const double arm_phi_1_inertia_beyond_zz = p->derived.arm_phi_1_inertia_yy + t149 + arm_psi_2_inertia_beyond_zz;
+    const double arm_phi_1_inertia_beyond_zz = p->derived.arm_element_inertia_yy + t149 + arm_psi_2_inertia_beyond_zz;
     const double t160 = arm_phi_1_sin * arm_psi_2_moment_beyond_z;
     const double t161 = arm_phi_1_cos * arm_phi_1_moment_beyond_y;
     const double arm_theta_1_moment_beyond_y = t161 - t160;
@@ -579,10 +581,10 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t170 = arm_theta_1_sin * t167;
     const double t171 = arm_psi_1_sin * t170 + arm_psi_1_cos * t166;
     M[5 * 13 + 0] = arm_psi_cos * t171 + arm_psi_sin * (arm_psi_1_cos * t170 - arm_psi_1_sin * t166);
-    M[5 * 13 + 2] = p->derived.constant_1 * t171 + t168;
+    M[5 * 13 + 2] = p->derived.half_arm_element_length * t171 + t168;
     const double t172 = arm_psi_cos * (arm_psi_1_sin * t169 + arm_psi_1_cos * arm_theta_1_inertia_beyond_xy -
-        p->derived.constant_1 * (arm_theta_1_cos * t167)) + arm_psi_sin * (arm_psi_1_cos * t169 - arm_psi_1_sin *
-        arm_theta_1_inertia_beyond_xy);
+        p->derived.half_arm_element_length * (arm_theta_1_cos * t167)) + arm_psi_sin * (arm_psi_1_cos * t169 -
+        arm_psi_1_sin * arm_theta_1_inertia_beyond_xy);
     M[5 * 13 + 1] = t172;
     /* arm_theta_1: composite pseudo-inertia of all beyond, inward */
     const double arm_psi_1_moment_beyond_z = arm_theta_1_cos * arm_theta_1_moment_beyond_z - arm_theta_1_sin *
@@ -602,12 +604,12 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_1_inertia_beyond_xy = arm_theta_1_sin * arm_theta_1_inertia_beyond_yz + arm_theta_1_cos *
         arm_theta_1_inertia_beyond_xy;
     M[4 * 13 + 1] = arm_psi_cos * (arm_psi_1_sin * arm_psi_1_inertia_beyond_xy + arm_psi_1_cos * arm_theta_1_inertia_beyond_yy +
-        p->derived.constant_1 * arm_psi_1_moment_beyond_x) + arm_psi_sin * (arm_psi_1_cos * arm_psi_1_inertia_beyond_xy -
+        p->derived.half_arm_element_length * arm_psi_1_moment_beyond_x) + arm_psi_sin * (arm_psi_1_cos * arm_psi_1_inertia_beyond_xy -
         arm_psi_1_sin * arm_theta_1_inertia_beyond_yy);
     /* arm_theta_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t175 = arm_psi_1_sin * arm_psi_1_moment_beyond_z;
     M[4 * 13 + 0] = arm_psi_cos * t175 + arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z);
-    M[4 * 13 + 2] = p->derived.constant_1 * t175 + arm_psi_1_inertia_beyond_yz;
+    M[4 * 13 + 2] = p->derived.half_arm_element_length * t175 + arm_psi_1_inertia_beyond_yz;
     /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
     const double t176 = arm_psi_1_cos * arm_psi_1_moment_beyond_x;
     const double t177 = t176 - arm_psi_1_sin * arm_theta_1_moment_beyond_y;
@@ -619,26 +621,26 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t181 = arm_psi_1_cos * arm_psi_1_inertia_beyond_xz - arm_psi_1_sin * arm_psi_1_inertia_beyond_yz;
     const double arm_psi_inertia_beyond_yz = arm_psi_1_sin * arm_psi_1_inertia_beyond_xz + arm_psi_1_cos *
         arm_psi_1_inertia_beyond_yz;
-    const double t182 = p->derived.constant_6 + t177;
-    const double t183 = p->derived.constant_1 * (t177 + t182);
-    const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t179 - arm_psi_1_inertia_beyond_xy - p->derived.constant_1 *
+    const double t182 = p->derived.half_arm_element_length_times_arm_phi_1_mass_beyond + t177;
+    const double t183 = p->derived.half_arm_element_length * (t177 + t182);
+    const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t179 - arm_psi_1_inertia_beyond_xy - p->derived.half_arm_element_length *
         arm_psi_moment_beyond_y;
-    const double arm_psi_inertia_beyond_xz = t181 - p->derived.constant_1 * arm_psi_1_moment_beyond_z;
+    const double arm_psi_inertia_beyond_xz = t181 - p->derived.half_arm_element_length * arm_psi_1_moment_beyond_z;
     /* arm_psi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
     const double t184 = t160 - t161;
     const double t185 = arm_psi_1_sin * t184 + t176;
     M[3 * 13 + 0] = arm_psi_cos * t185 + arm_psi_sin * (arm_psi_1_cos * t184 - t178);
-    M[3 * 13 + 2] = p->derived.constant_1 * t185 + arm_psi_1_inertia_beyond_zz;
+    M[3 * 13 + 2] = p->derived.half_arm_element_length * t185 + arm_psi_1_inertia_beyond_zz;
     const double t186 = arm_psi_cos * arm_psi_inertia_beyond_yz;
     M[2 * 13 + 1] = t186 + arm_psi_sin * arm_psi_inertia_beyond_xz;
     M[3 * 13 + 1] = arm_psi_sin * t181 + t186;
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x_2 = p->derived.arm_psi_moment_x + t182;
-    const double arm_psi_inertia_beyond_xx = p->derived.arm_psi_inertia_xx + arm_psi_1_inertia_beyond_xx -
+    const double arm_psi_moment_beyond_x_2 = p->derived.arm_half_element_moment_x + t182;
+    const double arm_psi_inertia_beyond_xx = p->derived.arm_half_element_inertia_xx + arm_psi_1_inertia_beyond_xx -
         t180;
-    const double arm_psi_inertia_beyond_yy = p->derived.arm_psi_inertia_yy + arm_theta_1_inertia_beyond_yy +
+    const double arm_psi_inertia_beyond_yy = p->derived.arm_half_element_inertia_yy + arm_theta_1_inertia_beyond_yy +
         t183 + t180;
-    const double arm_psi_inertia_beyond_zz = p->derived.arm_psi_inertia_yy + t183 + arm_psi_1_inertia_beyond_zz;
+    const double arm_psi_inertia_beyond_zz = p->derived.arm_half_element_inertia_yy + t183 + arm_psi_1_inertia_beyond_zz;
     M[2 * 13 + 2] = arm_psi_inertia_beyond_zz;
     const double column_psi_moment_beyond_x_2 = arm_psi_cos * arm_psi_moment_beyond_x_2 - arm_psi_sin * arm_psi_moment_beyond_y;
     M[2 * 13 + 0] = column_psi_moment_beyond_x_2;
@@ -669,8 +671,8 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double t3 = arm_psi_w_y * arm_psi_w_y + qd[2] * qd[2];
     const double t4 = t1 + t1;
     /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t2;
-    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t4;
+    const double arm_psi_e_bias_a_y = p->derived.arm_psi_e_entry_x * t2;
+    const double arm_psi_e_bias_a_z = p->derived.arm_psi_e_entry_x * t4;
     double arm_theta_e_bias_a_x[3];
     double arm_theta_e_bias_wd_x[3];
     double arm_phi_e_bias_a_y[3];
@@ -688,7 +690,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
     double last_arm_phi_e_bias_wd_y = -t1;
     double last_arm_phi_e_bias_wd_z = 0.0;
-    double last_arm_theta_e_bias_a_x = -p->derived.constant_3 * t3;
+    double last_arm_theta_e_bias_a_x = -p->derived.arm_psi_e_entry_x * t3;
     double last_arm_phi_e_bias_a_y = arm_psi_e_bias_a_y;
     double last_arm_phi_e_bias_a_z = arm_psi_e_bias_a_z;
     double carried_15 = -t3;
@@ -707,7 +709,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         const double t5 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
         const double t6 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
         const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
-        const double arm_psi_e_bias_a_x_2 = arm_psi_e_cos * t5 + arm_psi_e_sin * t6;
+        const double arm_psi_e_bias_a_x = arm_psi_e_cos * t5 + arm_psi_e_sin * t6;
         const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t6 - arm_psi_e_sin * t5;
         const double arm_psi_e_bias_wd_x = arm_psi_e_cos * last_arm_theta_e_bias_wd_x + arm_psi_e_sin * last_arm_phi_e_bias_wd_y +
         qd[3 + 3 * e] * arm_psi_e_w_y;
@@ -717,8 +719,8 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         /* arm_theta_e: motion from arm_psi_e outward */
         const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
         const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
-        arm_theta_e_bias_a_x[e] = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
+        arm_theta_e_bias_a_x[e] = arm_theta_e_cos * arm_psi_e_bias_a_x - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
         arm_theta_e_bias_wd_x[e] = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
         qd[4 + 3 * e] * arm_theta_e_w_z;
         const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
@@ -754,7 +756,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         carried_21 = t11[e];
     }
     /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = q[12] + p->derived.constant_1;
+    const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
     const double effector_z_bias_a_z = last_arm_theta_e_bias_a_x + carried_15 * effector_z_shift_x;
     const double t12 = last_arm_phi_e_w_y * qd[12];
     const double t13 = last_arm_phi_e_w_z * qd[12];
@@ -767,8 +769,9 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double effector_z_bias_force_z = p->m_E * effector_z_bias_a_z;
     h[12] = -effector_z_bias_force_z;
     /* arm_psi: bias forces c, inward */
-    const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t1 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t1;
+    const double arm_psi_load_moment_x = p->derived.arm_half_element_inertia_xx * arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = t1 * p->derived.arm_half_element_inertia_xx_minus_yy - p->derived.arm_half_element_inertia_yy *
+        t1;
     double carried_52 = 0.0;
     double carried_53 = effector_z_shift_x * effector_z_bias_force_x;
     double carried_54 = effector_z_shift_x * effector_z_bias_force_y;
@@ -776,12 +779,12 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     double carried_56 = effector_z_bias_force_y;
     double last_arm_psi_e_bias_force_z = -effector_z_bias_force_x;
     for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
-        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_psi_inertia_xx : p->derived.arm_phi_1_inertia_xx);
+        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_half_element_inertia_xx : p->derived.arm_element_inertia_xx);
         const double arm_psi_e_cos = cosine[1 + 3 * e];
         const double arm_psi_e_sin = sine[1 + 3 * e];
-        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_psi_inertia_yy : p->derived.arm_phi_1_inertia_yy);
-        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
-        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
+        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_half_element_inertia_yy : p->derived.arm_element_inertia_yy);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_phi_e_cos = cosine[3 + 3 * e];
         const double arm_theta_e_sin = sine[2 + 3 * e];
@@ -836,12 +839,12 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     }
     /* arm_psi: bias forces c, inward */
     const double arm_psi_bias_moment_x = arm_psi_load_moment_x + carried_52;
-    const double arm_psi_bias_moment_y = carried_53 - p->derived.constant_3 * last_arm_psi_e_bias_force_z +
+    const double arm_psi_bias_moment_y = carried_53 - p->derived.arm_psi_e_entry_x * last_arm_psi_e_bias_force_z +
         arm_psi_load_moment_y;
-    const double arm_psi_bias_moment_z = carried_54 + p->derived.constant_3 * carried_56 + t2 * p->derived.constant_8;
+    const double arm_psi_bias_moment_z = carried_54 + p->derived.arm_psi_e_entry_x * carried_56 + t2 * p->derived.arm_half_element_inertia_yy_minus_xx;
     h[2] = -arm_psi_bias_moment_z;
-    const double arm_psi_bias_force_x = carried_55 - p->derived.arm_psi_moment_x * t3;
-    const double arm_psi_bias_force_y = p->derived.arm_psi_moment_x * t2 + carried_56;
+    const double arm_psi_bias_force_x = carried_55 - p->derived.arm_half_element_moment_x * t3;
+    const double arm_psi_bias_force_y = p->derived.arm_half_element_moment_x * t2 + carried_56;
     const double column_psi_bias_moment_z = arm_psi_cos * arm_psi_bias_moment_y + arm_psi_sin * arm_psi_bias_moment_x;
     h[1] = -column_psi_bias_moment_z;
     const double column_psi_bias_force_z = arm_psi_cos * arm_psi_bias_force_y + arm_psi_sin * arm_psi_bias_force_x;
@@ -890,7 +893,7 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
     }
     Q[12] = p->m_E * last_arm_theta_e_gravity_x;
     /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = q[12] + p->derived.constant_1;
+    const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
     double last_arm_phi_e_mass_beyond = p->m_E;
     double carried_43 = p->m_E * effector_z_shift_x;
     double carried_44 = 0.0;
@@ -898,8 +901,8 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
     for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
         const double arm_psi_e_cos = cosine[1 + 3 * e];
         const double arm_psi_e_sin = sine[1 + 3 * e];
-        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
-        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
         const double arm_phi_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[2 + 3 * e];
@@ -916,9 +919,9 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
         const double arm_psi_e_moment_beyond_x = arm_theta_e_sin * arm_theta_e_moment_beyond_z + arm_theta_e_cos *
         arm_phi_e_moment_beyond_x;
         Q[3 + 3 * e] = arm_psi_e_gravity_y[e] * arm_psi_e_moment_beyond_x - arm_psi_e_gravity_x[e] * arm_theta_e_moment_beyond_y -
-        (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi * qd[3 + 3 * e]);
+        (p->derived.arm_stiffness_bending * q[3 + 3 * e] + p->derived.arm_damping_bending * qd[3 + 3 * e]);
         Q[4 + 3 * e] = arm_theta_e_gravity_x[e] * arm_theta_e_moment_beyond_z - arm_theta_e_gravity_z[e] *
-        arm_phi_e_moment_beyond_x - (p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi *
+        arm_phi_e_moment_beyond_x - (p->derived.arm_stiffness_bending * q[4 + 3 * e] + p->derived.arm_damping_bending *
         qd[4 + 3 * e]);
         Q[5 + 3 * e] = arm_phi_e_gravity_z[e] * carried_44 - arm_phi_e_gravity_y[e] * last_arm_psi_e_moment_beyond_z -
         (p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e]);
@@ -931,8 +934,8 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
         last_arm_psi_e_moment_beyond_z = arm_psi_e_moment_beyond_z;
     }
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_mass_beyond = p->derived.arm_psi_mass + last_arm_phi_e_mass_beyond;
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + carried_43 + p->derived.constant_3 *
+    const double arm_psi_mass_beyond = p->derived.arm_half_element_mass + last_arm_phi_e_mass_beyond;
+    const double arm_psi_moment_beyond_x = p->derived.arm_half_element_moment_x + carried_43 + p->derived.arm_psi_e_entry_x *
         last_arm_phi_e_mass_beyond;
     Q[2] = arm_psi_bias_a_falling_x * carried_44 - arm_psi_bias_a_falling_y * arm_psi_moment_beyond_x;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
@@ -994,13 +997,13 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     const double t5 = arm_psi_w_y * arm_psi_w_y + qd[2] * qd[2];
     const double t6 = t3 + t3;
     /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
-    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
-    const double arm_psi_e_shift_ground_z = p->derived.constant_3 * arm_psi_sin;
+    const double arm_psi_e_position_x = p->derived.arm_psi_e_entry_x * arm_psi_ground_x_x;
+    const double arm_psi_e_position_y = p->derived.arm_psi_e_entry_x * arm_psi_ground_y_x;
+    const double arm_psi_e_shift_ground_z = p->derived.arm_psi_e_entry_x * arm_psi_sin;
     const double arm_psi_e_position_z = arm_psi_position_z + arm_psi_e_shift_ground_z;
-    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
-    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t4;
-    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t6;
+    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.arm_psi_e_entry_x * qd[2];
+    const double arm_psi_e_bias_a_y = p->derived.arm_psi_e_entry_x * t4;
+    const double arm_psi_e_bias_a_z = p->derived.arm_psi_e_entry_x * t6;
     double arm_psi_e_ground_x_y[3];
     double arm_psi_e_ground_y_y[3];
     double arm_psi_e_ground_z_y[3];
@@ -1018,11 +1021,11 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     double last_arm_phi_e_w_z = qd[2];
     double last_arm_theta_e_v_x = arm_psi_v_x;
     double last_arm_phi_e_v_y = arm_psi_e_v_y;
-    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
+    double last_arm_phi_e_v_z = -p->derived.arm_psi_e_entry_x * arm_psi_w_y;
     double last_arm_theta_e_bias_wd_x = arm_psi_bias_wd_x;
     double last_arm_phi_e_bias_wd_y = -t3;
     double last_arm_phi_e_bias_wd_z = 0.0;
-    double last_arm_theta_e_bias_a_x = -p->derived.constant_3 * t5;
+    double last_arm_theta_e_bias_a_x = -p->derived.arm_psi_e_entry_x * t5;
     double last_arm_phi_e_bias_a_y = arm_psi_e_bias_a_y;
     double last_arm_phi_e_bias_a_z = arm_psi_e_bias_a_z;
     double carried_15 = -t5;
@@ -1066,13 +1069,13 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
         const double arm_psi_e_w_x = arm_psi_e_cos * last_arm_phi_e_w_x + arm_psi_e_sin * last_arm_phi_e_w_y;
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
         const double t7 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
         const double arm_psi_e_v_x = arm_psi_e_sin * t7 + arm_psi_e_cos * last_arm_theta_e_v_x;
         const double arm_psi_e_v_y_2 = arm_psi_e_cos * t7 - arm_psi_e_sin * last_arm_theta_e_v_x;
         const double t8 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
         const double t9 = last_arm_phi_e_bias_a_y + p->derived.arm_element_length * carried_18;
         const double arm_psi_e_bias_a_z_2 = last_arm_phi_e_bias_a_z + p->derived.arm_element_length * carried_21;
-        const double arm_psi_e_bias_a_x_2 = arm_psi_e_cos * t8 + arm_psi_e_sin * t9;
+        const double arm_psi_e_bias_a_x = arm_psi_e_cos * t8 + arm_psi_e_sin * t9;
         const double arm_psi_e_bias_a_y_2 = arm_psi_e_cos * t9 - arm_psi_e_sin * t8;
         const double arm_psi_e_bias_wd_x = arm_psi_e_cos * last_arm_theta_e_bias_wd_x + arm_psi_e_sin * last_arm_phi_e_bias_wd_y +
         qd[3 + 3 * e] * arm_psi_e_w_y;
@@ -1088,10 +1091,10 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
         arm_theta_e_ground_z_x[e] = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
         const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
         const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
-        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
-        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x_2 + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
-        const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x_2 - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z;
+        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z;
+        const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
+        const double arm_theta_e_bias_a_x = arm_theta_e_cos * arm_psi_e_bias_a_x - arm_theta_e_sin * arm_psi_e_bias_a_z_2;
         const double arm_theta_e_bias_wd_x = arm_theta_e_cos * arm_psi_e_bias_wd_x - arm_theta_e_sin * last_arm_phi_e_bias_wd_z -
         qd[4 + 3 * e] * arm_theta_e_w_z;
         const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
@@ -1151,7 +1154,7 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     out->C[1 * 13 + 12] = last_arm_theta_e_ground_y_x;
     out->C[2 * 13 + 12] = last_arm_theta_e_ground_z_x;
     /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = q[12] + p->derived.constant_1;
+    const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
     const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
     out->r[0 * 3 + 0] = effector_z_position_x;
     out->C[1 * 13 + 1] = effector_z_position_x;
@@ -1193,27 +1196,27 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     out->C[0 * 13 + 2] = -t13;
     const double t14 = column_psi_sin * t12;
     out->C[1 * 13 + 2] = -t14;
-    const double row_2_u_arm_psi = column_psi_sin * effector_z_position_y + column_psi_cos * effector_z_position_x;
-    out->u[1 * 13 + 2] = row_2_u_arm_psi;
-    out->C[2 * 13 + 2] = row_2_u_arm_psi;
+    const double point_E_C_z_arm_psi = column_psi_sin * effector_z_position_y + column_psi_cos * effector_z_position_x;
+    out->u[1 * 13 + 2] = point_E_C_z_arm_psi;
+    out->C[2 * 13 + 2] = point_E_C_z_arm_psi;
     /* row 1 (position level): u qdd + v = 0 */
     const double t15 = (effector_z_position_x - p->xc) / p->a;
     const double t16 = effector_z_position_y / p->b;
     const double row_1_phi = t16 * t16 - 1.0 + t15 * t15;
     out->phi[0] = row_1_phi;
-    const double t17 = point_E_xd * p->derived.constant_9;
+    const double t17 = point_E_xd * p->derived.a_inverse;
     const double t18 = t15 * t17;
-    const double t19 = point_E_yd * p->derived.constant_10;
+    const double t19 = point_E_yd * p->derived.b_inverse;
     const double t20 = t16 * t19;
     const double row_1_psi = t18 + t18 + t20 + t20;
     out->psi[0] = row_1_psi;
-    const double t21 = t17 * t17 + t15 * (point_E_bias_x * p->derived.constant_9);
-    const double t22 = t19 * t19 + t16 * (point_E_bias_y * p->derived.constant_10);
+    const double t21 = t17 * t17 + t15 * (point_E_bias_x * p->derived.a_inverse);
+    const double t22 = t19 * t19 + t16 * (point_E_bias_y * p->derived.b_inverse);
     const double row_1_v = t21 + t21 + t22 + t22;
     out->v[0] = row_1_v;
-    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.row_1_rate_gain + row_1_v);
-    const double t23 = p->derived.constant_10 * (t16 + t16);
-    const double t24 = p->derived.constant_9 * (t15 + t15);
+    out->k[0] = -(row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.shared_rate_gain + row_1_v);
+    const double t23 = p->derived.b_inverse * (t16 + t16);
+    const double t24 = p->derived.a_inverse * (t15 + t15);
     out->u[0 * 13 + 2] = -(t13 * t24 + t14 * t23);
     const double row_1_u_column_psi = effector_z_position_x * t23 - effector_z_position_y * t24;
     out->u[0 * 13 + 1] = row_1_u_column_psi;
@@ -1224,14 +1227,15 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
         const double t27 = effector_z_position_z - arm_psi_e_position_z_2[e];
         const double t28 = last_arm_phi_e_ground_y_z_at[e] * t27 - last_arm_phi_e_ground_z_z_at[e] * t26;
         const double t29 = last_arm_phi_e_ground_z_z_at[e] * t25 - last_arm_phi_e_ground_x_z_at[e] * t27;
-        const double row_2_u_arm_psi_e = last_arm_phi_e_ground_x_z_at[e] * t26 - last_arm_phi_e_ground_y_z_at[e] *
+        const double point_E_C_z_arm_psi_e = last_arm_phi_e_ground_x_z_at[e] * t26 - last_arm_phi_e_ground_y_z_at[e] *
         t25;
         const double t30 = arm_psi_e_ground_y_y[e] * t27 - arm_psi_e_ground_z_y[e] * t26;
         const double t31 = arm_psi_e_ground_z_y[e] * t25 - arm_psi_e_ground_x_y[e] * t27;
-        const double row_2_u_arm_theta_e = arm_psi_e_ground_x_y[e] * t26 - arm_psi_e_ground_y_y[e] * t25;
+        const double point_E_C_z_arm_theta_e = arm_psi_e_ground_x_y[e] * t26 - arm_psi_e_ground_y_y[e] * t25;
         const double t32 = arm_theta_e_ground_y_x[e] * t27 - arm_theta_e_ground_z_x[e] * t26;
         const double t33 = arm_theta_e_ground_z_x[e] * t25 - arm_theta_e_ground_x_x[e] * t27;
-        const double row_2_u_arm_phi_e = arm_theta_e_ground_x_x[e] * t26 - arm_theta_e_ground_y_x[e] * t25;
+        const double point_E_C_z_arm_phi_e = arm_theta_e_ground_x_x[e] * t26 - arm_theta_e_ground_y_x[e] *
+        t25;
         /* row 1 (position level): u qdd + v = 0 */
         const double row_1_u_arm_psi_e = t29 * t23 + t28 * t24;
         const double row_1_u_arm_theta_e = t31 * t23 + t30 * t24;
@@ -1239,28 +1243,28 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
         out->u[3 + 3 * e] = row_1_u_arm_psi_e;
         out->u[4 + 3 * e] = row_1_u_arm_theta_e;
         out->u[5 + 3 * e] = row_1_u_arm_phi_e;
-        out->u[16 + 3 * e] = row_2_u_arm_psi_e;
-        out->u[17 + 3 * e] = row_2_u_arm_theta_e;
-        out->u[18 + 3 * e] = row_2_u_arm_phi_e;
+        out->u[16 + 3 * e] = point_E_C_z_arm_psi_e;
+        out->u[17 + 3 * e] = point_E_C_z_arm_theta_e;
+        out->u[18 + 3 * e] = point_E_C_z_arm_phi_e;
         out->C[3 + 3 * e] = t28;
         out->C[4 + 3 * e] = t30;
         out->C[5 + 3 * e] = t32;
         out->C[16 + 3 * e] = t29;
         out->C[17 + 3 * e] = t31;
         out->C[18 + 3 * e] = t33;
-        out->C[29 + 3 * e] = row_2_u_arm_psi_e;
-        out->C[30 + 3 * e] = row_2_u_arm_theta_e;
-        out->C[31 + 3 * e] = row_2_u_arm_phi_e;
+        out->C[29 + 3 * e] = point_E_C_z_arm_psi_e;
+        out->C[30 + 3 * e] = point_E_C_z_arm_theta_e;
+        out->C[31 + 3 * e] = point_E_C_z_arm_phi_e;
     }
     const double row_1_u_effector_z = last_arm_theta_e_ground_x_x * t24 + last_arm_theta_e_ground_y_x * t23;
     out->u[0 * 13 + 12] = row_1_u_effector_z;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
     out->psi[1] = row_2_psi;
-    const double t34 = t2 * (p->derived.constant_11 * cos(t1));
+    const double t34 = t2 * (p->derived.T_inverse_times_pi * cos(t1));
     const double row_2_v = point_E_bias_z - p->v0 * (t34 + t34);
     out->v[1] = row_2_v;
-    out->k[1] = -(row_2_v + p->derived.row_1_rate_gain * row_2_psi);
+    out->k[1] = -(row_2_v + p->derived.shared_rate_gain * row_2_psi);
 }
 
 void manipulator_flexible_v(const struct manipulator_flexible_parameters *p, const struct manipulator_flexible_inputs *x, double t,
@@ -1343,24 +1347,24 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
     const double arm_psi_v_y = qd[0] * arm_psi_cos;
     /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
+    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.arm_psi_e_entry_x * qd[2];
     /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = q[12] + p->derived.constant_1;
+    const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
     /* kinetic energy */
     const double t1 = qd[1] * (p->Izz_col * qd[1]) + qd[0] * (p->m_base * qd[0]) + qd[0] * (p->m_col * qd[0]) +
-        arm_psi_w_x * (p->derived.arm_psi_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_psi_inertia_yy *
+        arm_psi_w_x * (p->derived.arm_half_element_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_half_element_inertia_yy *
         arm_psi_w_y);
-    const double t2 = t1 + arm_psi_v_x * (p->derived.arm_psi_mass * arm_psi_v_x) + arm_psi_v_y * (p->derived.arm_psi_moment_x *
-        qd[2] + p->derived.arm_psi_mass * arm_psi_v_y) + qd[2] * (p->derived.arm_psi_inertia_yy * qd[2] +
-        p->derived.arm_psi_moment_x * arm_psi_v_y);
+    const double t2 = t1 + arm_psi_v_x * (p->derived.arm_half_element_mass * arm_psi_v_x) + arm_psi_v_y *
+        (p->derived.arm_half_element_moment_x * qd[2] + p->derived.arm_half_element_mass * arm_psi_v_y) +
+        qd[2] * (p->derived.arm_half_element_inertia_yy * qd[2] + p->derived.arm_half_element_moment_x * arm_psi_v_y);
     double last_arm_phi_e_w_x = arm_psi_w_x;
     double last_arm_phi_e_w_y = arm_psi_w_y;
     double last_arm_phi_e_w_z = qd[2];
     double last_arm_theta_e_v_x = arm_psi_v_x;
     double last_arm_phi_e_v_y = arm_psi_e_v_y;
-    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
+    double last_arm_phi_e_v_z = -p->derived.arm_psi_e_entry_x * arm_psi_w_y;
     double carried_58 = t2;
-    double carried_59 = p->derived.constant_12 * (q[0] * q[0]);
+    double carried_59 = p->derived.half_s_sup * (q[0] * q[0]);
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_cos = cosine[1 + 3 * e];
         const double arm_psi_e_sin = sine[1 + 3 * e];
@@ -1368,23 +1372,23 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         const double arm_theta_e_cos = cosine[2 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_phi_e_cos = cosine[3 + 3 * e];
-        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_psi_inertia_yy : p->derived.arm_phi_1_inertia_yy);
-        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
-        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_psi_inertia_xx : p->derived.arm_phi_1_inertia_xx);
-        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
+        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_half_element_inertia_yy : p->derived.arm_element_inertia_yy);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
+        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_half_element_inertia_xx : p->derived.arm_element_inertia_xx);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
         /* arm_psi_e: motion from arm_psi_e outward */
         const double arm_psi_e_w_x = arm_psi_e_cos * last_arm_phi_e_w_x + arm_psi_e_sin * last_arm_phi_e_w_y;
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
         const double t3 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
         const double arm_psi_e_v_x = arm_psi_e_sin * t3 + arm_psi_e_cos * last_arm_theta_e_v_x;
         const double arm_psi_e_v_y_2 = arm_psi_e_cos * t3 - arm_psi_e_sin * last_arm_theta_e_v_x;
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
         /* arm_theta_e: motion from arm_psi_e outward */
         const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
         const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
-        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
+        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z;
+        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z;
         const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
         /* arm_phi_e: motion from arm_theta_e outward */
         const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
@@ -1400,8 +1404,9 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         arm_phi_e_v_z * (arm_phi_e_v_z * arm_phi_e_mass - arm_phi_e_w_y * arm_phi_e_moment_x) + arm_theta_e_v_x *
         (arm_theta_e_v_x * arm_phi_e_mass);
         const double next_carried_58 = t5 + carried_58;
-        const double next_carried_59 = p->derived.constant_13 * (q[4 + 3 * e] * q[4 + 3 * e]) + p->derived.constant_14 *
-        (q[5 + 3 * e] * q[5 + 3 * e]) + p->derived.constant_13 * (q[3 + 3 * e] * q[3 + 3 * e]) + carried_59;
+        const double next_carried_59 = p->derived.half_arm_stiffness_bending * (q[4 + 3 * e] * q[4 + 3 * e]) +
+        p->derived.half_arm_stiffness_phi * (q[5 + 3 * e] * q[5 + 3 * e]) + p->derived.half_arm_stiffness_bending *
+        (q[3 + 3 * e] * q[3 + 3 * e]) + carried_59;
         last_arm_phi_e_w_x = arm_phi_e_w_x;
         last_arm_phi_e_w_y = arm_phi_e_w_y;
         last_arm_phi_e_w_z = arm_phi_e_w_z;
@@ -1424,8 +1429,8 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
         const double arm_psi_e_cos = cosine[1 + 3 * e];
         const double arm_psi_e_sin = sine[1 + 3 * e];
-        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
-        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
         const double arm_phi_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[2 + 3 * e];
@@ -1450,8 +1455,8 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         last_arm_psi_e_moment_beyond_z = arm_psi_e_moment_beyond_z;
     }
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_mass_beyond = p->derived.arm_psi_mass + last_arm_phi_e_mass_beyond;
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + carried_43 + p->derived.constant_3 *
+    const double arm_psi_mass_beyond = p->derived.arm_half_element_mass + last_arm_phi_e_mass_beyond;
+    const double arm_psi_moment_beyond_x = p->derived.arm_half_element_moment_x + carried_43 + p->derived.arm_psi_e_entry_x *
         last_arm_phi_e_mass_beyond;
     /* column_psi: composite pseudo-inertia of all beyond, inward */
     const double column_psi_mass_beyond = p->m_col + arm_psi_mass_beyond;
@@ -1472,7 +1477,7 @@ void manipulator_flexible_power(const struct manipulator_flexible_parameters *p,
     double carried_60 = t1;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double next_carried_60 = carried_60 - qd[5 + 3 * e] * (p->derived.arm_damping_phi * qd[5 + 3 * e]) -
-        qd[4 + 3 * e] * (p->derived.arm_damping_psi * qd[4 + 3 * e]) - qd[3 + 3 * e] * (p->derived.arm_damping_psi *
+        qd[4 + 3 * e] * (p->derived.arm_damping_bending * qd[4 + 3 * e]) - qd[3 + 3 * e] * (p->derived.arm_damping_bending *
         qd[3 + 3 * e]);
         carried_60 = next_carried_60;
     }
@@ -1567,7 +1572,7 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     axis_x[12] = last_arm_theta_e_ground_x_x;
     axis_y[12] = last_arm_theta_e_ground_y_x;
     /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = q[12] + p->derived.constant_1;
+    const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
     /* axes, and wrenches that accelerate all beyond, in the ground's axes */
     const double effector_z_moment_change_x = p->m_E * last_arm_theta_e_ground_x_x;
     turned_rows_y[12] = p->g * effector_z_moment_change_x;
@@ -1580,8 +1585,8 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     for (int e = 2; e >= 0; e--) { /* arm_psi_e, inward */
         const double arm_psi_e_cos = cosine[2 + 3 * e];
         const double arm_psi_e_sin = sine[2 + 3 * e];
-        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
-        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
         const double arm_theta_e_cos = cosine[3 + 3 * e];
@@ -1628,7 +1633,7 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
         last_arm_psi_e_moment_beyond_z = arm_psi_e_moment_beyond_z;
     }
     /* arm_psi: composite pseudo-inertia of all beyond, inward */
-    const double arm_psi_moment_beyond_x = p->derived.arm_psi_moment_x + carried_43 + p->derived.constant_3 *
+    const double arm_psi_moment_beyond_x = p->derived.arm_half_element_moment_x + carried_43 + p->derived.arm_psi_e_entry_x *
         last_arm_phi_e_mass_beyond;
     turned_rows_x[2] = p->g * (t2 * arm_psi_moment_beyond_x + arm_psi_ground_y_x * carried_44);
     turned_rows_y[2] = -p->g * (t1 * arm_psi_moment_beyond_x + arm_psi_ground_x_x * carried_44);
@@ -1641,8 +1646,8 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
         column_psi_moment_beyond_x;
     turned_rows_y[1] = p->g * column_psi_moment_change_x;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        Q_q[42 + 42 * e] = -p->derived.arm_stiffness_psi;
-        Q_q[56 + 42 * e] = -p->derived.arm_stiffness_psi;
+        Q_q[42 + 42 * e] = -p->derived.arm_stiffness_bending;
+        Q_q[56 + 42 * e] = -p->derived.arm_stiffness_bending;
         Q_q[70 + 42 * e] = -p->derived.arm_stiffness_phi;
     }
     { /* pairs of coordinates: how j turns what is felt by i beyond it */
@@ -1704,31 +1709,33 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double t5 = arm_psi_w_y * arm_psi_w_y + qd[2] * qd[2];
     const double t6 = t3 + t3;
     /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
-    const double arm_psi_e_position_y = p->derived.constant_3 * arm_psi_ground_y_x;
-    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.constant_3 * qd[2];
-    const double arm_psi_e_bias_a_y = p->derived.constant_3 * t4;
-    const double arm_psi_e_bias_a_z = p->derived.constant_3 * t6;
-    const double arm_psi_e_bias_a_falling_x = arm_psi_bias_a_falling_x - p->derived.constant_3 * t5;
+    const double arm_psi_e_position_x = p->derived.arm_psi_e_entry_x * arm_psi_ground_x_x;
+    const double arm_psi_e_position_y = p->derived.arm_psi_e_entry_x * arm_psi_ground_y_x;
+    const double arm_psi_e_v_y = arm_psi_v_y + p->derived.arm_psi_e_entry_x * qd[2];
+    const double arm_psi_e_bias_a_y = p->derived.arm_psi_e_entry_x * t4;
+    const double arm_psi_e_bias_a_z = p->derived.arm_psi_e_entry_x * t6;
+    const double arm_psi_e_bias_a_falling_x = arm_psi_bias_a_falling_x - p->derived.arm_psi_e_entry_x * t5;
     const double arm_psi_e_bias_a_falling_y = arm_psi_bias_a_falling_y + arm_psi_e_bias_a_y;
     /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = q[12] + p->derived.constant_1;
+    const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
     /* effector_z: composite pseudo-inertia of all beyond, inward */
     const double t7 = p->m_E * effector_z_shift_x;
     /* arm_psi: bias forces c, inward */
-    const double arm_psi_load_moment_x = p->derived.arm_psi_inertia_xx * arm_psi_bias_wd_x;
-    const double arm_psi_load_moment_y = t3 * p->derived.constant_7 - p->derived.arm_psi_inertia_yy * t3;
+    const double arm_psi_load_moment_x = p->derived.arm_half_element_inertia_xx * arm_psi_bias_wd_x;
+    const double arm_psi_load_moment_y = t3 * p->derived.arm_half_element_inertia_xx_minus_yy - p->derived.arm_half_element_inertia_yy *
+        t3;
     /* row 2 (velocity level): u qdd + v = 0 */
-    const double t8 = t2 * (p->derived.constant_11 * cos(t1));
+    const double t8 = t2 * (p->derived.T_inverse_times_pi * cos(t1));
     /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     const double t9 = p->m_E * (effector_z_shift_x * effector_z_shift_x);
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     const double t10 = arm_psi_sin * arm_psi_cos;
     /* arm_psi: load, inertia and gravity of the body at these accelerations */
-    const double arm_psi_load_moment_z = p->derived.arm_psi_moment_x * arm_psi_bias_a_falling_y + t4 * p->derived.constant_8;
-    const double arm_psi_load_force_x = p->derived.arm_psi_mass * arm_psi_bias_a_falling_x - p->derived.arm_psi_moment_x *
+    const double arm_psi_load_moment_z = p->derived.arm_half_element_moment_x * arm_psi_bias_a_falling_y +
+        t4 * p->derived.arm_half_element_inertia_yy_minus_xx;
+    const double arm_psi_load_force_x = p->derived.arm_half_element_mass * arm_psi_bias_a_falling_x - p->derived.arm_half_element_moment_x *
         t5;
-    const double arm_psi_load_force_y = p->derived.arm_psi_mass * arm_psi_bias_a_falling_y + p->derived.arm_psi_moment_x *
+    const double arm_psi_load_force_y = p->derived.arm_half_element_mass * arm_psi_bias_a_falling_y + p->derived.arm_half_element_moment_x *
         t4;
     double arm_psi_e_w_x[3];
     double arm_psi_e_w_y[3];
@@ -1746,7 +1753,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     double last_arm_phi_e_w_z = qd[2];
     double last_arm_theta_e_v_x = arm_psi_v_x;
     double last_arm_phi_e_v_y = arm_psi_e_v_y;
-    double last_arm_phi_e_v_z = -p->derived.constant_3 * arm_psi_w_y;
+    double last_arm_phi_e_v_z = -p->derived.arm_psi_e_entry_x * arm_psi_w_y;
     double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
     double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
     double last_arm_phi_e_ground_x_z = column_psi_sin;
@@ -1771,10 +1778,10 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
-        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_psi_inertia_xx : p->derived.arm_phi_1_inertia_xx);
-        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_psi_inertia_yy : p->derived.arm_phi_1_inertia_yy);
-        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
-        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
+        const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_half_element_inertia_xx : p->derived.arm_element_inertia_xx);
+        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_half_element_inertia_yy : p->derived.arm_element_inertia_yy);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
         /* arm_psi_e: motion from arm_psi_e outward */
         const double arm_psi_e_ground_x_x = arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin *
         last_arm_phi_e_ground_x_y;
@@ -1792,7 +1799,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         arm_psi_e_w_x[e] = arm_psi_e_cos * last_arm_phi_e_w_x + arm_psi_e_sin * last_arm_phi_e_w_y;
         arm_psi_e_w_y[e] = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
         const double t11 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
-        const double arm_psi_e_v_z_2 = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
+        const double arm_psi_e_v_z = last_arm_phi_e_v_z - p->derived.arm_element_length * last_arm_phi_e_w_y;
         const double arm_psi_e_v_x = arm_psi_e_sin * t11 + arm_psi_e_cos * last_arm_theta_e_v_x;
         const double arm_psi_e_v_y_2 = arm_psi_e_cos * t11 - arm_psi_e_sin * last_arm_theta_e_v_x;
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
@@ -1805,8 +1812,8 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_theta_e_ground_z_x = arm_theta_e_cos * arm_psi_e_ground_z_x - arm_theta_e_sin * last_arm_phi_e_ground_z_z;
         arm_theta_e_w_z[e] = arm_theta_e_sin * arm_psi_e_w_x[e] + arm_theta_e_cos * arm_psi_e_w_z;
         arm_theta_e_w_x[e] = arm_theta_e_cos * arm_psi_e_w_x[e] - arm_theta_e_sin * arm_psi_e_w_z;
-        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z_2;
-        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z_2;
+        const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z;
+        const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z;
         const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y[e];
         /* arm_phi_e: motion from arm_theta_e outward */
         const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
@@ -1892,13 +1899,13 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double t19 = (effector_z_position_x - p->xc) / p->a;
     const double t20 = effector_z_position_y / p->b;
     const double row_1_phi = t20 * t20 - 1.0 + t19 * t19;
-    const double t21 = point_E_xd * p->derived.constant_9;
+    const double t21 = point_E_xd * p->derived.a_inverse;
     const double t22 = t19 * t21;
-    const double t23 = point_E_yd * p->derived.constant_10;
+    const double t23 = point_E_yd * p->derived.b_inverse;
     const double t24 = t20 * t23;
     const double row_1_psi = t22 + t22 + t24 + t24;
-    const double t25 = p->derived.constant_10 * (t20 + t20);
-    const double t26 = p->derived.constant_9 * (t19 + t19);
+    const double t25 = p->derived.b_inverse * (t20 + t20);
+    const double t26 = p->derived.a_inverse * (t19 + t19);
     const double row_1_u_effector_z = last_arm_theta_e_ground_x_x * t26 + last_arm_theta_e_ground_y_x * t25;
     /* row 2 (velocity level): u qdd + v = 0 */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
@@ -1913,9 +1920,9 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double effector_z_load_force_y = p->m_E * effector_z_reference_a_y;
     const double effector_z_load_force_z = p->m_E * effector_z_reference_a_z;
     /* row 1 (position level): u qdd + v = 0 */
-    const double t27 = t21 * t21 + t19 * (p->derived.constant_9 * (last_arm_phi_e_ground_x_y * effector_z_reference_a_y -
+    const double t27 = t21 * t21 + t19 * (p->derived.a_inverse * (last_arm_phi_e_ground_x_y * effector_z_reference_a_y -
         last_arm_phi_e_ground_x_z * effector_z_reference_a_x + last_arm_theta_e_ground_x_x * effector_z_reference_a_z));
-    const double t28 = t23 * t23 + t20 * (p->derived.constant_10 * (last_arm_phi_e_ground_y_y * effector_z_reference_a_y -
+    const double t28 = t23 * t23 + t20 * (p->derived.b_inverse * (last_arm_phi_e_ground_y_y * effector_z_reference_a_y -
         last_arm_phi_e_ground_y_z * effector_z_reference_a_x + last_arm_theta_e_ground_y_x * effector_z_reference_a_z));
     const double row_1_v_2 = t27 + t27 + t28 + t28;
     /* row 2 (velocity level): u qdd + v = 0 */
@@ -1975,11 +1982,12 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_theta_e_sin = sine[3 + 3 * e];
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
-        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_psi_inertia_yy : p->derived.arm_phi_1_inertia_yy);
-        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_psi_moment_x : p->derived.arm_phi_1_moment_x);
-        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_psi_mass : p->derived.arm_phi_1_mass);
+        const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_half_element_inertia_yy : p->derived.arm_element_inertia_yy);
+        const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
+        const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
         /* springs -s (q - rest), dampers -d qd, and forces that the model names */
-        const double t31 = p->derived.arm_stiffness_psi * q[4 + 3 * e] + p->derived.arm_damping_psi * qd[4 + 3 * e];
+        const double t31 = p->derived.arm_stiffness_bending * q[4 + 3 * e] + p->derived.arm_damping_bending *
+        qd[4 + 3 * e];
         const double t32 = p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e];
         /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
         arm_theta_e_cos_inverse[e] = 1.0 / arm_theta_e_cos;
@@ -2037,12 +2045,13 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t83 = p->derived.arm_element_length * t80;
         /* arm_phi_e: force left for the joint, inward */
         const double t84 = arm_theta_e_sin * t32;
-        const double t85 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_psi * q[3 + 3 * e] + p->derived.arm_damping_psi *
-        qd[3 + 3 * e] + t84);
+        const double t85 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_bending * q[3 + 3 * e] +
+        p->derived.arm_damping_bending * qd[3 + 3 * e] + t84);
         const double t86 = arm_theta_e_cos * t32 + arm_theta_e_sin * t85;
         /* arm_phi_e: force left for the joint, inward */
         const double t87 = arm_phi_e_load_moment_y[e] + arm_phi_e_sin * t85 + arm_phi_e_cos * t31 + carried_91;
-        t88[e] = (e == 2 ? p->derived.constant_16 : p->derived.constant_15) * (t32 + carried_90);
+        t88[e] = (e == 2 ? p->derived.arm_half_element_inertia_xx_inverse : p->derived.arm_element_inertia_xx_inverse) *
+        (t32 + carried_90);
         t89[e] = t44 * (arm_phi_e_sin * t31 - arm_phi_e_cos * t85 - arm_phi_e_load_moment_z[e] - carried_92 +
         t43 * t87);
         t90[e] = t43 * t89[e] + t42 * t87;
@@ -2076,9 +2085,9 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t116 = arm_theta_e_cos * t115 - arm_theta_e_sin * t111;
         const double t117 = arm_theta_e_sin * t115 + arm_theta_e_cos * t111;
         const double t118 = arm_psi_e_sin * t117 + arm_psi_e_cos * t114;
-        const double next_carried_61 = p->derived.constant_2 * t74;
-        const double next_carried_62 = p->derived.constant_2 * t81;
-        const double next_carried_63 = -p->derived.constant_2 * t80;
+        const double next_carried_61 = p->derived.arm_element_length_squared * t74;
+        const double next_carried_62 = p->derived.arm_element_length_squared * t81;
+        const double next_carried_63 = -p->derived.arm_element_length_squared * t80;
         const double next_carried_64 = -p->derived.arm_element_length * t79;
         const double next_carried_65 = -t83;
         const double next_carried_66 = -p->derived.arm_element_length * t74;
@@ -2129,45 +2138,48 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         carried_122 = t116;
     }
     /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
-    const double arm_psi_U_force_x = carried_67 + p->derived.constant_3 * carried_73;
-    const double t119 = p->derived.constant_3 * carried_66;
-    const double t120 = p->derived.constant_3 * carried_68;
-    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.constant_17 - p->derived.constant_3 *
-        carried_69 + p->derived.constant_3 * carried_65;
+    const double arm_psi_U_force_x = carried_67 + p->derived.arm_psi_e_entry_x * carried_73;
+    const double t119 = p->derived.arm_psi_e_entry_x * carried_66;
+    const double t120 = p->derived.arm_psi_e_entry_x * carried_68;
+    const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.arm_psi_e_entry_x_squared - p->derived.arm_psi_e_entry_x *
+        carried_69 + p->derived.arm_psi_e_entry_x * carried_65;
     /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double arm_psi_U_moment_z = p->derived.arm_psi_inertia_yy + carried_62 + t120 + carried_71 * p->derived.constant_17 +
-        t120;
-    const double arm_psi_U_force_y = p->derived.arm_psi_moment_x + carried_68 + p->derived.constant_3 * carried_71;
+    const double arm_psi_U_moment_z = p->derived.arm_half_element_inertia_yy + carried_62 + t120 + carried_71 *
+        p->derived.arm_psi_e_entry_x_squared + t120;
+    const double arm_psi_U_force_y = p->derived.arm_half_element_moment_x + carried_68 + p->derived.arm_psi_e_entry_x *
+        carried_71;
     const double arm_psi_D_inverse = 1.0 / arm_psi_U_moment_z;
     const double t121 = arm_psi_U_moment_y * arm_psi_D_inverse;
     const double t122 = arm_psi_U_force_x * arm_psi_D_inverse;
     const double t123 = arm_psi_U_force_y * arm_psi_D_inverse;
-    const double t124 = p->derived.arm_psi_inertia_yy + carried_61 - t119 - t119 + carried_72 * p->derived.constant_17 -
+    const double t124 = p->derived.arm_half_element_inertia_yy + carried_61 - t119 - t119 + carried_72 * p->derived.arm_psi_e_entry_x_squared -
         arm_psi_U_moment_y * t121;
-    const double t125 = p->derived.arm_psi_mass + carried_71 - arm_psi_U_force_y * t123;
-    const double column_psi_U_force_z = arm_psi_cos * (arm_psi_cos * (carried_65 - p->derived.constant_3 *
-        carried_75 - arm_psi_U_moment_y * t123)) + arm_psi_sin * (arm_psi_cos * (carried_64 - p->derived.constant_3 *
+    const double t125 = p->derived.arm_half_element_mass + carried_71 - arm_psi_U_force_y * t123;
+    const double column_psi_U_force_z = arm_psi_cos * (arm_psi_cos * (carried_65 - p->derived.arm_psi_e_entry_x *
+        carried_75 - arm_psi_U_moment_y * t123)) + arm_psi_sin * (arm_psi_cos * (carried_64 - p->derived.arm_psi_e_entry_x *
         carried_74 - arm_psi_U_moment_y * t122));
     /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
-    const double column_psi_U_moment_z = p->Izz_col + t124 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_psi_inertia_xx -
+    const double column_psi_U_moment_z = p->Izz_col + t124 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_half_element_inertia_xx -
         t124));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
     const double t126 = column_psi_U_force_z * column_psi_D_inverse;
-    const double t127 = p->derived.constant_18 + t125 + (carried_73 - arm_psi_U_force_x * t123) * (t10 + t10) +
-        arm_psi_sin * arm_psi_sin * (p->derived.arm_psi_mass + carried_70 - arm_psi_U_force_x * t122 - t125);
+    const double t127 = p->derived.m_base_plus_m_col + t125 + (carried_73 - arm_psi_U_force_x * t123) * (t10 +
+        t10) + arm_psi_sin * arm_psi_sin * (p->derived.arm_half_element_mass + carried_70 - arm_psi_U_force_x *
+        t122 - t125);
     /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
     const double base_z_U_force_z = t127 - column_psi_U_force_z * t126;
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
     /* arm_phi_e: force left for the joint, inward */
-    const double t128 = arm_psi_load_moment_z + carried_92 + p->derived.constant_3 * carried_94;
+    const double t128 = arm_psi_load_moment_z + carried_92 + p->derived.arm_psi_e_entry_x * carried_94;
     /* arm_psi: force left for the joint, inward */
     const double t129 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
         qd[1] - arm_psi_sin * (arm_psi_load_moment_x + carried_90);
     /* column_psi: force left for the joint, inward */
-    const double t130 = t129 - arm_psi_cos * (arm_psi_load_moment_y + carried_91 - p->derived.constant_3 *
+    const double t130 = t129 - arm_psi_cos * (arm_psi_load_moment_y + carried_91 - p->derived.arm_psi_e_entry_x *
         carried_95 - t121 * t128);
-    const double t131 = p->derived.constant_19 + (p->s_sup * q[0] + p->d_sup * qd[0]) + arm_psi_sin * (arm_psi_load_force_x +
-        carried_93 - t122 * t128) + arm_psi_cos * (arm_psi_load_force_y + carried_94 - t123 * t128);
+    const double t131 = p->derived.base_z_load_force_z_plus_column_psi_load_force_z + (p->s_sup * q[0] + p->d_sup *
+        qd[0]) + arm_psi_sin * (arm_psi_load_force_x + carried_93 - t122 * t128) + arm_psi_cos * (arm_psi_load_force_y +
+        carried_94 - t123 * t128);
     /* base_z: acceleration, outward */
     const double t132 = base_z_D_inverse * (t131 + t126 * t130);
     out->qdd_free[0] = -t132;
@@ -2181,9 +2193,9 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double t137 = t121 * t134 - (t122 * t135 + t123 * t136) + arm_psi_D_inverse * t128;
     out->qdd_free[2] = -t137;
     /* arm_phi_e: force left for the joint, inward */
-    const double t138 = carried_106 + p->derived.constant_3 * carried_108;
+    const double t138 = carried_106 + p->derived.arm_psi_e_entry_x * carried_108;
     /* arm_psi: force left for the joint, inward */
-    const double t139 = arm_psi_cos * (carried_105 - p->derived.constant_3 * carried_109 - t121 * t138);
+    const double t139 = arm_psi_cos * (carried_105 - p->derived.arm_psi_e_entry_x * carried_109 - t121 * t138);
     /* base_z: acceleration, outward */
     const double t140 = base_z_D_inverse * (t126 * t139 - (arm_psi_sin * (carried_107 - t122 * t138) + arm_psi_cos *
         (carried_108 - t123 * t138)));
@@ -2195,9 +2207,9 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     /* arm_psi: acceleration, outward */
     const double t145 = t123 * t144 + t122 * t143 - t121 * t142 + arm_psi_D_inverse * t138;
     /* arm_phi_e: force left for the joint, inward */
-    const double t146 = carried_119 + p->derived.constant_3 * carried_121;
+    const double t146 = carried_119 + p->derived.arm_psi_e_entry_x * carried_121;
     /* arm_psi: force left for the joint, inward */
-    const double t147 = arm_psi_cos * (carried_118 - p->derived.constant_3 * carried_122 - t121 * t146);
+    const double t147 = arm_psi_cos * (carried_118 - p->derived.arm_psi_e_entry_x * carried_122 - t121 * t146);
     /* base_z: acceleration, outward */
     const double t148 = base_z_D_inverse * (t126 * t147 - (arm_psi_sin * (carried_120 - t122 * t146) + arm_psi_cos *
         (carried_121 - t123 * t146)));
@@ -2228,8 +2240,8 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     double carried_97 = t134;
     double carried_98 = -t137;
     double carried_99 = -t135;
-    double carried_100 = -(t136 + p->derived.constant_3 * t137);
-    double carried_101 = -p->derived.constant_3 * t134;
+    double carried_100 = -(t136 + p->derived.arm_psi_e_entry_x * t137);
+    double carried_101 = -p->derived.arm_psi_e_entry_x * t134;
     double carried_102 = arm_psi_bias_wd_x + arm_psi_sin * t133;
     double carried_103 = t134 - t3;
     double carried_104 = -t137;
@@ -2237,14 +2249,14 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     double carried_111 = -t142;
     double carried_112 = -t145;
     double carried_113 = t143;
-    double carried_114 = t144 - p->derived.constant_3 * t145;
-    double carried_115 = p->derived.constant_3 * t142;
+    double carried_114 = t144 - p->derived.arm_psi_e_entry_x * t145;
+    double carried_115 = p->derived.arm_psi_e_entry_x * t142;
     double carried_123 = -arm_psi_sin * t149;
     double carried_124 = -t150;
     double carried_125 = -t153;
     double carried_126 = t151;
-    double carried_127 = t152 - p->derived.constant_3 * t153;
-    double carried_128 = p->derived.constant_3 * t150;
+    double carried_127 = t152 - p->derived.arm_psi_e_entry_x * t153;
+    double carried_128 = p->derived.arm_psi_e_entry_x * t150;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
         const double arm_psi_e_sin = sine[2 + 3 * e];
         const double arm_psi_e_cos = cosine[2 + 3 * e];
@@ -2360,13 +2372,13 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double t204 = t30 * t200 - t29 * t201 + row_1_u_effector_z * t203;
     const double t205 = last_arm_phi_e_ground_z_y * t200 - last_arm_phi_e_ground_z_z * t201 + last_arm_theta_e_ground_z_x *
         t203;
-    const double t206 = row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.row_1_rate_gain +
+    const double t206 = row_1_phi * p->derived.row_1_position_gain + row_1_psi * p->derived.shared_rate_gain +
         row_1_v_2 + t194 * t30 + row_1_u_effector_z * t197 - t195 * t29;
     const double row_1_pivot_inverse = (t199 * 1e-12 < t199 ? 1.0 / t199 : 0.0);
     const double t207 = t204 * row_1_pivot_inverse;
     const double t208 = t205 - t204 * t207;
     const double row_2_pivot_inverse = (t205 * 1e-12 < t208 ? 1.0 / t208 : 0.0);
-    const double row_2_lambda = (t206 * t207 - (p->derived.row_1_rate_gain * row_2_psi + row_2_v_2 + (last_arm_theta_e_ground_z_x *
+    const double row_2_lambda = (t206 * t207 - (p->derived.shared_rate_gain * row_2_psi + row_2_v_2 + (last_arm_theta_e_ground_z_x *
         t197 - (last_arm_phi_e_ground_z_z * t195 - last_arm_phi_e_ground_z_y * t194)))) * row_2_pivot_inverse;
     out->lambda[1] = row_2_lambda;
     const double t209 = row_1_pivot_inverse * (t206 + t204 * row_2_lambda);
@@ -2488,7 +2500,7 @@ void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
     /* arm_psi_e: motion from arm_psi outward */
-    const double arm_psi_e_position_x = p->derived.constant_3 * arm_psi_ground_x_x;
+    const double arm_psi_e_position_x = p->derived.arm_psi_e_entry_x * arm_psi_ground_x_x;
     double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
     double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
     double last_arm_phi_e_ground_x_z = column_psi_sin;
@@ -2518,7 +2530,7 @@ void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p
         last_arm_psi_e_position_x = arm_psi_e_position_x_2;
     }
     /* effector_z: motion from arm_psi_e outward */
-    const double effector_z_shift_x = q[12] + p->derived.constant_1;
+    const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
     const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
     anchored[0] = effector_z_position_x - p->a;
 }
@@ -2805,7 +2817,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 const struct refdyn_model manipulator_flexible_model = {
     SET(interface_version) 1,
     SET(name) "manipulator_flexible",
-    SET(hash) "cb9a902658bd5d13",
+    SET(hash) "e4da7ef227975f94",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

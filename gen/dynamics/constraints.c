@@ -33,8 +33,9 @@ static void stabilise(const struct kinematics *k, int index, struct row_terms *t
     struct graph *g = k->g;
     const struct row *row = &k->model->rows[index];
     const expression rate = constraints_rate_gain(g, row), position = constraints_position_gain(g, row);
-    graph_name_value(g, rate, memory_format(k->memory, "row_%d_rate_gain", index + 1));
-    graph_name_value(g, position, memory_format(k->memory, "row_%d_position_gain", index + 1));
+    const char *name = memory_format(k->memory, "row_%d", index + 1);
+    name_shared(g, rate, name, "rate_gain");
+    name_shared(g, position, name, "position_gain");
     const expression damping = expr_mul(g, rate, terms->psi), stiffness = expr_mul(g, position, terms->phi);
     terms->k = expr_neg(g, expr_add(g, expr_add(g, terms->v, damping), stiffness));
 }
@@ -43,7 +44,18 @@ static void name_row(const struct kinematics *k, int index, const struct row_ter
     const char *const names[] = {"v", "phi", "psi", "k"};
     const expression values[] = {terms->v, terms->phi, terms->psi, terms->k};
     for (int i = 0; i < 4; i++)
-        graph_name_value(k->g, values[i], memory_format(k->memory, "row_%d_%s", index + 1, names[i]));
+        graph_name_value(k->g, values[i], memory_format(k->memory, "row_%d_%s", index + 1, names[i]), 0);
+}
+
+/* A coefficient that is the entry of a point's C is called after the point: other rows may have it, too. */
+static const char *coefficient_name(const struct kinematics *k, int index, int j, expression e) {
+    static const char axes[3] = "xyz";
+    const char *frame = k->tree->frames[j].name;
+    for (int p = 0; p < k->model->marker_count; p++)
+        for (int a = 0; a < 3; a++)
+            if (k->points[p].columns[j].at[a] == e)
+                return memory_format(k->memory, "point_%s_C_%c_%s", k->model->points[p].name, axes[a], frame);
+    return memory_format(k->memory, "row_%d_u_%s", index + 1, frame);
 }
 
 static struct row_terms derive_row(const struct kinematics *k, int index) {
@@ -71,8 +83,7 @@ static struct row_terms derive_row(const struct kinematics *k, int index) {
     stabilise(k, index, &terms);
     name_row(k, index, &terms);
     for (int j = 0; j < k->tree->count; j++)
-        graph_name_value(k->g, terms.u[j],
-                         memory_format(k->memory, "row_%d_u_%s", index + 1, k->tree->frames[j].name));
+        graph_name_value(k->g, terms.u[j], coefficient_name(k, index, j, terms.u[j]), 0);
     return terms;
 }
 

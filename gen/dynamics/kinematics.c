@@ -3,15 +3,41 @@
 #include "base/memory.h"
 #include "tree/recursion.h"
 
+#include <string.h>
+
+/* The frame of a coordinate, which may be that of a later element of a run. */
+static int frame_of(const struct tree *tree, int coordinate) {
+    int i = tree->count - 1;
+    while (tree->frames[i].kind != FRAME_JOINT || tree->frames[i].coordinate > coordinate)
+        i--;
+    return i;
+}
+
+/* Frames of which neither carries the other. */
+static bool are_apart(const struct kinematics *k, int i, int j) {
+    return !kinematics_is_on_path(k, i, j) && !kinematics_is_on_path(k, j, i);
+}
+
+/* What frames of one path have in common is called after the first one, what others have, after none; so
+ * is x where -x is theirs. */
 void kinematics_name_scalar(const struct kinematics *k, int i, const char *what, expression e) {
-    graph_name_value(k->g, e, memory_format(k->memory, "%s_%s", k->tree->frames[i].name, what));
+    struct graph *g = k->g;
+    const struct frame *frame = &k->tree->frames[i];
+    const int owner = frame->kind == FRAME_JOINT ? frame->coordinate + 1 : 0;
+    const bool is_negated = g->nodes[e].operation == OP_NEG;
+    struct value_name *name = &g->names[is_negated ? g->nodes[e].operand[0] : e];
+    if (name->owner && owner && are_apart(k, frame_of(k->tree, name->owner - 1), i))
+        *name = (struct value_name){memory_format(k->memory, "shared_%s", what), 0};
+    else if (is_negated && !name->text)
+        name->owner = owner;
+    else
+        graph_name_value(g, e, memory_format(k->memory, "%s_%s", frame->name, what), owner);
 }
 
 void kinematics_name_vector(const struct kinematics *k, int i, const char *what, struct vector a) {
     static const char axes[3] = "xyz";
     for (int axis = 0; axis < 3; axis++)
-        graph_name_value(k->g, a.at[axis],
-                         memory_format(k->memory, "%s_%s_%c", k->tree->frames[i].name, what, axes[axis]));
+        kinematics_name_scalar(k, i, memory_format(k->memory, "%s_%c", what, axes[axis]), a.at[axis]);
 }
 
 /* Rot(axis)^T a for the cosine and sine given; Rot(axis) a with the sine negated. */
@@ -290,9 +316,10 @@ static void name_point(struct kinematics *k, int index) {
     const struct point_motion *point = &k->points[index];
     const char *name = k->model->points[index].name;
     for (int a = 0; a < 3; a++) {
-        graph_name_value(k->g, point->r.at[a], memory_format(k->memory, "point_%s_%c", name, axes[a]));
-        graph_name_value(k->g, point->rd.at[a], memory_format(k->memory, "point_%s_%cd", name, axes[a]));
-        graph_name_value(k->g, point->d.at[a], memory_format(k->memory, "point_%s_bias_%c", name, axes[a]));
+        graph_name_value(k->g, point->r.at[a], memory_format(k->memory, "point_%s_%c", name, axes[a]), 0);
+        graph_name_value(k->g, point->rd.at[a], memory_format(k->memory, "point_%s_%cd", name, axes[a]), 0);
+        graph_name_value(k->g, point->d.at[a], memory_format(k->memory, "point_%s_bias_%c", name, axes[a]),
+                         0);
     }
 }
 

@@ -21,12 +21,20 @@ struct carrier {
     int element_count;
 };
 
+/* An element or a solid on a frame. */
+struct part {
+    int link, frame; /* link: an element's beam, or what a solid is welded to */
+    struct inertia inertia;
+};
+
 struct expansion {
     struct memory *memory;
     const struct model *model;
     struct graph *g;
     struct tree *tree;
     int capacity;
+    struct part *parts;
+    int part_count, part_capacity;
 };
 
 static const char *const turn_names[3] = {"psi", "theta", "phi"};
@@ -57,11 +65,14 @@ static struct frame *add_joint(struct expansion *x, struct fixed_frame *at, cons
 }
 
 /* What is fixed to the ground has no part in the motion. */
-static void add_inertia(struct expansion *x, const struct fixed_frame *at, struct inertia inertia) {
+static void add_inertia(struct expansion *x, int link, const struct fixed_frame *at, struct inertia inertia) {
     if (at->frame < 0)
         return;
     struct inertia *into = &x->tree->frames[at->frame].inertia;
-    *into = inertia_add(x->g, *into, inertia_place(x->g, &at->placement, inertia));
+    const struct inertia placed = inertia_place(x->g, &at->placement, inertia);
+    x->parts = memory_room(x->memory, x->parts, x->part_count, &x->part_capacity, sizeof *x->parts);
+    x->parts[x->part_count++] = (struct part){link, at->frame, placed};
+    *into = inertia_add(x->g, *into, placed);
 }
 
 /* J about the origin = J about the centre + m (c.c 1 - c c^T). */
@@ -103,6 +114,12 @@ static expression spacing(struct graph *g, const struct segment *segment) {
                             : segment->length;
 }
 
+/* Bending is alike about both axes of a round or square section. */
+static const char *deformation_name(const struct segment *segment, int turn) {
+    const bool bends_alike = segment->Iy == segment->Iz && segment->damping[0] == segment->damping[1];
+    return turn < 2 && bends_alike ? "bending" : turn_names[turn];
+}
+
 static struct joint element_joint(struct expansion *x, const struct link *link, const struct segment *segment,
                                   int turn) {
     struct graph *g = x->g;
@@ -112,10 +129,9 @@ static struct joint element_joint(struct expansion *x, const struct link *link, 
     joint.stiffness = element_stiffness(g, segment, turn, dl);
     joint.damping = expr_add(g, expr_mul(g, segment->eta, joint.stiffness), segment->damping[turn]);
     joint.rest = joint.start = expr_mul(g, segment->curvature[turn], dl);
-    graph_name_value(g, joint.stiffness,
-                     memory_format(x->memory, "%s_stiffness_%s", link->name, turn_names[turn]));
-    graph_name_value(g, joint.damping,
-                     memory_format(x->memory, "%s_damping_%s", link->name, turn_names[turn]));
+    const char *deformation = deformation_name(segment, turn);
+    name_shared(g, joint.stiffness, link->name, memory_format(x->memory, "stiffness_%s", deformation));
+    name_shared(g, joint.damping, link->name, memory_format(x->memory, "damping_%s", deformation));
     return joint;
 }
 
@@ -138,7 +154,7 @@ static void add_element(struct expansion *x, struct carrier *carrier, const stru
                         expression length) {
     struct element *element = &carrier->elements[carrier->element_count++];
     const struct placement end = placement_shift_x(length);
-    add_inertia(x, &carrier->tip, prism_inertia(x->g, segment, length));
+    add_inertia(x, (int)(carrier - x->tree->carriers), &carrier->tip, prism_inertia(x->g, segment, length));
     element[0].at = carrier->tip;
     element[1].start = expr_add(x->g, element[0].start, length);
     carrier->tip.placement = placement_compose(x->g, &carrier->tip.placement, &end);
@@ -151,7 +167,7 @@ static void add_segment(struct expansion *x, const struct link *link, const stru
     struct graph *g = x->g;
     const expression dl = spacing(g, segment);
     const expression half = segment->rfe > 1 ? expr_mul(g, expr_number(g, 0.5), dl) : dl;
-    graph_name_value(g, dl, memory_format(x->memory, "%s_element_length", link->name));
+    name_shared(g, dl, link->name, "element_length");
     for (int r = 0; r < segment->rfe; r++) {
         if (r > 0)
             add_element_joints(x, link, segment, ++*number_of_sde, &carrier->tip);
@@ -219,24 +235,77 @@ static void add_link(struct expansion *x, struct carrier *carriers, int index) {
         frame->name = memory_format(x->memory, "%s_%s", link->name, link->joints[i].name);
     }
     for (int i = 0; i < link->solid_count; i++)
-        add_inertia(x, &at, solid_inertia(x->g, &link->solids[i]));
+        add_inertia(x, at.frame < 0 ? index : x->tree->frames[at.frame].link, &at,
+                    solid_inertia(x->g, &link->solids[i]));
     carriers[index].base = carriers[index].tip = at;
     if (link->beam.exists)
         add_beam(x, link, &carriers[index]);
 }
 
-/* "arm_psi_1_mass", "arm_psi_1_moment_x", "arm_psi_1_inertia_xx": fields of the derived parameters. */
-static void name_inertia(struct expansion *x, const struct frame *frame) {
-    static const char *const axes[3] = {"x", "y", "z"}, *const pairs[6] = {"xx", "yy", "zz",
-                                                                           "xy", "xz", "yz"};
-    const struct inertia *inertia = &frame->inertia;
-    graph_name_value(x->g, inertia->mass, memory_format(x->memory, "%s_mass", frame->name));
+/* ---- Names of inertias: fields of the derived parameters ---- */
+
+/* Whose inertia a value is, by handle. */
+struct owners {
+    const struct frame *first;
+    int link;
+    bool has_frames, has_links; /* more than one */
+};
+
+static void own(struct owners *of, int link, const struct frame *frame) {
+    if (!of->first)
+        *of = (struct owners){.first = frame, .link = link};
+    of->has_frames |= of->first != frame;
+    of->has_links |= of->link != link;
+}
+
+static void own_inertia(struct owners *owners, int link, const struct frame *frame,
+                        const struct inertia *inertia) {
+    own(&owners[inertia->mass], link, frame);
     for (int i = 0; i < 3; i++)
-        graph_name_value(x->g, inertia->moment[i],
-                         memory_format(x->memory, "%s_moment_%s", frame->name, axes[i]));
+        own(&owners[inertia->moment[i]], link, frame);
     for (int i = 0; i < 6; i++)
-        graph_name_value(x->g, inertia->tensor[i],
-                         memory_format(x->memory, "%s_inertia_%s", frame->name, pairs[i]));
+        own(&owners[inertia->tensor[i]], link, frame);
+}
+
+/* "arm_psi"; "arm_element" or "arm_half_element" of several elements of one beam; "shared" of several links.
+ */
+static const char *owner_name(const struct expansion *x, const struct owners *of) {
+    const char *link = x->model->links[of->link].name;
+    if (of->has_links)
+        return "shared";
+    if (!of->has_frames)
+        return of->first->name;
+    return memory_format(x->memory, "%s_%selement", link, of->first->element ? "" : "half_");
+}
+
+static void name_owned(const struct expansion *x, const struct owners *owners, expression e,
+                       const char *what) {
+    if (e)
+        graph_name_value(x->g, e, memory_format(x->memory, "%s_%s", owner_name(x, &owners[e]), what), 0);
+}
+
+/* "arm_psi_mass", "arm_psi_moment_x", "arm_psi_inertia_xx" */
+static void name_inertia(const struct expansion *x, const struct owners *owners,
+                         const struct inertia *inertia) {
+    static const char *const moments[3] = {"moment_x", "moment_y", "moment_z"};
+    static const char *const tensors[6] = {"inertia_xx", "inertia_yy", "inertia_zz",
+                                           "inertia_xy", "inertia_xz", "inertia_yz"};
+    name_owned(x, owners, inertia->mass, "mass");
+    for (int i = 0; i < 3; i++)
+        name_owned(x, owners, inertia->moment[i], moments[i]);
+    for (int i = 0; i < 6; i++)
+        name_owned(x, owners, inertia->tensor[i], tensors[i]);
+}
+
+static void name_inertias(const struct expansion *x) {
+    const struct tree *tree = x->tree;
+    struct owners *owners = memory_get(x->memory, x->g->count * sizeof *owners);
+    for (int i = 0; i < x->part_count; i++)
+        own_inertia(owners, x->parts[i].link, &tree->frames[x->parts[i].frame], &x->parts[i].inertia);
+    for (int i = 0; i < tree->count; i++)
+        own_inertia(owners, tree->frames[i].link, &tree->frames[i], &tree->frames[i].inertia);
+    for (int i = 0; i < tree->count; i++)
+        name_inertia(x, owners, &tree->frames[i].inertia);
 }
 
 void tree_expand(struct memory *memory, const struct model *model, struct tree *tree) {
@@ -245,8 +314,7 @@ void tree_expand(struct memory *memory, const struct model *model, struct tree *
                               memory_get(memory, ((size_t)model->link_count + 1) * sizeof *tree->carriers)};
     for (int i = 0; i < model->link_count; i++)
         add_link(&x, tree->carriers, i);
-    for (int i = 0; i < tree->count; i++)
-        name_inertia(&x, &tree->frames[i]);
+    name_inertias(&x);
 }
 
 void tree_place_points(struct memory *memory, const struct model *model, struct tree *tree) {
