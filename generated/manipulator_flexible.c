@@ -42,53 +42,53 @@ void manipulator_flexible_prepare(struct manipulator_flexible_parameters *p) {
     p->derived.arm_element_inertia_yy = p->derived.arm_element_mass * p->derived.arm_element_length_squared /
         3.0 + t3 * t7;
     p->derived.arm_psi_e_entry_x = p->derived.half_arm_element_length - p->derived.arm_element_length;
-    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
+    /* arm_phi_3: Ic = I + Ic of all that it carries (4.5) */
     const double arm_phi_3_mass_beyond = p->m_E + p->derived.arm_half_element_mass;
-    /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
+    /* arm_psi_3: Ic = I + Ic of all that it carries (4.5) */
     p->derived.arm_element_length_times_arm_phi_3_mass_beyond = p->derived.arm_element_length * arm_phi_3_mass_beyond;
-    /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
+    /* arm_phi_2: Ic = I + Ic of all that it carries (4.5) */
     const double arm_phi_2_mass_beyond = p->derived.arm_element_mass + arm_phi_3_mass_beyond;
-    /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
+    /* arm_psi_2: Ic = I + Ic of all that it carries (4.5) */
     p->derived.arm_element_length_times_arm_phi_2_mass_beyond = p->derived.arm_element_length * arm_phi_2_mass_beyond;
-    /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
+    /* arm_phi_1: Ic = I + Ic of all that it carries (4.5) */
     const double arm_phi_1_mass_beyond = p->derived.arm_element_mass + arm_phi_2_mass_beyond;
-    /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
+    /* arm_psi_1: Ic = I + Ic of all that it carries (4.5) */
     p->derived.half_arm_element_length_times_arm_phi_1_mass_beyond = p->derived.half_arm_element_length *
         arm_phi_1_mass_beyond;
-    /* arm_psi: composite pseudo-inertia of all beyond, inward */
+    /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
     const double arm_psi_mass_beyond_2 = p->derived.arm_half_element_mass + arm_phi_1_mass_beyond;
-    /* column_psi: composite pseudo-inertia of all beyond, inward */
+    /* column_psi: Ic = I + Ic of all that it carries (4.5) */
     const double column_psi_mass_beyond_2 = p->m_col + arm_psi_mass_beyond_2;
-    /* base_z: composite pseudo-inertia of all beyond, inward */
+    /* base_z: Ic = I + Ic of all that it carries (4.5) */
     p->derived.base_z_mass_beyond_2 = p->m_base + column_psi_mass_beyond_2;
-    /* arm_psi: bias forces c, inward */
+    /* arm_psi: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
     p->derived.arm_half_element_inertia_xx_minus_yy = p->derived.arm_half_element_inertia_xx - p->derived.arm_half_element_inertia_yy;
     p->derived.arm_half_element_inertia_yy_minus_xx = p->derived.arm_half_element_inertia_yy - p->derived.arm_half_element_inertia_xx;
-    /* row 1 (position level): u qdd + v = 0 */
+    /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
     p->derived.a_inverse = 1.0 / p->a;
     p->derived.b_inverse = 1.0 / p->b;
     p->derived.shared_rate_gain = 2.0 * p->alpha;
     p->derived.row_1_position_gain = p->beta * p->beta;
-    /* row 2 (velocity level): u qdd + v = 0 */
+    /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
     p->derived.T_inverse_times_pi = 3.141592653589793 * (1.0 / p->T);
-    /* potential energy of gravity, zero at the ground's origin */
+    /* Ep = -grav.(mc of all) + springs, zero at the ground's origin (4.10) */
     p->derived.half_s_sup = p->s_sup * 0.5;
     p->derived.half_arm_stiffness_bending = 0.5 * p->derived.arm_stiffness_bending;
     p->derived.half_arm_stiffness_phi = 0.5 * p->derived.arm_stiffness_phi;
-    /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    /* effector_z: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
     p->derived.effector_z_D_inverse = 1.0 / p->m_E;
-    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H is passed on (5.3) */
     p->derived.arm_element_inertia_xx_inverse = 1.0 / p->derived.arm_element_inertia_xx;
     p->derived.arm_half_element_inertia_xx_inverse = 1.0 / p->derived.arm_half_element_inertia_xx;
-    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H is passed on (5.3) */
     p->derived.arm_psi_e_entry_x_squared = p->derived.arm_psi_e_entry_x * p->derived.arm_psi_e_entry_x;
-    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    /* arm_psi: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
     p->derived.m_base_plus_m_col = p->m_base + p->m_col;
-    /* base_z: load, inertia and gravity of the body at these accelerations */
+    /* base_z: load l = wrench of I at wdr, ar (4.7, 5.5) */
     const double base_z_load_force_z = p->m_base * p->g;
-    /* column_psi: load, inertia and gravity of the body at these accelerations */
+    /* column_psi: load l = wrench of I at wdr, ar (4.7, 5.5) */
     const double column_psi_load_force_z = p->m_col * p->g;
-    /* arm_psi: force left for the joint, inward */
+    /* arm_psi: u = f - e.p, p + U u/D is passed on (5.4) */
     p->derived.base_z_load_force_z_plus_column_psi_load_force_z = base_z_load_force_z + column_psi_load_force_z;
 }
 
@@ -223,38 +223,38 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     M[0 * 13 + 0] = p->derived.base_z_mass_beyond_2;
     M[11 * 13 + 11] = p->derived.arm_half_element_inertia_xx;
     M[12 * 13 + 12] = p->m_E;
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sine[0];
     const double arm_psi_cos = cosine[0];
-    /* effector_z: motion from arm_psi_e outward */
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
-    /* effector_z: composite pseudo-inertia of all beyond, inward */
+    /* effector_z: Ic = I + Ic of all that it carries (4.5) */
     const double t1 = p->m_E * effector_z_shift_x;
-    /* arm_psi_1: motion from arm_psi outward */
+    /* arm_psi_1 from arm_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_1_sin = sine[1];
     const double arm_psi_1_cos = cosine[1];
-    /* arm_theta_1: motion from arm_psi_1 outward */
+    /* arm_theta_1 from arm_psi_1: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_theta_1_sin = sine[2];
     const double arm_theta_1_cos = cosine[2];
-    /* arm_phi_1: motion from arm_theta_1 outward */
+    /* arm_phi_1 from arm_theta_1: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_phi_1_sin = sine[3];
     const double arm_phi_1_cos = cosine[3];
-    /* arm_psi_2: motion from arm_phi_1 outward */
+    /* arm_psi_2 from arm_phi_1: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_2_sin = sine[4];
     const double arm_psi_2_cos = cosine[4];
-    /* arm_theta_2: motion from arm_psi_2 outward */
+    /* arm_theta_2 from arm_psi_2: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_theta_2_sin = sine[5];
     const double arm_theta_2_cos = cosine[5];
-    /* arm_phi_2: motion from arm_theta_2 outward */
+    /* arm_phi_2 from arm_theta_2: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_phi_2_sin = sine[6];
     const double arm_phi_2_cos = cosine[6];
-    /* arm_psi_3: motion from arm_phi_2 outward */
+    /* arm_psi_3 from arm_phi_2: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_3_sin = sine[7];
     const double arm_psi_3_cos = cosine[7];
-    /* arm_theta_3: motion from arm_psi_3 outward */
+    /* arm_theta_3 from arm_psi_3: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_theta_3_sin = sine[8];
     const double arm_theta_3_cos = cosine[8];
-    /* effector_z: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    /* effector_z: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t2 = p->m_E * arm_theta_3_sin;
     const double t3 = p->m_E * arm_theta_3_cos;
     const double t4 = arm_psi_3_cos * t3;
@@ -293,11 +293,11 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
         (arm_theta_1_cos * t24 - arm_theta_1_sin * t17)) + arm_psi_sin * (arm_psi_1_cos * t26 - arm_psi_1_sin *
         t21);
     M[12 * 13 + 1] = t29;
-    /* arm_phi_3: composite pseudo-inertia of all beyond, inward */
+    /* arm_phi_3: Ic = I + Ic of all that it carries (4.5) */
     const double arm_phi_3_moment_beyond_x = t1 + p->derived.arm_half_element_moment_x;
     const double arm_phi_3_inertia_beyond_yy = effector_z_shift_x * t1 + p->derived.arm_half_element_inertia_yy;
     M[10 * 13 + 10] = arm_phi_3_inertia_beyond_yy;
-    /* arm_phi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    /* arm_phi_3: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t30 = p->derived.arm_half_element_inertia_xx * arm_theta_3_sin;
     M[11 * 13 + 9] = -t30;
     const double t31 = p->derived.arm_half_element_inertia_xx * arm_theta_3_cos;
@@ -322,7 +322,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t43 = arm_theta_1_sin * t41 + arm_theta_1_cos * t38;
     M[11 * 13 + 1] = arm_psi_cos * (arm_psi_1_sin * t43 + arm_psi_1_cos * t40) + arm_psi_sin * (arm_psi_1_cos *
         t43 - arm_psi_1_sin * t40);
-    /* arm_theta_3: composite pseudo-inertia of all beyond, inward */
+    /* arm_theta_3: Ic = I + Ic of all that it carries (4.5) */
     const double t44 = arm_theta_3_sin * arm_phi_3_moment_beyond_x;
     const double arm_psi_3_moment_beyond_x = arm_theta_3_cos * arm_phi_3_moment_beyond_x;
     const double t45 = arm_theta_3_sin * (arm_phi_3_inertia_beyond_yy - p->derived.arm_half_element_inertia_xx);
@@ -331,7 +331,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     M[9 * 13 + 9] = arm_psi_3_inertia_beyond_zz;
     const double arm_psi_3_inertia_beyond_xx = p->derived.arm_half_element_inertia_xx + t46;
     const double arm_psi_3_inertia_beyond_xz = arm_theta_3_cos * t45;
-    /* arm_theta_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    /* arm_theta_3: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t47 = arm_psi_3_sin * arm_phi_3_inertia_beyond_yy;
     M[10 * 13 + 8] = -t47;
     const double t48 = arm_psi_3_cos * t44;
@@ -370,7 +370,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
         (arm_theta_1_cos * t68 + arm_theta_1_sin * t61)) + arm_psi_sin * (arm_psi_1_cos * t70 - arm_psi_1_sin *
         t65);
     M[10 * 13 + 1] = t73;
-    /* arm_psi_3: composite pseudo-inertia of all beyond, inward */
+    /* arm_psi_3: Ic = I + Ic of all that it carries (4.5) */
     const double t74 = arm_psi_3_cos * arm_psi_3_moment_beyond_x;
     const double arm_phi_2_moment_beyond_y = arm_psi_3_sin * arm_psi_3_moment_beyond_x;
     const double t75 = arm_psi_3_sin * (arm_psi_3_inertia_beyond_xx - arm_phi_3_inertia_beyond_yy);
@@ -382,7 +382,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t79 = p->derived.arm_element_length * (t74 + t78);
     const double arm_phi_2_inertia_beyond_xy = arm_psi_3_cos * t75 - p->derived.arm_element_length * arm_phi_2_moment_beyond_y;
     const double arm_phi_2_inertia_beyond_xz = p->derived.arm_element_length * t44 + t77;
-    /* arm_psi_3: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    /* arm_psi_3: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t80 = p->derived.arm_element_length * t74 + arm_psi_3_inertia_beyond_zz;
     const double t81 = arm_phi_2_cos * arm_phi_2_inertia_beyond_yz - arm_phi_2_sin * t80;
     M[9 * 13 + 7] = t81;
@@ -416,7 +416,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
         (arm_theta_1_cos * t97 - arm_theta_1_sin * t90)) + arm_psi_sin * (arm_psi_1_cos * t99 - arm_psi_1_sin *
         t94);
     M[9 * 13 + 1] = t102;
-    /* arm_phi_2: composite pseudo-inertia of all beyond, inward */
+    /* arm_phi_2: Ic = I + Ic of all that it carries (4.5) */
     const double arm_phi_2_moment_beyond_x = p->derived.arm_element_moment_x + t78;
     const double arm_phi_2_inertia_beyond_xx = p->derived.arm_element_inertia_xx + arm_psi_3_inertia_beyond_xx -
         t76;
@@ -441,7 +441,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     M[8 * 13 + 7] = arm_theta_2_inertia_beyond_xy;
     const double arm_theta_2_inertia_beyond_xz = arm_phi_2_sin * arm_phi_2_inertia_beyond_xy + arm_phi_2_cos *
         arm_phi_2_inertia_beyond_xz;
-    /* arm_phi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    /* arm_phi_2: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t107 = t104 - t103;
     const double t108 = arm_theta_2_cos * arm_theta_2_inertia_beyond_xz - arm_theta_2_sin * arm_phi_2_inertia_beyond_xx;
     M[8 * 13 + 6] = t108;
@@ -471,7 +471,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
         (arm_theta_1_cos * t120 - arm_theta_1_sin * t113)) + arm_psi_sin * (arm_psi_1_cos * t122 - arm_psi_1_sin *
         t117);
     M[8 * 13 + 1] = t125;
-    /* arm_theta_2: composite pseudo-inertia of all beyond, inward */
+    /* arm_theta_2: Ic = I + Ic of all that it carries (4.5) */
     const double t126 = arm_theta_2_sin * arm_phi_2_moment_beyond_x;
     const double t127 = arm_theta_2_cos * arm_theta_2_moment_beyond_z;
     const double arm_psi_2_moment_beyond_z = t127 - t126;
@@ -489,7 +489,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     M[7 * 13 + 6] = arm_psi_2_inertia_beyond_yz;
     const double arm_psi_2_inertia_beyond_xy = arm_theta_2_sin * arm_theta_2_inertia_beyond_yz + arm_theta_2_cos *
         arm_theta_2_inertia_beyond_xy;
-    /* arm_theta_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    /* arm_theta_2: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t130 = arm_psi_2_cos * arm_psi_2_inertia_beyond_xy - arm_psi_2_sin * arm_theta_2_inertia_beyond_yy;
     M[7 * 13 + 5] = t130;
     const double t131 = arm_psi_2_cos * arm_psi_2_moment_beyond_z;
@@ -513,7 +513,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
         (arm_theta_1_cos * t138 - arm_theta_1_sin * t131)) + arm_psi_sin * (arm_psi_1_cos * t140 - arm_psi_1_sin *
         t135);
     M[7 * 13 + 1] = t143;
-    /* arm_psi_2: composite pseudo-inertia of all beyond, inward */
+    /* arm_psi_2: Ic = I + Ic of all that it carries (4.5) */
     const double t144 = arm_psi_2_cos * arm_psi_2_moment_beyond_x - arm_psi_2_sin * arm_theta_2_moment_beyond_y;
     const double arm_phi_1_moment_beyond_y = arm_psi_2_sin * arm_psi_2_moment_beyond_x + arm_psi_2_cos * arm_theta_2_moment_beyond_y;
     const double t145 = arm_psi_2_sin * (arm_psi_2_inertia_beyond_xx - arm_theta_2_inertia_beyond_yy) + arm_psi_2_cos *
@@ -528,7 +528,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double arm_phi_1_inertia_beyond_xy = arm_psi_2_cos * t145 - arm_psi_2_inertia_beyond_xy - p->derived.arm_element_length *
         arm_phi_1_moment_beyond_y;
     const double arm_phi_1_inertia_beyond_xz = t147 - p->derived.arm_element_length * arm_psi_2_moment_beyond_z;
-    /* arm_psi_2: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    /* arm_psi_2: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t150 = p->derived.arm_element_length * t144 + arm_psi_2_inertia_beyond_zz;
     const double t151 = arm_phi_1_cos * arm_phi_1_inertia_beyond_yz - arm_phi_1_sin * t150;
     M[6 * 13 + 4] = t151;
@@ -546,7 +546,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
         (arm_theta_1_cos * t154 + arm_theta_1_sin * arm_phi_1_moment_beyond_y)) + arm_psi_sin * (arm_psi_1_cos *
         t156 - arm_psi_1_sin * t151);
     M[6 * 13 + 1] = t159;
-    /* arm_phi_1: composite pseudo-inertia of all beyond, inward */
+    /* arm_phi_1: Ic = I + Ic of all that it carries (4.5) */
     const double arm_phi_1_moment_beyond_x = p->derived.arm_element_moment_x + t148;
     const double arm_phi_1_inertia_beyond_xx = p->derived.arm_element_inertia_xx + arm_psi_2_inertia_beyond_xx -
         t146;
@@ -571,7 +571,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     M[5 * 13 + 4] = arm_theta_1_inertia_beyond_xy;
     const double arm_theta_1_inertia_beyond_xz = arm_phi_1_sin * arm_phi_1_inertia_beyond_xy + arm_phi_1_cos *
         arm_phi_1_inertia_beyond_xz;
-    /* arm_phi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    /* arm_phi_1: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t165 = t126 - t127;
     const double t166 = arm_phi_1_cos * t165 - t162;
     const double t167 = arm_phi_1_sin * t165 + t161;
@@ -586,7 +586,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
         p->derived.half_arm_element_length * (arm_theta_1_cos * t167)) + arm_psi_sin * (arm_psi_1_cos * t169 -
         arm_psi_1_sin * arm_theta_1_inertia_beyond_xy);
     M[5 * 13 + 1] = t172;
-    /* arm_theta_1: composite pseudo-inertia of all beyond, inward */
+    /* arm_theta_1: Ic = I + Ic of all that it carries (4.5) */
     const double arm_psi_1_moment_beyond_z = arm_theta_1_cos * arm_theta_1_moment_beyond_z - arm_theta_1_sin *
         arm_phi_1_moment_beyond_x;
     const double arm_psi_1_moment_beyond_x = arm_theta_1_cos * arm_phi_1_moment_beyond_x + arm_theta_1_sin *
@@ -606,11 +606,11 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     M[4 * 13 + 1] = arm_psi_cos * (arm_psi_1_sin * arm_psi_1_inertia_beyond_xy + arm_psi_1_cos * arm_theta_1_inertia_beyond_yy +
         p->derived.half_arm_element_length * arm_psi_1_moment_beyond_x) + arm_psi_sin * (arm_psi_1_cos * arm_psi_1_inertia_beyond_xy -
         arm_psi_1_sin * arm_theta_1_inertia_beyond_yy);
-    /* arm_theta_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    /* arm_theta_1: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t175 = arm_psi_1_sin * arm_psi_1_moment_beyond_z;
     M[4 * 13 + 0] = arm_psi_cos * t175 + arm_psi_sin * (arm_psi_1_cos * arm_psi_1_moment_beyond_z);
     M[4 * 13 + 2] = p->derived.half_arm_element_length * t175 + arm_psi_1_inertia_beyond_yz;
-    /* arm_psi_1: composite pseudo-inertia of all beyond, inward */
+    /* arm_psi_1: Ic = I + Ic of all that it carries (4.5) */
     const double t176 = arm_psi_1_cos * arm_psi_1_moment_beyond_x;
     const double t177 = t176 - arm_psi_1_sin * arm_theta_1_moment_beyond_y;
     const double t178 = arm_psi_1_sin * arm_psi_1_moment_beyond_x;
@@ -626,7 +626,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double arm_psi_inertia_beyond_xy = arm_psi_1_cos * t179 - arm_psi_1_inertia_beyond_xy - p->derived.half_arm_element_length *
         arm_psi_moment_beyond_y;
     const double arm_psi_inertia_beyond_xz = t181 - p->derived.half_arm_element_length * arm_psi_1_moment_beyond_z;
-    /* arm_psi_1: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground */
+    /* arm_psi_1: its column of M, e_j.W, W = Ic e moved to joint j (4.6) */
     const double t184 = t160 - t161;
     const double t185 = arm_psi_1_sin * t184 + t176;
     M[3 * 13 + 0] = arm_psi_cos * t185 + arm_psi_sin * (arm_psi_1_cos * t184 - t178);
@@ -634,7 +634,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     const double t186 = arm_psi_cos * arm_psi_inertia_beyond_yz;
     M[2 * 13 + 1] = t186 + arm_psi_sin * arm_psi_inertia_beyond_xz;
     M[3 * 13 + 1] = arm_psi_sin * t181 + t186;
-    /* arm_psi: composite pseudo-inertia of all beyond, inward */
+    /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
     const double arm_psi_moment_beyond_x_2 = p->derived.arm_half_element_moment_x + t182;
     const double arm_psi_inertia_beyond_xx = p->derived.arm_half_element_inertia_xx + arm_psi_1_inertia_beyond_xx -
         t180;
@@ -644,7 +644,7 @@ void manipulator_flexible_M(const struct manipulator_flexible_parameters *p, con
     M[2 * 13 + 2] = arm_psi_inertia_beyond_zz;
     const double column_psi_moment_beyond_x_2 = arm_psi_cos * arm_psi_moment_beyond_x_2 - arm_psi_sin * arm_psi_moment_beyond_y;
     M[2 * 13 + 0] = column_psi_moment_beyond_x_2;
-    /* column_psi: composite pseudo-inertia of all beyond, inward */
+    /* column_psi: Ic = I + Ic of all that it carries (4.5) */
     const double column_psi_inertia_beyond_zz = p->Izz_col + arm_psi_inertia_beyond_yy + arm_psi_sin * (arm_psi_sin *
         (arm_psi_inertia_beyond_xx - arm_psi_inertia_beyond_yy) + arm_psi_cos * (arm_psi_inertia_beyond_xy +
         arm_psi_inertia_beyond_xy));
@@ -660,7 +660,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     (void)t;
     double sine[10], cosine[10];
     manipulator_flexible_sincos(q + 2, sine, cosine, 10);
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sine[0];
     const double arm_psi_cos = cosine[0];
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
@@ -670,7 +670,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double t2 = arm_psi_w_x * arm_psi_w_y;
     const double t3 = arm_psi_w_y * arm_psi_w_y + qd[2] * qd[2];
     const double t4 = t1 + t1;
-    /* arm_psi_e: motion from arm_psi outward */
+    /* arm_psi_e from arm_psi: r = r_p + R_p s, v = v_p + w_p x s (4.13) */
     const double arm_psi_e_bias_a_y = p->derived.arm_psi_e_entry_x * t2;
     const double arm_psi_e_bias_a_z = p->derived.arm_psi_e_entry_x * t4;
     double arm_theta_e_bias_a_x[3];
@@ -703,7 +703,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         const double arm_theta_e_cos = cosine[2 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_phi_e_cos = cosine[3 + 3 * e];
-        /* arm_psi_e: motion from arm_psi_e outward */
+        /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_psi_e_w_x = arm_psi_e_cos * last_arm_phi_e_w_x + arm_psi_e_sin * last_arm_phi_e_w_y;
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
         const double t5 = last_arm_theta_e_bias_a_x + p->derived.arm_element_length * carried_15;
@@ -716,7 +716,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
         qd[3 + 3 * e] * arm_psi_e_w_x;
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
-        /* arm_theta_e: motion from arm_psi_e outward */
+        /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
         const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
         const double arm_theta_e_bias_a_z = arm_theta_e_sin * arm_psi_e_bias_a_x + arm_theta_e_cos * arm_psi_e_bias_a_z_2;
@@ -726,7 +726,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
         qd[4 + 3 * e] * arm_theta_e_w_x;
         const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
-        /* arm_phi_e: motion from arm_theta_e outward */
+        /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
         const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
         arm_phi_e_bias_a_y[e] = arm_phi_e_sin * arm_theta_e_bias_a_z + arm_phi_e_cos * arm_psi_e_bias_a_y_2;
@@ -755,7 +755,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         carried_18 = t9[e];
         carried_21 = t11[e];
     }
-    /* effector_z: motion from arm_psi_e outward */
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
     const double effector_z_bias_a_z = last_arm_theta_e_bias_a_x + carried_15 * effector_z_shift_x;
     const double t12 = last_arm_phi_e_w_y * qd[12];
@@ -763,12 +763,12 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
     const double effector_z_bias_a_x = t12 + t12 - (last_arm_phi_e_bias_a_z + carried_21 * effector_z_shift_x);
     const double effector_z_bias_a_y = last_arm_phi_e_bias_a_y + carried_18 * effector_z_shift_x + (t13 +
         t13);
-    /* effector_z: bias forces c, inward */
+    /* effector_z: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
     const double effector_z_bias_force_x = p->m_E * effector_z_bias_a_x;
     const double effector_z_bias_force_y = p->m_E * effector_z_bias_a_y;
     const double effector_z_bias_force_z = p->m_E * effector_z_bias_a_z;
     h[12] = -effector_z_bias_force_z;
-    /* arm_psi: bias forces c, inward */
+    /* arm_psi: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
     const double arm_psi_load_moment_x = p->derived.arm_half_element_inertia_xx * arm_psi_bias_wd_x;
     const double arm_psi_load_moment_y = t1 * p->derived.arm_half_element_inertia_xx_minus_yy - p->derived.arm_half_element_inertia_yy *
         t1;
@@ -789,9 +789,9 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         const double arm_phi_e_cos = cosine[3 + 3 * e];
         const double arm_theta_e_sin = sine[2 + 3 * e];
         const double arm_theta_e_cos = cosine[2 + 3 * e];
-        /* arm_phi_e: bias forces c, inward */
+        /* arm_phi_e: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
         const double arm_phi_e_bias_moment_x = arm_theta_e_bias_wd_x[e] * arm_phi_e_inertia_xx;
-        /* arm_phi_e: bias forces c, inward */
+        /* arm_phi_e: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
         const double arm_phi_e_bias_moment_x_2 = arm_phi_e_bias_moment_x + carried_52;
         const double arm_phi_e_bias_moment_y = t10[e] * (arm_phi_e_inertia_xx - arm_phi_e_inertia_yy) + arm_phi_e_bias_wd_y[e] *
         arm_phi_e_inertia_yy - arm_phi_e_bias_a_z[e] * arm_phi_e_moment_x + carried_53;
@@ -810,7 +810,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         arm_phi_e_bias_moment_y;
         const double arm_theta_e_bias_force_y = arm_phi_e_cos * arm_phi_e_bias_force_y - arm_phi_e_sin * arm_phi_e_bias_force_z;
         const double arm_theta_e_bias_force_z = arm_phi_e_cos * arm_phi_e_bias_force_z + arm_phi_e_sin * arm_phi_e_bias_force_y;
-        /* arm_theta_e: bias forces c, inward */
+        /* arm_theta_e: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
         const double t16 = arm_theta_e_sin * arm_phi_e_bias_moment_x_2;
         const double t17 = arm_theta_e_cos * arm_theta_e_bias_moment_z;
         const double arm_psi_e_bias_moment_z = t17 - t16;
@@ -820,7 +820,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         arm_phi_e_bias_force_x;
         const double arm_psi_e_bias_force_x = arm_theta_e_sin * arm_theta_e_bias_force_z + arm_theta_e_cos *
         arm_phi_e_bias_force_x;
-        /* arm_psi_e: bias forces c, inward */
+        /* arm_psi_e: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
         const double t18 = arm_psi_e_sin * arm_psi_e_bias_force_x + arm_psi_e_cos * arm_theta_e_bias_force_y;
         h[3 + 3 * e] = t16 - t17;
         h[4 + 3 * e] = t14 - t15;
@@ -837,7 +837,7 @@ void manipulator_flexible_h(const struct manipulator_flexible_parameters *p, con
         carried_56 = t18;
         last_arm_psi_e_bias_force_z = arm_psi_e_bias_force_z;
     }
-    /* arm_psi: bias forces c, inward */
+    /* arm_psi: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
     const double arm_psi_bias_moment_x = arm_psi_load_moment_x + carried_52;
     const double arm_psi_bias_moment_y = carried_53 - p->derived.arm_psi_e_entry_x * last_arm_psi_e_bias_force_z +
         arm_psi_load_moment_y;
@@ -857,7 +857,7 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
     double sine[10], cosine[10];
     manipulator_flexible_sincos(q + 2, sine, cosine, 10);
     Q[1] = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 * qd[1];
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sine[0];
     const double arm_psi_cos = cosine[0];
     const double arm_psi_bias_a_falling_x = p->g * arm_psi_sin;
@@ -878,13 +878,13 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
         const double arm_theta_e_cos = cosine[2 + 3 * e];
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_phi_e_cos = cosine[3 + 3 * e];
-        /* arm_psi_e: motion from arm_psi_e outward */
+        /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         arm_psi_e_gravity_x[e] = arm_psi_e_cos * last_arm_theta_e_gravity_x + arm_psi_e_sin * last_arm_phi_e_gravity_y;
         arm_psi_e_gravity_y[e] = arm_psi_e_cos * last_arm_phi_e_gravity_y - arm_psi_e_sin * last_arm_theta_e_gravity_x;
-        /* arm_theta_e: motion from arm_psi_e outward */
+        /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         arm_theta_e_gravity_z[e] = arm_theta_e_sin * arm_psi_e_gravity_x[e] + arm_theta_e_cos * last_arm_phi_e_gravity_z;
         arm_theta_e_gravity_x[e] = arm_theta_e_cos * arm_psi_e_gravity_x[e] - arm_theta_e_sin * last_arm_phi_e_gravity_z;
-        /* arm_phi_e: motion from arm_theta_e outward */
+        /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         arm_phi_e_gravity_y[e] = arm_phi_e_sin * arm_theta_e_gravity_z[e] + arm_phi_e_cos * arm_psi_e_gravity_y[e];
         arm_phi_e_gravity_z[e] = arm_phi_e_cos * arm_theta_e_gravity_z[e] - arm_phi_e_sin * arm_psi_e_gravity_y[e];
         last_arm_theta_e_gravity_x = arm_theta_e_gravity_x[e];
@@ -892,7 +892,7 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
         last_arm_phi_e_gravity_z = arm_phi_e_gravity_z[e];
     }
     Q[12] = p->m_E * last_arm_theta_e_gravity_x;
-    /* effector_z: motion from arm_psi_e outward */
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
     double last_arm_phi_e_mass_beyond = p->m_E;
     double carried_43 = p->m_E * effector_z_shift_x;
@@ -907,13 +907,13 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[2 + 3 * e];
         const double arm_theta_e_sin = sine[2 + 3 * e];
-        /* arm_phi_e: composite pseudo-inertia of all beyond, inward */
+        /* arm_phi_e: Ic = I + Ic of all that it carries (4.5) */
         const double arm_phi_e_mass_beyond = arm_phi_e_mass + last_arm_phi_e_mass_beyond;
         const double arm_phi_e_moment_beyond_x = arm_phi_e_moment_x + carried_43;
         const double arm_theta_e_moment_beyond_y = arm_phi_e_cos * carried_44 - arm_phi_e_sin * last_arm_psi_e_moment_beyond_z;
         const double arm_theta_e_moment_beyond_z = arm_phi_e_cos * last_arm_psi_e_moment_beyond_z + arm_phi_e_sin *
         carried_44;
-        /* arm_theta_e: composite pseudo-inertia of all beyond, inward */
+        /* arm_theta_e: Ic = I + Ic of all that it carries (4.5) */
         const double arm_psi_e_moment_beyond_z = arm_theta_e_cos * arm_theta_e_moment_beyond_z - arm_theta_e_sin *
         arm_phi_e_moment_beyond_x;
         const double arm_psi_e_moment_beyond_x = arm_theta_e_sin * arm_theta_e_moment_beyond_z + arm_theta_e_cos *
@@ -933,14 +933,14 @@ void manipulator_flexible_Q(const struct manipulator_flexible_parameters *p, con
         carried_44 = next_carried_44;
         last_arm_psi_e_moment_beyond_z = arm_psi_e_moment_beyond_z;
     }
-    /* arm_psi: composite pseudo-inertia of all beyond, inward */
+    /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
     const double arm_psi_mass_beyond = p->derived.arm_half_element_mass + last_arm_phi_e_mass_beyond;
     const double arm_psi_moment_beyond_x = p->derived.arm_half_element_moment_x + carried_43 + p->derived.arm_psi_e_entry_x *
         last_arm_phi_e_mass_beyond;
     Q[2] = arm_psi_bias_a_falling_x * carried_44 - arm_psi_bias_a_falling_y * arm_psi_moment_beyond_x;
-    /* column_psi: composite pseudo-inertia of all beyond, inward */
+    /* column_psi: Ic = I + Ic of all that it carries (4.5) */
     const double column_psi_mass_beyond = p->m_col + arm_psi_mass_beyond;
-    /* base_z: composite pseudo-inertia of all beyond, inward */
+    /* base_z: Ic = I + Ic of all that it carries (4.5) */
     const double base_z_mass_beyond = p->m_base + column_psi_mass_beyond;
     Q[0] = -(p->s_sup * q[0] + p->d_sup * qd[0] + p->g * base_z_mass_beyond);
 }
@@ -978,10 +978,10 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     out->C[2 * 13 + 1] = 0.0;
     const double t1 = t * 3.141592653589793 / p->T;
     const double t2 = sin(t1);
-    /* column_psi: motion from base_z outward */
+    /* column_psi from base_z: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double column_psi_sin = sine[0];
     const double column_psi_cos = cosine[0];
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
@@ -996,7 +996,7 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     const double t4 = arm_psi_w_x * arm_psi_w_y;
     const double t5 = arm_psi_w_y * arm_psi_w_y + qd[2] * qd[2];
     const double t6 = t3 + t3;
-    /* arm_psi_e: motion from arm_psi outward */
+    /* arm_psi_e from arm_psi: r = r_p + R_p s, v = v_p + w_p x s (4.13) */
     const double arm_psi_e_position_x = p->derived.arm_psi_e_entry_x * arm_psi_ground_x_x;
     const double arm_psi_e_position_y = p->derived.arm_psi_e_entry_x * arm_psi_ground_y_x;
     const double arm_psi_e_shift_ground_z = p->derived.arm_psi_e_entry_x * arm_psi_sin;
@@ -1053,7 +1053,7 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
         last_arm_phi_e_ground_x_z_at[e] = last_arm_phi_e_ground_x_z;
         last_arm_phi_e_ground_y_z_at[e] = last_arm_phi_e_ground_y_z;
         last_arm_phi_e_ground_z_z_at[e] = last_arm_phi_e_ground_z_z;
-        /* arm_psi_e: motion from arm_psi_e outward */
+        /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_psi_e_ground_x_x = arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin *
         last_arm_phi_e_ground_x_y;
         arm_psi_e_ground_x_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
@@ -1082,7 +1082,7 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
         const double arm_psi_e_bias_wd_y = arm_psi_e_cos * last_arm_phi_e_bias_wd_y - arm_psi_e_sin * last_arm_theta_e_bias_wd_x -
         qd[3 + 3 * e] * arm_psi_e_w_x;
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
-        /* arm_theta_e: motion from arm_psi_e outward */
+        /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
         arm_theta_e_ground_x_x[e] = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
         const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
@@ -1100,7 +1100,7 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
         const double arm_theta_e_bias_wd_z = arm_theta_e_sin * arm_psi_e_bias_wd_x + arm_theta_e_cos * last_arm_phi_e_bias_wd_z +
         qd[4 + 3 * e] * arm_theta_e_w_x;
         const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
-        /* arm_phi_e: motion from arm_theta_e outward */
+        /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
         const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
         const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y[e];
@@ -1153,7 +1153,7 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     out->C[0 * 13 + 12] = last_arm_theta_e_ground_x_x;
     out->C[1 * 13 + 12] = last_arm_theta_e_ground_y_x;
     out->C[2 * 13 + 12] = last_arm_theta_e_ground_z_x;
-    /* effector_z: motion from arm_psi_e outward */
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
     const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
     out->r[0 * 3 + 0] = effector_z_position_x;
@@ -1172,7 +1172,7 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     const double effector_z_bias_a_x = t10 + t10 - (last_arm_phi_e_bias_a_z + carried_21 * effector_z_shift_x);
     const double effector_z_bias_a_y = last_arm_phi_e_bias_a_y + carried_18 * effector_z_shift_x + (t11 +
         t11);
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
+    /* point E: r = T rho, rd = C qd, rdd = C qdd + d (4.4) */
     const double point_E_xd = last_arm_phi_e_ground_x_y * effector_z_v_y - last_arm_phi_e_ground_x_z * effector_z_v_x +
         last_arm_theta_e_ground_x_x * effector_z_v_z;
     out->rd[0 * 3 + 0] = point_E_xd;
@@ -1199,7 +1199,7 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     const double point_E_C_z_arm_psi = column_psi_sin * effector_z_position_y + column_psi_cos * effector_z_position_x;
     out->u[1 * 13 + 2] = point_E_C_z_arm_psi;
     out->C[2 * 13 + 2] = point_E_C_z_arm_psi;
-    /* row 1 (position level): u qdd + v = 0 */
+    /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
     const double t15 = (effector_z_position_x - p->xc) / p->a;
     const double t16 = effector_z_position_y / p->b;
     const double row_1_phi = t16 * t16 - 1.0 + t15 * t15;
@@ -1221,7 +1221,7 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     const double row_1_u_column_psi = effector_z_position_x * t23 - effector_z_position_y * t24;
     out->u[0 * 13 + 1] = row_1_u_column_psi;
     for (int e = 0; e < 3; e++) { /* arm_psi_e */
-        /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
+        /* point E: r = T rho, rd = C qd, rdd = C qdd + d (4.4) */
         const double t25 = effector_z_position_x - arm_psi_e_position_x_2[e];
         const double t26 = effector_z_position_y - arm_psi_e_position_y_2[e];
         const double t27 = effector_z_position_z - arm_psi_e_position_z_2[e];
@@ -1236,7 +1236,7 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
         const double t33 = arm_theta_e_ground_z_x[e] * t25 - arm_theta_e_ground_x_x[e] * t27;
         const double point_E_C_z_arm_phi_e = arm_theta_e_ground_x_x[e] * t26 - arm_theta_e_ground_y_x[e] *
         t25;
-        /* row 1 (position level): u qdd + v = 0 */
+        /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
         const double row_1_u_arm_psi_e = t29 * t23 + t28 * t24;
         const double row_1_u_arm_theta_e = t31 * t23 + t30 * t24;
         const double row_1_u_arm_phi_e = t33 * t23 + t32 * t24;
@@ -1258,7 +1258,7 @@ void manipulator_flexible_terms(const struct manipulator_flexible_parameters *p,
     }
     const double row_1_u_effector_z = last_arm_theta_e_ground_x_x * t24 + last_arm_theta_e_ground_y_x * t23;
     out->u[0 * 13 + 12] = row_1_u_effector_z;
-    /* row 2 (velocity level): u qdd + v = 0 */
+    /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
     out->psi[1] = row_2_psi;
     const double t34 = t2 * (p->derived.T_inverse_times_pi * cos(t1));
@@ -1339,18 +1339,18 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
     (void)t;
     double sine[10], cosine[10];
     manipulator_flexible_sincos(q + 2, sine, cosine, 10);
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sine[0];
     const double arm_psi_cos = cosine[0];
     const double arm_psi_w_x = qd[1] * arm_psi_sin;
     const double arm_psi_w_y = qd[1] * arm_psi_cos;
     const double arm_psi_v_x = qd[0] * arm_psi_sin;
     const double arm_psi_v_y = qd[0] * arm_psi_cos;
-    /* arm_psi_e: motion from arm_psi outward */
+    /* arm_psi_e from arm_psi: r = r_p + R_p s, v = v_p + w_p x s (4.13) */
     const double arm_psi_e_v_y = arm_psi_v_y + p->derived.arm_psi_e_entry_x * qd[2];
-    /* effector_z: motion from arm_psi_e outward */
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
-    /* kinetic energy */
+    /* 2 Ek = sum of v.p + w.L (4.10) */
     const double t1 = qd[1] * (p->Izz_col * qd[1]) + qd[0] * (p->m_base * qd[0]) + qd[0] * (p->m_col * qd[0]) +
         arm_psi_w_x * (p->derived.arm_half_element_inertia_xx * arm_psi_w_x) + arm_psi_w_y * (p->derived.arm_half_element_inertia_yy *
         arm_psi_w_y);
@@ -1376,7 +1376,7 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
         const double arm_phi_e_inertia_xx = (e == 2 ? p->derived.arm_half_element_inertia_xx : p->derived.arm_element_inertia_xx);
         const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
-        /* arm_psi_e: motion from arm_psi_e outward */
+        /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_psi_e_w_x = arm_psi_e_cos * last_arm_phi_e_w_x + arm_psi_e_sin * last_arm_phi_e_w_y;
         const double arm_psi_e_w_y = arm_psi_e_cos * last_arm_phi_e_w_y - arm_psi_e_sin * last_arm_phi_e_w_x;
         const double t3 = last_arm_phi_e_v_y + p->derived.arm_element_length * last_arm_phi_e_w_z;
@@ -1384,19 +1384,19 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         const double arm_psi_e_v_x = arm_psi_e_sin * t3 + arm_psi_e_cos * last_arm_theta_e_v_x;
         const double arm_psi_e_v_y_2 = arm_psi_e_cos * t3 - arm_psi_e_sin * last_arm_theta_e_v_x;
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
-        /* arm_theta_e: motion from arm_psi_e outward */
+        /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_theta_e_w_z = arm_theta_e_sin * arm_psi_e_w_x + arm_theta_e_cos * arm_psi_e_w_z;
         const double arm_theta_e_w_x = arm_theta_e_cos * arm_psi_e_w_x - arm_theta_e_sin * arm_psi_e_w_z;
         const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z;
         const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z;
         const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y;
-        /* arm_phi_e: motion from arm_theta_e outward */
+        /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_phi_e_w_y = arm_phi_e_sin * arm_theta_e_w_z + arm_phi_e_cos * arm_theta_e_w_y;
         const double arm_phi_e_w_z = arm_phi_e_cos * arm_theta_e_w_z - arm_phi_e_sin * arm_theta_e_w_y;
         const double arm_phi_e_v_y = arm_phi_e_sin * arm_theta_e_v_z + arm_phi_e_cos * arm_psi_e_v_y_2;
         const double arm_phi_e_v_z = arm_phi_e_cos * arm_theta_e_v_z - arm_phi_e_sin * arm_psi_e_v_y_2;
         const double arm_phi_e_w_x = qd[5 + 3 * e] + arm_theta_e_w_x;
-        /* kinetic energy */
+        /* 2 Ek = sum of v.p + w.L (4.10) */
         const double t4 = arm_phi_e_w_y * (arm_phi_e_w_y * arm_phi_e_inertia_yy - arm_phi_e_v_z * arm_phi_e_moment_x) +
         arm_phi_e_w_x * (arm_phi_e_w_x * arm_phi_e_inertia_xx) + arm_phi_e_w_z * (arm_phi_e_v_y * arm_phi_e_moment_x +
         arm_phi_e_w_z * arm_phi_e_inertia_yy);
@@ -1416,7 +1416,7 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         carried_58 = next_carried_58;
         carried_59 = next_carried_59;
     }
-    /* effector_z: motion from arm_psi_e outward */
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
     const double effector_z_v_x = last_arm_phi_e_w_y * effector_z_shift_x - last_arm_phi_e_v_z;
     const double effector_z_v_z = qd[12] + last_arm_theta_e_v_x;
@@ -1435,13 +1435,13 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         const double arm_phi_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[2 + 3 * e];
         const double arm_theta_e_sin = sine[2 + 3 * e];
-        /* arm_phi_e: composite pseudo-inertia of all beyond, inward */
+        /* arm_phi_e: Ic = I + Ic of all that it carries (4.5) */
         const double arm_phi_e_mass_beyond = arm_phi_e_mass + last_arm_phi_e_mass_beyond;
         const double arm_phi_e_moment_beyond_x = arm_phi_e_moment_x + carried_43;
         const double arm_theta_e_moment_beyond_y = arm_phi_e_cos * carried_44 - arm_phi_e_sin * last_arm_psi_e_moment_beyond_z;
         const double arm_theta_e_moment_beyond_z = arm_phi_e_cos * last_arm_psi_e_moment_beyond_z + arm_phi_e_sin *
         carried_44;
-        /* arm_theta_e: composite pseudo-inertia of all beyond, inward */
+        /* arm_theta_e: Ic = I + Ic of all that it carries (4.5) */
         const double arm_psi_e_moment_beyond_z = arm_theta_e_cos * arm_theta_e_moment_beyond_z - arm_theta_e_sin *
         arm_phi_e_moment_beyond_x;
         const double arm_psi_e_moment_beyond_x = arm_theta_e_sin * arm_theta_e_moment_beyond_z + arm_theta_e_cos *
@@ -1454,15 +1454,15 @@ void manipulator_flexible_energy(const struct manipulator_flexible_parameters *p
         carried_44 = next_carried_44;
         last_arm_psi_e_moment_beyond_z = arm_psi_e_moment_beyond_z;
     }
-    /* arm_psi: composite pseudo-inertia of all beyond, inward */
+    /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
     const double arm_psi_mass_beyond = p->derived.arm_half_element_mass + last_arm_phi_e_mass_beyond;
     const double arm_psi_moment_beyond_x = p->derived.arm_half_element_moment_x + carried_43 + p->derived.arm_psi_e_entry_x *
         last_arm_phi_e_mass_beyond;
-    /* column_psi: composite pseudo-inertia of all beyond, inward */
+    /* column_psi: Ic = I + Ic of all that it carries (4.5) */
     const double column_psi_mass_beyond = p->m_col + arm_psi_mass_beyond;
     const double column_psi_moment_beyond_z = p->derived.column_psi_moment_z + arm_psi_cos * carried_44 +
         p->h * arm_psi_mass_beyond + arm_psi_sin * arm_psi_moment_beyond_x;
-    /* base_z: composite pseudo-inertia of all beyond, inward */
+    /* base_z: Ic = I + Ic of all that it carries (4.5) */
     const double base_z_mass_beyond = p->m_base + column_psi_mass_beyond;
     energy[1] = carried_59 + p->g * (q[0] * base_z_mass_beyond + column_psi_moment_beyond_z);
 }
@@ -1471,7 +1471,7 @@ void manipulator_flexible_power(const struct manipulator_flexible_parameters *p,
         const double q[13], const double qd[13], double power[1]) {
     (void)x;
     (void)q;
-    /* potential energy of gravity, zero at the ground's origin */
+    /* Ep = -grav.(mc of all) + springs, zero at the ground's origin (4.10) */
     const double t1 = qd[1] * (2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) -
         0.5 * qd[1]) - qd[0] * (p->d_sup * qd[0]);
     double carried_60 = t1;
@@ -1504,12 +1504,12 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     axis_y[1] = 0.0;
     turned_rows_x[0] = 0.0;
     turned_rows_y[0] = 0.0;
-    /* column_psi: motion from base_z outward */
+    /* column_psi from base_z: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double column_psi_sin = sine[0];
     axis_x[2] = column_psi_sin;
     const double column_psi_cos = cosine[0];
     axis_y[2] = -column_psi_cos;
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
@@ -1541,17 +1541,17 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
-        /* arm_psi_e: motion from arm_psi_e outward */
+        /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         arm_psi_e_ground_x_x[e] = arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin * last_arm_phi_e_ground_x_y;
         arm_psi_e_ground_x_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
         arm_psi_e_ground_y_x[e] = arm_psi_e_cos * last_arm_theta_e_ground_y_x + arm_psi_e_sin * last_arm_phi_e_ground_y_y;
         arm_psi_e_ground_y_y[e] = arm_psi_e_cos * last_arm_phi_e_ground_y_y - arm_psi_e_sin * last_arm_theta_e_ground_y_x;
-        /* arm_theta_e: motion from arm_psi_e outward */
+        /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         arm_theta_e_ground_x_z[e] = arm_theta_e_sin * arm_psi_e_ground_x_x[e] + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
         arm_theta_e_ground_x_x[e] = arm_theta_e_cos * arm_psi_e_ground_x_x[e] - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
         arm_theta_e_ground_y_z[e] = arm_theta_e_sin * arm_psi_e_ground_y_x[e] + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
         arm_theta_e_ground_y_x[e] = arm_theta_e_cos * arm_psi_e_ground_y_x[e] - arm_theta_e_sin * last_arm_phi_e_ground_y_z;
-        /* arm_phi_e: motion from arm_theta_e outward */
+        /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         arm_phi_e_ground_x_y[e] = arm_phi_e_sin * arm_theta_e_ground_x_z[e] + arm_phi_e_cos * arm_psi_e_ground_x_y[e];
         arm_phi_e_ground_x_z[e] = arm_phi_e_cos * arm_theta_e_ground_x_z[e] - arm_phi_e_sin * arm_psi_e_ground_x_y[e];
         arm_phi_e_ground_y_y[e] = arm_phi_e_sin * arm_theta_e_ground_y_z[e] + arm_phi_e_cos * arm_psi_e_ground_y_y[e];
@@ -1571,9 +1571,9 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
     }
     axis_x[12] = last_arm_theta_e_ground_x_x;
     axis_y[12] = last_arm_theta_e_ground_y_x;
-    /* effector_z: motion from arm_psi_e outward */
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
-    /* axes, and wrenches that accelerate all beyond, in the ground's axes */
+    /* e and W = Ic e of each joint, in the ground's axes (4.6) */
     const double effector_z_moment_change_x = p->m_E * last_arm_theta_e_ground_x_x;
     turned_rows_y[12] = p->g * effector_z_moment_change_x;
     const double effector_z_moment_change_y = p->m_E * last_arm_theta_e_ground_y_x;
@@ -1591,7 +1591,7 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
         const double arm_phi_e_cos = cosine[4 + 3 * e];
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
-        /* arm_phi_e: composite pseudo-inertia of all beyond, inward */
+        /* arm_phi_e: Ic = I + Ic of all that it carries (4.5) */
         const double arm_phi_e_mass_beyond = arm_phi_e_mass + last_arm_phi_e_mass_beyond;
         const double arm_phi_e_moment_beyond_x = arm_phi_e_moment_x + carried_43;
         const double t3 = arm_phi_e_sin * last_arm_psi_e_moment_beyond_z;
@@ -1599,12 +1599,12 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
         const double arm_theta_e_moment_beyond_y = t4 - t3;
         const double arm_theta_e_moment_beyond_z = arm_phi_e_cos * last_arm_psi_e_moment_beyond_z + arm_phi_e_sin *
         carried_44;
-        /* arm_theta_e: composite pseudo-inertia of all beyond, inward */
+        /* arm_theta_e: Ic = I + Ic of all that it carries (4.5) */
         const double arm_psi_e_moment_beyond_z = arm_theta_e_cos * arm_theta_e_moment_beyond_z - arm_theta_e_sin *
         arm_phi_e_moment_beyond_x;
         const double arm_psi_e_moment_beyond_x = arm_theta_e_sin * arm_theta_e_moment_beyond_z + arm_theta_e_cos *
         arm_phi_e_moment_beyond_x;
-        /* axes, and wrenches that accelerate all beyond, in the ground's axes */
+        /* e and W = Ic e of each joint, in the ground's axes (4.6) */
         const double t5 = t3 - t4;
         const double arm_psi_e_moment_change_x = arm_psi_e_ground_x_y[e] * arm_psi_e_moment_beyond_x + arm_psi_e_ground_x_x[e] *
         t5;
@@ -1632,16 +1632,16 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
         carried_44 = next_carried_44;
         last_arm_psi_e_moment_beyond_z = arm_psi_e_moment_beyond_z;
     }
-    /* arm_psi: composite pseudo-inertia of all beyond, inward */
+    /* arm_psi: Ic = I + Ic of all that it carries (4.5) */
     const double arm_psi_moment_beyond_x = p->derived.arm_half_element_moment_x + carried_43 + p->derived.arm_psi_e_entry_x *
         last_arm_phi_e_mass_beyond;
     turned_rows_x[2] = p->g * (t2 * arm_psi_moment_beyond_x + arm_psi_ground_y_x * carried_44);
     turned_rows_y[2] = -p->g * (t1 * arm_psi_moment_beyond_x + arm_psi_ground_x_x * carried_44);
     const double column_psi_moment_beyond_x = arm_psi_cos * arm_psi_moment_beyond_x - arm_psi_sin * carried_44;
-    /* column_psi: composite pseudo-inertia of all beyond, inward */
+    /* column_psi: Ic = I + Ic of all that it carries (4.5) */
     const double base_z_moment_beyond_x = column_psi_cos * column_psi_moment_beyond_x + column_psi_sin * last_arm_psi_e_moment_beyond_z;
     turned_rows_x[1] = -p->g * base_z_moment_beyond_x;
-    /* axes, and wrenches that accelerate all beyond, in the ground's axes */
+    /* e and W = Ic e of each joint, in the ground's axes (4.6) */
     const double column_psi_moment_change_x = column_psi_cos * last_arm_psi_e_moment_beyond_z - column_psi_sin *
         column_psi_moment_beyond_x;
     turned_rows_y[1] = p->g * column_psi_moment_change_x;
@@ -1650,7 +1650,7 @@ void manipulator_flexible_Q_q(const struct manipulator_flexible_parameters *p, c
         Q_q[56 + 42 * e] = -p->derived.arm_stiffness_bending;
         Q_q[70 + 42 * e] = -p->derived.arm_stiffness_phi;
     }
-    { /* pairs of coordinates: how j turns what is felt by i beyond it */
+    { /* pairs of coordinates (7.3): how j turns what is felt by i beyond it */
         static const unsigned char is_turn[13] = {0, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0};
         for (int j = 12; j >= 0; j--) {
             const int end = 13;
@@ -1689,10 +1689,10 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     manipulator_flexible_sincos(q + 1, sine, cosine, 11);
     const double t1 = t * 3.141592653589793 / p->T;
     const double t2 = sin(t1);
-    /* column_psi: motion from base_z outward */
+    /* column_psi from base_z: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double column_psi_sin = sine[0];
     const double column_psi_cos = cosine[0];
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
@@ -1708,7 +1708,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double t4 = arm_psi_w_x * arm_psi_w_y;
     const double t5 = arm_psi_w_y * arm_psi_w_y + qd[2] * qd[2];
     const double t6 = t3 + t3;
-    /* arm_psi_e: motion from arm_psi outward */
+    /* arm_psi_e from arm_psi: r = r_p + R_p s, v = v_p + w_p x s (4.13) */
     const double arm_psi_e_position_x = p->derived.arm_psi_e_entry_x * arm_psi_ground_x_x;
     const double arm_psi_e_position_y = p->derived.arm_psi_e_entry_x * arm_psi_ground_y_x;
     const double arm_psi_e_v_y = arm_psi_v_y + p->derived.arm_psi_e_entry_x * qd[2];
@@ -1716,21 +1716,21 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double arm_psi_e_bias_a_z = p->derived.arm_psi_e_entry_x * t6;
     const double arm_psi_e_bias_a_falling_x = arm_psi_bias_a_falling_x - p->derived.arm_psi_e_entry_x * t5;
     const double arm_psi_e_bias_a_falling_y = arm_psi_bias_a_falling_y + arm_psi_e_bias_a_y;
-    /* effector_z: motion from arm_psi_e outward */
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
-    /* effector_z: composite pseudo-inertia of all beyond, inward */
+    /* effector_z: Ic = I + Ic of all that it carries (4.5) */
     const double t7 = p->m_E * effector_z_shift_x;
-    /* arm_psi: bias forces c, inward */
+    /* arm_psi: c = e.F, F = wrench of I at wd0, a0, and all beyond (4.7) */
     const double arm_psi_load_moment_x = p->derived.arm_half_element_inertia_xx * arm_psi_bias_wd_x;
     const double arm_psi_load_moment_y = t3 * p->derived.arm_half_element_inertia_xx_minus_yy - p->derived.arm_half_element_inertia_yy *
         t3;
-    /* row 2 (velocity level): u qdd + v = 0 */
+    /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
     const double t8 = t2 * (p->derived.T_inverse_times_pi * cos(t1));
-    /* effector_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    /* effector_z: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
     const double t9 = p->m_E * (effector_z_shift_x * effector_z_shift_x);
-    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    /* arm_psi: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
     const double t10 = arm_psi_sin * arm_psi_cos;
-    /* arm_psi: load, inertia and gravity of the body at these accelerations */
+    /* arm_psi: load l = wrench of I at wdr, ar (4.7, 5.5) */
     const double arm_psi_load_moment_z = p->derived.arm_half_element_moment_x * arm_psi_bias_a_falling_y +
         t4 * p->derived.arm_half_element_inertia_yy_minus_xx;
     const double arm_psi_load_force_x = p->derived.arm_half_element_mass * arm_psi_bias_a_falling_x - p->derived.arm_half_element_moment_x *
@@ -1782,7 +1782,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_half_element_inertia_yy : p->derived.arm_element_inertia_yy);
         const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
         const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
-        /* arm_psi_e: motion from arm_psi_e outward */
+        /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_psi_e_ground_x_x = arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin *
         last_arm_phi_e_ground_x_y;
         const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
@@ -1803,7 +1803,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_psi_e_v_x = arm_psi_e_sin * t11 + arm_psi_e_cos * last_arm_theta_e_v_x;
         const double arm_psi_e_v_y_2 = arm_psi_e_cos * t11 - arm_psi_e_sin * last_arm_theta_e_v_x;
         const double arm_psi_e_w_z = qd[3 + 3 * e] + last_arm_phi_e_w_z;
-        /* arm_theta_e: motion from arm_psi_e outward */
+        /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
         const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
         const double arm_theta_e_ground_y_z = arm_theta_e_sin * arm_psi_e_ground_y_x + arm_theta_e_cos * last_arm_phi_e_ground_y_z;
@@ -1815,7 +1815,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_theta_e_v_z = arm_theta_e_sin * arm_psi_e_v_x + arm_theta_e_cos * arm_psi_e_v_z;
         const double arm_theta_e_v_x = arm_theta_e_cos * arm_psi_e_v_x - arm_theta_e_sin * arm_psi_e_v_z;
         const double arm_theta_e_w_y = qd[4 + 3 * e] + arm_psi_e_w_y[e];
-        /* arm_phi_e: motion from arm_theta_e outward */
+        /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
         const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
         const double arm_phi_e_ground_y_y = arm_phi_e_sin * arm_theta_e_ground_y_z + arm_phi_e_cos * arm_psi_e_ground_y_y;
@@ -1830,24 +1830,24 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t12 = arm_phi_e_w_y[e] * arm_phi_e_w_x;
         const double t13 = arm_phi_e_w_y[e] * arm_phi_e_w_y[e] + arm_phi_e_w_z[e] * arm_phi_e_w_z[e];
         const double t14 = arm_phi_e_w_z[e] * arm_phi_e_w_x;
-        /* arm_psi_e: accelerations that loads are taken at */
+        /* arm_psi_e: reference accelerations wdr, ar (5.5) */
         const double t15 = last_arm_theta_e_reference_a_x + p->derived.arm_element_length * carried_81;
         const double t16 = last_arm_phi_e_reference_a_y + p->derived.arm_element_length * carried_84;
         const double arm_psi_e_reference_a_z = last_arm_phi_e_reference_a_z + p->derived.arm_element_length *
         carried_87;
         const double arm_psi_e_reference_a_x = arm_psi_e_cos * t15 + arm_psi_e_sin * t16;
         const double arm_psi_e_reference_a_y = arm_psi_e_cos * t16 - arm_psi_e_sin * t15;
-        /* arm_theta_e: accelerations that loads are taken at */
+        /* arm_theta_e: reference accelerations wdr, ar (5.5) */
         const double arm_theta_e_reference_a_z = arm_theta_e_sin * arm_psi_e_reference_a_x + arm_theta_e_cos *
         arm_psi_e_reference_a_z;
         const double arm_theta_e_reference_a_x = arm_theta_e_cos * arm_psi_e_reference_a_x - arm_theta_e_sin *
         arm_psi_e_reference_a_z;
-        /* arm_phi_e: accelerations that loads are taken at */
+        /* arm_phi_e: reference accelerations wdr, ar (5.5) */
         const double arm_phi_e_reference_a_y = arm_phi_e_sin * arm_theta_e_reference_a_z + arm_phi_e_cos *
         arm_psi_e_reference_a_y;
         const double arm_phi_e_reference_a_z = arm_phi_e_cos * arm_theta_e_reference_a_z - arm_phi_e_sin *
         arm_psi_e_reference_a_y;
-        /* arm_phi_e: load, inertia and gravity of the body at these accelerations */
+        /* arm_phi_e: load l = wrench of I at wdr, ar (4.7, 5.5) */
         arm_phi_e_load_moment_y[e] = t14 * (arm_phi_e_inertia_xx - arm_phi_e_inertia_yy) - arm_phi_e_moment_x *
         arm_phi_e_reference_a_z;
         arm_phi_e_load_moment_z[e] = t12 * (arm_phi_e_inertia_yy - arm_phi_e_inertia_xx) + arm_phi_e_moment_x *
@@ -1880,7 +1880,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         carried_84 = t12;
         carried_87 = t14;
     }
-    /* effector_z: motion from arm_psi_e outward */
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
     const double effector_z_position_y = last_arm_psi_e_position_y + last_arm_theta_e_ground_y_x * effector_z_shift_x;
     const double effector_z_v_y = last_arm_phi_e_v_y + last_arm_phi_e_w_z * effector_z_shift_x;
@@ -1888,14 +1888,14 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double t17 = last_arm_phi_e_w_y * qd[12];
     const double t18 = last_arm_phi_e_w_z * qd[12];
     const double effector_z_v_z = qd[12] + last_arm_theta_e_v_x;
-    /* point E: r = T rho, rd = C qd, rdd = C qdd + d */
+    /* point E: r = T rho, rd = C qd, rdd = C qdd + d (4.4) */
     const double point_E_xd = last_arm_phi_e_ground_x_y * effector_z_v_y - last_arm_phi_e_ground_x_z * effector_z_v_x +
         last_arm_theta_e_ground_x_x * effector_z_v_z;
     const double point_E_yd = last_arm_phi_e_ground_y_y * effector_z_v_y - last_arm_phi_e_ground_y_z * effector_z_v_x +
         last_arm_theta_e_ground_y_x * effector_z_v_z;
     const double point_E_zd = last_arm_phi_e_ground_z_y * effector_z_v_y - last_arm_phi_e_ground_z_z * effector_z_v_x +
         last_arm_theta_e_ground_z_x * effector_z_v_z;
-    /* row 1 (position level): u qdd + v = 0 */
+    /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
     const double t19 = (effector_z_position_x - p->xc) / p->a;
     const double t20 = effector_z_position_y / p->b;
     const double row_1_phi = t20 * t20 - 1.0 + t19 * t19;
@@ -1907,25 +1907,25 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double t25 = p->derived.b_inverse * (t20 + t20);
     const double t26 = p->derived.a_inverse * (t19 + t19);
     const double row_1_u_effector_z = last_arm_theta_e_ground_x_x * t26 + last_arm_theta_e_ground_y_x * t25;
-    /* row 2 (velocity level): u qdd + v = 0 */
+    /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
     const double row_2_psi = point_E_zd - p->v0 * (t2 * t2);
-    /* effector_z: accelerations that loads are taken at */
+    /* effector_z: reference accelerations wdr, ar (5.5) */
     const double effector_z_reference_a_z = last_arm_theta_e_reference_a_x + effector_z_shift_x * carried_81;
     const double effector_z_reference_a_x = t17 + t17 - last_arm_phi_e_reference_a_z - effector_z_shift_x *
         carried_87;
     const double effector_z_reference_a_y = last_arm_phi_e_reference_a_y + effector_z_shift_x * carried_84 +
         (t18 + t18);
-    /* effector_z: load, inertia and gravity of the body at these accelerations */
+    /* effector_z: load l = wrench of I at wdr, ar (4.7, 5.5) */
     const double effector_z_load_force_x = p->m_E * effector_z_reference_a_x;
     const double effector_z_load_force_y = p->m_E * effector_z_reference_a_y;
     const double effector_z_load_force_z = p->m_E * effector_z_reference_a_z;
-    /* row 1 (position level): u qdd + v = 0 */
+    /* row 1, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3) */
     const double t27 = t21 * t21 + t19 * (p->derived.a_inverse * (last_arm_phi_e_ground_x_y * effector_z_reference_a_y -
         last_arm_phi_e_ground_x_z * effector_z_reference_a_x + last_arm_theta_e_ground_x_x * effector_z_reference_a_z));
     const double t28 = t23 * t23 + t20 * (p->derived.b_inverse * (last_arm_phi_e_ground_y_y * effector_z_reference_a_y -
         last_arm_phi_e_ground_y_z * effector_z_reference_a_x + last_arm_theta_e_ground_y_x * effector_z_reference_a_z));
     const double row_1_v_2 = t27 + t27 + t28 + t28;
-    /* row 2 (velocity level): u qdd + v = 0 */
+    /* row 2, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3) */
     const double row_2_v_2 = last_arm_phi_e_ground_z_y * effector_z_reference_a_y - p->g - p->v0 * (t8 + t8) +
         last_arm_theta_e_ground_z_x * effector_z_reference_a_z - last_arm_phi_e_ground_z_z * effector_z_reference_a_x;
     const double t29 = last_arm_phi_e_ground_x_z * t26 + last_arm_phi_e_ground_y_z * t25;
@@ -1985,11 +1985,11 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_phi_e_inertia_yy = (e == 2 ? p->derived.arm_half_element_inertia_yy : p->derived.arm_element_inertia_yy);
         const double arm_phi_e_moment_x = (e == 2 ? p->derived.arm_half_element_moment_x : p->derived.arm_element_moment_x);
         const double arm_phi_e_mass = (e == 2 ? p->derived.arm_half_element_mass : p->derived.arm_element_mass);
-        /* springs -s (q - rest), dampers -d qd, and forces that the model names */
+        /* Q = -s (q - rest) - d qd + F.C + T.e (4.9) */
         const double t31 = p->derived.arm_stiffness_bending * q[4 + 3 * e] + p->derived.arm_damping_bending *
         qd[4 + 3 * e];
         const double t32 = p->derived.arm_stiffness_phi * q[5 + 3 * e] + p->derived.arm_damping_phi * qd[5 + 3 * e];
-        /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+        /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H is passed on (5.3) */
         arm_theta_e_cos_inverse[e] = 1.0 / arm_theta_e_cos;
         const double t33 = arm_phi_e_sin * arm_phi_e_sin;
         const double t34 = arm_phi_e_sin * arm_phi_e_cos;
@@ -1997,7 +1997,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t36 = arm_theta_e_sin * arm_theta_e_cos;
         const double t37 = arm_psi_e_sin * arm_psi_e_sin;
         const double t38 = arm_psi_e_sin * arm_psi_e_cos;
-        /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+        /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H is passed on (5.3) */
         const double t39 = arm_phi_e_inertia_yy + carried_61;
         const double t40 = carried_66 - arm_phi_e_moment_x;
         const double t41 = arm_phi_e_moment_x + carried_68;
@@ -2043,12 +2043,12 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t81 = t67 + t78;
         const double t82 = t38 * t77 + (1.0 - t37 - t37) * t73;
         const double t83 = p->derived.arm_element_length * t80;
-        /* arm_phi_e: force left for the joint, inward */
+        /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
         const double t84 = arm_theta_e_sin * t32;
         const double t85 = arm_theta_e_cos_inverse[e] * (p->derived.arm_stiffness_bending * q[3 + 3 * e] +
         p->derived.arm_damping_bending * qd[3 + 3 * e] + t84);
         const double t86 = arm_theta_e_cos * t32 + arm_theta_e_sin * t85;
-        /* arm_phi_e: force left for the joint, inward */
+        /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
         const double t87 = arm_phi_e_load_moment_y[e] + arm_phi_e_sin * t85 + arm_phi_e_cos * t31 + carried_91;
         t88[e] = (e == 2 ? p->derived.arm_half_element_inertia_xx_inverse : p->derived.arm_element_inertia_xx_inverse) *
         (t32 + carried_90);
@@ -2063,7 +2063,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t96 = arm_theta_e_cos * t95 - arm_theta_e_sin * t91;
         const double t97 = arm_theta_e_sin * t95 + arm_theta_e_cos * t91;
         const double t98 = arm_psi_e_sin * t97 + arm_psi_e_cos * t94;
-        /* arm_phi_e: force left for the joint, inward */
+        /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
         t99[e] = t44 * (t43 * carried_105 - carried_106);
         t100[e] = t43 * t99[e] + t42 * carried_105;
         const double t101 = carried_107 + carried_67 * t99[e] - carried_64 * t100[e];
@@ -2074,7 +2074,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t106 = arm_theta_e_cos * t105 - arm_theta_e_sin * t101;
         const double t107 = arm_theta_e_sin * t105 + arm_theta_e_cos * t101;
         const double t108 = arm_psi_e_sin * t107 + arm_psi_e_cos * t104;
-        /* arm_phi_e: force left for the joint, inward */
+        /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
         t109[e] = t44 * (t43 * carried_118 - carried_119);
         t110[e] = t43 * t109[e] + t42 * carried_118;
         const double t111 = carried_120 + carried_67 * t109[e] - carried_64 * t110[e];
@@ -2137,13 +2137,13 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         carried_121 = t118;
         carried_122 = t116;
     }
-    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H, inward */
+    /* arm_phi_e and the two turns before: J = L D L^T, M - H^T J^-1 H is passed on (5.3) */
     const double arm_psi_U_force_x = carried_67 + p->derived.arm_psi_e_entry_x * carried_73;
     const double t119 = p->derived.arm_psi_e_entry_x * carried_66;
     const double t120 = p->derived.arm_psi_e_entry_x * carried_68;
     const double arm_psi_U_moment_y = carried_63 - carried_75 * p->derived.arm_psi_e_entry_x_squared - p->derived.arm_psi_e_entry_x *
         carried_69 + p->derived.arm_psi_e_entry_x * carried_65;
-    /* arm_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    /* arm_psi: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
     const double arm_psi_U_moment_z = p->derived.arm_half_element_inertia_yy + carried_62 + t120 + carried_71 *
         p->derived.arm_psi_e_entry_x_squared + t120;
     const double arm_psi_U_force_y = p->derived.arm_half_element_moment_x + carried_68 + p->derived.arm_psi_e_entry_x *
@@ -2158,7 +2158,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double column_psi_U_force_z = arm_psi_cos * (arm_psi_cos * (carried_65 - p->derived.arm_psi_e_entry_x *
         carried_75 - arm_psi_U_moment_y * t123)) + arm_psi_sin * (arm_psi_cos * (carried_64 - p->derived.arm_psi_e_entry_x *
         carried_74 - arm_psi_U_moment_y * t122));
-    /* column_psi: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    /* column_psi: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
     const double column_psi_U_moment_z = p->Izz_col + t124 + arm_psi_sin * (arm_psi_sin * (p->derived.arm_half_element_inertia_xx -
         t124));
     const double column_psi_D_inverse = 1.0 / column_psi_U_moment_z;
@@ -2166,59 +2166,59 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
     const double t127 = p->derived.m_base_plus_m_col + t125 + (carried_73 - arm_psi_U_force_x * t123) * (t10 +
         t10) + arm_psi_sin * arm_psi_sin * (p->derived.arm_half_element_mass + carried_70 - arm_psi_U_force_x *
         t122 - t125);
-    /* base_z: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward */
+    /* base_z: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2) */
     const double base_z_U_force_z = t127 - column_psi_U_force_z * t126;
     const double base_z_D_inverse = 1.0 / base_z_U_force_z;
-    /* arm_phi_e: force left for the joint, inward */
+    /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
     const double t128 = arm_psi_load_moment_z + carried_92 + p->derived.arm_psi_e_entry_x * carried_94;
-    /* arm_psi: force left for the joint, inward */
+    /* arm_psi: u = f - e.p, p + U u/D is passed on (5.4) */
     const double t129 = 2.0 * (0.5 * (1.0 - cos(fmin(fmax(t / 2.0, 0.0), 1.0) * 3.141592653589793))) - 0.5 *
         qd[1] - arm_psi_sin * (arm_psi_load_moment_x + carried_90);
-    /* column_psi: force left for the joint, inward */
+    /* column_psi: u = f - e.p, p + U u/D is passed on (5.4) */
     const double t130 = t129 - arm_psi_cos * (arm_psi_load_moment_y + carried_91 - p->derived.arm_psi_e_entry_x *
         carried_95 - t121 * t128);
     const double t131 = p->derived.base_z_load_force_z_plus_column_psi_load_force_z + (p->s_sup * q[0] + p->d_sup *
         qd[0]) + arm_psi_sin * (arm_psi_load_force_x + carried_93 - t122 * t128) + arm_psi_cos * (arm_psi_load_force_y +
         carried_94 - t123 * t128);
-    /* base_z: acceleration, outward */
+    /* base_z: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t132 = base_z_D_inverse * (t131 + t126 * t130);
     out->qdd_free[0] = -t132;
-    /* column_psi: acceleration, outward */
+    /* column_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t133 = t126 * t132 + column_psi_D_inverse * t130;
     out->qdd_free[1] = t133;
+    /* arm_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t134 = arm_psi_cos * t133;
     const double t135 = arm_psi_sin * t132;
     const double t136 = arm_psi_cos * t132;
-    /* arm_psi: acceleration, outward */
     const double t137 = t121 * t134 - (t122 * t135 + t123 * t136) + arm_psi_D_inverse * t128;
     out->qdd_free[2] = -t137;
-    /* arm_phi_e: force left for the joint, inward */
+    /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
     const double t138 = carried_106 + p->derived.arm_psi_e_entry_x * carried_108;
-    /* arm_psi: force left for the joint, inward */
+    /* arm_psi: u = f - e.p, p + U u/D is passed on (5.4) */
     const double t139 = arm_psi_cos * (carried_105 - p->derived.arm_psi_e_entry_x * carried_109 - t121 * t138);
-    /* base_z: acceleration, outward */
+    /* base_z: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t140 = base_z_D_inverse * (t126 * t139 - (arm_psi_sin * (carried_107 - t122 * t138) + arm_psi_cos *
         (carried_108 - t123 * t138)));
-    /* column_psi: acceleration, outward */
+    /* column_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t141 = t126 * t140 + column_psi_D_inverse * t139;
+    /* arm_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t142 = arm_psi_cos * t141;
     const double t143 = arm_psi_sin * t140;
     const double t144 = arm_psi_cos * t140;
-    /* arm_psi: acceleration, outward */
     const double t145 = t123 * t144 + t122 * t143 - t121 * t142 + arm_psi_D_inverse * t138;
-    /* arm_phi_e: force left for the joint, inward */
+    /* arm_phi_e: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3) */
     const double t146 = carried_119 + p->derived.arm_psi_e_entry_x * carried_121;
-    /* arm_psi: force left for the joint, inward */
+    /* arm_psi: u = f - e.p, p + U u/D is passed on (5.4) */
     const double t147 = arm_psi_cos * (carried_118 - p->derived.arm_psi_e_entry_x * carried_122 - t121 * t146);
-    /* base_z: acceleration, outward */
+    /* base_z: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t148 = base_z_D_inverse * (t126 * t147 - (arm_psi_sin * (carried_120 - t122 * t146) + arm_psi_cos *
         (carried_121 - t123 * t146)));
-    /* column_psi: acceleration, outward */
+    /* column_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t149 = t126 * t148 + column_psi_D_inverse * t147;
+    /* arm_psi: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t150 = arm_psi_cos * t149;
     const double t151 = arm_psi_sin * t148;
     const double t152 = arm_psi_cos * t148;
-    /* arm_psi: acceleration, outward */
     const double t153 = t123 * t152 + t122 * t151 - t121 * t150 + arm_psi_D_inverse * t146;
     double t167[3];
     double t168[3];
@@ -2270,14 +2270,14 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         carried_123_at[e] = carried_123;
         carried_124_at[e] = carried_124;
         carried_125_at[e] = carried_125;
-        /* arm_phi_e: acceleration, outward */
+        /* arm_phi_e: wd = J^-1 (m - n_p) - J^-1 H a (5.3) */
         const double t154 = carried_100 + p->derived.arm_element_length * carried_98;
         const double t155 = carried_101 - p->derived.arm_element_length * carried_97;
         const double t156 = arm_psi_e_sin * t154 + arm_psi_e_cos * carried_99;
         const double t157 = arm_psi_e_cos * t154 - arm_psi_e_sin * carried_99;
         const double t158 = arm_theta_e_sin * t156 + arm_theta_e_cos * t155;
         const double t159 = arm_theta_e_cos * t156 - arm_theta_e_sin * t155;
-        /* arm_phi_e: acceleration, outward */
+        /* arm_phi_e: wd = J^-1 (m - n_p) - J^-1 H a (5.3) */
         const double t160 = arm_phi_e_sin * t158 + arm_phi_e_cos * t157;
         const double t161 = arm_phi_e_cos * t158 - arm_phi_e_sin * t157;
         const double t162 = t90[e] + t48[e] * t159 + t56[e] * t161 + t52[e] * t160;
@@ -2291,7 +2291,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         arm_theta_e_w_x[e] + (arm_theta_e_cos * carried_104 + arm_theta_e_sin * t164)));
         t169[e] = qd[4 + 3 * e] * arm_theta_e_w_z[e] + arm_theta_e_sin * carried_104 - t88[e] - arm_theta_e_cos *
         t164 + arm_theta_e_sin * t168[e];
-        /* arm_phi_e: acceleration, outward */
+        /* arm_phi_e: wd = J^-1 (m - n_p) - J^-1 H a (5.3) */
         t170[e] = arm_psi_e_cos * carried_110 + arm_psi_e_sin * carried_111;
         const double t171 = carried_114 + p->derived.arm_element_length * carried_112;
         const double t172 = carried_115 - p->derived.arm_element_length * carried_111;
@@ -2299,14 +2299,14 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t174 = arm_psi_e_cos * t171 - arm_psi_e_sin * carried_113;
         const double t175 = arm_theta_e_sin * t173 + arm_theta_e_cos * t172;
         const double t176 = arm_theta_e_cos * t173 - arm_theta_e_sin * t172;
-        /* arm_phi_e: acceleration, outward */
+        /* arm_phi_e: wd = J^-1 (m - n_p) - J^-1 H a (5.3) */
         const double t177 = arm_phi_e_sin * t175 + arm_phi_e_cos * t174;
         const double t178 = arm_phi_e_cos * t175 - arm_phi_e_sin * t174;
         t179[e] = t100[e] + t48[e] * t176 + t56[e] * t178 + t52[e] * t177;
         t180[e] = t99[e] - t47[e] * t176 - t55[e] * t178 - t51[e] * t177;
         t181[e] = arm_theta_e_cos_inverse[e] * (arm_phi_e_cos * t180[e] - arm_phi_e_sin * t179[e] - (arm_theta_e_sin *
         t170[e] + arm_theta_e_cos * carried_112));
-        /* arm_phi_e: acceleration, outward */
+        /* arm_phi_e: wd = J^-1 (m - n_p) - J^-1 H a (5.3) */
         t182[e] = arm_psi_e_cos * carried_123 + arm_psi_e_sin * carried_124;
         const double t183 = carried_127 + p->derived.arm_element_length * carried_125;
         const double t184 = carried_128 - p->derived.arm_element_length * carried_124;
@@ -2314,7 +2314,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double t186 = arm_psi_e_cos * t183 - arm_psi_e_sin * carried_126;
         const double t187 = arm_theta_e_sin * t185 + arm_theta_e_cos * t184;
         const double t188 = arm_theta_e_cos * t185 - arm_theta_e_sin * t184;
-        /* arm_phi_e: acceleration, outward */
+        /* arm_phi_e: wd = J^-1 (m - n_p) - J^-1 H a (5.3) */
         const double t189 = arm_phi_e_sin * t187 + arm_phi_e_cos * t186;
         const double t190 = arm_phi_e_cos * t187 - arm_phi_e_sin * t186;
         t191[e] = t110[e] + t48[e] * t188 + t56[e] * t190 + t52[e] * t189;
@@ -2352,21 +2352,19 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         carried_127 = t189;
         carried_128 = t190;
     }
-    /* arm_phi_e: acceleration, outward */
+    /* effector_z: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t194 = carried_100 + effector_z_shift_x * carried_98;
     const double t195 = effector_z_shift_x * carried_97 - carried_101;
-    /* effector_z: acceleration, outward */
     const double t196 = carried_99 + p->derived.effector_z_D_inverse * effector_z_load_force_z;
     out->qdd_free[12] = -t196;
     const double t197 = carried_99 - t196;
-    /* effector_z: acceleration, outward */
+    /* effector_z: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t198 = row_1_u_effector_z * p->derived.effector_z_D_inverse - carried_113;
     const double t199 = t30 * (carried_114 + effector_z_shift_x * carried_112) - t29 * (effector_z_shift_x *
         carried_111 - carried_115) + row_1_u_effector_z * (carried_113 + t198);
-    /* arm_phi_e: acceleration, outward */
+    /* effector_z: x = (u - U.a')/D, a = a' + e x (5.4) */
     const double t200 = carried_127 + effector_z_shift_x * carried_125;
     const double t201 = effector_z_shift_x * carried_124 - carried_128;
-    /* effector_z: acceleration, outward */
     const double t202 = last_arm_theta_e_ground_z_x * p->derived.effector_z_D_inverse - carried_126;
     const double t203 = carried_126 + t202;
     const double t204 = t30 * t200 - t29 * t201 + row_1_u_effector_z * t203;
@@ -2395,7 +2393,7 @@ void manipulator_flexible_accelerations(const struct manipulator_flexible_parame
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_theta_e_sin = sine[3 + 3 * e];
         const double arm_theta_e_cos = cosine[3 + 3 * e];
-        /* qdd = qdd_free + M^-1 u^T lambda */
+        /* qdd = qdd_free + M^-1 u^T lambda (5.6) */
         const double t210 = (arm_psi_e_cos * carried_111_at[e] - arm_psi_e_sin * carried_110_at[e] + arm_phi_e_cos *
         t179[e] + arm_phi_e_sin * t180[e]) * t209 - t167[e] - (arm_psi_e_cos * carried_124_at[e] - arm_psi_e_sin *
         carried_123_at[e] + arm_phi_e_cos * t191[e] + arm_phi_e_sin * t192[e]) * row_2_lambda;
@@ -2492,14 +2490,14 @@ void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p
     (void)qd;
     double sine[11], cosine[11];
     manipulator_flexible_sincos(q + 1, sine, cosine, 11);
-    /* column_psi: motion from base_z outward */
+    /* column_psi from base_z: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double column_psi_sin = sine[0];
     const double column_psi_cos = cosine[0];
-    /* arm_psi: motion from column_psi outward */
+    /* arm_psi from column_psi: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
     const double arm_psi_sin = sine[1];
     const double arm_psi_cos = cosine[1];
     const double arm_psi_ground_x_x = column_psi_cos * arm_psi_cos;
-    /* arm_psi_e: motion from arm_psi outward */
+    /* arm_psi_e from arm_psi: r = r_p + R_p s, v = v_p + w_p x s (4.13) */
     const double arm_psi_e_position_x = p->derived.arm_psi_e_entry_x * arm_psi_ground_x_x;
     double last_arm_theta_e_ground_x_x = arm_psi_ground_x_x;
     double last_arm_phi_e_ground_x_y = -column_psi_cos * arm_psi_sin;
@@ -2512,16 +2510,16 @@ void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p
         const double arm_theta_e_cos = cosine[3 + 3 * e];
         const double arm_phi_e_sin = sine[4 + 3 * e];
         const double arm_phi_e_cos = cosine[4 + 3 * e];
-        /* arm_psi_e: motion from arm_psi_e outward */
+        /* arm_psi_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_psi_e_ground_x_x = arm_psi_e_cos * last_arm_theta_e_ground_x_x + arm_psi_e_sin *
         last_arm_phi_e_ground_x_y;
         const double arm_psi_e_ground_x_y = arm_psi_e_cos * last_arm_phi_e_ground_x_y - arm_psi_e_sin * last_arm_theta_e_ground_x_x;
         const double arm_psi_e_position_x_2 = last_arm_psi_e_position_x + p->derived.arm_element_length *
         last_arm_theta_e_ground_x_x;
-        /* arm_theta_e: motion from arm_psi_e outward */
+        /* arm_theta_e from arm_psi_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_theta_e_ground_x_z = arm_theta_e_sin * arm_psi_e_ground_x_x + arm_theta_e_cos * last_arm_phi_e_ground_x_z;
         const double arm_theta_e_ground_x_x = arm_theta_e_cos * arm_psi_e_ground_x_x - arm_theta_e_sin * last_arm_phi_e_ground_x_z;
-        /* arm_phi_e: motion from arm_theta_e outward */
+        /* arm_phi_e from arm_theta_e: w = E w_p + e qd, v = E (v_p + w_p x s) (4.2) */
         const double arm_phi_e_ground_x_y = arm_phi_e_sin * arm_theta_e_ground_x_z + arm_phi_e_cos * arm_psi_e_ground_x_y;
         const double arm_phi_e_ground_x_z = arm_phi_e_cos * arm_theta_e_ground_x_z - arm_phi_e_sin * arm_psi_e_ground_x_y;
         last_arm_theta_e_ground_x_x = arm_theta_e_ground_x_x;
@@ -2529,7 +2527,7 @@ void manipulator_flexible_anchor(const struct manipulator_flexible_parameters *p
         last_arm_phi_e_ground_x_z = arm_phi_e_ground_x_z;
         last_arm_psi_e_position_x = arm_psi_e_position_x_2;
     }
-    /* effector_z: motion from arm_psi_e outward */
+    /* effector_z from arm_psi_e: w = E w_p, v = E (v_p + w_p x s) + e qd (4.2) */
     const double effector_z_shift_x = q[12] + p->derived.half_arm_element_length;
     const double effector_z_position_x = last_arm_psi_e_position_x + last_arm_theta_e_ground_x_x * effector_z_shift_x;
     anchored[0] = effector_z_position_x - p->a;
@@ -2817,7 +2815,7 @@ static void manipulator_flexible_start_doubles(const double *p, const double *x,
 const struct refdyn_model manipulator_flexible_model = {
     SET(interface_version) 1,
     SET(name) "manipulator_flexible",
-    SET(hash) "e4da7ef227975f94",
+    SET(hash) "b226c776ae63370b",
     SET(n) 13,
     SET(m) 2,
     SET(parameter_count) 21,

@@ -3,6 +3,7 @@
  *
  * 4 coordinates, 2 constraint rows, 1 points; M qdd = h + Q, SI units and radians.
  * Options: n_rfe = 1, program = consistent, dofs = psi,theta,phi, drive = course, name = manipulator_rigid, form = corrected.
+ * Formulas in the sources have the symbols and section numbers of refdyn's gen/theory.md.
  *
  * Coordinates q and their rates qd, in this order:
  *   0 base_z [m], slide along local z, on the ground

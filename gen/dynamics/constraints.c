@@ -59,11 +59,13 @@ static const char *coefficient_name(const struct kinematics *k, int index, int j
 }
 
 static struct row_terms derive_row(const struct kinematics *k, int index) {
-    static const char *const levels[] = {"position", "velocity", "acceleration"};
+    static const char *const formulas[] = {
+        "row %d, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3)",
+        "row %d, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3)",
+        "row %d, of accelerations: u qdd + v = 0, k = -v (6.1)"};
     const struct row *row = &k->model->rows[index];
     struct row_terms terms = {0};
-    graph_remark(k->g,
-                 memory_format(k->memory, "row %d (%s level): u qdd + v = 0", index + 1, levels[row->level]));
+    graph_remark(k->g, memory_format(k->memory, formulas[row->level], index + 1));
     if (row->level == ROW_POSITION) {
         const expression rate = time_derivative(k, row->residual);
         terms.phi = coordinate_derivatives_with_points(k, row->residual);

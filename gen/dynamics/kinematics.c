@@ -356,7 +356,7 @@ static void derive_point(struct kinematics *k, int index) {
         carrier.position = carrier.linear = carrier.bias_linear = (struct vector){{0, 0, 0}};
     const struct vector velocity = vector_add(g, carrier.linear, vector_cross(g, m->angular, rho));
     const struct vector bias = carried_acceleration(g, m, carrier.bias_linear, rho);
-    graph_remark(g, memory_format(k->memory, "%s %s: r = T rho, rd = C qd, rdd = C qdd + d",
+    graph_remark(g, memory_format(k->memory, "%s %s: r = T rho, rd = C qd, rdd = C qdd + d (4.4)",
                                   is_direction ? "direction" : "point", k->model->points[index].name));
     point->r = vector_add(g, carrier.position, matrix_times(g, m->rotation.at, rho));
     point->rd = matrix_times(g, m->rotation.at, velocity);
@@ -381,13 +381,22 @@ struct vector kinematics_acceleration_less_gravity(const struct kinematics *k, i
     return vector_add(g, moved, vector_of(k->model->gravity));
 }
 
+static void remark_motion(const struct kinematics *k, int i) {
+    const struct frame *frame = &k->tree->frames[i];
+    const char *parent = frame->parent < 0 ? "the ground" : k->tree->frames[frame->parent].name;
+    const char *formula = "r = r_p + R_p s, v = v_p + w_p x s (4.13)";
+    if (frame->kind == FRAME_JOINT)
+        formula = frame->joint.is_revolute ? "w = E w_p + e qd, v = E (v_p + w_p x s) (4.2)"
+                                           : "w = E w_p, v = E (v_p + w_p x s) + e qd (4.2)";
+    graph_remark(k->g, memory_format(k->memory, "%s from %s: %s", frame->name, parent, formula));
+}
+
 /* The motion of frame i, one step from its parent's. */
 static void step_outward(void *context, int i) {
     struct kinematics *k = context;
     const int parent = k->tree->frames[i].parent;
     const struct frame_motion ground = ground_motion(k);
-    graph_remark(k->g, memory_format(k->memory, "%s: motion from %s outward", k->tree->frames[i].name,
-                                     parent < 0 ? "the ground" : k->tree->frames[parent].name));
+    remark_motion(k, i);
     place_joint(k, i);
     turn_body(k, i, parent < 0 ? &ground : &k->frames[parent]);
     place_in_ground(k, i, parent < 0 ? &ground : &k->frames[parent]);

@@ -212,13 +212,13 @@ static const expression *constrained_by(struct derivation *d, struct solution *s
     solution->responses = memory_get(d->memory, ((size_t)d->m + 1) * sizeof *solution->responses);
     solution->S = derivation_new_values(d, d->m * d->m);
     solution->lambda = derivation_new_values(d, d->m);
-    graph_remark(d->g, "rows: (u M^-1 u^T) lambda = k - u qdd_free");
+    graph_remark(d->g, "rows: S lambda = k - u qdd_free, S = u M^-1 u^T (5.6)");
     if (solution->frames && act_as_loads(d, solution))
         respond_to_loads(d, solution);
     else
         respond_to_coefficients(d, solution);
     accelerations_solve_rows(d, solution->S, solution->lambda, "lambda");
-    graph_remark(d->g, "qdd = qdd_free + M^-1 u^T lambda");
+    graph_remark(d->g, "qdd = qdd_free + M^-1 u^T lambda (5.6)");
     solution->qdd = derivation_new_values(d, d->frames);
     struct constraint_effect x = {d, solution};
     recursion_visit_joints(d->g, d->kinematics.tree, add_effect, &x);
