@@ -446,11 +446,12 @@ static struct articulated eliminate_stage(const struct kinematics *k, struct sta
 }
 
 static void remark_stage(const struct kinematics *k, const struct stage *stage) {
-    graph_remark(k->g, memory_format(k->memory,
-                                     stage->last > stage->first
-                                         ? "%s and the two turns before: J = L D L^T, M - H^T J^-1 H, inward"
-                                         : "%s: articulated inertia, D = e.I e, I - I e (I e)^T / D, inward",
-                                     k->tree->frames[stage->last].name));
+    graph_remark(k->g, memory_format(
+                           k->memory,
+                           stage->last > stage->first
+                               ? "%s and the two turns before: J = L D L^T, M - H^T J^-1 H is passed on (5.3)"
+                               : "%s: U = IA e, D = e.U, IA - U U^T/D is passed on (5.2)",
+                           k->tree->frames[stage->last].name));
 }
 
 /* IA_i = I_i + what the children pass on (theory, sect. 5.1). A stage is eliminated at its last frame; its
@@ -542,8 +543,11 @@ static struct wrench reduce(const struct kinematics *k, int i, struct solution *
         p = wrench_add(k->g, solution->side.loads[i], p);
     if (!solution->elimination->ends_stage[i])
         return wrench_to_parent(k, i, p);
-    graph_remark(k->g,
-                 memory_format(k->memory, "%s: force left for the joint, inward", k->tree->frames[i].name));
+    graph_remark(k->g, memory_format(k->memory,
+                                     stage->last > stage->first
+                                         ? "%s: m and f_p + H^T J^-1 (m - n_p) are passed on (5.3)"
+                                         : "%s: u = f - e.p, p + U u/D is passed on (5.4)",
+                                     k->tree->frames[i].name));
     if (stage->last > stage->first)
         return reduce_ball(k, stage, p, solution);
     return wrench_to_parent(k, i, reduce_joint(k, stage, p, solution));
@@ -612,9 +616,12 @@ static void accelerate_outward(void *context, int i) {
     const int first = ends ? stage->first : i, parent = k->tree->frames[first].parent;
     const struct acceleration still = {{{0, 0, 0}}, {{0, 0, 0}}, {{0, 0, 0}}};
     const struct acceleration inside = parent < 0 ? still : solution->accelerations[parent];
-    struct acceleration own = carry_outward(k, first, inside);
     if (ends)
-        graph_remark(k->g, memory_format(k->memory, "%s: acceleration, outward", k->tree->frames[i].name));
+        graph_remark(k->g, memory_format(k->memory,
+                                         i > first ? "%s: wd = J^-1 (m - n_p) - J^-1 H a (5.3)"
+                                                   : "%s: x = (u - U.a')/D, a = a' + e x (5.4)",
+                                         k->tree->frames[i].name));
+    struct acceleration own = carry_outward(k, first, inside);
     if (i > first)
         own = accelerate_ball(k, stage, inside, solution);
     else if (ends)

@@ -87,7 +87,7 @@ static void add_inward(void *context, int i) {
     const struct inward_sum *x = context;
     const struct kinematics *k = x->k;
     const struct frame *frame = &k->tree->frames[i];
-    graph_remark(k->g, memory_format(k->memory, "%s: %s, inward", frame->name, x->what));
+    graph_remark(k->g, memory_format(k->memory, "%s: %s (4.7)", frame->name, x->what));
     if (frame->kind == FRAME_JOINT) {
         x->sums[i] = wrench_add(k->g, x->own(k, i), x->sums[i]);
         kinematics_name_vector(k, i, x->moment_name, x->sums[i].moment);
@@ -163,9 +163,8 @@ static void derive_load(void *context, int i) {
     const struct own_loads *x = context;
     const struct kinematics *k = x->k;
     const struct reference *reference = &x->references[i];
-    graph_remark(k->g,
-                 memory_format(k->memory, "%s: load, inertia and gravity of the body at these accelerations",
-                               k->tree->frames[i].name));
+    graph_remark(k->g, memory_format(k->memory, "%s: load l = wrench of I at wdr, ar (4.7, 5.5)",
+                                     k->tree->frames[i].name));
     x->loads[i] = wrench_of_inertia(k, i, reference->angular, &reference->gradient, reference->linear);
     kinematics_name_vector(k, i, "load_moment", x->loads[i].moment);
     kinematics_name_vector(k, i, "load_force", x->loads[i].force);
@@ -181,8 +180,9 @@ struct wrench *dynamics_loads(const struct kinematics *k, const struct reference
 expression *dynamics_bias_forces(const struct kinematics *k, bool less_gravity) {
     if (less_gravity)
         return sum_inward(k, less_gravity_wrench, "carried_moment", "carried_force",
-                          "bias and gravity forces c + g");
-    return sum_inward(k, bias_wrench, "bias_moment", "bias_force", "bias forces c");
+                          "c + g = e.F, F = wrench of I at wd0, a0 - grav, and all beyond");
+    return sum_inward(k, bias_wrench, "bias_moment", "bias_force",
+                      "c = e.F, F = wrench of I at wd0, a0, and all beyond");
 }
 
 /* About the parent's origin, s away: mc + m s, J + (2 mc.s 1 - mc s^T - s mc^T) + m (s.s 1 - s s^T): theory,
@@ -228,8 +228,7 @@ struct wrench wrench_of_unit(const struct kinematics *k, int i, const struct ine
 static void derive_column(const struct composition *x, int i) {
     const struct kinematics *k = x->k;
     const int n = k->tree->count;
-    graph_remark(k->g, memory_format(k->memory,
-                                     "%s: column of M, M_ij = tr{X_i Hc_k X_j^T} on the way to the ground",
+    graph_remark(k->g, memory_format(k->memory, "%s: its column of M, e_j.W, W = Ic e moved to joint j (4.6)",
                                      k->tree->frames[i].name));
     struct wrench wrench = wrench_of_unit(k, i, &x->composites[i]);
     for (int j = i; j >= 0; j = k->tree->frames[j].parent) {
@@ -244,8 +243,7 @@ static void compose(void *context, int i) {
     const struct kinematics *k = x->k;
     const struct frame *frame = &k->tree->frames[i];
     struct inertia *outer = &x->composites[frame->parent < 0 ? k->tree->count : frame->parent];
-    graph_remark(k->g,
-                 memory_format(k->memory, "%s: composite pseudo-inertia of all beyond, inward", frame->name));
+    graph_remark(k->g, memory_format(k->memory, "%s: Ic = I + Ic of all that it carries (4.5)", frame->name));
     if (frame->kind == FRAME_JOINT) {
         x->composites[i] = inertia_add(k->g, dynamics_own_inertia(k, i), x->composites[i]);
         name_composite(k, i, &x->composites[i]);
@@ -278,8 +276,8 @@ static void weigh(void *context, int i) {
     const struct vector field = k->frames[i].gravity;
     const struct vector moment = vector_cross(k->g, vector_of(composite->moment), field);
     const struct wrench weight = {moment, vector_scale(k->g, composite->mass, field)};
-    graph_remark(k->g,
-                 memory_format(k->memory, "%s: gravity g = -grav^T X sum(T H e4)", k->tree->frames[i].name));
+    graph_remark(k->g, memory_format(k->memory, "%s: g = -e.(mc x grav, m grav) of Ic (4.8)",
+                                     k->tree->frames[i].name));
     x->forces[i] = expr_neg(k->g, on_joint(k, i, weight));
 }
 
@@ -302,7 +300,7 @@ expression *dynamics_gravity_tangent(const struct kinematics *k, const struct in
     struct vector *levers = memory_get(k->memory, ((size_t)n + 1) * sizeof *levers);
     for (int j = 0; j < n; j++) {
         graph_remark(
-            g, memory_format(k->memory, "%s: column of the gravity tangent g_i,j", k->tree->frames[j].name));
+            g, memory_format(k->memory, "%s: dg_i/dq = -(grav x e_i).Delta (4.8)", k->tree->frames[j].name));
         const struct vector own = wrench_of_unit(k, j, &composites[j]).force;
         const struct vector change = matrix_times(g, k->frames[j].rotation.at, own);
         levers[j] = vector_cross(g, gravity, kinematics_joint_axis(k, j));
@@ -343,7 +341,8 @@ static void add_momentum(void *context, int i) {
     const struct kinematics *k = x->k;
     struct graph *g = k->g;
     const struct frame *frame = &k->tree->frames[i];
-    graph_remark(g, memory_format(k->memory, "%s: s = sum tr{T_m H T_in^T} qd_m qd_n, inward", frame->name));
+    graph_remark(g,
+                 memory_format(k->memory, "%s: s = (w x e).L + (v x e).p of all beyond (4.11)", frame->name));
     if (frame->kind == FRAME_JOINT) {
         const struct frame_motion *m = &k->frames[i];
         const struct vector axis = vector_unit(g, frame->joint.axis);
@@ -378,7 +377,7 @@ static expression twice_kinetic(void *context, int i) {
 }
 
 expression dynamics_kinetic_energy(const struct kinematics *k) {
-    graph_remark(k->g, "kinetic energy");
+    graph_remark(k->g, "2 Ek = sum of v.p + w.L (4.10)");
     const expression twice = recursion_sum_over_joints(k->g, k->tree, twice_kinetic, (void *)k);
     return expr_mul(k->g, expr_number(k->g, 0.5), twice);
 }
@@ -386,6 +385,6 @@ expression dynamics_kinetic_energy(const struct kinematics *k) {
 /* Ep = -grav . mc of all that moves, in the ground frame. */
 expression dynamics_gravity_energy(const struct kinematics *k, const struct inertia *composites) {
     const struct inertia *all = &composites[k->tree->count];
-    graph_remark(k->g, "potential energy of gravity, zero at the ground's origin");
+    graph_remark(k->g, "Ep = -grav.(mc of all) + springs, zero at the ground's origin (4.10)");
     return expr_neg(k->g, vector_dot(k->g, vector_of(k->model->gravity), vector_of(all->moment)));
 }

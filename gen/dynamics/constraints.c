@@ -34,8 +34,9 @@ static void stabilise(const struct kinematics *k, int index, struct row_terms *t
     struct graph *g = k->g;
     const struct row *row = &k->model->rows[index];
     const expression rate = constraints_rate_gain(g, row), position = constraints_position_gain(g, row);
-    graph_name_value(g, rate, memory_format(k->memory, "row_%d_rate_gain", index + 1));
-    graph_name_value(g, position, memory_format(k->memory, "row_%d_position_gain", index + 1));
+    const char *name = memory_format(k->memory, "row_%d", index + 1);
+    graph_name_shared(g, rate, name, "rate_gain");
+    graph_name_shared(g, position, name, "position_gain");
     const expression damping = expr_mul(g, rate, terms->psi), stiffness = expr_mul(g, position, terms->phi);
     terms->k = expr_neg(g, expr_add(g, expr_add(g, terms->v, damping), stiffness));
 }
@@ -44,17 +45,30 @@ static void name_row(const struct kinematics *k, int index, const struct row_ter
     const char *const names[] = {"v", "phi", "psi", "k"};
     const expression values[] = {terms->v, terms->phi, terms->psi, terms->k};
     for (int i = 0; i < 4; i++)
-        graph_name_value(k->g, values[i], memory_format(k->memory, "row_%d_%s", index + 1, names[i]));
+        graph_name_value(k->g, values[i], memory_format(k->memory, "row_%d_%s", index + 1, names[i]), 0);
+}
+
+/* A coefficient that is the entry of a point's C is called after the point: other rows may have it, too. */
+static const char *coefficient_name(const struct kinematics *k, int index, int j, expression e) {
+    static const char axes[3] = "xyz";
+    const char *frame = k->tree->frames[j].name;
+    for (int p = 0; p < k->model->marker_count; p++)
+        for (int a = 0; a < 3; a++)
+            if (k->points[p].columns[j].at[a] == e)
+                return memory_format(k->memory, "point_%s_C_%c_%s", k->model->points[p].name, axes[a], frame);
+    return memory_format(k->memory, "row_%d_u_%s", index + 1, frame);
 }
 
 /* Position: psi = d(phi)/dt, v = d(psi)/dt at qdd = 0; velocity: v = d(psi)/dt; acceleration: v is the
  * residual at qdd = 0; u by the symbols of the row's own order. Theory, sect. 6.1. */
 static struct row_terms derive_row(const struct kinematics *k, int index) {
-    static const char *const levels[] = {"position", "velocity", "acceleration"};
+    static const char *const formulas[] = {
+        "row %d, of positions: psi' = u qdd + v, k = -v - 2 alpha psi - beta^2 phi (6.1, 6.3)",
+        "row %d, of velocities: psi' = u qdd + v, k = -v - 2 alpha psi (6.1, 6.3)",
+        "row %d, of accelerations: u qdd + v = 0, k = -v (6.1)"};
     const struct row *row = &k->model->rows[index];
     struct row_terms terms = {0};
-    graph_remark(k->g,
-                 memory_format(k->memory, "row %d (%s level): u qdd + v = 0", index + 1, levels[row->level]));
+    graph_remark(k->g, memory_format(k->memory, formulas[row->level], index + 1));
     if (row->level == ROW_POSITION) {
         const expression rate = time_derivative(k, row->residual);
         terms.phi = coordinate_derivatives_with_points(k, row->residual);
@@ -74,8 +88,7 @@ static struct row_terms derive_row(const struct kinematics *k, int index) {
     stabilise(k, index, &terms);
     name_row(k, index, &terms);
     for (int j = 0; j < k->tree->count; j++)
-        graph_name_value(k->g, terms.u[j],
-                         memory_format(k->memory, "row_%d_u_%s", index + 1, k->tree->frames[j].name));
+        graph_name_value(k->g, terms.u[j], coefficient_name(k, index, j, terms.u[j]), 0);
     return terms;
 }
 

@@ -98,7 +98,7 @@ static void apply_forces(void *context, int j) {
 struct applied forces_generalized(const struct kinematics *k) {
     const size_t n = (size_t)k->tree->count;
     struct application x = {k, forces_collect(k), NULL, {new_values(k, n), new_values(k, n)}};
-    graph_remark(k->g, "springs -s (q - rest), dampers -d qd, and forces that the model names");
+    graph_remark(k->g, "Q = -s (q - rest) - d qd + F.C + T.e (4.9)");
     x.F = memory_get(k->memory, ((size_t)x.named.load_count + 1) * sizeof *x.F);
     for (int l = 0; l < x.named.load_count; l++)
         for (int a = 0; a < 3; a++)
@@ -160,7 +160,7 @@ expression *forces_tangent(const struct kinematics *k) {
     const int n = k->tree->count;
     const struct named_forces named = forces_collect(k);
     expression *tangent = new_values(k, (size_t)n * (size_t)n);
-    graph_remark(g, "tangent of springs and of forces that the model names, at rest");
+    graph_remark(g, "dQ/dq of springs and of what the model names, at qd = 0 (4.9, 7.3)");
     for (int i = 0; i < n; i++)
         tangent[i * n + i] = expr_neg(g, k->tree->frames[i].joint.stiffness);
     for (int f = 0; f < named.force_count; f++) {
@@ -187,7 +187,7 @@ expression *forces_printed_rates(const struct kinematics *k) {
     const int n = k->tree->count;
     const struct named_forces named = forces_collect(k);
     expression *extra = new_values(k, (size_t)n);
-    graph_remark(g, "printed form: sum_j qd_j dQ_j/dqd_i");
+    graph_remark(g, "printed form: sum_j qd_j dQ_j/dqd_i (9)");
     for (int i = 0; i < n; i++) /* -d_i qd_i is linear in qd_i alone */
         extra[i] = expr_neg(g, expr_mul(g, k->tree->frames[i].joint.damping, rate(k, i)));
     for (int f = 0; f < named.force_count; f++)

@@ -3,15 +3,41 @@
 #include "base/memory.h"
 #include "tree/recursion.h"
 
+#include <string.h>
+
+/* The frame of a coordinate, which may be that of a later element of a run. */
+static int frame_of(const struct tree *tree, int coordinate) {
+    int i = tree->count - 1;
+    while (tree->frames[i].kind != FRAME_JOINT || tree->frames[i].coordinate > coordinate)
+        i--;
+    return i;
+}
+
+/* Frames of which neither carries the other. */
+static bool are_apart(const struct kinematics *k, int i, int j) {
+    return !kinematics_is_on_path(k, i, j) && !kinematics_is_on_path(k, j, i);
+}
+
+/* What frames of one path have in common is called after the first one, what others have, after none; so
+ * is x where -x is theirs. */
 void kinematics_name_scalar(const struct kinematics *k, int i, const char *what, expression e) {
-    graph_name_value(k->g, e, memory_format(k->memory, "%s_%s", k->tree->frames[i].name, what));
+    struct graph *g = k->g;
+    const struct frame *frame = &k->tree->frames[i];
+    const int owner = frame->kind == FRAME_JOINT ? frame->coordinate + 1 : 0;
+    const bool is_negated = g->nodes[e].operation == OP_NEG;
+    struct value_name *name = &g->names[is_negated ? g->nodes[e].operand[0] : e];
+    if (name->owner && owner && are_apart(k, frame_of(k->tree, name->owner - 1), i))
+        *name = (struct value_name){memory_format(k->memory, "shared_%s", what), 0};
+    else if (is_negated && !name->text)
+        name->owner = owner;
+    else
+        graph_name_value(g, e, memory_format(k->memory, "%s_%s", frame->name, what), owner);
 }
 
 void kinematics_name_vector(const struct kinematics *k, int i, const char *what, struct vector a) {
     static const char axes[3] = "xyz";
     for (int axis = 0; axis < 3; axis++)
-        graph_name_value(k->g, a.at[axis],
-                         memory_format(k->memory, "%s_%s_%c", k->tree->frames[i].name, what, axes[axis]));
+        kinematics_name_scalar(k, i, memory_format(k->memory, "%s_%c", what, axes[axis]), a.at[axis]);
 }
 
 /* Rot(axis)^T a for the cosine and sine given; Rot(axis) a with the sine negated. */
@@ -295,9 +321,10 @@ static void name_point(struct kinematics *k, int index) {
     const struct point_motion *point = &k->points[index];
     const char *name = k->model->points[index].name;
     for (int a = 0; a < 3; a++) {
-        graph_name_value(k->g, point->r.at[a], memory_format(k->memory, "point_%s_%c", name, axes[a]));
-        graph_name_value(k->g, point->rd.at[a], memory_format(k->memory, "point_%s_%cd", name, axes[a]));
-        graph_name_value(k->g, point->d.at[a], memory_format(k->memory, "point_%s_bias_%c", name, axes[a]));
+        graph_name_value(k->g, point->r.at[a], memory_format(k->memory, "point_%s_%c", name, axes[a]), 0);
+        graph_name_value(k->g, point->rd.at[a], memory_format(k->memory, "point_%s_%cd", name, axes[a]), 0);
+        graph_name_value(k->g, point->d.at[a], memory_format(k->memory, "point_%s_bias_%c", name, axes[a]),
+                         0);
     }
 }
 
@@ -335,7 +362,7 @@ static void derive_point(struct kinematics *k, int index) {
         carrier.position = carrier.linear = carrier.bias_linear = (struct vector){{0, 0, 0}};
     const struct vector velocity = vector_add(g, carrier.linear, vector_cross(g, m->angular, rho));
     const struct vector bias = carried_acceleration(g, m, carrier.bias_linear, rho);
-    graph_remark(g, memory_format(k->memory, "%s %s: r = T rho, rd = C qd, rdd = C qdd + d",
+    graph_remark(g, memory_format(k->memory, "%s %s: r = T rho, rd = C qd, rdd = C qdd + d (4.4)",
                                   is_direction ? "direction" : "point", k->model->points[index].name));
     point->r = vector_add(g, carrier.position, matrix_times(g, m->rotation.at, rho));
     point->rd = matrix_times(g, m->rotation.at, velocity);
@@ -360,13 +387,22 @@ struct vector kinematics_acceleration_less_gravity(const struct kinematics *k, i
     return vector_add(g, moved, vector_of(k->model->gravity));
 }
 
+static void remark_motion(const struct kinematics *k, int i) {
+    const struct frame *frame = &k->tree->frames[i];
+    const char *parent = frame->parent < 0 ? "the ground" : k->tree->frames[frame->parent].name;
+    const char *formula = "r = r_p + R_p s, v = v_p + w_p x s (4.13)";
+    if (frame->kind == FRAME_JOINT)
+        formula = frame->joint.is_revolute ? "w = E w_p + e qd, v = E (v_p + w_p x s) (4.2)"
+                                           : "w = E w_p, v = E (v_p + w_p x s) + e qd (4.2)";
+    graph_remark(k->g, memory_format(k->memory, "%s from %s: %s", frame->name, parent, formula));
+}
+
 /* The motion of frame i, one step from its parent's. */
 static void step_outward(void *context, int i) {
     struct kinematics *k = context;
     const int parent = k->tree->frames[i].parent;
     const struct frame_motion ground = ground_motion(k);
-    graph_remark(k->g, memory_format(k->memory, "%s: motion from %s outward", k->tree->frames[i].name,
-                                     parent < 0 ? "the ground" : k->tree->frames[parent].name));
+    remark_motion(k, i);
     place_joint(k, i);
     turn_body(k, i, parent < 0 ? &ground : &k->frames[parent]);
     place_in_ground(k, i, parent < 0 ? &ground : &k->frames[parent]);

@@ -42,7 +42,8 @@ struct factors *mass_factor(const struct kinematics *k, const expression *mass_m
     x->D_inverse = memory_get(k->memory, (n + 1) * sizeof *x->D_inverse);
     expression *rest = memory_grow(k->memory, mass_matrix, size, size + sizeof *rest);
     for (int i = k->tree->count - 1; i >= 0; i--) {
-        graph_remark(k->g, memory_format(k->memory, "%s: its row of M = L^T D L", k->tree->frames[i].name));
+        graph_remark(k->g,
+                     memory_format(k->memory, "%s: its row of M = L^T D L (5.7)", k->tree->frames[i].name));
         eliminate_row(x, rest, i);
     }
     return x;
@@ -54,7 +55,7 @@ expression *mass_factor_solve(const struct factors *x, const expression *f) {
     const int n = x->k->tree->count;
     const size_t size = (size_t)n * sizeof *f;
     expression *solution = memory_grow(x->k->memory, f, size, size + sizeof *f);
-    graph_remark(g, "L^T D L x = f: substitutions inward and outward");
+    graph_remark(g, "L^T D L x = f (5.7)");
     for (int i = n - 1; i >= 0; i--) {
         for (int j = parent_of(x, i); j >= 0; j = parent_of(x, j))
             solution[j] = expr_sub(g, solution[j], expr_mul(g, x->L[i * n + j], solution[i]));

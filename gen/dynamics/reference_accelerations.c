@@ -32,7 +32,7 @@ static void refer(void *context, int i) {
     const struct kinematics *k = x->k;
     struct graph *g = k->g;
     const struct frame *frame = &k->tree->frames[i];
-    graph_remark(g, memory_format(k->memory, "%s: accelerations that loads are taken at", frame->name));
+    graph_remark(g, memory_format(k->memory, "%s: reference accelerations wdr, ar (5.5)", frame->name));
     const struct reference ground = {
         .linear = vector_scale(g, expr_neg(g, expr_one(g)), vector_of(k->model->gravity))};
     const struct reference *parent = frame->parent < 0 ? &ground : &x->list[frame->parent];

@@ -46,6 +46,9 @@ void emit_value(struct emission *emission, struct text *text, expression e);
 /* The name of the value that a statement defines. */
 void emit_name(struct emission *emission, struct text *text, expression e);
 void emit_name_values(struct emission *emission);
+/* emit_expression.c: how tightly an operator binds in C. */
+enum binding { BINDS_SUM = 1, BINDS_PRODUCT, BINDS_ATOM };
+enum binding binding_of(const struct node *node);
 /* first + stride * e */
 void emit_run_index(struct text *text, int first, int stride);
 

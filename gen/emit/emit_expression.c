@@ -17,10 +17,7 @@ void emit_run_index(struct text *text, int first, int stride) {
     text_add(text, "e");
 }
 
-/* How tightly an operator binds in C. */
-enum binding { BINDS_SUM = 1, BINDS_PRODUCT, BINDS_ATOM };
-
-static enum binding binding_of(const struct node *node) {
+enum binding binding_of(const struct node *node) {
     switch (node->operation) {
     case OP_ADD:
     case OP_SUB:
@@ -242,53 +239,5 @@ void emit_value(struct emission *x, struct text *text, expression e) {
         }
         emit_name(x, text, e);
         text_add(text, "%s", x->function->is_stored[e] ? "[e]" : "");
-    }
-}
-
-/* A slot of a hash table of texts: the name's own, or the empty one where it belongs. */
-static size_t slot_of(const char **table, size_t size, const char *name) {
-    size_t h = 5381;
-    for (const char *c = name; *c; c++)
-        h = h * 33 + (unsigned char)*c;
-    h &= size - 1;
-    while (table[h] && strcmp(table[h], name))
-        h = (h + 1) & (size - 1);
-    return h;
-}
-
-/* The name itself, or the first of name_2, name_3 ... that is free. */
-static const char *unique_name(struct emission *x, const char **table, size_t size, const char *name) {
-    const char *candidate = name;
-    size_t slot = slot_of(table, size, candidate);
-    for (int copy = 2; table[slot]; copy++) {
-        candidate = memory_format(x->plan->memory, "%s_%d", name, copy);
-        slot = slot_of(table, size, candidate);
-    }
-    table[slot] = candidate;
-    return candidate;
-}
-
-/* Each name of the derivation that some function prints once; values of parameters alone always have one. */
-void emit_name_values(struct emission *x) {
-    struct memory *memory = x->plan->memory;
-    size_t size = 1024;
-    int derived = 0;
-    while (size < 4 * ((size_t)x->g->count + (size_t)x->g->slot_count))
-        size *= 2;
-    const char **table = memory_get(memory, size * sizeof *table);
-    x->value_names = memory_get(memory, x->g->count * sizeof *x->value_names);
-    const bool *needed = plan_mark_nodes_of_functions(x->plan);
-    for (expression e = 0; e < x->g->count; e++) {
-        const char *name = needed[e] ? x->g->names[e] : NULL;
-        if (!name && x->plan->is_derived[e])
-            name = memory_format(memory, "constant_%d", ++derived);
-        if (name)
-            x->value_names[e] = unique_name(x, table, size, name);
-    }
-    x->slot_names = memory_get(memory, ((size_t)x->g->slot_count + 1) * sizeof *x->slot_names);
-    for (int s = 0; s < x->g->slot_count; s++) {
-        const char *name = x->g->names[x->g->slots[s].next];
-        name = name ? memory_format(memory, "last_%s", name) : memory_format(memory, "carried_%d", s);
-        x->slot_names[s] = unique_name(x, table, size, name);
     }
 }

@@ -17,7 +17,10 @@ static void emit_description(struct emission *x, struct text *text) {
     for (int i = 0; i < model->option_count; i++)
         text_add(text, "%s%s = %s", i ? ", " : " * Options: ", model->options[i].name,
                  text_comment(text->memory, model->options[i].value));
-    text_add(text, "%s *\n", model->option_count ? ".\n" : "");
+    text_add(
+        text,
+        "%s * Formulas in the sources have the symbols and section numbers of refdyn's gen/theory.md.\n *\n",
+        model->option_count ? ".\n" : "");
 }
 
 /* The run that begins with coordinate i, or NULL. */

@@ -215,9 +215,16 @@ const struct symbol *expr_as_symbol(const struct graph *g, expression e) {
     return g->nodes[e].operation == OP_SYMBOL ? &g->symbols[g->nodes[e].operand[0]] : NULL;
 }
 
-void graph_name_value(struct graph *g, expression e, const char *text) {
-    if (operators[g->nodes[e].operation].arity && !g->names[e])
-        g->names[e] = text;
+void graph_name_value(struct graph *g, expression e, const char *text, int owner) {
+    if (operators[g->nodes[e].operation].arity && !g->names[e].text)
+        g->names[e] = (struct value_name){text, owner};
+}
+
+void graph_name_shared(struct graph *g, expression e, const char *owner, const char *what) {
+    const char *name = memory_format(g->memory, "%s_%s", owner, what);
+    if (g->names[e].text && strcmp(g->names[e].text, name))
+        g->names[e] = (struct value_name){memory_format(g->memory, "shared_%s", what), 0};
+    graph_name_value(g, e, name, 0);
 }
 
 void graph_remark(struct graph *g, const char *text) {

@@ -81,7 +81,7 @@ void accelerations_solve_rows(struct derivation *d, const expression *matrix, ex
     memcpy(S, matrix, (size_t)(m * m) * sizeof *S);
     for (int p = 0; p < m; p++) {
         inverse[p] = pivot_inverse(d, S[p * m + p], matrix[p * m + p]);
-        graph_name_value(g, inverse[p], memory_format(d->memory, "row_%d_pivot_inverse", p + 1));
+        graph_name_value(g, inverse[p], memory_format(d->memory, "row_%d_pivot_inverse", p + 1), 0);
         for (int i = p + 1; i < m; i++) {
             const expression factor = expr_mul(g, S[i * m + p], inverse[p]);
             for (int j = p + 1; j < m; j++)
@@ -93,7 +93,7 @@ void accelerations_solve_rows(struct derivation *d, const expression *matrix, ex
         for (int j = i + 1; j < m; j++)
             rest[i] = expr_sub(g, rest[i], expr_mul(g, S[i * m + j], rest[j]));
         rest[i] = expr_mul(g, rest[i], inverse[i]);
-        graph_name_value(g, rest[i], memory_format(d->memory, "row_%d_%s", i + 1, what));
+        graph_name_value(g, rest[i], memory_format(d->memory, "row_%d_%s", i + 1, what), 0);
     }
 }
 
@@ -208,13 +208,13 @@ static const expression *constrained_by(struct derivation *d, struct solution *s
     solution->responses = memory_get(d->memory, ((size_t)d->m + 1) * sizeof *solution->responses);
     solution->S = derivation_new_values(d, d->m * d->m);
     solution->lambda = derivation_new_values(d, d->m);
-    graph_remark(d->g, "rows: (u M^-1 u^T) lambda = k - u qdd_free");
+    graph_remark(d->g, "rows: S lambda = k - u qdd_free, S = u M^-1 u^T (5.6)");
     if (solution->frames && act_as_loads(d, solution))
         respond_to_loads(d, solution);
     else
         respond_to_coefficients(d, solution);
     accelerations_solve_rows(d, solution->S, solution->lambda, "lambda");
-    graph_remark(d->g, "qdd = qdd_free + M^-1 u^T lambda");
+    graph_remark(d->g, "qdd = qdd_free + M^-1 u^T lambda (5.6)");
     solution->qdd = derivation_new_values(d, d->frames);
     struct constraint_effect x = {d, solution};
     recursion_visit_joints(d->g, d->kinematics.tree, add_effect, &x);

@@ -146,7 +146,7 @@ static void add_inertia_pairs(struct builder *b, const struct turned_applied_for
     const struct vector_arrays rows = pair_loops_add_arrays(&b->arrays, "turned_rows", turned->rows);
     const struct far_arrays far = add_far_arrays(b, turned->columns);
     struct pairs *pairs =
-        pair_loops_add_pairs(&b->arrays, "pairs of coordinates: j, and i beyond it, from the tips");
+        pair_loops_add_pairs(&b->arrays, "pairs of coordinates (7.4): j, and i beyond it, from the tips");
     add_inertia_products(pairs, &near, &far, targets);
     if (targets->by_q != NOTHING)
         pair_loops_add_term(&pairs->products[0].turn.rows, 1, near.axis, rows);
@@ -647,7 +647,8 @@ static void build_acceleration_derivatives(struct derivation *d, struct function
                 force_derivatives_add_product(&b, r[k], arrays.u, dlambda[k], -1,
                                               "programme forces u^T dlambda");
     }
-    pair_loops_add_loop(d->memory, f, LOOP_FACTORING, "M = L^T D L")->of.factoring = (struct factoring){M};
+    pair_loops_add_loop(d->memory, f, LOOP_FACTORING, "M = L^T D L (5.7)")->of.factoring =
+        (struct factoring){M};
     for (int k = 0; k < BLOCK_COUNT; k++)
         if (r[k] != NOTHING)
             pair_loops_add_loop(d->memory, f, LOOP_SOLVING, "accelerations")->of.solving =

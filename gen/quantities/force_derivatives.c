@@ -85,8 +85,8 @@ void force_derivatives_add_turning_pairs(struct builder *b, const struct turned_
     if (!product.is_mirrored)
         pair_loops_add_term(&product.turn.columns, 1, axis,
                             pair_loops_add_arrays(&b->arrays, "turned_columns", turned->columns));
-    struct pairs *pairs =
-        pair_loops_add_pairs(&b->arrays, "pairs of coordinates: how j turns what is felt by i beyond it");
+    struct pairs *pairs = pair_loops_add_pairs(
+        &b->arrays, "pairs of coordinates (7.3): how j turns what is felt by i beyond it");
     pairs->products[pairs->product_count++] = product;
 }
 

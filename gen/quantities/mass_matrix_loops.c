@@ -26,7 +26,7 @@ static struct mass_vectors mass_vectors(struct derivation *d) {
     struct mass_vectors x = {d, memory_get(d->memory, size), memory_get(d->memory, size),
                              memory_get(d->memory, size)};
     derivation_composites(d);
-    graph_remark(d->g, "axes, and wrenches that accelerate all beyond, in the ground's axes");
+    graph_remark(d->g, "e and W = Ic e of each joint, in the ground's axes (4.6)");
     recursion_visit_joints(d->g, d->kinematics.tree, derive_vectors, &x);
     return x;
 }
@@ -42,7 +42,7 @@ void mass_matrix_loops_add(struct derivation *d, struct function *f, int array) 
     pair_loops_add_moved(&p, "mass_moment", vectors.moment, &move);
     pair_loops_add_term(&product.turn.rows, 1, axis, move.moment);
     pair_loops_add_term(&product.slide.rows, 1, axis, move.force);
-    struct pairs *pairs = pair_loops_add_pairs(&p, "M_ij = tr{X_i Hc_k X_j^T}: i beyond j, from the tips");
+    struct pairs *pairs = pair_loops_add_pairs(&p, "M_ij = e_j.W_i (4.6): i beyond j, from the tips");
     pairs->products[pairs->product_count++] = product;
     pairs->moves[pairs->move_count++] = move;
 }

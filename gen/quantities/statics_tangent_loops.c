@@ -32,7 +32,7 @@ void statics_tangent_loops_add(struct derivation *d, struct function *f, int arr
     struct builder b = {.d = d, .f = f, .given = given_motion_at_rest(k), .applied_forces = applied_forces};
     tangent_add_applied_forces(k, applied_forces);
     derivation_composites(d);
-    graph_remark(d->g, "tangent of statics: how joints turn weights and loads");
+    graph_remark(d->g, "dQ/dq at qd = 0: how joints turn loads and weights (7.8)");
     struct turned_applied_forces turned = force_derivatives_turned_forces(&b, targets.sign);
     struct weight x = {d, &turned};
     recursion_visit_joints(d->g, k->tree, add_weight, &x);

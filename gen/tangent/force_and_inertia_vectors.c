@@ -339,9 +339,8 @@ static void flow_inward(void *context, int i) {
     const struct flow_sum *x = context;
     const struct kinematics *k = x->given->k;
     const struct frame *frame = &k->tree->frames[i];
-    graph_remark(k->g,
-                 memory_format(k->memory, "%s: momentum, growth of inertia and load of all beyond, inward",
-                               frame->name));
+    graph_remark(k->g, memory_format(k->memory, "%s: momentum b, growth E and load L of all beyond (7.5)",
+                                     frame->name));
     if (frame->kind == FRAME_JOINT) {
         x->flows[i] = flow_add(k->g, own_flow(x->given, i), x->flows[i]);
         name_flow(k, i, &x->flows[i]);

@@ -118,7 +118,7 @@ static void hold_frame(void *context, int i) {
     const struct given_frame_motion ground = {
         .less_gravity = vector_scale(k->g, expr_neg(k->g, expr_one(k->g)), gravity)};
     const int parent = k->tree->frames[i].parent;
-    graph_remark(k->g, memory_format(k->memory, "%s: motion at the accelerations found, outward",
+    graph_remark(k->g, memory_format(k->memory, "%s: wd = E wd_p + w x e qd + e qdd, a = E (a_p + s'') (7.1)",
                                      k->tree->frames[i].name));
     given->motions[i] = (struct given_frame_motion){.angular = {{0, 0, 0}}};
     move_shift(given, i);
@@ -193,7 +193,8 @@ static const struct column_rates *column_rates(struct given_motion *given, int p
     struct column_rates *rates = &given->columns[point];
     if (rates->by_order[0])
         return rates;
-    graph_remark(k->g, memory_format(k->memory, "%s: dC_j/dt and d2C_j/dt2", k->model->points[point].name));
+    graph_remark(k->g, memory_format(k->memory, "%s: C_j' = e' x rho + e x rho', C_j'' (7.2)",
+                                     k->model->points[point].name));
     rates->by_order[0] = k->points[point].columns;
     for (int o = 1; o < 3; o++)
         rates->by_order[o] = memory_get(k->memory, ((size_t)k->tree->count + 1) * sizeof(struct vector));

@@ -26,9 +26,12 @@ struct frame *frames_add_joint(struct expansion *x, struct fixed_frame *at, cons
     return frame;
 }
 
-void frames_add_inertia(struct expansion *x, const struct fixed_frame *at, struct inertia inertia) {
+void frames_add_inertia(struct expansion *x, int link, const struct fixed_frame *at, struct inertia inertia) {
     if (at->frame < 0)
         return;
     struct inertia *into = &x->tree->frames[at->frame].inertia;
-    *into = inertia_add(x->g, *into, inertia_place(x->g, &at->placement, inertia));
+    const struct inertia placed = inertia_place(x->g, &at->placement, inertia);
+    x->parts = memory_room(x->memory, x->parts, x->part_count, &x->part_capacity, sizeof *x->parts);
+    x->parts[x->part_count++] = (struct part){link, at->frame, placed};
+    *into = inertia_add(x->g, *into, placed);
 }

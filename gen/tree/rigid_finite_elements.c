@@ -41,6 +41,12 @@ static expression spacing(struct graph *g, const struct segment *segment) {
                             : segment->length;
 }
 
+/* Bending is alike about both axes of a round or square section. */
+static const char *deformation_name(const struct segment *segment, int turn) {
+    const bool bends_alike = segment->Iy == segment->Iz && segment->damping[0] == segment->damping[1];
+    return turn < 2 && bends_alike ? "bending" : turn_names[turn];
+}
+
 static struct joint element_joint(struct expansion *x, const struct link *link, const struct segment *segment,
                                   int turn) {
     struct graph *g = x->g;
@@ -50,10 +56,9 @@ static struct joint element_joint(struct expansion *x, const struct link *link, 
     joint.stiffness = element_stiffness(g, segment, turn, dl);
     joint.damping = expr_add(g, expr_mul(g, segment->eta, joint.stiffness), segment->damping[turn]);
     joint.rest = joint.start = expr_mul(g, segment->curvature[turn], dl);
-    graph_name_value(g, joint.stiffness,
-                     memory_format(x->memory, "%s_stiffness_%s", link->name, turn_names[turn]));
-    graph_name_value(g, joint.damping,
-                     memory_format(x->memory, "%s_damping_%s", link->name, turn_names[turn]));
+    const char *deformation = deformation_name(segment, turn);
+    graph_name_shared(g, joint.stiffness, link->name, memory_format(x->memory, "stiffness_%s", deformation));
+    graph_name_shared(g, joint.damping, link->name, memory_format(x->memory, "damping_%s", deformation));
     return joint;
 }
 
@@ -76,7 +81,8 @@ static void add_element(struct expansion *x, struct carrier *carrier, const stru
                         expression length) {
     struct element *element = &carrier->elements[carrier->element_count++];
     const struct placement end = placement_shift_x(length);
-    frames_add_inertia(x, &carrier->tip, prism_inertia(x->g, segment, length));
+    frames_add_inertia(x, (int)(carrier - x->tree->carriers), &carrier->tip,
+                       prism_inertia(x->g, segment, length));
     element[0].at = carrier->tip;
     element[1].start = expr_add(x->g, element[0].start, length);
     carrier->tip.placement = placement_compose(x->g, &carrier->tip.placement, &end);
@@ -89,7 +95,7 @@ static void add_segment(struct expansion *x, const struct link *link, const stru
     struct graph *g = x->g;
     const expression dl = spacing(g, segment);
     const expression half = segment->rfe > 1 ? expr_mul(g, expr_number(g, 0.5), dl) : dl;
-    graph_name_value(g, dl, memory_format(x->memory, "%s_element_length", link->name));
+    graph_name_shared(g, dl, link->name, "element_length");
     for (int r = 0; r < segment->rfe; r++) {
         if (r > 0)
             add_element_joints(x, link, segment, ++*number_of_sde, &carrier->tip);

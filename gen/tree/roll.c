@@ -161,12 +161,15 @@ static const char *name_in_run(const struct rolling *x, const char *name) {
 
 /* How the ENTRY stands on the run's carrier: placement of the first element without that of the others. */
 static struct placement entry_placement(const struct rolling *x, const struct element_run *run) {
+    static const char *const axes[3] = {"entry_x", "entry_y", "entry_z"};
     struct graph *g = x->model->graph;
     const struct placement *first = &x->tree->frames[run->first].placement;
     const struct placement *others = &x->tree->frames[run->first + run->period].placement;
     struct placement entry = placement_identity();
-    for (int a = 0; a < 3; a++)
+    for (int a = 0; a < 3; a++) {
         entry.position[a] = expr_sub(g, first->position[a], others->position[a]);
+        graph_name_shared(g, entry.position[a], run->name, axes[a]);
+    }
     return entry;
 }
 

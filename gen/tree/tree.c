@@ -70,24 +70,11 @@ static void add_link(struct expansion *x, struct carrier *carriers, int index) {
         frame->name = memory_format(x->memory, "%s_%s", link->name, link->joints[i].name);
     }
     for (int i = 0; i < link->solid_count; i++)
-        frames_add_inertia(x, &at, solid_inertia(x->g, &link->solids[i]));
+        frames_add_inertia(x, at.frame < 0 ? index : x->tree->frames[at.frame].link, &at,
+                           solid_inertia(x->g, &link->solids[i]));
     carriers[index].base = carriers[index].tip = at;
     if (link->beam.exists)
         rigid_finite_elements_add(x, link, &carriers[index]);
-}
-
-/* "arm_psi_1_mass", "arm_psi_1_moment_x", "arm_psi_1_inertia_xx": fields of the derived parameters. */
-static void name_inertia(struct expansion *x, const struct frame *frame) {
-    static const char *const axes[3] = {"x", "y", "z"}, *const pairs[6] = {"xx", "yy", "zz",
-                                                                           "xy", "xz", "yz"};
-    const struct inertia *inertia = &frame->inertia;
-    graph_name_value(x->g, inertia->mass, memory_format(x->memory, "%s_mass", frame->name));
-    for (int i = 0; i < 3; i++)
-        graph_name_value(x->g, inertia->moment[i],
-                         memory_format(x->memory, "%s_moment_%s", frame->name, axes[i]));
-    for (int i = 0; i < 6; i++)
-        graph_name_value(x->g, inertia->tensor[i],
-                         memory_format(x->memory, "%s_inertia_%s", frame->name, pairs[i]));
 }
 
 void tree_expand(struct memory *memory, const struct model *model, struct tree *tree) {
@@ -96,8 +83,7 @@ void tree_expand(struct memory *memory, const struct model *model, struct tree *
                               memory_get(memory, ((size_t)model->link_count + 1) * sizeof *tree->carriers)};
     for (int i = 0; i < model->link_count; i++)
         add_link(&x, tree->carriers, i);
-    for (int i = 0; i < tree->count; i++)
-        name_inertia(&x, &tree->frames[i]);
+    inertia_names_give(&x);
 }
 
 void tree_place_points(struct memory *memory, const struct model *model, struct tree *tree) {
