@@ -122,7 +122,7 @@ static bool is_range_or_list(struct declarations *declarations, const char *name
     const char *fault = NULL;
     for (int i = 0; i < allowed->field_count && !fault; i++) {
         const char *bound = allowed->fields[i].name, *nearest = message_nearest_name(bound, bounds, 2);
-        if (strcmp(bound, "from") != 0 && strcmp(bound, "to") != 0)
+        if (text_index(bound, bounds, 2) < 0)
             fault = memory_format(memory, "unknown field \"%s\"%s%s%s, { from = 1, to = 9 } is needed", bound,
                                   nearest ? ", the nearest known one is \"" : "", nearest ? nearest : "",
                                   nearest ? "\"" : "");

@@ -15,6 +15,7 @@
 #include "read/sandbox.h"
 #include "read/source_file.h"
 #include "read/source_lines.h"
+#include "base/text.h"
 #include "read/state_symbols.h"
 #include "read/work.h"
 
@@ -961,10 +962,7 @@ static bool is_left_out(const char *name) {
     static const char *const left_out[] = {"collectgarbage", "coroutine", "debug", "dofile", "io",
                                            "load",           "loadfile",  "next",  "os",     "package",
                                            "pcall",          "print",     "utf8",  "warn",   "xpcall"};
-    for (size_t i = 0; i < sizeof left_out / sizeof *left_out; i++)
-        if (strcmp(name, left_out[i]) == 0)
-            return true;
-    return false;
+    return text_index(name, left_out, sizeof left_out / sizeof *left_out) >= 0;
 }
 
 static const char *nearest_global(lua_State *L, const char *name) {

@@ -31,11 +31,11 @@ bool print_condition(struct refdyn_workspace *work, double t, const double *q, c
 void print_redundant_rows(const struct refdyn_workspace *work);
 
 /* Marks in held (n) the coordinates of --hold, or the model's. Complains about names that there are not. */
-enum status choose_held(const struct scene *scene, const struct options *options, int *held);
+enum status choose_held(struct scene *scene, const struct options *options, int *held);
 
 /*
  * Equilibrium from the scene's q, with the coordinates of --hold (or the model's); q becomes the equilibrium.
- * hold_force (n). Complains on stderr when it fails.
+ * It lives as long as the scene. Complains on stderr when it fails.
  */
 struct equilibrium {
     int *held; /* (n) non-zero: held */
@@ -45,6 +45,5 @@ struct equilibrium {
 
 enum status find_equilibrium(struct scene *scene, const struct options *options,
                              struct equilibrium *equilibrium);
-void equilibrium_release(struct equilibrium *equilibrium);
 
 #endif

@@ -179,6 +179,10 @@ bool csv_open(struct csv *csv, const char *path, const char *what) {
     return csv->file ? read_names(csv) : complain_file(path, what);
 }
 
+int csv_column(const struct csv *csv, const char *name) {
+    return text_index(name, (const char *const *)csv->names, csv->count);
+}
+
 bool csv_number(const struct csv *csv, int i, double *value) {
     const char *field = csv->fields[i];
     if (text_to_number(field, value))

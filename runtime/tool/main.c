@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-const struct command commands[] = {
+static const struct command commands[] = {
     {.name = "gen",
      .run = run_gen,
      .operands = "MODEL.lua",
@@ -184,7 +184,7 @@ static enum status emit_scene(struct scene *scene, const struct options *options
 }
 
 enum status run_gen(const struct options *options) {
-    struct scene scene = {.compiled = {.file = -1}};
+    struct scene scene;
     enum status status = scene_read(&scene, options);
     if (status == STATUS_DONE) {
         struct generation *generation = &scene.generation;
@@ -196,7 +196,7 @@ enum status run_gen(const struct options *options) {
 }
 
 enum status run_check(const struct options *options) {
-    struct scene scene = {.compiled = {.file = -1}};
+    struct scene scene;
     enum status status = scene_read(&scene, options);
     if (status == STATUS_DONE)
         gen_print_model(&scene.generation, stdout);
@@ -225,7 +225,7 @@ int main(int argc, char **argv) {
     enum status status;
     take_descriptors();
     interrupt_catch();
-    if (options_read(argc, argv, &options, &status))
+    if (options_read(commands, argc, argv, &options, &status))
         status = options.command->run(&options);
     options_release(&options);
     status = finish_stdout(status);

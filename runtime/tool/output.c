@@ -7,19 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* Digits that a double keeps in decimal, and that always bring it back (C11 5.2.4.2.2: DBL_DIG and
- * DBL_DECIMAL_DIG). */
-enum { FEWEST_DIGITS = 15, MOST_DIGITS = 17 };
-
-const char *exact_text(double value, char text[static NUMBER_LENGTH]) {
-    for (int digits = FEWEST_DIGITS; digits <= MOST_DIGITS; digits++) {
-        snprintf(text, NUMBER_LENGTH, "%.*g", digits, value);
-        if (strtod(text, NULL) == value)
-            break;
-    }
-    return text;
-}
-
 void print_number(FILE *out, double value) {
     char text[NUMBER_LENGTH];
     fputs(exact_text(value, text), out);
@@ -122,12 +109,20 @@ void put_matrix(struct document *document, const char *key, const double *values
     put_close(document, ']');
 }
 
+static _Noreturn void out_of_memory(void *context) {
+    (void)context;
+    fputs("refdyn: out of memory\n", stderr);
+    exit(1);
+}
+
 static void *checked(void *memory) {
-    if (!memory) {
-        fputs("refdyn: out of memory\n", stderr);
-        exit(1);
-    }
+    if (!memory)
+        out_of_memory(NULL);
     return memory;
+}
+
+struct memory arena_start(void) {
+    return (struct memory){.allowance = -1, .fail = out_of_memory};
 }
 
 void *allocate(size_t count, size_t size) {
