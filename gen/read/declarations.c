@@ -23,8 +23,7 @@ static void complain_of_setting(const struct declarations *declarations, const c
                   name, value, needed);
 }
 
-/* The last setting of that name counts, NULL: none. One name of several kinds would set more than was meant.
- */
+/* The last setting of that name counts, NULL: none. A name of two kinds would set more than was meant. */
 static const char *setting_of(struct declarations *declarations, const char *kind, const char *name) {
     const struct setting *settings = declarations->request->settings;
     const char *value = NULL;

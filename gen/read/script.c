@@ -720,8 +720,7 @@ static void check_length(lua_State *L, const char *name) {
         luaL_error(L, "table.%s: the table has __len, one without is needed", name);
 }
 
-/* The entries at two indices in the order that they should have? By the function at index 2, if any. (-0, +0)
- */
+/* Is the entry at `left` less than that at `right`? By the function at index 2, if any. (-0, +0) */
 static bool is_less(lua_State *L, int left, int right) {
     work_add_call(&script_of(L)->work, 2);
     stop_at_bound(L);
@@ -752,8 +751,7 @@ static void merge(lua_State *L, lua_Integer first, lua_Integer middle, lua_Integ
     }
 }
 
-/* table.sort by merging: equal entries keep their order, and an order that contradicts itself does no harm.
- */
+/* table.sort by merging: equal entries keep their order, and a contradictory order does no harm. */
 static int sort_table(lua_State *L) {
     luaL_checktype(L, 1, LUA_TTABLE);
     if (!lua_isnoneornil(L, 2))
@@ -777,87 +775,40 @@ static int sort_table(lua_State *L) {
 
 static int set_metatable(lua_State *L);
 
-/* What a model may call: nothing else of these libraries is there. `work`: its steps, NULL: those of a call.
- */
+/* What a model may use: nothing else of these libraries is there. */
+static const struct {
+    const char *name, *entries;
+} libraries[] = {
+    {"_G", "assert error getmetatable ipairs pairs rawequal rawget rawlen rawset require select setmetatable "
+           "tonumber tostring type _VERSION"},
+    {"string",
+     "byte char find format gmatch gsub len lower match pack packsize rep reverse sub unpack upper"},
+    {"table", "concat insert move pack remove sort unpack"},
+    {"math",
+     "abs acos asin atan ceil cos cosh deg exp floor fmod frexp huge ldexp log log10 max maxinteger min "
+     "mininteger modf pi pow rad sin sinh sqrt tan tanh tointeger type ult"},
+};
+
+enum { LIBRARY_COUNT = sizeof libraries / sizeof *libraries, ENTRIES_MOST = 64 };
+
+/* Entries that do more than a call: `work` counts its steps, `instead` stands for Lua's own function. */
 static const struct library_entry {
     const char *library, *name;
     double (*work)(lua_State *L);
-    lua_CFunction instead; /* of Lua's own */
-} library[] = {
-    {"_G", "assert", NULL, NULL},
-    {"_G", "error", NULL, NULL},
-    {"_G", "getmetatable", NULL, NULL},
-    {"_G", "ipairs", NULL, NULL},
-    {"_G", "pairs", NULL, NULL},
-    {"_G", "rawequal", NULL, NULL},
-    {"_G", "rawget", NULL, NULL},
-    {"_G", "rawlen", NULL, NULL},
-    {"_G", "rawset", NULL, NULL},
-    {"_G", "require", NULL, NULL},
-    {"_G", "select", NULL, NULL},
-    {"_G", "setmetatable", NULL, set_metatable},
-    {"_G", "tonumber", text_work, NULL},
-    {"_G", "tostring", NULL, to_text},
-    {"_G", "type", NULL, NULL},
-    {"_G", "_VERSION", NULL, NULL},
-    {"string", "byte", NULL, NULL},
-    {"string", "char", NULL, NULL},
-    {"string", "find", find_work, NULL},
-    {"string", "format", format_work, NULL},
-    {"string", "gmatch", pattern_work, NULL},
-    {"string", "gsub", replace_work, NULL},
-    {"string", "len", NULL, NULL},
-    {"string", "lower", text_work, NULL},
-    {"string", "match", pattern_work, NULL},
-    {"string", "pack", text_work, NULL},
-    {"string", "packsize", text_work, NULL},
-    {"string", "rep", repeat_work, NULL},
-    {"string", "reverse", text_work, NULL},
-    {"string", "sub", NULL, NULL},
-    {"string", "unpack", text_work, NULL},
-    {"string", "upper", text_work, NULL},
-    {"table", "concat", concat_steps, NULL},
-    {"table", "insert", shift_steps, NULL},
-    {"table", "move", move_steps, NULL},
-    {"table", "pack", NULL, NULL},
-    {"table", "remove", shift_steps, NULL},
-    {"table", "sort", NULL, sort_table},
-    {"table", "unpack", unpack_steps, NULL},
-    {"math", "abs", NULL, NULL},
-    {"math", "acos", NULL, NULL},
-    {"math", "asin", NULL, NULL},
-    {"math", "atan", NULL, NULL},
-    {"math", "ceil", NULL, NULL},
-    {"math", "cos", NULL, NULL},
-    {"math", "cosh", NULL, NULL},
-    {"math", "deg", NULL, NULL},
-    {"math", "exp", NULL, NULL},
-    {"math", "floor", NULL, NULL},
-    {"math", "fmod", remainder_work, NULL},
-    {"math", "frexp", NULL, NULL},
-    {"math", "huge", NULL, NULL},
-    {"math", "ldexp", NULL, NULL},
-    {"math", "log", NULL, NULL},
-    {"math", "log10", NULL, NULL},
-    {"math", "max", NULL, NULL},
-    {"math", "maxinteger", NULL, NULL},
-    {"math", "min", NULL, NULL},
-    {"math", "mininteger", NULL, NULL},
-    {"math", "modf", NULL, NULL},
-    {"math", "pi", NULL, NULL},
-    {"math", "pow", NULL, NULL},
-    {"math", "rad", NULL, NULL},
-    {"math", "sin", NULL, NULL},
-    {"math", "sinh", NULL, NULL},
-    {"math", "sqrt", NULL, NULL},
-    {"math", "tan", NULL, NULL},
-    {"math", "tanh", NULL, NULL},
-    {"math", "tointeger", NULL, NULL},
-    {"math", "type", NULL, NULL},
-    {"math", "ult", NULL, NULL},
+    lua_CFunction instead;
+} special_entries[] = {
+    {"_G", "setmetatable", NULL, set_metatable}, {"_G", "tonumber", text_work, NULL},
+    {"_G", "tostring", NULL, to_text},           {"string", "find", find_work, NULL},
+    {"string", "format", format_work, NULL},     {"string", "gmatch", pattern_work, NULL},
+    {"string", "gsub", replace_work, NULL},      {"string", "lower", text_work, NULL},
+    {"string", "match", pattern_work, NULL},     {"string", "pack", text_work, NULL},
+    {"string", "packsize", text_work, NULL},     {"string", "rep", repeat_work, NULL},
+    {"string", "reverse", text_work, NULL},      {"string", "unpack", text_work, NULL},
+    {"string", "upper", text_work, NULL},        {"table", "concat", concat_steps, NULL},
+    {"table", "insert", shift_steps, NULL},      {"table", "move", move_steps, NULL},
+    {"table", "remove", shift_steps, NULL},      {"table", "sort", NULL, sort_table},
+    {"table", "unpack", unpack_steps, NULL},     {"math", "fmod", remainder_work, NULL},
 };
-
-enum { LIBRARY_COUNT = sizeof library / sizeof *library };
 
 static const char *full_name(lua_State *L, const struct library_entry *entry) {
     const bool is_global = strcmp(entry->library, LUA_GNAME) == 0;
@@ -910,6 +861,28 @@ static int call_library(lua_State *L) {
     return count;
 }
 
+/* What an entry does beyond a call, if anything. */
+static const struct library_entry *find_entry(struct memory *memory, const char *library, const char *name) {
+    for (size_t i = 0; i < sizeof special_entries / sizeof *special_entries; i++)
+        if (strcmp(special_entries[i].library, library) == 0 && strcmp(special_entries[i].name, name) == 0)
+            return &special_entries[i];
+    struct library_entry *plain = memory_get(memory, sizeof *plain);
+    *plain = (struct library_entry){.library = library, .name = name};
+    return plain;
+}
+
+/* Names of the entries of a library. */
+static int list_library(struct memory *memory, const char *name, const char *known[ENTRIES_MOST]) {
+    int count = 0;
+    for (int i = 0; i < LIBRARY_COUNT; i++)
+        for (const char *at = libraries[i].entries; strcmp(libraries[i].name, name) == 0 && *at;) {
+            const size_t length = strcspn(at, " ");
+            known[count++] = memory_format(memory, "%.*s", (int)length, at);
+            at += length + strspn(at + length, " ");
+        }
+    return count;
+}
+
 /* Moves an entry of Lua's own library, at `from`, to the table that the model sees, at `to`. (-0, +0) */
 static void move_entry(lua_State *L, int from, int to, const struct library_entry *entry) {
     if (lua_getfield(L, from, entry->name) != LUA_TNIL && lua_iscfunction(L, -1)) {
@@ -926,19 +899,12 @@ static void move_entry(lua_State *L, int from, int to, const struct library_entr
 
 /* ---- names that are not there ---- */
 
-static int list_library(const char *name, const char **known) {
-    int count = 0;
-    for (int i = 0; i < LIBRARY_COUNT; i++)
-        if (strcmp(library[i].library, name) == 0)
-            known[count++] = library[i].name;
-    return count;
-}
-
 /* Upvalue: the library's name. */
 static int refuse_library_field(lua_State *L) {
-    const char *known[LIBRARY_COUNT], *of = lua_tostring(L, lua_upvalueindex(1));
+    struct memory *memory = script_of(L)->memory;
+    const char *known[ENTRIES_MOST], *of = lua_tostring(L, lua_upvalueindex(1));
     const char *name = lua_type(L, 2) == LUA_TSTRING ? name_at(L, 2) : luaL_typename(L, 2);
-    const char *nearest = message_nearest_name(name, known, list_library(of, known));
+    const char *nearest = message_nearest_name(name, known, list_library(memory, of, known));
     if (nearest)
         return luaL_error(L, "%s.%s: unknown function, the nearest known one is \"%s\"", of, name, nearest);
     return luaL_error(L, "%s.%s: unknown function, models/README.md names what a model can use", of, name);
@@ -976,8 +942,7 @@ static const char *nearest_global(lua_State *L, const char *name) {
     return message_nearest_name(name, known, count);
 }
 
-/* Reading a global that nothing has set: a slip of the pen would be nil, and in a formula or a list vanish.
- */
+/* Reading a global that nothing has set: a slip of the pen would be nil, and vanish in a formula or list. */
 static int refuse_global(lua_State *L) {
     if (lua_type(L, 2) != LUA_TSTRING)
         return luaL_error(L, "undefined global of type %s, names are", luaL_typename(L, 2));
@@ -1146,11 +1111,12 @@ static void open_originals(lua_State *L) {
 
 /* A table with what a model may use of one library. (-0, +1) */
 static void push_library(lua_State *L, const char *name) {
+    struct memory *memory = script_of(L)->memory;
+    const char *entries[ENTRIES_MOST];
     lua_getglobal(L, name);
     lua_newtable(L);
-    for (int i = 0; i < LIBRARY_COUNT; i++)
-        if (strcmp(library[i].library, name) == 0)
-            move_entry(L, lua_gettop(L) - 1, lua_gettop(L), &library[i]);
+    for (int i = list_library(memory, name, entries) - 1; i >= 0; i--)
+        move_entry(L, lua_gettop(L) - 1, lua_gettop(L), find_entry(memory, name, entries[i]));
     lua_pushstring(L, name);
     lua_pushcclosure(L, refuse_library_field, 1);
     guard_table(L, name);

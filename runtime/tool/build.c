@@ -151,8 +151,7 @@ static bool start(struct process *process, const struct scratch *scratch, const 
     return error == 0;
 }
 
-/* Runs all jobs, PROCESSES at a time; after a failure no new one is started. Returns whether all went well.
- */
+/* Runs all jobs, PROCESSES at a time; after a failure no new one is started. Have all gone well? */
 static bool run_jobs(const struct scratch *scratch, const struct job *jobs, int count, long *peak_kb) {
     struct process running[PROCESSES] = {{.pid = 0}};
     const struct job *of[PROCESSES] = {NULL};

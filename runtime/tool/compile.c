@@ -1,5 +1,4 @@
-/* Emitted C to a loaded library: see compile.h. What a library is named by; build.c compiles, cache.c keeps.
- */
+/* From emitted C to a loaded library: see compile.h. build.c compiles, cache.c keeps what is compiled. */
 #include "compile.h"
 #include "build.h"
 #include "cache.h"

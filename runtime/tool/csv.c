@@ -5,7 +5,6 @@
 #include "base/text.h"
 
 #include <errno.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -32,16 +31,12 @@ void complain_line(const char *path, long line, const char *text) {
 
 bool csv_complain(const struct csv *csv, const char *format, ...) {
     va_list list;
-    char *text;
-    size_t size;
-    FILE *out = text_stream(&text, &size);
-    fprintf(out, "%s: ", csv->what);
     va_start(list, format);
-    vfprintf(out, format, list);
+    char *fact = text_vformat(format, list), *text = text_format("%s: %s", csv->what, fact);
     va_end(list);
-    fclose(out);
     complain_line(csv->path, csv->line, text);
     free(text);
+    free(fact);
     return false;
 }
 

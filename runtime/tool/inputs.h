@@ -22,8 +22,7 @@ struct inputs {
     int next; /* first sample that lies ahead */
 };
 
-/* Lives in `memory`. Complains on stderr with FILE:LINE and returns false when the file does not have them.
- */
+/* Lives in `memory`. False, with a complaint as FILE:LINE, when the file does not have them. */
 bool inputs_read(struct inputs *inputs, struct memory *memory, const char *path,
                  const struct refdyn_model *model);
 /* Sets x to the values at t; ahead of it lies inputs_next. */

@@ -119,15 +119,6 @@ static const struct command commands[] = {
     {.name = NULL},
 };
 
-/* What a step of the generator ended with, after its messages, those from `seen` on. */
-static enum status tell(const struct generation *generation, const struct options *options, int seen,
-                        enum gen_status status) {
-    print_messages(generation, seen);
-    if (status == GEN_NO_MEMORY)
-        fprintf(stderr, "refdyn: %s: out of memory\n", options->operands[0]);
-    return status == GEN_OK ? STATUS_DONE : STATUS_FAULT;
-}
-
 /* The target of file `name` in the folder of -o. */
 static struct target *open_in_folder(struct targets *targets, const char *folder, const char *name) {
     char *path = text_format("%s/%s", folder, name);
@@ -160,18 +151,20 @@ static enum status emit_into_folder(struct scene *scene, const struct options *o
     struct generation *generation = &scene->generation;
     const char *folder = options->output;
     const int seen = generation->messages.count;
-    const enum status status = tell(generation, options, seen, gen_check_folder(generation, folder));
+    const enum status status =
+        print_outcome(generation, *options->operands, seen, gen_check_folder(generation, folder));
     if (status != STATUS_DONE)
         return status;
     if (!write_files(generation, folder, &scene->targets))
         return STATUS_FAULT;
-    return tell(generation, options, seen, gen_remove_stale_parts(generation, folder));
+    return print_outcome(generation, *options->operands, seen, gen_remove_stale_parts(generation, folder));
 }
 
 static enum status emit_scene(struct scene *scene, const struct options *options) {
     struct generation *generation = &scene->generation;
     const int seen = generation->messages.count;
-    enum status status = tell(generation, options, seen, gen_plan(generation, options->emit));
+    enum status status =
+        print_outcome(generation, *options->operands, seen, gen_plan(generation, options->emit));
     if (status != STATUS_DONE)
         return status;
     scene_spare_sources(scene, &scene->targets);

@@ -32,21 +32,9 @@ static const char *state_path(const struct options *options) {
     return strcmp(at, "initial") != 0 && strcmp(at, "statics") != 0 ? at : NULL;
 }
 
-/* Small motions of a row in accelerations would need derivatives of v. */
-static enum status refuse_acceleration_rows(struct scene *scene) {
-    struct generation *generation = &scene->generation;
-    const int seen = generation->messages.count;
-    for (int i = 0; i < generation->model.row_count; i++) {
-        const struct row *row = &generation->model.rows[i];
-        if (row->level != ROW_ACCELERATION)
-            continue;
-        message_error(&generation->messages, row->place,
-                      "%s: is a row in accelerations, modes takes rows of positions and velocities only",
-                      row->name);
-        print_messages(generation, seen);
-        return STATUS_FAULT;
-    }
-    return STATUS_DONE;
+/* Small motions of such a row would need derivatives of v. */
+static bool is_in_accelerations(const struct row *row) {
+    return row->level == ROW_ACCELERATION;
 }
 
 static enum status check(struct scene *scene) {
@@ -54,7 +42,8 @@ static enum status check(struct scene *scene) {
         fprintf(stderr, "refdyn: %s: modes takes the corrected form only\n", scene->model->name);
         return STATUS_FAULT;
     }
-    return refuse_acceleration_rows(scene);
+    return scene_refuse_row(scene, is_in_accelerations,
+                            "is a row in accelerations, modes takes rows of positions and velocities only");
 }
 
 /* What a state says of its rates is passed over. */
@@ -86,18 +75,11 @@ static enum status place(struct analysis *analysis, const struct options *option
 
 /* ---- Warnings ---- */
 
-static void print_redundant(const struct analysis *analysis) {
-    const struct spectrum *spectrum = &analysis->spectrum;
-    for (int i = 0; i < spectrum->redundant_count; i++)
-        fprintf(stderr, "%s%s%s", i ? ", " : "refdyn: warning: redundant rows, left out: ",
-                analysis->scene->model->rows[spectrum->redundant[i]].name,
-                i + 1 < spectrum->redundant_count ? "" : "\n");
-}
-
 static void print_warnings(const struct analysis *analysis) {
     const struct linear *linear = &analysis->linear;
     const int off = linear_out_of_balance(linear);
-    print_redundant(analysis);
+    print_rows_left_out(analysis->scene->model, analysis->spectrum.redundant,
+                        analysis->spectrum.redundant_count);
     if (off >= 0)
         fprintf(stderr, "refdyn: warning: this is no equilibrium: %s is out of balance by %.4g\n",
                 analysis->scene->model->coordinates[linear->place[off]].name, fabs(linear->force[off]));

@@ -1,5 +1,4 @@
-/* The command line of `refdyn`: see options.h. One table of options; each command names those that it knows.
- */
+/* The command line of `refdyn`: see options.h. A table of options; each command names those it knows. */
 #include "options.h"
 #include "by_gsl.h"
 #include "base/message.h"

@@ -3,7 +3,6 @@
 #include "escape.h"
 
 #include <math.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -129,14 +128,19 @@ void *allocate(size_t count, size_t size) {
     return checked(calloc(count ? count : 1, size));
 }
 
+char *text_vformat(const char *format, va_list list) {
+    char *text;
+    size_t size;
+    FILE *out = text_stream(&text, &size);
+    vfprintf(out, format, list);
+    fclose(out);
+    return text;
+}
+
 char *text_format(const char *format, ...) {
     va_list list;
     va_start(list, format);
-    int length = vsnprintf(NULL, 0, format, list);
-    va_end(list);
-    char *text = checked(malloc((size_t)length + 1));
-    va_start(list, format);
-    vsnprintf(text, (size_t)length + 1, format, list);
+    char *text = text_vformat(format, list);
     va_end(list);
     return text;
 }

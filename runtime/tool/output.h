@@ -7,6 +7,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 
+#include <stdarg.h>
 #include <stdbool.h>
 #include <stdio.h>
 
@@ -44,6 +45,7 @@ bool document_close(struct document *document, FILE *file);
 
 /* A copy of text in heap memory made like printf; ends the program with a message when memory is short. */
 char *text_format(const char *format, ...) __attribute__((format(printf, 1, 2)));
+char *text_vformat(const char *format, va_list list) __attribute__((format(printf, 1, 0)));
 /* A stream whose text is in *text (heap memory) once it is closed; ends the program when memory is short. */
 FILE *text_stream(char **text, size_t *size);
 /* An arena (memory.h) for all that lives as long as a command; ends the program with a message when memory is

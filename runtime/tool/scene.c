@@ -16,10 +16,12 @@ void print_messages(const struct generation *generation, int first) {
     }
 }
 
-static enum status fault(const char *path, enum gen_status status) {
+enum status print_outcome(const struct generation *generation, const char *path, int first,
+                          enum gen_status status) {
+    print_messages(generation, first);
     if (status == GEN_NO_MEMORY)
         fprintf(stderr, "refdyn: %s: out of memory\n", path);
-    return STATUS_FAULT;
+    return status == GEN_OK ? STATUS_DONE : STATUS_FAULT;
 }
 
 /* The place of `word` among three names; the first one's without a word, -1 with a complaint. */
@@ -57,7 +59,8 @@ static enum status read_with(struct scene *scene, const struct options *options,
         gen_release(&scene->generation);
     scene->is_read = true;
     enum gen_status status = gen_read(&scene->generation, &request, -1);
-    return status == GEN_OK ? STATUS_DONE : fault(path, status);
+    return print_outcome(&scene->generation, path, scene->generation.messages.count,
+                         status); /* no message yet */
 }
 
 static enum status read_as_set(struct scene *scene, const struct options *options) {
@@ -178,9 +181,9 @@ static enum status emit_and_load(struct scene *scene, const struct options *opti
     if (wrong)
         return usage_error(options->command, "--emit: %s", wrong);
     enum gen_status status = gen_plan(generation, emit_list(scene, options, needs));
-    print_messages(generation, seen);
-    if (status != GEN_OK)
-        return fault(options->operands[0], status);
+    const enum status planned = print_outcome(generation, options->operands[0], seen, status);
+    if (planned != STATUS_DONE)
+        return planned;
     if (!compile_load(&scene->compiled, generation->model.name, gen_files(generation),
                       gen_file_count(generation)))
         return STATUS_FAULT;
@@ -242,6 +245,20 @@ static enum status make_ready(struct scene *scene, const struct options *options
         return status;
     apply_values(scene, values);
     set_state(scene);
+    return STATUS_DONE;
+}
+
+enum status scene_refuse_row(struct scene *scene, bool (*wrong)(const struct row *row), const char *fact) {
+    struct generation *generation = &scene->generation;
+    const int seen = generation->messages.count;
+    for (int i = 0; i < generation->model.row_count; i++) {
+        const struct row *row = &generation->model.rows[i];
+        if (!wrong(row))
+            continue;
+        message_error(&generation->messages, row->place, "%s: %s", row->name, fact);
+        print_messages(generation, seen);
+        return STATUS_FAULT;
+    }
     return STATUS_DONE;
 }
 

@@ -5,7 +5,6 @@
 #include "output.h"
 
 #include <jansson.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -24,13 +23,9 @@ static void complain_at(struct reading *reading, int line, const char *format, .
 
 static void complain_at(struct reading *reading, int line, const char *format, ...) {
     va_list list;
-    char *text;
-    size_t size;
-    FILE *out = text_stream(&text, &size);
     va_start(list, format);
-    vfprintf(out, format, list);
+    char *text = text_vformat(format, list);
     va_end(list);
-    fclose(out);
     complain_line(reading->path, line, text);
     free(text);
     reading->complaints++;

@@ -40,20 +40,9 @@ enum status choose_held(struct scene *scene, const struct options *options, int 
     return STATUS_DONE;
 }
 
-/* Rows do not act in statics: a loop would fall apart, so a model that closes one is refused. */
-static enum status refuse_loops(struct scene *scene) {
-    struct generation *generation = &scene->generation;
-    const int seen = generation->messages.count;
-    for (int i = 0; i < generation->model.row_count; i++) {
-        const struct row *row = &generation->model.rows[i];
-        if (!row->is_closure)
-            continue;
-        message_error(&generation->messages, row->place,
-                      "%s: closes a loop, statics takes trees only (rows do not act in it)", row->name);
-        print_messages(generation, seen);
-        return STATUS_FAULT;
-    }
-    return STATUS_DONE;
+/* Rows do not act in statics: a loop would fall apart. */
+static bool closes_loop(const struct row *row) {
+    return row->is_closure;
 }
 
 /* The largest force that neither the coordinate's spring nor a hold bears. */
@@ -106,7 +95,8 @@ enum status find_equilibrium(struct scene *scene, const struct options *options,
     size_t n = (size_t)scene->model->n;
     equilibrium->held = memory_get(&scene->memory, n * sizeof *equilibrium->held);
     equilibrium->hold_force = memory_get(&scene->memory, n * sizeof *equilibrium->hold_force);
-    enum status status = refuse_loops(scene);
+    enum status status = scene_refuse_row(scene, closes_loop,
+                                          "closes a loop, statics takes trees only (rows do not act in it)");
     if (status == STATUS_DONE)
         status = choose_held(scene, options, equilibrium->held);
     if (status == STATUS_DONE)
