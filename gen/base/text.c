@@ -10,6 +10,10 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* Digits that a double keeps in decimal, and that always bring it back (C11 5.2.4.2.2: DBL_DIG and
+ * DBL_DECIMAL_DIG). */
+enum { FEWEST_DIGITS = 15, MOST_DIGITS = 17 };
+
 static void reserve(struct text *text, size_t more) {
     const size_t needed = text->length + more + 1;
     if (needed <= text->capacity)
@@ -40,14 +44,19 @@ size_t text_column(const struct text *text) {
     return text->length - text->line_start;
 }
 
-const char *text_of_number(double value, char buffer[32]) {
-    if (!isfinite(value))
-        return isnan(value) ? "NAN" : value > 0 ? "INFINITY" : "(-INFINITY)";
-    for (int digits = 15; digits <= 17; digits++) {
-        snprintf(buffer, 32, "%.*g", digits, value);
-        if (strtod(buffer, NULL) == value)
+const char *exact_text(double value, char text[static NUMBER_LENGTH]) {
+    for (int digits = FEWEST_DIGITS; digits <= MOST_DIGITS; digits++) {
+        snprintf(text, NUMBER_LENGTH, "%.*g", digits, value);
+        if (strtod(text, NULL) == value)
             break;
     }
+    return text;
+}
+
+const char *text_of_number(double value, char buffer[static NUMBER_LENGTH]) {
+    if (!isfinite(value))
+        return isnan(value) ? "NAN" : value > 0 ? "INFINITY" : "(-INFINITY)";
+    exact_text(value, buffer);
     if (!strpbrk(buffer, ".en"))
         strcat(buffer, ".0");
     return buffer;
@@ -65,6 +74,13 @@ bool text_to_number(const char *text, double *value) {
         return false;
     *value = parsed;
     return true;
+}
+
+int text_index(const char *text, const char *const *list, int count) {
+    for (int i = 0; i < count; i++)
+        if (strcmp(list[i], text) == 0)
+            return i;
+    return -1;
 }
 
 static bool is_plain(char c) {

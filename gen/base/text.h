@@ -20,8 +20,12 @@ struct text {
 void text_add(struct text *text, const char *format, ...) __attribute__((format(printf, 2, 3)));
 size_t text_column(const struct text *text);
 
-/* 15, 16 or 17 digits; always with a point or an exponent, so that C reads a double. buffer: 32 bytes. */
-const char *text_of_number(double value, char buffer[32]);
+enum { NUMBER_LENGTH = 32 };
+
+/* The value with the fewest of 15, 16 or 17 digits that read back exactly. Returns text. */
+const char *exact_text(double value, char text[static NUMBER_LENGTH]);
+/* The same with a point or an exponent always, so that C reads a double. */
+const char *text_of_number(double value, char buffer[static NUMBER_LENGTH]);
 
 /* What messages call a number that is none: "nan", "inf" or "-inf". */
 const char *text_not_finite(double value);
@@ -29,6 +33,9 @@ const char *text_not_finite(double value);
 /* A finite number in decimal digits, as "-1.5e3", and nothing beside; `value` stays as it is when the text is
  * none. */
 bool text_to_number(const char *text, double *value);
+
+/* Place of a text among `count` of them, -1: it is none of them. */
+int text_index(const char *text, const char *const *list, int count);
 
 /* An author's text as a literal of C, quotes included: the same bytes, whatever they are. */
 const char *text_literal(struct memory *memory, const char *text);

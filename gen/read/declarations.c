@@ -23,8 +23,7 @@ static void complain_of_setting(const struct declarations *declarations, const c
                   name, value, needed);
 }
 
-/* The last setting of that name counts, NULL: none. One name of several kinds would set more than was meant.
- */
+/* The last setting of that name counts, NULL: none. A name of two kinds would set more than was meant. */
 static const char *setting_of(struct declarations *declarations, const char *kind, const char *name) {
     const struct setting *settings = declarations->request->settings;
     const char *value = NULL;
@@ -122,7 +121,7 @@ static bool is_range_or_list(struct declarations *declarations, const char *name
     const char *fault = NULL;
     for (int i = 0; i < allowed->field_count && !fault; i++) {
         const char *bound = allowed->fields[i].name, *nearest = message_nearest_name(bound, bounds, 2);
-        if (strcmp(bound, "from") != 0 && strcmp(bound, "to") != 0)
+        if (text_index(bound, bounds, 2) < 0)
             fault = memory_format(memory, "unknown field \"%s\"%s%s%s, { from = 1, to = 9 } is needed", bound,
                                   nearest ? ", the nearest known one is \"" : "", nearest ? nearest : "",
                                   nearest ? "\"" : "");

@@ -1,17 +1,9 @@
-/* Checks of one value by its type: see fields.h. One table says what each type takes. */
+/* Checks of fields, one value by its type and all of a table: see fields.h. */
 #include "read/field_types.h"
 #include "base/text.h"
 
 #include <math.h>
 #include <string.h>
-
-enum {
-    TAKES_NUMBER = 1 << VALUE_NUMBER,
-    TAKES_VALUE = 1 << VALUE_NUMBER | 1 << VALUE_EXPRESSION,
-    TAKES_TEXT = 1 << VALUE_TEXT,
-    TAKES_TABLE = 1 << VALUE_TABLE,
-    TAKES_FUNCTION = 1 << VALUE_FUNCTION
-};
 
 typedef void check_value_of_type(const struct checker *checker, const struct value *value,
                                  const struct field_rule *rule, const char *path);
@@ -19,53 +11,14 @@ typedef void check_value_of_type(const struct checker *checker, const struct val
 static check_value_of_type check_whole, check_number, check_vector, check_turns, check_names, check_by_joint,
     check_direction, check_free_vector, check_points, check_list;
 
-/* `owner`: of a table of that type, OWNER_COUNT for none; `check`: what is to be said of it beside, or NULL.
- */
-static const struct {
-    const char *text;
-    unsigned takes;
-    enum owner owner;
-    check_value_of_type *check;
-} types[TYPE_COUNT] = {
-    [TYPE_TEXT] = {"a text", TAKES_TEXT, OWNER_COUNT, NULL},
-    [TYPE_WHOLE] = {"a whole number", TAKES_NUMBER, OWNER_COUNT, check_whole},
-    [TYPE_VALUE] = {"a number or an expression of parameters", TAKES_VALUE, OWNER_COUNT, check_number},
-    [TYPE_FREE] = {"a number or an expression", TAKES_VALUE, OWNER_COUNT, NULL},
-    [TYPE_VECTOR] = {"a list of 3 numbers such as { 0, 0, 1 }", TAKES_TABLE, OWNER_COUNT, check_vector},
-    [TYPE_TURNS] = {"a list of turns such as { { \"x\", 1.57 } }", TAKES_TABLE, OWNER_COUNT, check_turns},
-    [TYPE_NAMES] = {"a list of names such as { \"a\", \"b\" }", TAKES_TEXT | TAKES_TABLE, OWNER_COUNT,
-                    check_names},
-    [TYPE_BY_JOINT] = {"a table by joint such as { z = 1 }", TAKES_TABLE, OWNER_COUNT, check_by_joint},
-    [TYPE_PLACE] = {"the name of a link or point or { on = ..., at = ... }", TAKES_TEXT | TAKES_TABLE,
-                    OWNER_POINT, NULL},
-    [TYPE_AXIS] = {"an axis such as { \"arm\", \"z\" }", TAKES_TABLE, OWNER_AXIS, NULL},
-    [TYPE_INERTIA] = {"an inertia such as { zz = 0.05 }", TAKES_TABLE, OWNER_INERTIA, NULL},
-    [TYPE_BEAM] = {"a beam such as { length = 1, section = rd.round(0.014), ... }", TAKES_TABLE, OWNER_BEAM,
-                   NULL},
-    [TYPE_SECTION] = {"a section such as rd.round(0.014)", TAKES_TABLE, OWNER_SECTION, NULL},
-    [TYPE_DAMPING] = {"a damping such as { ratio = 0.01 }", TAKES_TABLE, OWNER_DAMPING, NULL},
-    [TYPE_CURVATURE] = {"a curvature such as { psi = 0.1 }", TAKES_TABLE, OWNER_CURVATURE, NULL},
-    [TYPE_DIRECTION] = {"\"x\", \"y\", \"z\" or a list of 3 numbers such as { 0, 0, 1 }",
-                        TAKES_TEXT | TAKES_TABLE, OWNER_COUNT, check_direction},
-    [TYPE_FREE_VECTOR] = {"a list of 3 numbers or expressions such as { 0, 0, 1 }", TAKES_TABLE, OWNER_COUNT,
-                          check_free_vector},
-    [TYPE_POINTS] = {"a table of points such as { E = \"arm\" }", TAKES_TABLE, OWNER_COUNT, check_points},
-    [TYPE_LIST] = {"a list of tables", TAKES_TABLE, OWNER_COUNT, check_list},
-    [TYPE_FUNCTION] = {"a function", TAKES_FUNCTION, OWNER_COUNT, NULL},
+/* What is to be said of a value beside its type. */
+static check_value_of_type *const checks[TYPE_COUNT] = {
+    [TYPE_WHOLE] = check_whole,         [TYPE_VALUE] = check_number,
+    [TYPE_VECTOR] = check_vector,       [TYPE_TURNS] = check_turns,
+    [TYPE_NAMES] = check_names,         [TYPE_BY_JOINT] = check_by_joint,
+    [TYPE_DIRECTION] = check_direction, [TYPE_FREE_VECTOR] = check_free_vector,
+    [TYPE_POINTS] = check_points,       [TYPE_LIST] = check_list,
 };
-
-static bool is_empty_text(const struct value *value) {
-    return value->kind == VALUE_TEXT && !*value->text;
-}
-
-static bool is_made_otherwise(const struct value *value, enum field_type type) {
-    return value->kind == VALUE_TABLE && !fields_is_made_for(value, types[type].owner);
-}
-
-bool field_types_matches(const struct value *value, enum field_type type) {
-    return types[type].takes & 1u << value->kind && !(type == TYPE_TEXT && is_empty_text(value)) &&
-           !is_made_otherwise(value, type);
-}
 
 void field_types_refuse_kind(const struct checker *checker, const struct value *value, const char *path,
                              const char *needed) {
@@ -74,18 +27,18 @@ void field_types_refuse_kind(const struct checker *checker, const struct value *
                       is_empty_text(value) ? "an empty text" : value_kind_text(value->kind), needed);
 }
 
-void field_types_check(const struct checker *checker, const struct value *value,
-                       const struct field_rule *rule, const char *path) {
-    const enum owner owner = types[rule->type].owner;
+static void check_field(const struct checker *checker, const struct value *value,
+                        const struct field_rule *rule, const char *path) {
+    const enum owner owner = type_rules[rule->type].owner;
     if (is_made_otherwise(value, rule->type))
         message_error(checker->messages, value->place, "%s: made by rd.%s, %s is needed", path, value->tag,
-                      types[rule->type].text);
+                      type_rules[rule->type].text);
     else if (!field_types_matches(value, rule->type))
-        field_types_refuse_kind(checker, value, path, types[rule->type].text);
+        field_types_refuse_kind(checker, value, path, type_rules[rule->type].text);
     else if (value->kind == VALUE_TABLE && owner != OWNER_COUNT)
         fields_check(checker, value, owner, path);
-    else if (types[rule->type].check)
-        types[rule->type].check(checker, value, rule, path);
+    else if (checks[rule->type])
+        checks[rule->type](checker, value, rule, path);
 }
 
 /* ---- lists without names, names without items ---- */
@@ -160,7 +113,7 @@ static void check_whole(const struct checker *checker, const struct value *value
 
 static bool has_three_items(const struct checker *checker, const struct value *value, const char *path,
                             enum field_type type) {
-    if (!field_types_has_no_names(checker, value, path, types[type].text))
+    if (!field_types_has_no_names(checker, value, path, type_rules[type].text))
         return false;
     if (value->item_count != 3)
         message_error(checker->messages, value->place, "%s: %d numbers, 3 are needed", path,
@@ -244,11 +197,11 @@ static void check_turn(const struct checker *checker, const struct value *turn, 
 
 static void check_turns(const struct checker *checker, const struct value *value,
                         const struct field_rule *rule, const char *path) {
-    if (!field_types_has_no_names(checker, value, path, types[rule->type].text))
+    if (!field_types_has_no_names(checker, value, path, type_rules[rule->type].text))
         return;
     if (value->item_count > 0 && value->items[0].kind == VALUE_TEXT) {
         message_error(checker->messages, value->place, "%s: one turn by itself, %s is needed", path,
-                      types[rule->type].text);
+                      type_rules[rule->type].text);
         return;
     }
     for (int i = 0; i < value->item_count; i++)
@@ -275,7 +228,8 @@ static void check_names(const struct checker *checker, const struct value *value
     if (value->kind == VALUE_TEXT && has_empty_name(value->text))
         message_error(checker->messages, value->place,
                       "%s: \"%s\" has an empty name, names between commas are needed", path, value->text);
-    if (value->kind == VALUE_TABLE && !field_types_has_no_names(checker, value, path, types[rule->type].text))
+    if (value->kind == VALUE_TABLE &&
+        !field_types_has_no_names(checker, value, path, type_rules[rule->type].text))
         return;
     for (int i = 0; i < value->item_count; i++)
         if (value->items[i].kind != VALUE_TEXT)
@@ -296,7 +250,7 @@ static void check_names(const struct checker *checker, const struct value *value
 
 static void check_by_joint(const struct checker *checker, const struct value *value,
                            const struct field_rule *rule, const char *path) {
-    field_types_has_no_items(checker, value, path, types[rule->type].text);
+    field_types_has_no_items(checker, value, path, type_rules[rule->type].text);
     for (int i = 0; i < value->field_count; i++)
         field_types_check_value(checker, &value->fields[i].value, rule->range,
                                 fields_path_name(checker, path, value->fields[i].name));
@@ -305,7 +259,7 @@ static void check_by_joint(const struct checker *checker, const struct value *va
 /* Each is a place, which may name no other point. */
 static void check_points(const struct checker *checker, const struct value *value,
                          const struct field_rule *rule, const char *path) {
-    field_types_has_no_items(checker, value, path, types[rule->type].text);
+    field_types_has_no_items(checker, value, path, type_rules[rule->type].text);
     for (int i = 0; i < value->field_count; i++) {
         const struct value *place = &value->fields[i].value;
         const char *own_path = fields_path_name(checker, path, value->fields[i].name);
@@ -318,8 +272,104 @@ static void check_points(const struct checker *checker, const struct value *valu
 
 static void check_list(const struct checker *checker, const struct value *value,
                        const struct field_rule *rule, const char *path) {
-    field_types_has_no_names(checker, value, path, types[rule->type].text);
+    field_types_has_no_names(checker, value, path, type_rules[rule->type].text);
     for (int i = 0; i < value->item_count; i++)
         if (value->items[i].kind != VALUE_TABLE)
             field_types_refuse_kind(checker, &value->items[i], fields_path_item(checker, path, i), "a table");
+}
+
+/* ---- all fields of a table ---- */
+
+/* What such a table looks like, with the function of the module that has made this one. */
+static const char *form_of(const struct checker *checker, const struct value *table, enum owner owner) {
+    const char *form = owner_form(owner);
+    return table->tag ? memory_format(checker->memory, "rd.%s %s", table->tag, form) : form;
+}
+
+static void check_unknown(const struct checker *checker, const struct value *table, enum owner owner,
+                          const char *path) {
+    const char *known[FIELD_COUNT];
+    const int items = item_room(owner), count = owner_names(owner, known);
+    for (int i = 0; i < table->field_count; i++) {
+        const char *name = table->fields[i].name;
+        if (text_index(name, known, count) < 0)
+            fields_refuse_name(checker, table->fields[i].value.place, fields_path_name(checker, path, name),
+                               "unknown field", name, known, count);
+    }
+    if (items < table->item_count && table->items[items].kind != VALUE_NOTHING)
+        message_error(checker->messages, table->items[items].place, "%s: %s without a name, %s is needed",
+                      fields_path_item(checker, path, items), value_kind_text(table->items[items].kind),
+                      form_of(checker, table, owner));
+}
+
+/* A field by its name and as an item: one of them would be passed over. */
+static void check_doubles(const struct checker *checker, const struct value *table,
+                          const struct field_rule *rule, const char *path) {
+    const struct value *named = value_find_field(table, rule->name);
+    if (named && rule->item > 0 && rule->item <= table->item_count &&
+        table->items[rule->item - 1].kind != VALUE_NOTHING)
+        message_error(checker->messages, named->place,
+                      "%s: given twice, by name and as item %d, once is enough", path, rule->item);
+}
+
+/* What a field says nothing without. */
+static const struct {
+    enum field field, beside;
+} pairs[] = {{FIELD_LINK_rest, FIELD_LINK_spring},          {FIELD_LINK_center, FIELD_LINK_mass},
+             {FIELD_LINK_inertia, FIELD_LINK_mass},         {FIELD_LINK_along, FIELD_LINK_on},
+             {FIELD_DAMPING_mode, FIELD_DAMPING_ratio},     {FIELD_DAMPING_tip_mass, FIELD_DAMPING_ratio},
+             {FIELD_DAMPING_frequency, FIELD_DAMPING_ratio}};
+
+static void check_pairs(const struct checker *checker, const struct value *table, enum owner owner,
+                        const char *path) {
+    enum field told = FIELD_COUNT; /* as missing: one message is enough */
+    for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++) {
+        const char *beside = field_rules[pairs[i].beside].name;
+        const struct value *value = given_field(table, pairs[i].field);
+        if (field_rules[pairs[i].field].owner != owner || !value || given_field(table, pairs[i].beside) ||
+            pairs[i].beside == told || fields_is_misspelled(table, owner, beside))
+            continue;
+        told = pairs[i].beside;
+        message_error(checker->messages, value->place, "%s: given without %s, %s is needed",
+                      fields_path_name(checker, path, field_rules[pairs[i].field].name), beside, beside);
+    }
+}
+
+static void complain_of_stranger(const struct checker *checker, const struct value *table, enum owner owner,
+                                 const char *path) {
+    const char *names = "";
+    for (int i = 0; i < table->field_count && i < 5; i++)
+        names = memory_format(checker->memory, "%s%s%s", names, i ? " " : "", table->fields[i].name);
+    message_error(checker->messages, table->place, "%s: no field of %s%s%s%s, %s is needed", path,
+                  fields_owner_text(owner), *names ? " (" : "", names, *names ? ")" : "",
+                  form_of(checker, table, owner));
+}
+
+void fields_check(const struct checker *checker, const struct value *table, enum owner owner,
+                  const char *path) {
+    if (!fields_is_made_for(table, owner)) {
+        message_error(checker->messages, table->place, "%s: made by rd.%s, %s such as %s is needed", path,
+                      table->tag, fields_owner_text(owner), owner_form(owner));
+        return;
+    }
+    if (fields_is_stranger(table, owner)) {
+        complain_of_stranger(checker, table, owner, path);
+        return;
+    }
+    const bool has_stray = table->item_count > item_room(owner); /* what is missing may stand there */
+    for (int i = 0; i < FIELD_COUNT; i++) {
+        const struct field_rule *rule = &field_rules[i];
+        if (rule->owner != owner)
+            continue;
+        const struct value *value = given_field(table, (enum field)i);
+        const char *own_path = fields_path_name(checker, path, rule->name);
+        check_doubles(checker, table, rule, own_path);
+        if (value)
+            check_field(checker, value, rule, own_path);
+        else if (rule->need == NEED_NEEDED && !has_stray && !fields_is_misspelled(table, owner, rule->name))
+            message_error(checker->messages, table->place, "%s: missing, %s needs it", own_path,
+                          fields_owner_text(owner));
+    }
+    check_pairs(checker, table, owner, path);
+    check_unknown(checker, table, owner, path);
 }

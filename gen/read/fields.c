@@ -1,5 +1,6 @@
-/* Checks that follow from the table of fields, and look-ups in it: see fields.h. */
+/* The table of fields and look-ups in it: see fields.h. */
 #include "read/field_types.h"
+#include "base/text.h"
 
 #include <string.h>
 
@@ -18,8 +19,45 @@ static const struct {
 #undef OWNER
 };
 
+enum {
+    TAKES_NUMBER = 1 << VALUE_NUMBER,
+    TAKES_VALUE = 1 << VALUE_NUMBER | 1 << VALUE_EXPRESSION,
+    TAKES_TEXT = 1 << VALUE_TEXT,
+    TAKES_TABLE = 1 << VALUE_TABLE,
+    TAKES_FUNCTION = 1 << VALUE_FUNCTION
+};
+
+const struct type_rule type_rules[TYPE_COUNT] = {
+    [TYPE_TEXT] = {"a text", TAKES_TEXT, OWNER_COUNT},
+    [TYPE_WHOLE] = {"a whole number", TAKES_NUMBER, OWNER_COUNT},
+    [TYPE_VALUE] = {"a number or an expression of parameters", TAKES_VALUE, OWNER_COUNT},
+    [TYPE_FREE] = {"a number or an expression", TAKES_VALUE, OWNER_COUNT},
+    [TYPE_VECTOR] = {"a list of 3 numbers such as { 0, 0, 1 }", TAKES_TABLE, OWNER_COUNT},
+    [TYPE_TURNS] = {"a list of turns such as { { \"x\", 1.57 } }", TAKES_TABLE, OWNER_COUNT},
+    [TYPE_NAMES] = {"a list of names such as { \"a\", \"b\" }", TAKES_TEXT | TAKES_TABLE, OWNER_COUNT},
+    [TYPE_BY_JOINT] = {"a table by joint such as { z = 1 }", TAKES_TABLE, OWNER_COUNT},
+    [TYPE_PLACE] = {"the name of a link or point or { on = ..., at = ... }", TAKES_TEXT | TAKES_TABLE,
+                    OWNER_POINT},
+    [TYPE_AXIS] = {"an axis such as { \"arm\", \"z\" }", TAKES_TABLE, OWNER_AXIS},
+    [TYPE_INERTIA] = {"an inertia such as { zz = 0.05 }", TAKES_TABLE, OWNER_INERTIA},
+    [TYPE_BEAM] = {"a beam such as { length = 1, section = rd.round(0.014), ... }", TAKES_TABLE, OWNER_BEAM},
+    [TYPE_SECTION] = {"a section such as rd.round(0.014)", TAKES_TABLE, OWNER_SECTION},
+    [TYPE_DAMPING] = {"a damping such as { ratio = 0.01 }", TAKES_TABLE, OWNER_DAMPING},
+    [TYPE_CURVATURE] = {"a curvature such as { psi = 0.1 }", TAKES_TABLE, OWNER_CURVATURE},
+    [TYPE_DIRECTION] = {"\"x\", \"y\", \"z\" or a list of 3 numbers such as { 0, 0, 1 }",
+                        TAKES_TEXT | TAKES_TABLE, OWNER_COUNT},
+    [TYPE_FREE_VECTOR] = {"a list of 3 numbers or expressions such as { 0, 0, 1 }", TAKES_TABLE, OWNER_COUNT},
+    [TYPE_POINTS] = {"a table of points such as { E = \"arm\" }", TAKES_TABLE, OWNER_COUNT},
+    [TYPE_LIST] = {"a list of tables", TAKES_TABLE, OWNER_COUNT},
+    [TYPE_FUNCTION] = {"a function", TAKES_FUNCTION, OWNER_COUNT},
+};
+
 const char *fields_owner_text(enum owner owner) {
     return owners[owner].text;
+}
+
+const char *owner_form(enum owner owner) {
+    return owners[owner].form;
 }
 
 const char *fields_owner_tag(enum owner owner) {
@@ -69,9 +107,7 @@ void fields_refuse_name(const struct checker *checker, struct place place, const
     message_error(checker->messages, place, "%s: %s, known:%s", path, fact, count > 0 ? list : " none");
 }
 
-/* ---- all fields of a table ---- */
-
-static const struct value *raw_field(const struct value *table, enum field field) {
+const struct value *given_field(const struct value *table, enum field field) {
     const struct field_rule *rule = &field_rules[field];
     const struct value *value = value_find_field(table, rule->name);
     if (!value && rule->item > 0 && rule->item <= table->item_count)
@@ -79,8 +115,7 @@ static const struct value *raw_field(const struct value *table, enum field field
     return value;
 }
 
-/* How many fields may stand without a name. */
-static int item_room(enum owner owner) {
+int item_room(enum owner owner) {
     int room = 0;
     for (int i = 0; i < FIELD_COUNT; i++)
         if (field_rules[i].owner == owner && field_rules[i].item > room)
@@ -88,14 +123,7 @@ static int item_room(enum owner owner) {
     return room;
 }
 
-/* What such a table looks like, with the function of the module that has made this one. */
-static const char *form_of(const struct checker *checker, const struct value *table, enum owner owner) {
-    return table->tag ? memory_format(checker->memory, "rd.%s %s", table->tag, owners[owner].form)
-                      : owners[owner].form;
-}
-
-/* Names of the owner's fields. */
-static int owner_names(enum owner owner, const char **names) {
+int owner_names(enum owner owner, const char **names) {
     int count = 0;
     for (int i = 0; i < FIELD_COUNT; i++)
         if (field_rules[i].owner == owner)
@@ -107,10 +135,7 @@ static int owner_names(enum owner owner, const char **names) {
 static const char *meant_field(enum owner owner, const char *name) {
     const char *known[FIELD_COUNT];
     const int count = owner_names(owner, known);
-    for (int i = 0; i < count; i++)
-        if (strcmp(known[i], name) == 0)
-            return NULL;
-    return message_nearest_name(name, known, count);
+    return text_index(name, known, count) < 0 ? message_nearest_name(name, known, count) : NULL;
 }
 
 bool fields_is_misspelled(const struct value *table, enum owner owner, const char *name) {
@@ -120,58 +145,6 @@ bool fields_is_misspelled(const struct value *table, enum owner owner, const cha
             return true;
     }
     return false;
-}
-
-static void check_unknown(const struct checker *checker, const struct value *table, enum owner owner,
-                          const char *path) {
-    const char *known[FIELD_COUNT];
-    const int items = item_room(owner), count = owner_names(owner, known);
-    for (int i = 0; i < table->field_count; i++) {
-        const char *name = table->fields[i].name;
-        int at = 0;
-        while (at < count && strcmp(known[at], name) != 0)
-            at++;
-        if (at == count)
-            fields_refuse_name(checker, table->fields[i].value.place, fields_path_name(checker, path, name),
-                               "unknown field", name, known, count);
-    }
-    if (items < table->item_count && table->items[items].kind != VALUE_NOTHING)
-        message_error(checker->messages, table->items[items].place, "%s: %s without a name, %s is needed",
-                      fields_path_item(checker, path, items), value_kind_text(table->items[items].kind),
-                      form_of(checker, table, owner));
-}
-
-/* A field by its name and as an item: one of them would be passed over. */
-static void check_doubles(const struct checker *checker, const struct value *table,
-                          const struct field_rule *rule, const char *path) {
-    const struct value *named = value_find_field(table, rule->name);
-    if (named && rule->item > 0 && rule->item <= table->item_count &&
-        table->items[rule->item - 1].kind != VALUE_NOTHING)
-        message_error(checker->messages, named->place,
-                      "%s: given twice, by name and as item %d, once is enough", path, rule->item);
-}
-
-/* What a field says nothing without. */
-static const struct {
-    enum field field, beside;
-} pairs[] = {{FIELD_LINK_rest, FIELD_LINK_spring},          {FIELD_LINK_center, FIELD_LINK_mass},
-             {FIELD_LINK_inertia, FIELD_LINK_mass},         {FIELD_LINK_along, FIELD_LINK_on},
-             {FIELD_DAMPING_mode, FIELD_DAMPING_ratio},     {FIELD_DAMPING_tip_mass, FIELD_DAMPING_ratio},
-             {FIELD_DAMPING_frequency, FIELD_DAMPING_ratio}};
-
-static void check_pairs(const struct checker *checker, const struct value *table, enum owner owner,
-                        const char *path) {
-    enum field told = FIELD_COUNT; /* as missing: one message is enough */
-    for (size_t i = 0; i < sizeof pairs / sizeof *pairs; i++) {
-        const char *beside = field_rules[pairs[i].beside].name;
-        const struct value *value = raw_field(table, pairs[i].field);
-        if (field_rules[pairs[i].field].owner != owner || !value || raw_field(table, pairs[i].beside) ||
-            pairs[i].beside == told || fields_is_misspelled(table, owner, beside))
-            continue;
-        told = pairs[i].beside;
-        message_error(checker->messages, value->place, "%s: given without %s, %s is needed",
-                      fields_path_name(checker, path, field_rules[pairs[i].field].name), beside, beside);
-    }
 }
 
 bool fields_is_stranger(const struct value *table, enum owner owner) {
@@ -191,16 +164,6 @@ bool fields_is_stranger(const struct value *table, enum owner owner) {
            needed + table->field_count + (table->item_count > 0) >= COMPLAINTS;
 }
 
-static void complain_of_stranger(const struct checker *checker, const struct value *table, enum owner owner,
-                                 const char *path) {
-    const char *names = "";
-    for (int i = 0; i < table->field_count && i < 5; i++)
-        names = memory_format(checker->memory, "%s%s%s", names, i ? " " : "", table->fields[i].name);
-    message_error(checker->messages, table->place, "%s: no field of %s%s%s%s, %s is needed", path,
-                  fields_owner_text(owner), *names ? " (" : "", names, *names ? ")" : "",
-                  form_of(checker, table, owner));
-}
-
 /* Rows of all three levels have the same fields. */
 bool fields_is_made_for(const struct value *table, enum owner owner) {
     const char *tag = owner == OWNER_COUNT ? NULL : owners[owner].tag;
@@ -210,37 +173,21 @@ bool fields_is_made_for(const struct value *table, enum owner owner) {
     return !table->tag || fields_has_tag(table, tag) || (owner == OWNER_ROW && is_row);
 }
 
-void fields_check(const struct checker *checker, const struct value *table, enum owner owner,
-                  const char *path) {
-    if (!fields_is_made_for(table, owner)) {
-        message_error(checker->messages, table->place, "%s: made by rd.%s, %s such as %s is needed", path,
-                      table->tag, fields_owner_text(owner), owners[owner].form);
-        return;
-    }
-    if (fields_is_stranger(table, owner)) {
-        complain_of_stranger(checker, table, owner, path);
-        return;
-    }
-    const bool has_stray = table->item_count > item_room(owner); /* what is missing may stand there */
-    for (int i = 0; i < FIELD_COUNT; i++) {
-        const struct field_rule *rule = &field_rules[i];
-        if (rule->owner != owner)
-            continue;
-        const struct value *value = raw_field(table, (enum field)i);
-        const char *own_path = fields_path_name(checker, path, rule->name);
-        check_doubles(checker, table, rule, own_path);
-        if (value)
-            field_types_check(checker, value, rule, own_path);
-        else if (rule->need == NEED_NEEDED && !has_stray && !fields_is_misspelled(table, owner, rule->name))
-            message_error(checker->messages, table->place, "%s: missing, %s needs it", own_path,
-                          fields_owner_text(owner));
-    }
-    check_pairs(checker, table, owner, path);
-    check_unknown(checker, table, owner, path);
+bool is_empty_text(const struct value *value) {
+    return value->kind == VALUE_TEXT && !*value->text;
+}
+
+bool is_made_otherwise(const struct value *value, enum field_type type) {
+    return value->kind == VALUE_TABLE && !fields_is_made_for(value, type_rules[type].owner);
+}
+
+bool field_types_matches(const struct value *value, enum field_type type) {
+    return type_rules[type].takes & 1u << value->kind && !(type == TYPE_TEXT && is_empty_text(value)) &&
+           !is_made_otherwise(value, type);
 }
 
 const struct value *fields_get(const struct value *table, enum field field) {
-    const struct value *value = raw_field(table, field);
+    const struct value *value = given_field(table, field);
     return value && field_types_matches(value, field_rules[field].type) ? value : NULL;
 }
 
@@ -250,7 +197,7 @@ const char *fields_made_text(const struct checker *checker, const struct value *
 }
 
 bool fields_has(const struct value *table, enum field field) {
-    return table && raw_field(table, field);
+    return table && given_field(table, field);
 }
 
 expression fields_get_value(const struct checker *checker, const struct value *table, enum field field) {

@@ -1,6 +1,6 @@
 /*
- * The table of fields (fields.def) and the checks that follow from it: fields.c those of a table,
- * field_types.c those of one value.
+ * The table of fields (fields.def) and the checks that follow from it: fields.c has the
+ * table and look-ups in it, field_types.c the checks.
  *
  * Takes a value of the model file and what it is to be; complains about unknown, missing and ill-typed
  * fields, and gives the good ones.
@@ -111,6 +111,7 @@ struct checker {
 };
 
 const char *fields_owner_text(enum owner owner); /* "a link" */
+const char *owner_form(enum owner owner);        /* "{ \"arm\", joint = \"z\" }" */
 /* The function of the module that makes such a table, or NULL; rd.position and its like make rows. */
 const char *fields_owner_tag(enum owner owner);
 /* All such functions; there is room for OWNER_COUNT + 3. */

@@ -2,8 +2,7 @@
 #include "read/local_variables.h"
 #include "read/scanner.h"
 
-/* Is `token` the next name behind `local`, `local function` or `function`, or behind a comma of such a list?
- */
+/* Is `token` the next name behind `local`, `local function`, `function`, or a comma of such a list? */
 static bool declares(const struct token *token, bool *is_list) {
     if (token->kind == TOKEN_WORD) {
         *is_list = scanner_token_is(token, "local") || scanner_token_is(token, "function");

@@ -13,16 +13,13 @@
 /* C23 and before, C++20 and before, and what GNU compilers add where no standard is asked for. */
 static const char keywords[] =
     "alignas alignof and and_eq asm auto bitand bitor bool break case catch char char16_t char32_t char8_t "
-    "class "
-    "co_await co_return co_yield compl concept const const_cast consteval constexpr constinit continue "
-    "decltype "
-    "default delete do double dynamic_cast else enum explicit export extern false float for friend goto if "
-    "inline "
-    "int long mutable namespace new noexcept not not_eq nullptr operator or or_eq private protected public "
-    "register reinterpret_cast requires restrict return short signed sizeof static static_assert static_cast "
-    "struct switch template this thread_local throw true try typedef typeid typename typeof typeof_unqual "
-    "union "
-    "unsigned using virtual void volatile wchar_t while xor xor_eq";
+    "class co_await co_return co_yield compl concept const const_cast consteval constexpr constinit "
+    "continue decltype default delete do double dynamic_cast else enum explicit export extern false float "
+    "for friend goto if inline int long mutable namespace new noexcept not not_eq nullptr operator or "
+    "or_eq private protected public register reinterpret_cast requires restrict return short signed sizeof "
+    "static static_assert static_cast struct switch template this thread_local throw true try typedef "
+    "typeid typename typeof typeof_unqual union unsigned using virtual void volatile wchar_t while xor "
+    "xor_eq";
 
 /* Macros without arguments: why a name is none of its own, and those of that kind. */
 static const struct {
@@ -37,8 +34,8 @@ static const struct {
      "RAND_MAX WCONTINUED WEXITED WNOHANG WNOWAIT WSTOPPED WUNTRACED"},
     {"a macro of stdio.h",
      "BUFSIZ EOF FILENAME_MAX FOPEN_MAX L_ctermid L_cuserid L_tmpnam P_tmpdir RENAME_EXCHANGE "
-     "RENAME_NOREPLACE "
-     "RENAME_WHITEOUT SEEK_CUR SEEK_DATA SEEK_END SEEK_HOLE SEEK_SET TMP_MAX stderr stdin stdout"},
+     "RENAME_NOREPLACE RENAME_WHITEOUT SEEK_CUR SEEK_DATA SEEK_END SEEK_HOLE SEEK_SET TMP_MAX stderr stdin "
+     "stdout"},
     {"a macro of limits.h",
      "CHAR_BIT CHAR_MAX CHAR_MIN INT_MAX INT_MIN LLONG_MAX LLONG_MIN LONG_MAX LONG_MIN MB_LEN_MAX SCHAR_MAX "
      "SCHAR_MIN SHRT_MAX SHRT_MIN UCHAR_MAX UINT_MAX ULLONG_MAX ULONG_MAX USHRT_MAX"},
@@ -58,30 +55,23 @@ static const struct {
 
 /* Numbers of math.h, also that of newlib: these, and those with the ending of a type. */
 static const char math_numbers[] =
-    "HUGE_VAL HUGE_VAL_ M_1_PI M_1_SQRT3 M_1_SQRTPI M_2_PI M_2_SQRTPI M_3PI_4 M_E "
-    "M_EGAMMA M_INVLN2 M_IVLN10 M_LN10 M_LN2 M_LN2HI M_LN2LO M_LOG10E M_LOG2E M_LOG2_E "
-    "M_PHI M_PI M_PI_2 M_PI_4 M_SQRT1_2 M_SQRT2 M_SQRT3 M_SQRTPI M_TWOPI SNAN";
+    "HUGE_VAL HUGE_VAL_ M_1_PI M_1_SQRT3 M_1_SQRTPI M_2_PI M_2_SQRTPI M_3PI_4 M_E M_EGAMMA M_INVLN2 "
+    "M_IVLN10 M_LN10 M_LN2 M_LN2HI M_LN2LO M_LOG10E M_LOG2E M_LOG2_E M_PHI M_PI M_PI_2 M_PI_4 M_SQRT1_2 "
+    "M_SQRT2 M_SQRT3 M_SQRTPI M_TWOPI SNAN";
 static const char type_endings[] = "f f128 f16 f32 f32x f64 f64x l F F128 F16 F32 F32X F64 F64X L";
 
 /* Headers of C and POSIX, of the GNU C library beside them, and what math.h includes elsewhere. */
 static const char system_headers[] =
-    "availability availabilityinternal availabilityversions concurrencysal corecrt crtdefs "
-    "newlib sal vadefs vcruntime "
-    "aio aliases alloca ar argp argz assert byteswap complex cpio crypt "
-    "ctype dirent dlfcn elf endian envz err errno "
-    "error execinfo fcntl features fenv float fmtmsg fnmatch fstab fts ftw "
-    "gconv getopt glob grp gshadow iconv "
-    "ifaddrs inttypes iso646 langinfo lastlog libgen libintl limits link "
-    "locale malloc math mcheck memory mntent "
-    "monetary mqueue ndbm netdb nl_types nss obstack paths poll printf "
-    "pthread pty pwd re_comp regex regexp resolv "
-    "sched search semaphore setjmp sgtty shadow signal spawn stab stdalign "
-    "stdarg stdatomic stdbit stdbool stdckdint "
-    "stddef stdint stdio stdio_ext stdlib stdnoreturn string strings "
-    "stropts syscall sysexits syslimits syslog tar "
-    "termio termios tgmath threads time trace ttyent uchar ucontext ulimit "
-    "unistd unwind utime utmp utmpx values "
-    "varargs wait wchar wctype wordexp xlocale";
+    "availability availabilityinternal availabilityversions concurrencysal corecrt crtdefs newlib sal "
+    "vadefs vcruntime aio aliases alloca ar argp argz assert byteswap complex cpio crypt ctype dirent "
+    "dlfcn elf endian envz err errno error execinfo fcntl features fenv float fmtmsg fnmatch fstab fts ftw "
+    "gconv getopt glob grp gshadow iconv ifaddrs inttypes iso646 langinfo lastlog libgen libintl limits "
+    "link locale malloc math mcheck memory mntent monetary mqueue ndbm netdb nl_types nss obstack paths "
+    "poll printf pthread pty pwd re_comp regex regexp resolv sched search semaphore setjmp sgtty shadow "
+    "signal spawn stab stdalign stdarg stdatomic stdbit stdbool stdckdint stddef stdint stdio stdio_ext "
+    "stdlib stdnoreturn string strings stropts syscall sysexits syslimits syslog tar termio termios tgmath "
+    "threads time trace ttyent uchar ucontext ulimit unistd unwind utime utmp utmpx values varargs wait "
+    "wchar wctype wordexp xlocale";
 
 /* Names that no file can have on Windows, whatever its ending. */
 static const char devices[] =
@@ -91,19 +81,14 @@ static const char devices[] =
 /* Functions of the C library NAME_r: one of that name gives the points of a model. */
 static const char reentrant[] =
     "asctime ctime drand48 ecvt erand48 ether_aton ether_ntoa fcvt fgetgrent fgetpwent fgetsgent fgetspent "
-    "gamma "
-    "gammaf gammal getaliasbyname getaliasent getdate getgrent getgrgid getgrnam gethostbyaddr gethostbyname "
-    "gethostbyname2 gethostent getlogin getmntent getnetbyaddr getnetbyname getnetent getnetgrent "
-    "getprotobyname "
-    "getprotobynumber getprotoent getpwent getpwnam getpwuid getrpcbyname getrpcbynumber getrpcent "
-    "getservbyname "
-    "getservbyport getservent getsgent getsgnam getspent getspnam getutent getutid getutline gmtime hcreate "
-    "hdestroy "
-    "hsearch initstate jrand48 lcong48 lgamma lgammaf lgammaf128 lgammaf32 lgammaf32x lgammaf64 lgammaf64x "
-    "lgammal "
-    "localtime lrand48 mrand48 nrand48 ptsname qecvt qfcvt qsort rand random readdir readdir64 seed48 "
-    "setstate "
-    "sgetsgent sgetspent srand48 srandom strerror strtok tmpnam ttyname twalk";
+    "gamma gammaf gammal getaliasbyname getaliasent getdate getgrent getgrgid getgrnam gethostbyaddr "
+    "gethostbyname gethostbyname2 gethostent getlogin getmntent getnetbyaddr getnetbyname getnetent "
+    "getnetgrent getprotobyname getprotobynumber getprotoent getpwent getpwnam getpwuid getrpcbyname "
+    "getrpcbynumber getrpcent getservbyname getservbyport getservent getsgent getsgnam getspent getspnam "
+    "getutent getutid getutline gmtime hcreate hdestroy hsearch initstate jrand48 lcong48 lgamma lgammaf "
+    "lgammaf128 lgammaf32 lgammaf32x lgammaf64 lgammaf64x lgammal localtime lrand48 mrand48 nrand48 "
+    "ptsname qecvt qfcvt qsort rand random readdir readdir64 seed48 setstate sgetsgent sgetspent srand48 "
+    "srandom strerror strtok tmpnam ttyname twalk";
 
 /* Is the name one of the words of `list`, which blanks part? */
 static bool is_among(const char *name, const char *list, bool ignores_case) {

@@ -1,5 +1,4 @@
-/* Pieces of memory by size class: see pool.h. Up to 512 bytes a class each 16 bytes, then each power of two.
- */
+/* Pieces of memory by size class, see pool.h: up to 512 bytes each 16 bytes, then each power of two. */
 #include "read/pool.h"
 
 #include <string.h>

@@ -4,9 +4,9 @@
  * A segment takes from its beam what it does not say itself; a beam without segments is one segment.
  */
 #include "read/reader.h"
+#include "base/text.h"
 
 #include <math.h>
-#include <string.h>
 
 static const double pi = 3.14159265358979323846;
 
@@ -212,10 +212,8 @@ static void read_dofs(const struct reader *reader, const struct value *value, co
     for (int turn = 0; turn < 3; turn++)
         beam->keeps[turn] = !value;
     for (int i = 0; i < count; i++) {
-        int turn = 0;
-        while (turn < 3 && strcmp(turns[turn], names[i]) != 0)
-            turn++;
-        if (turn == 3)
+        const int turn = text_index(names[i], turns, 3);
+        if (turn < 0)
             message_error(reader->check.messages, value->place,
                           "%s: \"%s\" is no turn of an element, psi theta phi are", path, names[i]);
         else

@@ -6,11 +6,8 @@
 #define REFDYN_GEN_READ_MODEL_H
 
 #include "model/model.h"
+#include "read/setting.h"
 #include "tree/tree.h"
-
-struct setting {
-    const char *name, *value;
-};
 
 struct read_request {
     const char *file;

@@ -1,7 +1,7 @@
 /*
  * What the parts of the reader share: read_model.c (links, points, names), read_place.c, read_body.c,
- * read_beam.c, and, once the coordinates are known, read_forces.c and read_constraints.c. Each takes values
- * of the file and fills its part of the model.
+ * read_beam.c, and, once the coordinates are known, read_forces.c and read_constraints.c with read_result.c.
+ * Each takes values of the file and fills its part of the model.
  */
 #ifndef REFDYN_GEN_READER_H
 #define REFDYN_GEN_READER_H
@@ -47,15 +47,11 @@ double read_value_now(const struct reader *reader, expression e); /* with the pa
 void read_solids(const struct reader *reader, const struct value *table, const char *path, struct link *link);
 void read_beam(const struct reader *reader, const struct value *table, const char *path, struct beam *beam);
 
-/* ---- read_forces.c, read_constraints.c ---- */
+/* ---- read_result.c ---- */
 
 /* Is what the function `name` gives a table of the author? Complains when it is not. */
 bool read_is_result(const struct reader *reader, const struct value *result, const char *name,
                     const char *needed);
-void read_forces(const struct reader *reader, const struct value *result);
-void read_courses(const struct reader *reader, const struct value *table);
-void read_constraints(const struct reader *reader, const struct value *result);
-
 /* Complains about an unknown coordinate, once for each name. */
 void read_refuse_coordinate(const struct reader *reader, struct place place, const char *path,
                             const char *fact, const char *name);
@@ -63,5 +59,11 @@ void read_refuse_coordinate(const struct reader *reader, struct place place, con
 /* Calls `read` for each entry of a list, and of lists within it. */
 typedef void read_entry(const struct reader *reader, const struct value *value, const char *path);
 void read_entries(const struct reader *reader, const struct value *list, const char *path, read_entry *read);
+
+/* ---- read_forces.c, read_constraints.c ---- */
+
+void read_forces(const struct reader *reader, const struct value *result);
+void read_courses(const struct reader *reader, const struct value *table);
+void read_constraints(const struct reader *reader, const struct value *result);
 
 #endif

@@ -1,6 +1,6 @@
 /*
- * Lua as a server: runs a model file in a sandbox and gives plain values. The only file behind it, script.c,
- * is the only one that knows Lua.
+ * Lua as a server: runs a model file in a sandbox and gives plain values. Only the files behind it
+ * (script_state.h) know Lua.
  *
  * script_open is declared in read_model.h. Errors of the script become complaints.
  */

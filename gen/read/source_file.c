@@ -37,8 +37,7 @@ static ssize_t read_all(int file, char *text, size_t room) {
     return count < 0 ? -1 : (ssize_t)length;
 }
 
-/* A block of one byte more than the files of one model may still have, so that one that is too long is seen.
- */
+/* A block of one byte more than the files of a model may still have: so one that is too long is seen. */
 static const char *read_text(struct memory *memory, int file, size_t bound, struct source_file *source) {
     struct stat about;
     if (fstat(file, &about) == 0 && (about.st_size < 0 || (size_t)about.st_size > bound))

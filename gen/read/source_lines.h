@@ -41,8 +41,7 @@ struct source_lines {
  * about: Lua would silently take the last. */
 void source_lines_mark_tables(struct memory *memory, struct messages *messages, const char *file,
                               const char *source, size_t length, struct source_lines *lines);
-/* Line of entry `name`, or of list item `index` when name is NULL, in table number `table`; 0 when unknown.
- */
+/* Line of entry `name` (NULL: of list item `index`) in table number `table`; 0 when unknown. */
 int source_lines_of_entry(const struct source_lines *lines, int table, const char *name, int index);
 
 #endif

@@ -1,15 +1,9 @@
 /* Names to symbols: see state_symbols.h. */
 #include "read/state_symbols.h"
 #include "read/markers.h"
+#include "base/text.h"
 
 #include <string.h>
-
-static int index_of(const char *name, const char *const *names, int count) {
-    for (int i = 0; i < count; i++)
-        if (strcmp(names[i], name) == 0)
-            return i;
-    return -1;
-}
 
 static struct view_result no_field(const struct view_names *names, const char *path, const char *field,
                                    const char *kind, const char *const *known, int count) {
@@ -39,7 +33,7 @@ static struct view_result found(const struct view_names *names, const struct vie
 static struct view_result state_field(const struct view_names *names, struct view view, const char *field) {
     static const char *const known[] = {"t", "q", "qd", "qdd", "points", "inputs", "start", "axes"};
     struct view inner = {.at_start = view.at_start};
-    switch (index_of(field, known, 8)) {
+    switch (text_index(field, known, 8)) {
     case 0:
         return found(names, &view, expr_symbol(names->declarations->graph, SYMBOL_TIME, 0, 0));
     case 1:
@@ -72,7 +66,7 @@ static struct view_result state_field(const struct view_names *names, struct vie
 static struct view_result coordinate_field(const struct view_names *names, struct view view,
                                            const char *field) {
     static const char *const paths[] = {"s.q", "s.qd", "s.qdd"};
-    int index = index_of(field, names->coordinates, names->coordinate_count);
+    int index = text_index(field, names->coordinates, names->coordinate_count);
     if (index < 0)
         return no_field(names, paths[view.order], field, "coordinate", names->coordinates,
                         names->coordinate_count);
@@ -85,7 +79,7 @@ static struct view_result points_field(const struct view_names *names, struct vi
         memory_get(names->declarations->memory, ((size_t)model->point_count + 1) * sizeof *known);
     for (int i = 0; i < model->point_count; i++)
         known[i] = model->points[i].name;
-    int index = index_of(field, known, model->point_count);
+    int index = text_index(field, known, model->point_count);
     if (index < 0)
         return no_field(names, "s.points", field, "point", known, model->point_count);
     view.kind = VIEW_POINT;
@@ -96,7 +90,7 @@ static struct view_result points_field(const struct view_names *names, struct vi
 /* Components of a point or direction; a point has axes beside them. */
 static struct view_result vector_field(const struct view_names *names, struct view view, const char *field) {
     static const char *const known[] = {"x", "y", "z", "xd", "yd", "zd", "xdd", "ydd", "zdd", "axes"};
-    const int count = view.kind == VIEW_POINT ? 10 : 9, component = index_of(field, known, count);
+    const int count = view.kind == VIEW_POINT ? 10 : 9, component = text_index(field, known, count);
     if (component < 0) {
         const char *path = memory_format(names->declarations->memory,
                                          view.kind == VIEW_POINT ? "s.points.%s" : "direction %s",
@@ -129,7 +123,7 @@ static struct view_result axes_field(const struct view_names *names, struct view
         links[count] = i;
         known[count++] = memory_format(memory, "%s.tip", model->links[i].name);
     }
-    int index = index_of(field, known, count);
+    int index = text_index(field, known, count);
     if (index < 0)
         return no_field(names, "s.axes", field, "link", known, count);
     view.kind = strchr(field, '.') ? VIEW_AXES_OF_TIP : VIEW_AXES_OF_LINK;
@@ -141,7 +135,7 @@ static struct view_result axis_field(const struct view_names *names, struct view
     static const char *const known[] = {"x", "y", "z"};
     struct model *model = names->model;
     struct attachment at = markers_ground_attachment();
-    const int axis = index_of(field, known, 3);
+    const int axis = text_index(field, known, 3);
     if (axis < 0)
         return no_field(names, "s.axes", field, "axis", known, 3);
     if (view.kind == VIEW_AXES_OF_POINT) {
@@ -163,7 +157,7 @@ static struct view_result parameter_field(const struct view_names *names, const 
     const char **known = memory_get(declarations->memory, ((size_t)count + 1) * sizeof *known);
     for (int i = 0; i < count; i++)
         known[i] = declarations->parameters[i].name;
-    int index = index_of(field, known, count);
+    int index = text_index(field, known, count);
     if (index < 0 && declarations->lacks_parameters)
         return (struct view_result){.expression = expr_one(declarations->graph)};
     if (index < 0)
@@ -177,7 +171,7 @@ static struct view_result input_field(const struct view_names *names, struct vie
     const char **known = memory_get(declarations->memory, ((size_t)count + 1) * sizeof *known);
     for (int i = 0; i < count; i++)
         known[i] = declarations->inputs[i].name;
-    int index = index_of(field, known, count);
+    int index = text_index(field, known, count);
     if (index < 0)
         return no_field(names, "s.inputs", field, "input", known, count);
     return found(names, &view, expr_symbol(declarations->graph, SYMBOL_INPUT, index, 0));

@@ -1,6 +1,7 @@
 /*
- * A Lua value in plain C: what script.c makes of the table that a model file returns, so that nothing after
- * it knows Lua. Named entries are sorted by name, list items stand in order; each knows its file and line.
+ * A Lua value in plain C: what script_value.c makes of the table that a model file returns, so that nothing
+ * after it knows Lua. Named entries are sorted by name, list items stand in order; each knows its file and
+ * line.
  */
 #ifndef REFDYN_GEN_VALUE_H
 #define REFDYN_GEN_VALUE_H

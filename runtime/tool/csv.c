@@ -5,7 +5,6 @@
 #include "base/text.h"
 
 #include <errno.h>
-#include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -32,16 +31,12 @@ void complain_line(const char *path, long line, const char *text) {
 
 bool csv_complain(const struct csv *csv, const char *format, ...) {
     va_list list;
-    char *text;
-    size_t size;
-    FILE *out = text_stream(&text, &size);
-    fprintf(out, "%s: ", csv->what);
     va_start(list, format);
-    vfprintf(out, format, list);
+    char *fact = text_vformat(format, list), *text = text_format("%s: %s", csv->what, fact);
     va_end(list);
-    fclose(out);
     complain_line(csv->path, csv->line, text);
     free(text);
+    free(fact);
     return false;
 }
 
@@ -177,6 +172,10 @@ bool csv_open(struct csv *csv, const char *path, const char *what) {
     *csv = (struct csv){.path = path, .what = what};
     csv->file = fopen(path, "r");
     return csv->file ? read_names(csv) : complain_file(path, what);
+}
+
+int csv_column(const struct csv *csv, const char *name) {
+    return text_index(name, (const char *const *)csv->names, csv->count);
 }
 
 bool csv_number(const struct csv *csv, int i, double *value) {

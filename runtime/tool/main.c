@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <unistd.h>
 
-const struct command commands[] = {
+static const struct command commands[] = {
     {.name = "gen",
      .run = run_gen,
      .operands = "MODEL.lua",
@@ -120,15 +120,6 @@ const struct command commands[] = {
     {.name = NULL},
 };
 
-/* What a step of the generator ended with, after its messages, those from `seen` on. */
-static enum status tell(const struct generation *generation, const struct options *options, int seen,
-                        enum gen_status status) {
-    print_messages(generation, seen);
-    if (status == GEN_NO_MEMORY)
-        fprintf(stderr, "refdyn: %s: out of memory\n", options->operands[0]);
-    return status == GEN_OK ? STATUS_DONE : STATUS_FAULT;
-}
-
 /* The target of file `name` in the folder of -o. */
 static struct target *open_in_folder(struct targets *targets, const char *folder, const char *name) {
     char *path = text_format("%s/%s", folder, name);
@@ -161,18 +152,20 @@ static enum status emit_into_folder(struct scene *scene, const struct options *o
     struct generation *generation = &scene->generation;
     const char *folder = options->output;
     const int seen = generation->messages.count;
-    const enum status status = tell(generation, options, seen, gen_check_folder(generation, folder));
+    const enum status status =
+        print_outcome(generation, *options->operands, seen, gen_check_folder(generation, folder));
     if (status != STATUS_DONE)
         return status;
     if (!write_files(generation, folder, &scene->targets))
         return STATUS_FAULT;
-    return tell(generation, options, seen, gen_remove_stale_parts(generation, folder));
+    return print_outcome(generation, *options->operands, seen, gen_remove_stale_parts(generation, folder));
 }
 
 static enum status emit_scene(struct scene *scene, const struct options *options) {
     struct generation *generation = &scene->generation;
     const int seen = generation->messages.count;
-    enum status status = tell(generation, options, seen, gen_plan(generation, options->emit));
+    enum status status =
+        print_outcome(generation, *options->operands, seen, gen_plan(generation, options->emit));
     if (status != STATUS_DONE)
         return status;
     scene_spare_sources(scene, &scene->targets);
@@ -192,11 +185,12 @@ static enum status explain_pass(struct scene *scene, const struct options *optio
         return usage_error(options->command, "--explain: %s", wrong);
     if (options->output)
         return usage_error(options->command, "--explain prints and writes no files, -o is too much");
-    return tell(generation, options, seen, gen_explain(generation, options->emit, options->explain, stdout));
+    return print_outcome(generation, *options->operands, seen,
+                         gen_explain(generation, options->emit, options->explain, stdout));
 }
 
 enum status run_gen(const struct options *options) {
-    struct scene scene = {.compiled = {.file = -1}};
+    struct scene scene;
     enum status status = scene_read(&scene, options);
     if (status == STATUS_DONE) {
         const char *wrong = options->emit ? gen_wrong_emit(&scene.generation, options->emit) : NULL;
@@ -209,7 +203,7 @@ enum status run_gen(const struct options *options) {
 }
 
 enum status run_check(const struct options *options) {
-    struct scene scene = {.compiled = {.file = -1}};
+    struct scene scene;
     enum status status = scene_read(&scene, options);
     if (status == STATUS_DONE)
         gen_print_model(&scene.generation, stdout);
@@ -238,7 +232,7 @@ int main(int argc, char **argv) {
     enum status status;
     take_descriptors();
     interrupt_catch();
-    if (options_read(argc, argv, &options, &status))
+    if (options_read(commands, argc, argv, &options, &status))
         status = options.command->run(&options);
     options_release(&options);
     status = finish_stdout(status);

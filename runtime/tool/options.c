@@ -1,5 +1,4 @@
-/* The command line of `refdyn`: see options.h. One table of options; each command names those that it knows.
- */
+/* The command line of `refdyn`: see options.h. A table of options; each command names those it knows. */
 #include "options.h"
 #include "by_gsl.h"
 #include "base/message.h"
@@ -157,16 +156,16 @@ static void print_command_help(const struct command *command) {
     puts("\nexit status: 0 done; 1 model, state or file at fault; 2 wrong usage; 3 the numbers failed");
 }
 
-static void print_commands(FILE *out) {
+static void print_commands(const struct command *commands, FILE *out) {
     for (const struct command *command = commands; command->name; command++)
         fprintf(out, "  %-9s%s\n", command->name, command->purpose);
 }
 
-static void print_help(void) {
+static void print_help(const struct command *commands) {
     puts("usage: refdyn COMMAND ARGUMENTS\n\n"
          "Refdyn turns a Lua model of a robot with flexible links into C code of its dynamics,\n"
          "and computes its equilibria, frequencies and programme-constrained motions.\n\ncommands:");
-    print_commands(stdout);
+    print_commands(commands, stdout);
     puts("\nrefdyn COMMAND --help tells more; --version prints the version.");
 }
 
@@ -181,7 +180,7 @@ enum status usage_error(const struct command *command, const char *format, ...) 
     return STATUS_USAGE;
 }
 
-static enum status unknown_command(const char *name) {
+static enum status unknown_command(const struct command *commands, const char *name) {
     fprintf(stderr, "refdyn: unknown command '%s', the commands are", name);
     for (const struct command *command = commands; command->name; command++)
         fprintf(stderr, "%s %s", command == commands ? "" : ",", command->name);
@@ -189,7 +188,7 @@ static enum status unknown_command(const char *name) {
     return STATUS_USAGE;
 }
 
-static const struct command *find_command(const char *name) {
+static const struct command *find_command(const struct command *commands, const char *name) {
     for (const struct command *command = commands; command->name; command++)
         if (strcmp(command->name, name) == 0)
             return command;
@@ -284,7 +283,7 @@ static enum status add_setting(struct options *options, char *text) {
         if (strcmp(options->settings[i].name, text) == 0)
             return usage_error(options->command, "--set %s: given twice, as '%s' and as '%s'", text,
                                options->settings[i].value, equals + 1);
-    options->settings[options->setting_count++] = (struct assignment){.name = text, .value = equals + 1};
+    options->settings[options->setting_count++] = (struct setting){.name = text, .value = equals + 1};
     return STATUS_DONE;
 }
 
@@ -391,23 +390,24 @@ static bool read_command(int argc, char **argv, struct options *options, enum st
     return *status == STATUS_DONE;
 }
 
-bool options_read(int argc, char **argv, struct options *options, enum status *status) {
+bool options_read(const struct command *commands, int argc, char **argv, struct options *options,
+                  enum status *status) {
     *options = (struct options){.command = NULL};
     *status = argc < 2 ? STATUS_USAGE : STATUS_DONE;
     if (argc < 2 || strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "help") == 0) {
         if (argc < 2)
             fputs("usage: refdyn COMMAND ARGUMENTS; refdyn --help lists the commands\n", stderr);
         else
-            print_help();
+            print_help(commands);
         return false;
     }
     if (strcmp(argv[1], "--version") == 0) {
         puts("refdyn " REFDYN_VERSION);
         return false;
     }
-    options->command = find_command(argv[1]);
+    options->command = find_command(commands, argv[1]);
     if (!options->command) {
-        *status = unknown_command(argv[1]);
+        *status = unknown_command(commands, argv[1]);
         return false;
     }
     options->settings = calloc((size_t)argc, sizeof *options->settings);

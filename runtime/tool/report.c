@@ -200,11 +200,11 @@ static enum status run_study(struct report *report, struct study *study, const s
 static enum status run_variant(struct report *report, int i, double seconds) {
     struct study *study = &report->studies[i];
     struct options options = *report->options;
-    struct assignment *settings = allocate((size_t)options.setting_count + 1, sizeof *settings);
+    struct setting *settings = allocate((size_t)options.setting_count + 1, sizeof *settings);
     for (int j = 0; j < options.setting_count; j++)
         settings[j] = options.settings[j];
     if (report->values[i])
-        settings[options.setting_count++] = (struct assignment){report->vary_name, report->values[i]};
+        settings[options.setting_count++] = (struct setting){report->vary_name, report->values[i]};
     options.settings = settings;
     study->name = report->values[i] ? text_format("%s=%s", report->vary_name, report->values[i])
                                     : text_format("%s", report->model_name);

@@ -9,10 +9,7 @@
 enum { POINT_COLUMNS = 9 };
 
 int run_column(const struct run *run, const char *name) {
-    for (int i = 0; i < run->column_count; i++)
-        if (strcmp(run->columns[i], name) == 0)
-            return i;
-    return -1;
+    return csv_column(&run->csv, name);
 }
 
 static bool is_named(const struct run *run, int column, const char *stem, size_t length, const char *ending) {

@@ -9,13 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-static int find_column(const struct table *table, const char *name) {
-    for (int i = 0; i < table->count; i++)
-        if (strcmp(table->names[i], name) == 0)
-            return i;
-    return -1;
-}
-
 static enum status wrong_column(const struct stops *stops, const struct options *options, const char *name) {
     const char *near =
         message_nearest_name(name, (const char *const *)stops->table.names, stops->table.count);
@@ -31,7 +24,7 @@ static enum status read_stop(struct stops *stops, const struct options *options,
         return usage_error(options->command, "--stop: '%s' is not of the form NAME<VALUE or NAME>VALUE",
                            text);
     char *name = text_format("%.*s", (int)length, text);
-    stop.column = find_column(&stops->table, name);
+    stop.column = text_index(name, (const char *const *)stops->table.names, stops->table.count);
     enum status status = stop.column < 0 ? wrong_column(stops, options, name) : STATUS_DONE;
     free(name);
     stops->list[stops->count++] = stop;
