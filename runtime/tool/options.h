@@ -27,7 +27,7 @@ struct options {
     bool fold, verify;
     /* NULL: not given */
     const char *output, *emit, *state, *from, *at, *method, *stabilise, *singular, *start, *hold, *summary,
-        *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops;
+        *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops, *panel, *units;
     /* 0: not given */
     double until, step, step_max, tolerance, accuracy, every, modes, seconds;
 };
