@@ -227,12 +227,8 @@ static void put_way(FILE *out, const struct box *box, const struct chart *chart,
     for (long i = 0; i < curve->count; i++) {
         const double new_x = round(unit * pixel_x(box, scale_place(&box->x, curve->x[i * curve->stride])));
         const double new_y = round(unit * pixel_y(box, scale_place(&box->y, y_of(chart, curve, i))));
-        if (i <= 1 || new_x != x || new_y != y)
-            fprintf(out, "%s%g %g",
-                    i == 0   ? "M"
-                    : i == 1 ? "l"
-                             : " ",
-                    (new_x - x) / unit, (new_y - y) / unit);
+        if (i == 0 || new_x != x || new_y != y)
+            fprintf(out, i == 0 ? "M%g %gh0" : "l%g %g", (new_x - x) / unit, (new_y - y) / unit);
         x = new_x;
         y = new_y;
     }

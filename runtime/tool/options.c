@@ -3,6 +3,7 @@
 #include "options.h"
 #include "by_gsl.h"
 #include "base/message.h"
+#include "output.h"
 #include "refdyn.h"
 #include "base/text.h"
 
@@ -276,6 +277,12 @@ enum status check_list(const struct command *command, const char *name, const ch
         if (!*at)
             return STATUS_DONE;
     }
+}
+
+char *list_item(const char *list, int index) {
+    for (; index > 0 && list; index--)
+        list = strchr(list, ',') ? strchr(list, ',') + 1 : NULL;
+    return list ? text_format("%.*s", (int)strcspn(list, ","), list) : NULL;
 }
 
 static enum status add_setting(struct options *options, char *text) {

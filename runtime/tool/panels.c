@@ -1,5 +1,6 @@
 /* The panels of a figure: see panels.h. */
 #include "panels.h"
+#include "options.h"
 #include "output.h"
 
 #include <stdlib.h>
@@ -56,8 +57,10 @@ static char *y_label(const struct panels *panels, const struct chart *chart, con
 /* The chart goes, and the result is false, when nothing is in it. */
 static bool end(struct panels *panels, const struct view *view, const char *title, const char *quantity) {
     struct chart *chart = &panels->charts[panels->count - 1];
-    if (chart->curve_count == 0)
-        return --panels->count, false;
+    if (chart->curve_count == 0) {
+        panels->count--;
+        return false;
+    }
     chart->title = text_format("%s", title);
     chart->x_label = text_format("t [s]");
     chart->y_label = y_label(panels, chart, view, quantity);
@@ -233,30 +236,23 @@ enum { VIEW_COUNT = sizeof views / sizeof views[0] };
 
 _Static_assert(VIEW_COUNT - 1 + MOST_INPUTS <= PANELS_MAX, "room for all panels");
 
-/* Is the name the item of a list that begins at `item`? */
-static bool is_item(const char *name, const char *item) {
-    return strcspn(item, ",") == strlen(name) && strncmp(name, item, strlen(name)) == 0;
+static int find_view(const char *name) {
+    int view = 0;
+    while (view < VIEW_COUNT && strcmp(views[view].name, name) != 0)
+        view++;
+    return view;
 }
 
-static const char *next_item(const char *item) {
-    item += strcspn(item, ",");
-    return *item ? item + 1 : item;
-}
-
-static bool is_wanted(const struct view *view, const char *names) {
-    for (const char *item = names; item && *item; item = next_item(item))
-        if (is_item(view->name, item))
-            return true;
-    return !names;
-}
-
-char *panels_unknown(const char *names) {
-    for (const char *item = names; item && *item; item = next_item(item)) {
-        int view = 0;
-        while (view < VIEW_COUNT && !is_item(views[view].name, item))
-            view++;
+char *panels_choose(struct panels *panels, const char *names) {
+    char *name;
+    for (int i = 0; i < VIEW_COUNT; i++)
+        panels->is_wanted[i] = !names;
+    for (int i = 0; (name = list_item(names, i)); i++) {
+        const int view = find_view(name);
         if (view == VIEW_COUNT)
-            return text_format("%.*s", (int)strcspn(item, ","), item);
+            return name;
+        panels->is_wanted[view] = true;
+        free(name);
     }
     return NULL;
 }
@@ -271,9 +267,9 @@ char *panels_names(void) {
     return text;
 }
 
-void panels_make(struct panels *panels, const char *names) {
+void panels_make(struct panels *panels) {
     for (int i = 0; i < VIEW_COUNT; i++)
-        if (is_wanted(&views[i], names))
+        if (panels->is_wanted[i])
             views[i].add(panels, &views[i]);
 }
 

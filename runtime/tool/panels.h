@@ -12,19 +12,21 @@
 enum { PANELS_MAX = 24 };
 
 struct panels {
-    const struct run *runs; /* the curves lie in them */
+    struct run *runs; /* the curves lie in them */
     int run_count;
-    const json_t *units; /* an object of units by column; NULL: they are known by the kind of column alone */
+    json_t *units;              /* an object of units by column; NULL: known by the kind of column alone */
+    bool is_wanted[PANELS_MAX]; /* by panels_choose */
     struct chart charts[PANELS_MAX];
     int count;
 };
 
-/* The panels whose names are in the list "a,b", of which all are known; NULL: all. runs and units are set. */
-void panels_make(struct panels *panels, const char *names);
-void panels_release(struct panels *panels);
-/* The first item of the list that is no panel's name, in heap memory; NULL: there is none. */
-char *panels_unknown(const char *names);
+/* Panels by a list of their names, NULL: all. Gives the first name that is none, in heap memory, or NULL. */
+char *panels_choose(struct panels *panels, const char *names);
 /* All names, "a, b, c", in heap memory. */
 char *panels_names(void);
+/* The charts of those that were chosen, once the runs are there. */
+void panels_make(struct panels *panels);
+/* The charts alone. */
+void panels_release(struct panels *panels);
 
 #endif

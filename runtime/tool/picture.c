@@ -11,7 +11,6 @@
 
 struct picture_format {
     const char *suffix;
-    const char *ending;      /* the last bytes of a whole file */
     const char *const *argv; /* what makes it from SVG; NULL: nothing */
 };
 
@@ -20,8 +19,7 @@ static const char converter[] = "rsvg-convert";
 static const char *const make_png[] = {converter, "--format=png", "--zoom=2", NULL};
 static const char *const make_pdf[] = {"env", "SOURCE_DATE_EPOCH=0", converter, "--format=pdf", NULL};
 
-static const struct picture_format formats[] = {
-    {".svg", "", NULL}, {".png", "IEND\xAE\x42\x60\x82", make_png}, {".pdf", "%%EOF\n", make_pdf}};
+static const struct picture_format formats[] = {{".svg", NULL}, {".png", make_png}, {".pdf", make_pdf}};
 
 const struct picture_format *picture_format_of(const char *path) {
     const char *dot = strrchr(path, '.');
@@ -41,19 +39,14 @@ bool picture_can_write(const struct picture_format *format) {
     return is_good;
 }
 
-/* Copies the file; whether it is whole. */
-static bool copy_picture(const struct picture_format *format, const char *path, FILE *out) {
-    char last[8]; /* bytes, those of the ending at its end */
-    const size_t length = strlen(format->ending);
+static bool copy_file(const char *path, FILE *out) {
     FILE *file = fopen(path, "rb");
-    for (int c; file && (c = getc(file)) != EOF; putc(c, out)) {
-        memmove(last, last + 1, length - 1);
-        last[length - 1] = (char)c;
-    }
-    const bool is_whole = file && ftell(file) >= (long)length && memcmp(last, format->ending, length) == 0;
+    for (int c; file && (c = getc(file)) != EOF;)
+        putc(c, out);
+    const bool is_good = file && !ferror(file);
     if (file)
         fclose(file);
-    return is_whole;
+    return is_good;
 }
 
 /* The files in the folder: what goes in, what comes out, what is said. */
@@ -86,22 +79,19 @@ static bool run(const struct picture_format *format, const struct scratch *scrat
 
 static bool write_text(const char *path, const char *text) {
     FILE *file = fopen(path, "w");
-    bool is_good = file && fputs(text, file) >= 0;
-    is_good = file && fclose(file) == 0 && is_good;
-    if (!is_good)
-        fprintf(stderr, "refdyn: %s: cannot be written: %s\n", path, strerror(errno));
-    return is_good;
+    const bool is_put = file && fputs(text, file) >= 0;
+    return file && fclose(file) == 0 && is_put;
 }
 
 static bool convert(const struct picture_format *format, const struct scratch *scratch, const char *svg,
                     FILE *out) {
     struct files files = {text_format("%s/svg", scratch->path), text_format("%s/made", scratch->path),
                           text_format("%s/log", scratch->path)};
-    bool is_good = write_text(files.svg, svg) && run(format, scratch, &files);
-    if (is_good && !copy_picture(format, files.made, out)) {
-        fprintf(stderr, "refdyn: %s failed: the picture has no end, the disk may be full\n", converter);
-        is_good = false;
-    }
+    const bool is_written = write_text(files.svg, svg);
+    const bool is_made = is_written && run(format, scratch, &files);
+    const bool is_good = is_made && copy_file(files.made, out);
+    if (!is_written || (is_made && !is_good))
+        fprintf(stderr, "refdyn: %s: %s\n", is_made ? files.made : files.svg, strerror(errno));
     free(files.svg);
     free(files.made);
     free(files.log);
@@ -110,10 +100,8 @@ static bool convert(const struct picture_format *format, const struct scratch *s
 
 bool picture_write(const struct picture_format *format, const char *svg, FILE *out) {
     struct scratch scratch;
-    if (!format->argv) {
-        fputs(svg, out);
-        return true;
-    }
+    if (!format->argv)
+        return fputs(svg, out) >= 0;
     if (!scratch_open(&scratch, scratch_parent(), "refdyn-plot-"))
         return false;
     const bool is_good = convert(format, &scratch, svg, out);

@@ -8,22 +8,23 @@
 
 #include <stdlib.h>
 
-/* What a call draws. */
+/* One call. */
 struct drawing {
+    const struct options *options;
     const struct picture_format *format;
+    struct panels panels;
     struct targets targets;
     struct target *target;
-    json_t *units;
-    struct run *runs;
-    int run_count;
 };
 
-static enum status check_usage(const struct options *options) {
-    char *unknown = panels_unknown(options->panel), *names = panels_names();
+static enum status check_usage(struct drawing *drawing) {
+    const struct options *options = drawing->options;
+    char *unknown = panels_choose(&drawing->panels, options->panel), *names = panels_names();
     enum status status = STATUS_DONE;
+    drawing->format = picture_format_of(options->output);
     if (unknown)
         status = usage_error(options->command, "--panel: '%s' is none of %s", unknown, names);
-    else if (!picture_format_of(options->output))
+    else if (!drawing->format)
         status = usage_error(options->command, "-o: '%s' ends in none of .svg, .png, .pdf", options->output);
     free(unknown);
     free(names);
@@ -31,12 +32,12 @@ static enum status check_usage(const struct options *options) {
 }
 
 /* The object "units" of a summary. */
-static bool read_units(struct drawing *drawing, const char *path) {
+static bool read_units(struct panels *panels, const char *path) {
     char *text = read_text(path, "units");
     json_error_t error;
     json_t *root = text ? json_loads(text, JSON_REJECT_DUPLICATES, &error) : NULL;
-    drawing->units = json_incref(json_object_get(root, "units"));
-    const bool is_good = json_is_object(drawing->units);
+    panels->units = json_incref(json_object_get(root, "units"));
+    const bool is_good = json_is_object(panels->units);
     if (text && !is_good) {
         char *said = text_format("units: %s, a summary of refdyn sim is needed",
                                  root ? "no object 'units'" : error.text);
@@ -49,11 +50,11 @@ static bool read_units(struct drawing *drawing, const char *path) {
 }
 
 /* Heads are the names of the runs. */
-static void draw(const struct drawing *drawing, const struct panels *panels, FILE *out) {
+static void draw(const struct panels *panels, FILE *out) {
     enum { WIDTH = 480, HEIGHT = 300, COLUMNS_MAX = 3 };
     const int count = panels->count;
-    struct figure figure = {.heads = allocate((size_t)drawing->run_count, sizeof *figure.heads),
-                            .head_count = drawing->run_count,
+    struct figure figure = {.heads = allocate((size_t)panels->run_count, sizeof *figure.heads),
+                            .head_count = panels->run_count,
                             .charts = panels->charts,
                             .count = count,
                             .columns = count > 2 * COLUMNS_MAX ? COLUMNS_MAX
@@ -61,68 +62,62 @@ static void draw(const struct drawing *drawing, const struct panels *panels, FIL
                                                                : 1,
                             .width = WIDTH,
                             .height = HEIGHT};
-    for (int i = 0; i < drawing->run_count; i++) {
-        figure.heads[i].name = text_format("%s", drawing->runs[i].name);
-        if (drawing->run_count > 1)
-            figure.heads[i].stroke = style_run(i, drawing->run_count);
+    for (int i = 0; i < panels->run_count; i++) {
+        figure.heads[i].name = text_format("%s", panels->runs[i].name);
+        if (panels->run_count > 1)
+            figure.heads[i].stroke = style_run(i, panels->run_count);
     }
     figure_draw(out, &figure);
-    for (int i = 0; i < drawing->run_count; i++)
+    for (int i = 0; i < panels->run_count; i++)
         free(figure.heads[i].name);
     free(figure.heads);
 }
 
-static bool write_drawing(const struct drawing *drawing, const struct panels *panels) {
+static bool write_drawing(struct drawing *drawing) {
     char *svg;
     size_t size;
     FILE *out = text_stream(&svg, &size);
-    draw(drawing, panels, out);
+    panels_make(&drawing->panels);
+    draw(&drawing->panels, out);
     fclose(out);
-    const bool is_good =
-        picture_write(drawing->format, svg, drawing->target->file) && target_finish(drawing->target);
+    bool is_good = drawing->panels.count > 0;
+    if (!is_good)
+        complain_line(drawing->options->operands[0], 1,
+                      "run: no column that these panels draw, a CSV file of refdyn sim is needed");
+    is_good = is_good && picture_write(drawing->format, svg, drawing->target->file) &&
+              target_finish(drawing->target);
+    panels_release(&drawing->panels);
     free(svg);
     return is_good;
 }
 
-static bool plot(const struct drawing *drawing, const char *names) {
-    struct panels panels = {.runs = drawing->runs, .run_count = drawing->run_count, .units = drawing->units};
-    panels_make(&panels, names);
-    if (panels.count == 0)
-        complain_line(drawing->runs[0].path, 1,
-                      names ? "run: no column that these panels draw, a CSV file of refdyn sim is needed"
-                            : "run: no column that plot draws, a CSV file of refdyn sim is needed");
-    const bool is_good = panels.count > 0 && write_drawing(drawing, &panels);
-    panels_release(&panels);
-    return is_good;
-}
-
-/* The target is opened before the work. */
-static bool open_files(struct drawing *drawing, const struct options *options) {
+/* Opens the target and reads all files. */
+static bool open_files(struct drawing *drawing) {
+    const struct options *options = drawing->options;
     for (int i = 0; i < options->operand_count; i++)
         targets_spare(&drawing->targets, options->operands[i]);
     if (options->units)
         targets_spare(&drawing->targets, options->units);
-    if (!picture_can_write(drawing->format))
-        return false;
-    drawing->target = target_open(&drawing->targets, options->output);
-    return drawing->target && (!options->units || read_units(drawing, options->units));
+    drawing->target =
+        picture_can_write(drawing->format) ? target_open(&drawing->targets, options->output) : NULL;
+    bool is_good = drawing->target && (!options->units || read_units(&drawing->panels, options->units));
+    for (int i = 0; i < options->operand_count && is_good; i++)
+        is_good = run_read(&drawing->panels.runs[i], options->operands[i]);
+    return is_good;
 }
 
 enum status run_plot(const struct options *options) {
-    struct drawing drawing = {.run_count = options->operand_count};
-    enum status status = check_usage(options);
+    struct drawing drawing = {.options = options, .panels = {.run_count = options->operand_count}};
+    struct panels *panels = &drawing.panels;
+    const enum status status = check_usage(&drawing);
     if (status != STATUS_DONE)
         return status;
-    drawing.format = picture_format_of(options->output);
-    drawing.runs = allocate((size_t)drawing.run_count, sizeof *drawing.runs);
-    bool is_good = open_files(&drawing, options);
-    for (int i = 0; i < drawing.run_count && is_good; i++)
-        is_good = run_read(&drawing.runs[i], options->operands[i]);
-    is_good = is_good && plot(&drawing, options->panel);
+    panels->runs = allocate((size_t)panels->run_count, sizeof *panels->runs);
+    const bool is_good = open_files(&drawing) && write_drawing(&drawing);
     targets_release(&drawing.targets);
-    json_decref(drawing.units);
-    for (int i = 0; i < drawing.run_count; i++)
-        run_release(&drawing.runs[i]);
-    free(drawing.runs);
+    json_decref(panels->units);
+    for (int i = 0; i < panels->run_count; i++)
+        run_release(&panels->runs[i]);
+    free(panels->runs);
     return is_good ? STATUS_DONE : STATUS_FAULT;
 }

@@ -35,13 +35,6 @@ static int by_descent(const void *a, const void *b) {
     return (x < y) - (x > y);
 }
 
-/* Item number `index` of a list "a,b,c" whose form is checked; NULL behind the last one. */
-static char *list_item(const char *list, int index) {
-    for (; index > 0 && list; index--)
-        list = strchr(list, ',') ? strchr(list, ',') + 1 : NULL;
-    return list ? text_format("%.*s", (int)strcspn(list, ","), list) : NULL;
-}
-
 /* A list of positive numbers below `most`, sorted from the loosest setting on. */
 static enum status read_numbers(const struct options *options, const char *name, const char *text,
                                 double most, double numbers[static SETTINGS_MAX], int *count) {

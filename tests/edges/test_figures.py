@@ -3,6 +3,7 @@ import colorsys
 import itertools
 import json
 import re
+import time
 import xml.etree.ElementTree
 
 import pytest
@@ -142,6 +143,7 @@ def test_forms(tmp_path):
     run = elements(3)
     png, pdf, svg = (draw(tmp_path, run, name=f"figure.{ending}") for ending in ("png", "pdf", "svg"))
     assert png.startswith(b"\x89PNG\r\n") and pdf.startswith(b"%PDF-1") and pdf.rstrip().endswith(b"%%EOF") and svg.root.tag == SVG + "svg"
+    time.sleep(1.1)  # a date tells seconds
     assert png == draw(tmp_path, run, name="again.png") and pdf == draw(tmp_path, run, name="again.pdf")
     for name in ("figure.jpg", "figure", "figure.SVG", "svg", "a.png/b"):
         said = refdyn("plot", "run_0.csv", "-o", name, cwd=tmp_path, status=2).stderr
