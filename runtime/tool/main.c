@@ -83,13 +83,16 @@ static const struct command commands[] = {
     {.name = "plot",
      .run = run_plot,
      .operands = "RUN.csv...",
-     .options = "output!",
-     .output = "FILE.svg",
-     .purpose = "figures of motions, as one SVG",
-     .help = "Coordinates, end-effector paths, height and vertical velocity, courses, residuals and energy; "
-             "several runs lie\n"
-             "over each other. Drawn by gnuplot.\n\n"
-             "  refdyn plot rigid.csv flexible.csv -o motion.svg\n"},
+     .options = "output! panel units",
+     .output = "FILE.svg|.png|.pdf",
+     .purpose = "figures of motions, as one SVG, PNG or PDF",
+     .help =
+         "Coordinates, paths, heights and vertical velocities of points, forces, inputs, courses, residuals "
+         "and energy.\n"
+         "Colours tell quantities apart, lines the runs, which lie over each other. PNG and PDF are made by "
+         "rsvg-convert.\n\n"
+         "  refdyn plot rigid.csv flexible.csv -o motion.svg\n"
+         "  refdyn plot rigid.csv --panel path,energy --units rigid.json -o path.pdf\n"},
     {.name = "bench",
      .run = run_bench,
      .operands = "MODEL.lua",

@@ -2,6 +2,7 @@
 #include "options.h"
 #include "by_gsl.h"
 #include "base/message.h"
+#include "output.h"
 #include "refdyn.h"
 #include "base/text.h"
 
@@ -68,6 +69,11 @@ static const struct rule rules[] = {
     {"hold", "a,b", KIND_FREEING_LIST, FIELD(hold),
      "coordinates held in statics and modes, instead of the model's ('' frees all)"},
     {"summary", "FILE.json", KIND_TEXT, FIELD(summary), "the summary as JSON"},
+    {"panel", "a,b", KIND_LIST, FIELD(panel),
+     "these panels only: angles, slides, bending-psi, bending-theta, torsion, others, path, side, height, "
+     "velocity, "
+     "forces, torques, inputs, phi, psi, energy"},
+    {"units", "FILE.json", KIND_TEXT, FIELD(units), "units of columns, from the summary of refdyn sim"},
     {"methods", "a,b,c", KIND_LIST, FIELD(methods), "methods to compare (default: all)"},
     {"tols", "a,b,c", KIND_LIST, FIELD(tols),
      "tolerances of the methods that find their steps (default: each power of ten from 1e-2 to 1e-12)"},
@@ -272,6 +278,12 @@ enum status check_list(const struct command *command, const char *name, const ch
         if (!*at)
             return STATUS_DONE;
     }
+}
+
+char *list_item(const char *list, int index) {
+    for (; index > 0 && list; index--)
+        list = strchr(list, ',') ? strchr(list, ',') + 1 : NULL;
+    return list ? text_format("%.*s", (int)strcspn(list, ","), list) : NULL;
 }
 
 static enum status add_setting(struct options *options, char *text) {

@@ -25,7 +25,7 @@ struct options {
     bool fold, verify;
     /* NULL: not given */
     const char *output, *emit, *explain, *state, *from, *at, *method, *stabilise, *singular, *start, *hold,
-        *summary, *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops;
+        *summary, *vary, *steps, *tols, *methods, *inputs, *accelerations, *loops, *panel, *units;
     /* 0: not given */
     double until, step, step_max, tolerance, accuracy, every, modes, seconds;
 };
@@ -48,6 +48,8 @@ bool options_read(const struct command *commands, int argc, char **argv, struct 
 void options_release(struct options *options);
 /* A list "a,b" of option `name` has no empty item, and none twice. */
 enum status check_list(const struct command *command, const char *name, const char *list);
+/* Item number `index` of such a list, in heap memory; NULL behind the last one, and for list NULL. */
+char *list_item(const char *list, int index);
 /* Complains on stderr as `refdyn COMMAND: ...` with the usage line; returns STATUS_USAGE. */
 enum status usage_error(const struct command *command, const char *format, ...)
     __attribute__((format(printf, 2, 3)));
