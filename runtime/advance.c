@@ -82,29 +82,23 @@ void refdyn_record_residuals(struct refdyn_drive *drive) {
 /* Explicit methods: in the metric of a mass matrix that is not far away. */
 static int align_with_mass(struct refdyn_drive *drive, double t, const double *state) {
     struct refdyn_workspace *work = drive->work;
-    const int n = work->n, is_diagonal = drive->linear.is_diagonal;
+    const int n = work->n;
     if (drive->is_aligned == work->partition.choices &&
         refdyn_largest_change(drive, state, drive->aligned) < turned_most)
         return REFDYN_OK;
-    refdyn_linear_use(drive, 0);
     const int status = refdyn_linear_factor_mass(drive, t, state);
-    if (!status)
-        refdyn_linear_directions(&drive->linear);
-    refdyn_linear_use(drive, is_diagonal);
     if (status)
         return status;
+    refdyn_linear_directions(&drive->linear);
     memcpy(drive->aligned, state, (size_t)n * sizeof *state);
     drive->is_aligned = work->partition.choices;
     return REFDYN_OK;
 }
 
-/* Implicit methods: in the metric of the step's matrix, else a stiff deflection would take up the change. The
- * emitted elimination leaves out other rows than the partition where some are redundant. */
+/* Implicit methods: in the metric of the step's matrix, else a stiff deflection would take up the change. */
 static int align(struct refdyn_drive *drive, double t, const double *state) {
     const struct refdyn_method_facts facts = refdyn_method_facts(drive->method);
-    const struct refdyn_workspace *work = drive->work;
-    if (!facts.is_implicit || (facts.collocation && facts.collocation->lambda[1] != 0) ||
-        (facts.is_diagonal && work->partition.rank < work->m))
+    if (!facts.is_implicit || (facts.collocation && facts.collocation->lambda[1] != 0))
         return align_with_mass(drive, t, state);
     if (!drive->is_aligned)
         refdyn_linear_directions(&drive->linear);

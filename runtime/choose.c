@@ -6,10 +6,9 @@
  * operations goes on, until the next trial: after a while that doubles, or when it has slowed down. What
  * stands no chance is not tried: an explicit method whose stability limit is too short, implicit ones where
  * it is accuracy that rules the step of the explicit one. The limit comes from the largest rate of the
- * linearised equations, whose damping chooses between the points of Gauss and Radau, too. In rough motions
- * the Rosenbrock method is one with the diagonals of K and D alone, until its steps feel what they leave out.
- * Where forces saturate, as friction, it is left out: its steps are linear, and damp the error that would
- * tell that what sticks begins to slide.
+ * linearised equations, whose damping chooses between the points of Gauss and Radau, too. Where forces
+ * saturate, as friction, the Rosenbrock method is left out: its steps are linear, and damp the error that
+ * would tell that what sticks begins to slide.
  */
 #include "base/arithmetic.h"
 
@@ -66,13 +65,6 @@ static const double slowed = 0.4;
 static const double dense_share = 0.4;
 /* The same of sweeps over joints. */
 static const double chain_share = 0.8;
-/* Tolerance from which on the diagonals of K and D alone are tried. */
-static const double rough = 1e-3;
-/* A stage with them that lies further from the exact one, in tolerances, feels loads: weight, inertia forces
- * and programme forces on bent links. */
-static const double feels_loads = 0.03;
-/* Steps of a trial may be those of a beginning, and grow so much. */
-static const double growth_after_trial = 10;
 static const double cost_of_unknown = 100; /* operations a coordinate, for models that do not tell */
 
 /* Those of implicit steps with the tangent. */
@@ -97,8 +89,7 @@ static double operations(const struct refdyn_drive *drive) {
     const struct refdyn_model *model = drive->work->model;
     const double n = model->n;
     const double qdd = model->qdd_cost > 0 ? model->qdd_cost : cost_of_unknown * n;
-    return (double)(drive->work->evaluations - drive->evaluations_before) * qdd + linear_operations(drive) +
-           (double)drive->statistics.eliminations * model->shifted_cost;
+    return (double)(drive->work->evaluations - drive->evaluations_before) * qdd + linear_operations(drive);
 }
 
 static void mark(struct refdyn_drive *drive) {
@@ -185,17 +176,6 @@ static enum refdyn_method collocation_for(const struct refdyn_drive *drive) {
                                                                                      : REFDYN_RADAU9;
 }
 
-/* With the diagonals alone, in steps `stretch` times as long as they are (the last one may end at a break).
- */
-static int feels(struct refdyn_drive *drive, double stretch) {
-    const double h = stretch * fmax(drive->t_end - drive->t_begin, drive->step_next);
-    return !(refdyn_rosenbrock_apart(drive, h) <= feels_loads * drive->options.tol);
-}
-
-static int is_diagonal(const struct refdyn_drive *drive) {
-    return refdyn_method_facts(drive->method).is_diagonal;
-}
-
 /* Is there a candidate behind the one that is tried, and another method? */
 static int has_another(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
@@ -206,12 +186,7 @@ static int has_another(struct refdyn_drive *drive) {
 static void judge(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
     choice->progress[choice->at] = lasting_progress(drive, choice->candidates[choice->at]);
-    if (is_diagonal(drive) && feels(drive, growth_after_trial)) {
-        choice->candidates[ROSENBROCK] = REFDYN_RODAS5P;
-        ask_for(drive, ROSENBROCK);
-    } else if (is_diagonal(drive)) {
-        go_on_with(drive, best(choice));
-    } else if (explicit_suffices(drive)) {
+    if (explicit_suffices(drive)) {
         go_on_with(drive, choice->at);
     } else if (is_nearly_done(drive)) {
         choice->is_short = drive->statistics.steps < FEW_STEPS; /* too short for errors to add up, too */
@@ -265,18 +240,9 @@ double refdyn_choose_tolerance(const struct refdyn_drive *drive) {
     return fmax(tol / fmin(pow(loose / tol, adds_up_power), adds_up), DBL_EPSILON);
 }
 
-int refdyn_uses_diagonal(const struct refdyn_options *options) {
-    return refdyn_method_facts(options->method).is_diagonal ||
-           (options->method == REFDYN_AUTO && options->tol >= rough);
-}
-
 void refdyn_choose_start(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
-    const int is_rough =
-        refdyn_uses_diagonal(&drive->options) && refdyn_can_run(drive->work->model, REFDYN_ROS34PW2_DIAGONAL);
-    const enum refdyn_method rosenbrock = drive->work->model->saturates ? REFDYN_RADAU9
-                                          : is_rough                    ? REFDYN_ROS34PW2_DIAGONAL
-                                                                        : REFDYN_RODAS5P;
+    const enum refdyn_method rosenbrock = drive->work->model->saturates ? REFDYN_RADAU9 : REFDYN_RODAS5P;
     *choice = (struct refdyn_choice){.candidates = {REFDYN_RK8, rosenbrock, REFDYN_GAUSS12},
                                      .chosen = -1,
                                      .patience = PATIENCE_FIRST,
@@ -295,10 +261,7 @@ static void look(struct refdyn_drive *drive) {
     struct refdyn_choice *choice = &drive->choice;
     const double now = progress(drive);
     const int is_due = choice->steps_left <= 0, is_slow = now < slowed * choice->progress[choice->chosen];
-    if (is_diagonal(drive) && feels(drive, 1)) {
-        choice->candidates[ROSENBROCK] = REFDYN_RODAS5P;
-        begin_trial(drive, now);
-    } else if ((is_due || is_slow) && !ends_soon(drive)) {
+    if ((is_due || is_slow) && !ends_soon(drive)) {
         begin_trial(drive, now);
     } else {
         mark(drive);
@@ -376,7 +339,6 @@ void refdyn_choose_take_up(struct refdyn_drive *drive) {
         look_at_rates(drive);
     if (choice->next != drive->method)
         begin_with(drive, choice->next);
-    refdyn_linear_use(drive, refdyn_method_facts(drive->method).is_diagonal);
 }
 
 int refdyn_choose_after_failure(struct refdyn_drive *drive) {

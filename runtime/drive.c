@@ -20,7 +20,6 @@
 #include "private/kinks.h"
 #include "constraints/constraints.h"
 #include "linear/dense.h"
-#include "private/diagonal.h"
 #include "private/linearise.h"
 #include "private/pass.h"
 #include "private/slope.h"
@@ -66,7 +65,7 @@ static size_t lay_out(struct refdyn_drive *drive, const struct refdyn_model *mod
     const int n = model->n, size = 2 * n + 1, slope = refdyn_slope_size(model);
     const int is_auto = options->method == REFDYN_AUTO;
     const struct refdyn_method_facts facts = refdyn_method_facts(options->method);
-    const int has_tangent = refdyn_method_uses_tangent(options->method) && refdyn_has_tangent(model);
+    const int has_tangent = refdyn_method_is_implicit(options->method) && refdyn_has_tangent(model);
     const int is_passing = options->singular == REFDYN_PASS, stages = stage_room(options->method, model);
     const int complexes = is_auto || facts.collocation ? COMPLEXES : 0;
     drive->qdd = room_doubles(&room, n);
@@ -86,8 +85,6 @@ static size_t lay_out(struct refdyn_drive *drive, const struct refdyn_model *mod
     drive->switches = room_doubles(&room, 2 * model->switch_count);
     drive->stages = room_doubles(&room, is_passing ? larger(stages, stage_room(REFDYN_RK8, model)) : stages);
     refdyn_linear_lay_out(&drive->linear, model, has_tangent, has_tangent ? complexes : 0, &room);
-    if (facts.is_diagonal || (is_auto && refdyn_can_run(model, REFDYN_ROS34PW2_DIAGONAL)))
-        refdyn_diagonal_lay_out(&drive->linear.diagonal, model, &room);
     return room.used;
 }
 
@@ -115,7 +112,6 @@ int refdyn_drive_init(struct refdyn_drive *drive, struct refdyn_workspace *work,
     lay_out(drive, work->model, options, memory);
     for (int j = 0; j < work->n; j++)
         drive->units[j] = refdyn_coordinate_unit(work->model, j, options->length);
-    refdyn_linear_use(drive, refdyn_method_facts(drive->method).is_diagonal);
     drive->q = drive->seen;
     drive->qd = drive->seen + work->n;
     return REFDYN_OK;

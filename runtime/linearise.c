@@ -16,7 +16,6 @@
 #include "constraints/constraints.h"
 #include "linear/dense.h"
 #include "linear/elimination.h"
-#include "private/diagonal.h"
 #include "private/slope.h"
 
 /* The parts of struct NAME_tangent_result that both forms have, in their order. */
@@ -58,7 +57,6 @@ void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_mod
     const int n = model->n, m = model->m;
     linear->n = n;
     linear->m = m;
-    linear->is_diagonal = 0;
     linear->is_chain = has_tangent && !model->tangent;
     linear->rows = room_ints(room, m);
     if (has_tangent)
@@ -94,8 +92,6 @@ static int take_tangent(struct refdyn_linear *linear, struct refdyn_workspace *w
 
 int refdyn_linear_evaluate(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
                            const double *q, const double *slope) {
-    if (linear->is_diagonal)
-        return refdyn_diagonal_evaluate(&linear->diagonal, work, t, q, slope);
     find_tangent(linear, work, t, q, slope);
     return take_tangent(linear, work, t, q, slope);
 }
@@ -171,10 +167,6 @@ int refdyn_linear_factor(struct refdyn_linear *linear, const struct refdyn_works
     const int n = linear->n;
     linear->g = g;
     take_rows(linear, work);
-    if (linear->is_diagonal) {
-        refdyn_diagonal_factor(&linear->diagonal, g);
-        return REFDYN_OK;
-    }
     if (linear->is_chain) {
         const struct refdyn_border border = border_of(linear);
         return refdyn_chain_factor(&linear->chain, g, &border);
@@ -240,10 +232,6 @@ void refdyn_linear_solve(struct refdyn_linear *linear, const double *r_q, const 
                          double *dq, double *dqd) {
     const int n = linear->n;
     const double g = linear->g;
-    if (linear->is_diagonal) {
-        refdyn_diagonal_solve(&linear->diagonal, r_q, r_v, dq, dqd);
-        return;
-    }
     double *restrict s = linear->sides, *restrict x = linear->x;
     for (int j = 0; j < n; j++)
         s[j] = g * r_v[j] + r_q[j];
@@ -265,10 +253,6 @@ struct refdyn_directions refdyn_linear_found(const struct refdyn_linear *linear)
 void refdyn_linear_directions(struct refdyn_linear *linear) {
     const int n = linear->n;
     for (int k = 0; k < linear->size - n; k++) {
-        if (linear->is_diagonal) {
-            refdyn_diagonal_direction(&linear->diagonal, linear->rows[k], linear->directions + k * n);
-            continue;
-        }
         for (int i = 0; i < linear->size; i++)
             linear->x[i] = i == n + k;
         solve(linear, linear->x);
@@ -276,16 +260,10 @@ void refdyn_linear_directions(struct refdyn_linear *linear) {
     }
 }
 
-void refdyn_linear_use(struct refdyn_drive *drive, int is_diagonal) {
-    if (drive->linear.is_diagonal != is_diagonal)
-        drive->has_tangent = 0;
-    drive->linear.is_diagonal = is_diagonal;
-}
-
 int refdyn_linear_at_begin(struct refdyn_drive *drive) {
     if (drive->has_tangent)
         return REFDYN_OK;
-    drive->statistics.tangents += !drive->linear.is_diagonal;
+    drive->statistics.tangents++;
     const int status =
         refdyn_linear_evaluate(&drive->linear, drive->work, drive->t_begin, drive->state, drive->slope);
     drive->has_tangent = !status;
@@ -437,7 +415,6 @@ int refdyn_linear_spectrum(struct refdyn_drive *drive, double *rate, double *dam
     struct refdyn_linear *linear = &drive->linear;
     const int n = linear->n;
     double *q = drive->stage, *v = drive->stage + n, *a = drive->side;
-    refdyn_linear_use(drive, 0);
     int status = evaluate_stiffest(drive);
     if (!status)
         status = refdyn_linear_factor(linear, drive->work, 0);

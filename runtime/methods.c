@@ -15,8 +15,7 @@ static const struct refdyn_tableau *const tableaus[REFDYN_METHOD_COUNT] = {
 static const struct refdyn_rosenbrock_table *const rosenbrocks[REFDYN_METHOD_COUNT] = {
     [REFDYN_RODAS5P] = &refdyn_rodas5p,
     [REFDYN_RODAS6P] = &refdyn_rodas6p,
-    [REFDYN_ROS34PW2] = &refdyn_ros34pw2,
-    [REFDYN_ROS34PW2_DIAGONAL] = &refdyn_ros34pw2_diagonal};
+    [REFDYN_ROS34PW2] = &refdyn_ros34pw2};
 
 static const struct refdyn_collocation_table *const collocations[REFDYN_METHOD_COUNT] = {
     [REFDYN_RADAU9] = &refdyn_radau9, [REFDYN_GAUSS12] = &refdyn_gauss12};
@@ -48,7 +47,6 @@ struct refdyn_method_facts refdyn_method_facts(enum refdyn_method method) {
                                             .collocation = collocations[method]};
     return (struct refdyn_method_facts){.name = rosenbrock->name,
                                         .is_implicit = 1,
-                                        .is_diagonal = rosenbrock->is_diagonal,
                                         .order = rosenbrock->order,
                                         .order_error = rosenbrock->order_error,
                                         .rosenbrock = rosenbrock};
@@ -73,10 +71,6 @@ int refdyn_method_is_implicit(enum refdyn_method method) {
     return method == REFDYN_AUTO || refdyn_method_facts(method).is_implicit;
 }
 
-int refdyn_method_uses_tangent(enum refdyn_method method) {
-    return refdyn_method_is_implicit(method) && !refdyn_method_facts(method).is_diagonal;
-}
-
 int refdyn_has_tangent(const struct refdyn_model *model) {
     return refdyn_model_is_readable(model) && (model->tangent || model->tangent_vectors);
 }
@@ -85,7 +79,5 @@ int refdyn_can_run(const struct refdyn_model *model, enum refdyn_method method) 
     const struct refdyn_method_facts facts = refdyn_method_facts(method);
     if (!facts.name || !refdyn_model_is_readable(model))
         return 0;
-    if (facts.is_diagonal)
-        return model->diagonals && model->shifted && (model->m == 0 || model->u);
     return !facts.is_implicit || refdyn_has_tangent(model);
 }

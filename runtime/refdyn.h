@@ -227,8 +227,7 @@ int refdyn_project(struct refdyn_workspace *work, double t, double *q, double *q
 /* ---- Motions ---- */
 
 enum refdyn_method {
-    REFDYN_AUTO,    /* rk8, rodas5p or ros34pw2-diagonal, gauss12 or radau9: by trial, see
-                       choose.c */
+    REFDYN_AUTO,    /* rk8, rodas5p, gauss12 or radau9: by trial, see choose.c */
     REFDYN_RK4,     /* the classical Runge-Kutta method of order 4 (Kutta 1901) */
     REFDYN_RK54,    /* Dormand and Prince 5(4) (J. Comput. Appl. Math. 6:19-26, 1980) */
     REFDYN_RK8,     /* Dormand and Prince 8(5,3) (Hairer, Norsett and Wanner, Solving ODEs I, II.10) */
@@ -238,25 +237,22 @@ enum refdyn_method {
                        II) */
     REFDYN_GAUSS12, /* collocation at the points of Gauss, order 12, symmetric (Butcher, Math. Comp. 18:50-64,
                        1964) */
-    REFDYN_ROS34PW2,          /* Rosenbrock method of order 3(2) (Rang and Angermann, BIT 45:761-787, 2005) */
-    REFDYN_ROS34PW2_DIAGONAL, /* the same with the diagonals of K and D alone, needs no tangent */
+    REFDYN_ROS34PW2, /* Rosenbrock method of order 3(2) (Rang and Angermann, BIT 45:761-787, 2005) */
     REFDYN_METHOD_COUNT
 };
 
-/* "auto", "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss12", "ros34pw2",
- * "ros34pw2-diagonal"; NULL outside the range. */
+/* "auto", "rk4", "rk54", "rk8", "rodas5p", "rodas6p", "radau9", "gauss12", "ros34pw2"; NULL outside the
+ * range. */
 const char *refdyn_method_name(int method);
 /* Order in the step: the error of a motion goes with its power, and about with tol where steps are found. 0
  * outside the range, as all that follow. */
 int refdyn_method_order(enum refdyn_method method);
-/* Is it linearly implicit or implicit? auto counts as such. */
+/* Is it linearly implicit or implicit, and takes the tangent? auto counts as such: it takes the tangent where
+ * the model has it. */
 int refdyn_method_is_implicit(enum refdyn_method method);
-/* Does it take the tangent? Implicit ones do, but for ros34pw2-diagonal; auto does where the model has it. */
-int refdyn_method_uses_tangent(enum refdyn_method method);
 /* Was the tangent emitted, as `tangent` or as `tangent_vectors`? */
 int refdyn_has_tangent(const struct refdyn_model *model);
-/* Was all emitted that the method needs: `diagonals`, `shifted` and with rows `u` for ros34pw2-diagonal, the
- * tangent for other implicit methods but auto? */
+/* Was all emitted that the method needs: the tangent for implicit methods but auto? */
 int refdyn_can_run(const struct refdyn_model *model, enum refdyn_method method);
 /* The method of that name, -1 when there is none: options of that method are refused as BAD_OPTION. */
 int refdyn_method_find(const char *name);
@@ -285,9 +281,6 @@ struct refdyn_options {
 
 /* Defaults of a method: step 1e-3 s, Baumgarte (rk4); step found, tol 1e-6, projection (the others). */
 struct refdyn_options refdyn_options_default(enum refdyn_method method);
-/* May a motion with these options take steps with the diagonals of K and D alone, where a model can? Those of
- * ros34pw2-diagonal, and of auto from a tolerance of 1e-3 on. */
-int refdyn_uses_diagonal(const struct refdyn_options *options);
 /* The tolerance by which the iterations of radau9 and gauss12 end: tol, but no more than suits their order.
  */
 double refdyn_settled_tolerance(double tol);
@@ -312,7 +305,6 @@ struct refdyn_statistics {
     long factorisations; /* of the matrices of implicit steps; a complex one counts four, those that chains
                             do side by side four together */
     long solutions;      /* with their factors, counted alike */
-    long eliminations;   /* of matrices with the diagonals of K and D alone, each with its solution */
     long steps_by[REFDYN_METHOD_COUNT]; /* accepted, by method */
     double phi_max; /* largest |phi| and |psi| over all accepted steps and outputs, the start included */
     double psi_max;
@@ -352,31 +344,17 @@ struct refdyn_chain {
     int *pivot;          /* (couplings + m), then as many for each lane */
 };
 
-/* The matrix with the diagonals of K and D alone: runtime/private/diagonal.h. */
-struct refdyn_diagonal {
-    const struct refdyn_workspace *work; /* whose model is solved, */
-    double t, g;                         /* at this time, with this gamma h [s], */
-    double *q;                           /* (n) at these coordinates */
-    double *qd;                          /* (n) and rates; behind them, as `shifted` takes them: */
-    double *f, *k, *s;                   /* (n), (m) right sides, (n) what is added to the diagonal */
-    double *stiffness, *damping;         /* (n) each */
-    double *u;                           /* (m x n) of the rows, where some have gains: */
-    int has_gains;
-};
-
 /* The equations linearised about a state, and the factored matrix of an implicit step:
  * runtime/private/linearise.h.
  */
 struct refdyn_linear {
     int n, m, size;  /* size: n and the independent rows */
     double g;        /* gamma h of the matrix [s] */
-    int is_diagonal; /* with the diagonals of K and D alone: diagonal.h; else exact: */
     int is_chain;    /* in O(n): chain.h; else with matrices */
     double *tangent; /* the result of `tangent` or `tangent_vectors`, its parts: */
     int tangent_size;
     double *f_t, *g_t, *G_q, *G_qd, *u, *diagonals, *K, *D, *M;
     struct refdyn_chain chain;
-    struct refdyn_diagonal diagonal;
     double *matrix;          /* (size x size) factors */
     double *directions;      /* (rank x n) u_b z_a = 1 for a = b, else 0 */
     double *sides, *x;       /* room: (2 n), (2 size) */

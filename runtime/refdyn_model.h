@@ -19,7 +19,7 @@
 
 /* Of struct refdyn_model and of what its functions take and give. Emitted files carry the number that they
  * were written for: they do not compile with another one, and the runtime refuses tables with another one. */
-#define REFDYN_MODEL_VERSION 1
+#define REFDYN_MODEL_VERSION 2
 
 typedef void refdyn_function(const double *p, const double *x, double t, const double *q, const double *qd,
                              double *out);
@@ -88,7 +88,6 @@ struct refdyn_model {
     double qdd_cost;     /* operations of one call of constrained, or of qdd_free without rows; 0: unknown */
     double tangent_cost; /* of tangent. A division counts four, a function ten */
     double tangent_vectors_cost;           /* of tangent_vectors */
-    double shifted_cost;                   /* of shifted */
     int coupling_count;                    /* of tangent_vectors: rows of pulled, pull_by_q, pull_by_qd */
     const struct refdyn_name *coordinates; /* n */
     const struct refdyn_name *parameters;  /* parameter_count */
@@ -148,14 +147,10 @@ struct refdyn_model {
     refdyn_function *tangent; /* of M qdd - h - Q - u^T lambda and u qdd - k, at given qdd and lambda: behind
                                  qd stands what `constrained` gives, qd (2 n + 1 + m) */
     refdyn_function
-        *tangent_vectors; /* the same as vectors of joints, O(n): f_t (n), g_t (m), G_q, G_qd, u (m x n
-                             each), diagonals of K and D beside the vectors (n each), arrays of
-                             vector_places, K and D of couplings: + pulled^T pull_by_q, ... */
-    refdyn_function
-        *diagonals;           /* K_ii (n), D_ii (n) of springs, dampers and forces of the joints themselves */
-    refdyn_function *shifted; /* (n) y of (M + diag(s)) y - u^T lambda = f, u y = k: behind qd stand f (n), a
-                                 place for nothing, k (m) and s (n), so that it is qd (3 n + 1 + m) */
-    refdyn_function *d_qdd;   /* of qdd by q, qd, t, inputs, parameters */
+        *tangent_vectors;        /* the same as vectors of joints, O(n): f_t (n), g_t (m), G_q, G_qd, u (m x n
+                                    each), diagonals of K and D beside the vectors (n each), arrays of
+                                    vector_places, K and D of couplings: + pulled^T pull_by_q, ... */
+    refdyn_function *d_qdd;      /* of qdd by q, qd, t, inputs, parameters */
     refdyn_function *d_qdd_free; /* of qdd_free by these */
     refdyn_function *d_force;    /* of force by these */
     refdyn_function *d_statics;  /* of Q at qd = 0 by q, t, inputs, parameters */

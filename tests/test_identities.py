@@ -174,8 +174,7 @@ def test_observed_order(method, order, option, values, tmp_path):
 
 # Order, and the numbers of steps between which the error is neither rough nor rounding.
 ORDERS = {"rk4": (4, (80, 120, 160)), "rk54": (5, (120, 160, 240)), "rk8": (8, (24, 30, 40)), "rodas5p": (5, (80, 120, 160)),
-          "rodas6p": (6, (60, 80, 120)), "ros34pw2": (3, (80, 120, 160)),
-          "ros34pw2-diagonal": (3, (160, 240, 320))}
+          "rodas6p": (6, (60, 80, 120)), "ros34pw2": (3, (80, 120, 160))}
 
 
 def end_on_programme(folder, method, step, stabilise):

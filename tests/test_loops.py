@@ -91,7 +91,7 @@ def test_printed_form_has_no_loops(tmp_path):
 
 
 # What has loops.
-ROLLED = "M,h,Q,u,v,phi,psi,k,r,rd,C,d,energy,power,Q_q,qdd_free,qdd,force,equations,course,start,diagonals,shifted"
+ROLLED = "M,h,Q,u,v,phi,psi,k,r,rd,C,d,energy,power,Q_q,qdd_free,qdd,force,equations,course,start"
 
 
 def functions(folder):

@@ -35,7 +35,6 @@ def errors(run, reference, summary):
 
 @pytest.mark.parametrize("case", [RIGID, SWING, FLEXIBLE], ids=["rigid", "pendulum", "flexible"])
 @pytest.mark.parametrize("how", [("rodas5p", "--tol", "1e-5"), ("rodas6p", "--tol", "1e-7"), ("ros34pw2", "--tol", "1e-6"),
-                                 ("ros34pw2-diagonal", "--tol", "1e-7"),
                                  ("rk54", "--tol", "1e-7"), ("rk8", "--tol", "1e-6"), ("rk4", "--step", "2e-4"),
                                  ("rodas5p", "--step", "5e-3")], ids=" ".join)
 def test_verify(case, how):
@@ -195,7 +194,7 @@ def test_inputs_of_a_model_without(tmp_path):
 # ---- Conditions that end a motion ----
 
 @pytest.mark.parametrize("how", [("--tol", "1e-2"), ("--method", "rk54"), ("--method", "rk8", "--tol", "1e-3"), ("--step", "0.3"),
-                                 ("--method", "ros34pw2", "--step", "0.07"), ("--method", "ros34pw2-diagonal", "--step", "0.07")], ids=" ".join)
+                                 ("--method", "ros34pw2", "--step", "0.07")], ids=" ".join)
 @pytest.mark.parametrize("condition, at", [("cart_x>0.03", 0.03**0.5), ("cart_x_d<-0.1", 0.25 + 0.2), ("t>0.77", 0.77),
                                            ("push<0", 0.25), ("P_xdd<-1", 0.25), ("energy>0.2", math.sqrt(0.2) / 2)])
 def test_stop(how, condition, at, tmp_path):

@@ -65,7 +65,7 @@ class Rosenbrock(ctypes.Structure):
     """struct refdyn_rosenbrock_table"""
     _fields_ = ([("name", ctypes.c_char_p)]
                 + [(name, ctypes.c_int) for name in ("stages", "interpolant_stages", "order", "order_error", "order_interpolant",
-                                                     "interpolant_terms", "is_w_method", "is_diagonal")]
+                                                     "interpolant_terms", "is_w_method")]
                 + [("gamma", ctypes.c_double)]
                 + [(name, ctypes.POINTER(ctypes.c_double)) for name in ("a", "c", "alpha", "gamma_sum", "b", "e", "interpolant")])
 

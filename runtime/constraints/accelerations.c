@@ -2,7 +2,7 @@
  * Accelerations under programme constraints, and the force that keeps the programme.
  *
  * Takes M f u v k of the workspace; gives qdd and r = M qdd - f. Generalized programme motion equations
- * (formulation, sect. 4): (M_i + P^T M_d) qdd = f_i + P^T f_d with K qdd = k. Eliminating qdd_d = P qdd_i +
+ * (theory, sect. 8.2): (M_i + P^T M_d) qdd = f_i + P^T f_d with K qdd = k. Eliminating qdd_d = P qdd_i +
  * c, c = K_d^-1 k, leaves n - rank equations with a symmetric positive definite matrix: R qdd_i = [P^T 1] (f
  * - M_d^T c),   R = M_ii + P^T M_di + M_id P + P^T M_dd P.
  */

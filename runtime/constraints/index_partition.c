@@ -2,7 +2,7 @@
  * Index partitioning: K = [K_d K_i] with a well-conditioned K_d, and its elimination.
  *
  * Takes the rows u and right side of the workspace; gives P = -K_d^-1 K_i, c = K_d^-1 k and the redundant
- * rows. Formulation, sect. 4. Choice: Gaussian elimination with full pivoting of K, its columns scaled by
+ * rows. Theory, sect. 8.1. Choice: Gaussian elimination with full pivoting of K, its columns scaled by
  * 1/sqrt(M_jj) (coordinates then count by their share of kinetic energy), its rows by their largest entry
  * (Wehage and Haug, J. Mech. Design 104:247-255, 1982). Watch: since K_d^-1 K = [1 -P], |[1 -P]| tells how
  * far this choice is worse conditioned than K itself, and the smallest pivot how near K_d is to being

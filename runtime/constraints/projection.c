@@ -1,5 +1,5 @@
 /*
- * Consistent states: how far a state is off the programme, and the nearest one on it.
+ * Consistent states: how far a state is off the programme, and the nearest one on it (theory, sect. 8.3).
  *
  * Takes a state; gives the smallest change, in the metric M, of positions and then of velocities that meets
  * the rows: min dq^T M dq with u dq = -phi:   dq = -M^-1 u^T (u M^-1 u^T)^-1 phi, and the same with psi for

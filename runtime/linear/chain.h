@@ -1,6 +1,6 @@
 /* clang-format off */
 /*
- * The tangent of a tree of joints as vectors: its products, and L U in O(n).
+ * The tangent of a tree of joints as vectors: its products, and L U in O(n) (theory, sect. 8.5).
  *
  * Takes the result of `tangent_vectors` (refdyn_model.h), gives products with M, D and K and solutions with
  * A = M + g D + g^2 K + pulled^T (g pull_by_qd + g^2 pull_by_q), bordered by rows. For i beyond j, j on its way to the

@@ -1,6 +1,6 @@
 /* clang-format off */
 /*
- * The constrained equations of motion, linearised about a state, and the matrix of a linearly implicit step.
+ * The constrained equations of motion, linearised about a state, and the matrix of a linearly implicit step: theory, sect. 8.4.
  *
  * At the accelerations and multipliers of a state the emitted `tangent` gives K, D and f_t of M qdd - h - Q - u^T lambda and
  * G_q, G_qd and g_t of u qdd - k. Accelerations then change with positions, velocities and time by
@@ -23,8 +23,6 @@
  * directions in the metric of M alone. */
 void refdyn_linear_lay_out(struct refdyn_linear *linear, const struct refdyn_model *model, int has_tangent,
                            int complexes, struct room *room);
-/* From now on with the diagonals of K and D alone, or exact; what was evaluated is lost when that changes. */
-void refdyn_linear_use(struct refdyn_drive *drive, int is_diagonal);
 /* Evaluates the tangent at q (n) and its slope (slope.h). Errors: NOT_FINITE. */
 int refdyn_linear_evaluate(struct refdyn_linear *linear, struct refdyn_workspace *work, double t,
                            const double *q, const double *slope);
@@ -65,7 +63,7 @@ void refdyn_linear_solve_all(struct refdyn_linear *linear, int count, const doub
  * The largest |eigenvalue| [1/s] of the linearised equations at the begin of a drive's step, and its damping
  * ratio, by iteration of vectors: good to some per cent, since what is asked is a limit of steps. Where
  * forces saturate, as friction, that at rest, which is the largest. The drive's factors and directions are
- * lost; its matrix is the exact one from now on. Errors: NOT_FINITE, MATRIX_SINGULAR.
+ * lost. Errors: NOT_FINITE, MATRIX_SINGULAR.
  */
 int refdyn_linear_spectrum(struct refdyn_drive *drive, double *rate, double *damping);
 

@@ -26,7 +26,6 @@ struct refdyn_rosenbrock_table {
     int order_interpolant; /* of y(t + theta h) */
     int interpolant_terms; /* 0: the cubic of Hermite */
     int is_w_method;
-    int is_diagonal; /* its matrix has the diagonals of K and D alone: diagonal.h */
     double gamma;
     const double *a;           /* (all x all) strictly lower triangle, of U_j */
     const double *c;           /* (all x all) strictly lower triangle, of U_j / h */
@@ -40,6 +39,5 @@ struct refdyn_rosenbrock_table {
 extern const struct refdyn_rosenbrock_table refdyn_rodas5p;  /* 5(4), 8 stages */
 extern const struct refdyn_rosenbrock_table refdyn_rodas6p;  /* 6(5), 16 stages, 3 more for the interpolant */
 extern const struct refdyn_rosenbrock_table refdyn_ros34pw2; /* 3(2), 4 stages, a W-method */
-extern const struct refdyn_rosenbrock_table refdyn_ros34pw2_diagonal; /* the same with that matrix */
 
 #endif

@@ -17,8 +17,7 @@ struct refdyn_method_facts {
     int order;
     int order_error; /* of the embedded formula that the step is chosen by; 0: none, steps are fixed */
     int is_implicit;
-    int is_diagonal; /* its matrix has the diagonals of K and D alone; other implicit ones need the tangent */
-    int is_last_new; /* the slope of its last stage is that of state_new */
+    int is_last_new;                                    /* the slope of its last stage is that of state_new */
     const struct refdyn_tableau *tableau;               /* explicit, or NULL: */
     const struct refdyn_rosenbrock_table *rosenbrock;   /* linearly implicit, or NULL: */
     const struct refdyn_collocation_table *collocation; /* implicit; all NULL: auto */
@@ -35,10 +34,6 @@ int refdyn_rosenbrock_room(const struct refdyn_rosenbrock_table *table, int n);
 /* One step of h; Rosenbrock: with the tangent at its begin in drive->linear, and without work_done. Errors:
  * those of refdyn_slope; MATRIX_SINGULAR. */
 int refdyn_rosenbrock_step(struct refdyn_drive *drive, double h);
-/* How far the first stage of a step of h from the end of the last one, taken with the diagonals of K and D
- * alone, lies from the exact one, as refdyn_largest_error; NAN: it cannot be told. Tangent, factors,
- * directions, error estimate and drive->stage are lost. */
-double refdyn_rosenbrock_apart(struct refdyn_drive *drive, double h);
 /* The state at theta. Errors: those of refdyn_slope, from stages that the interpolant alone needs. */
 int refdyn_rosenbrock_interpolate(struct refdyn_drive *drive, double theta, double *state);
 /* The cubic of Hermite: state (2 n) at theta of the step, with the slope at its end. */

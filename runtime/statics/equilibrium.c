@@ -1,5 +1,5 @@
 /*
- * Equilibria: Q(q, qd = 0, t = 0) = 0 over the coordinates that are not held.
+ * Equilibria: Q(q, qd = 0, t = 0) = 0 over the coordinates that are not held (theory, sect. 8.7).
  *
  * Takes a start q0; gives q with Q = 0 and the forces that hold the others. The load is followed along
  *     F(q, s) = Q(q) - (1 - s) Q(q0) = 0,   s from 0 to 1,

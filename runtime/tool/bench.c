@@ -38,7 +38,6 @@ static const struct quantity quantities[] = {
     QUANTITY(point_terms), QUANTITY(constrained),
     QUANTITY(terms),       QUANTITY(accelerations),
     QUANTITY(tangent),     QUANTITY(tangent_vectors),
-    QUANTITY(diagonals),   QUANTITY(shifted),
     QUANTITY(d_qdd),       QUANTITY(d_qdd_free),
     QUANTITY(d_force),     QUANTITY(d_statics),
     QUANTITY(d_rows),      QUANTITY(switches),
@@ -187,7 +186,7 @@ static enum status print_quantities(struct scene *scene, FILE *out) {
 
 /* The same model generated once more, timed, and compiled in a folder of its own. */
 static enum status print_build(const struct options *options, FILE *out) {
-    struct scene scene = {.is_read = false};
+    struct scene scene;
     struct build_cost cost = {.seconds = 0};
     double start = wall_seconds();
     long source_bytes = 0;

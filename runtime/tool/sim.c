@@ -337,10 +337,8 @@ static unsigned find_needs(const struct options *options, const struct refdyn_op
     unsigned needs = NEEDS_RESULT | NEEDS_MOTION | NEEDS_POINTS | NEEDS_POINT_RATES;
     if (options->from && strcmp(options->from, "statics") == 0)
         needs |= NEEDS_STATICS;
-    if (refdyn_method_uses_tangent(drive->method))
+    if (refdyn_method_is_implicit(drive->method))
         needs |= NEEDS_TANGENT;
-    if (refdyn_uses_diagonal(drive))
-        needs |= NEEDS_DIAGONAL;
     return needs;
 }
 
@@ -355,7 +353,8 @@ static enum status run_scene(struct scene *scene, const struct options *options,
     enum status status = motion_fit(scene, options, drive);
     if (status == STATUS_DONE && options->inputs) {
         scene->inputs = &inputs;
-        status = inputs_read(&inputs, options->inputs, scene->model) ? STATUS_DONE : STATUS_FAULT;
+        status =
+            inputs_read(&inputs, &scene->memory, options->inputs, scene->model) ? STATUS_DONE : STATUS_FAULT;
         if (status == STATUS_DONE)
             inputs_set(&inputs, scene->state.t, scene->work.x);
     }
@@ -363,7 +362,6 @@ static enum status run_scene(struct scene *scene, const struct options *options,
         status = motion_place(scene, options);
     if (status == STATUS_DONE)
         status = run_task(&task, drive);
-    inputs_release(&inputs);
     scene->inputs = NULL;
     return status;
 }

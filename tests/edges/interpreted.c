@@ -3,8 +3,9 @@
  *
  *     interpreted MODEL FOLDER [NAME=VALUE ...]
  *
- * writes the model's C into FOLDER, random values of parameters, inputs and states to FOLDER/values, one number a line,
- * and every quantity at them to standard output, one line "STATE QUANTITY ENTRY VALUE" for each entry.
+ * writes the model's C into FOLDER, random values of parameters, inputs and states to FOLDER/values, one
+ * number a line, and every quantity at them to standard output, one line "STATE QUANTITY ENTRY VALUE" for
+ * each entry.
  */
 #include "linear/chain.h"
 #include "gen.h"
@@ -28,8 +29,8 @@ static double uniform(double size) {
 /* The table of the model, from a library that is compiled without any flag of interest. */
 static const struct refdyn_model *load(const char *folder, const char *name) {
     char command[4096], symbol[256];
-    snprintf(command, sizeof command, "cc -std=c11 -O0 -fPIC -shared -I%s -I%s %s/*.c -o %s/table.so -lm", folder,
-             HEADER_FOLDER, folder, folder);
+    snprintf(command, sizeof command, "cc -std=c11 -O0 -fPIC -shared -I%s -I%s %s/*.c -o %s/table.so -lm",
+             folder, HEADER_FOLDER, folder, folder);
     if (system(command) != 0)
         return NULL;
     snprintf(command, sizeof command, "%s/table.so", folder);
@@ -45,16 +46,14 @@ struct values {
 };
 
 /*
- * Angles of all sizes. Then a state with one that is no number, and the same with two other values of that one, which
- * tell the results that do not hang on it. Behind qd: accelerations and multipliers, or sides.
+ * Angles of all sizes. Then a state with one that is no number, and the same with two other values of that
+ * one, which tell the results that do not hang on it. Behind qd: accelerations and multipliers.
  */
 static void choose_state(const struct refdyn_model *model, struct values *v, int index) {
     static const double sizes[] = {0.5, 3, 300, 3}, last[] = {NAN, 0.7, -2.1};
     const int n = model->n;
     for (int i = 0; index <= SIZES && i < v->state_count; i++)
         v->state[i] = i < n ? uniform(sizes[index]) : uniform(2);
-    for (int i = 3 * n + 1 + model->m; i < v->state_count; i++)
-        v->state[i] = fabs(v->state[i]); /* added to a diagonal */
     if (index >= SIZES)
         v->state[n - 1] = last[index - SIZES];
     else
@@ -64,12 +63,13 @@ static void choose_state(const struct refdyn_model *model, struct values *v, int
 static struct values choose_parameters(const struct refdyn_model *model) {
     struct values v = {.p_count = model->parameter_count,
                        .x_count = model->input_count,
-                       .state_count = 4 * model->n + 1 + model->m};
+                       .state_count = 3 * model->n + 1 + model->m};
     v.p = calloc((size_t)v.p_count + (size_t)model->derived_count + 1, sizeof *v.p);
     v.x = calloc((size_t)v.x_count + 1, sizeof *v.x);
     v.state = calloc((size_t)v.state_count, sizeof *v.state);
     for (int i = 0; i < v.p_count; i++)
-        v.p[i] = model->parameters[i].value * (1 + uniform(0.05)) + (model->parameters[i].value == 0 ? 0.3 : 0);
+        v.p[i] =
+            model->parameters[i].value * (1 + uniform(0.05)) + (model->parameters[i].value == 0 ? 0.3 : 0);
     for (int i = 0; i < v.x_count; i++)
         v.x[i] = uniform(3);
     return v;
@@ -91,10 +91,10 @@ static void interpret(const struct generation *generation, const struct refdyn_m
     const int variables = 2 * n + 1 + model->input_count + model->parameter_count;
     const size_t most = (size_t)(3 * (points + 1) + 3 * n + 3 * m + 8) * (size_t)(variables + 8);
     double *out = calloc(most, sizeof *out);
-#define PRINT(name, count)                                                                 \
-    if (model->name && (count) > 0) {                                                      \
-        gen_interpret(generation, #name, v->p, v->x, v->t, v->state, v->state + n, out);   \
-        print_results(#name, state, out, count);                                           \
+#define PRINT(name, count)                                                               \
+    if (model->name && (count) > 0) {                                                    \
+        gen_interpret(generation, #name, v->p, v->x, v->t, v->state, v->state + n, out); \
+        print_results(#name, state, out, count);                                         \
     }
     QUANTITIES(PRINT)
     free(out);
@@ -133,7 +133,8 @@ int main(int count, char **arguments) {
         *value = 0;
         settings[request.setting_count++] = (struct setting){arguments[i], value + 1};
     }
-    int status = gen_read(&generation, &request, -1) != GEN_OK || gen_plan(&generation, QUANTITIES(LISTED) "course") ||
+    int status = gen_read(&generation, &request, -1) != GEN_OK ||
+                 gen_plan(&generation, QUANTITIES(LISTED) "course") ||
                  !write_files(&generation, arguments[2]);
     status = status || print_all(&generation, arguments[2]);
     gen_release(&generation);

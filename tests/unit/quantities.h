@@ -1,6 +1,6 @@
 /*
- * All emitted quantities by name, with the length of their results: `n`, `m`, `points`, `variables` and `model` are the
- * user's own variables.
+ * All emitted quantities by name, with the length of their results: `n`, `m`, `points`, `variables` and
+ * `model` are the user's own variables.
  */
 #ifndef REFDYN_TESTS_UNIT_QUANTITIES_H
 #define REFDYN_TESTS_UNIT_QUANTITIES_H
@@ -33,8 +33,6 @@
     ENTRY(terms, m *(n + 4) + 3 * points * (n + 3))                               \
     ENTRY(tangent, 3 * n * n + n + 3 * m * n + m)                                 \
     ENTRY(tangent_vectors, n + m * (1 + 3 * n) + refdyn_chain_result_size(model)) \
-    ENTRY(diagonals, 2 * n)                                                       \
-    ENTRY(shifted, n)                                                             \
     ENTRY(d_qdd, n *variables)                                                    \
     ENTRY(d_qdd_free, n *variables)                                               \
     ENTRY(d_force, n *variables)                                                  \

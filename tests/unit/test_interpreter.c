@@ -128,15 +128,13 @@ static int compare(const struct generation *generation, const struct refdyn_mode
     const size_t most = (size_t)(3 * (points + 1) + 3 * n + 3 * m + 8) * (size_t)(variables + 8);
     double *p = calloc((size_t)(model->parameter_count + model->derived_count) + 1, sizeof *p);
     double *x = calloc((size_t)model->input_count + 1, sizeof *x),
-           *state = calloc(4 * (size_t)n + 1 + (size_t)m, sizeof *state);
+           *state = calloc(3 * (size_t)n + 1 + (size_t)m, sizeof *state);
     double *found = calloc(most, sizeof *found), *expected = calloc(most, sizeof *expected);
     const double t = 0.75 + uniform(seed, 0.5);
     int failed = 0;
     set_values(model, seed, p, x, state);
-    for (int i = 2 * n; i < 3 * n + 1 + m; i++) /* qdd, power and lambda; right sides */
+    for (int i = 2 * n; i < 3 * n + 1 + m; i++) /* qdd, power and lambda */
         state[i] = uniform(seed, 3);
-    for (int i = 3 * n + 1 + m; i < 4 * n + 1 + m; i++) /* added to a diagonal */
-        state[i] = fabs(uniform(seed, 3));
 #define COMPARE(name, count)                                                              \
     if (model->name && (count) > 0) {                                                     \
         model->name(p, x, t, state, state + n, found);                                    \
